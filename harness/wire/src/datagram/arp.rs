@@ -1,0 +1,97 @@
+//! ARP for IPv4 on Ethernet: who has an address (RFC 826).
+
+use crate::error::Result;
+use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
+use crate::octets::{Append, Reader};
+use alloc::vec::Vec;
+use core::net::Ipv4Addr;
+
+/// What an ARP packet wants; unknown numbers are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Operation(pub u16);
+
+impl Operation {
+    /// Who has the target address?
+    pub const REQUEST: Operation = Operation(1);
+    /// The sender has it.
+    pub const REPLY: Operation = Operation(2);
+}
+
+/// An ARP packet.
+///
+/// Octets: 0-1 hardware 1 (Ethernet), 2-3 protocol 0x0800, 4 length 6, 5 length 4, 6-7 operation, 8-13 and 14-17 sender, 18-23 and 24-27 target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Arp {
+    /// What it wants.
+    pub operation: Operation,
+    /// MAC address of the sender.
+    pub sender_mac: Mac,
+    /// IPv4 address of the sender; 0.0.0.0 in a probe for a conflict (RFC 5227).
+    pub sender_ip: Ipv4Addr,
+    /// MAC address of the target; zero in a request.
+    pub target_mac: Mac,
+    /// IPv4 address of the target.
+    pub target_ip: Ipv4Addr,
+}
+
+impl Arp {
+    /// Asks who has `target`.
+    pub fn request(sender_mac: Mac, sender_ip: Ipv4Addr, target: Ipv4Addr) -> Arp {
+        Arp { operation: Operation::REQUEST, sender_mac, sender_ip, target_mac: Mac::ZERO, target_ip: target }
+    }
+
+    /// Answers this request: its target address is at `mac`.
+    pub fn reply(&self, mac: Mac) -> Arp {
+        Arp {
+            operation: Operation::REPLY,
+            sender_mac: mac,
+            sender_ip: self.target_ip,
+            target_mac: self.sender_mac,
+            target_ip: self.sender_ip,
+        }
+    }
+
+    /// Reads the payload of a frame of [`EtherType::ARP`]; padding is passed over.
+    pub fn parse(payload: &[u8]) -> Result<Arp> {
+        let mut reader = Reader::new("ARP", payload);
+        for (field, octets, wanted, number) in [
+            ("HTYPE", 2, "1 (Ethernet)", 1),
+            ("PTYPE", 2, "0x0800 (IPv4)", EtherType::IPV4.0),
+            ("HLEN", 1, "6", 6),
+            ("PLEN", 1, "4", 4),
+        ] {
+            let found = if octets == 1 { reader.u8()?.into() } else { reader.u16()? };
+            if found != number {
+                return Err(reader.wrong(field, octets, wanted, found.into()));
+            }
+        }
+        Ok(Arp {
+            operation: Operation(reader.u16()?),
+            sender_mac: Mac::read(&mut reader)?,
+            sender_ip: Ipv4Addr::from(reader.u32()?),
+            target_mac: Mac::read(&mut reader)?,
+            target_ip: Ipv4Addr::from(reader.u32()?),
+        })
+    }
+
+    /// Appends the packet without a frame around it.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        out.put_u16(1);
+        out.put_u16(EtherType::IPV4.0);
+        out.put(&[6, 4]);
+        out.put_u16(self.operation.0);
+        out.put(&self.sender_mac.0);
+        out.put(&self.sender_ip.octets());
+        out.put(&self.target_mac.0);
+        out.put(&self.target_ip.octets());
+    }
+
+    /// Appends the packet in a padded frame: a request to all stations, anything else to its target.
+    pub fn write_frame(&self, out: &mut Vec<u8>) {
+        let destination = if self.operation == Operation::REQUEST { Mac::BROADCAST } else { self.target_mac };
+        let start = out.len();
+        FrameHeader::new(destination, self.sender_mac, EtherType::ARP).write(out);
+        self.write(out);
+        pad(out, start);
+    }
+}

@@ -1,0 +1,210 @@
+//! The list of blocks of a Connect request or response.
+
+use super::{
+    AlarmCrBlockReq, AlarmCrBlockRes, ArBlockReq, ArBlockRes, ArRpcBlock, ArServerBlockRes, ExpectedSubmoduleBlockReq,
+    IocrBlockReq, IocrBlockRes, PrmServerBlockReq,
+};
+use crate::error::Result;
+use crate::octets::{Append, Reader};
+use crate::profinet::blocks::{BlockHeader, BlockType, RawBlock};
+use alloc::vec::Vec;
+
+macro_rules! contents {
+    ($($Variant:ident($Block:ty) = $KIND:ident $sentence:literal,)*) => {
+        /// What a block of a Connect says.
+        #[derive(Clone, Debug, PartialEq, Eq)]
+        pub enum Content {
+            $(
+                #[doc = $sentence]
+                $Variant($Block),
+            )*
+            /// A block that is read elsewhere or not at all: its type and everything after its version.
+            Other(BlockType, Vec<u8>),
+        }
+
+        impl Content {
+            /// The type of the block.
+            pub fn kind(&self) -> BlockType {
+                match self {
+                    $(Content::$Variant(_) => BlockType::$KIND,)*
+                    Content::Other(kind, _) => *kind,
+                }
+            }
+
+            fn read(kind: BlockType, body: &mut Reader) -> Result<Content> {
+                Ok(match kind {
+                    $(BlockType::$KIND => Content::$Variant(<$Block>::read(&mut *body)?),)*
+                    _ => Content::Other(kind, body.rest().to_vec()),
+                })
+            }
+
+            fn write(&self, out: &mut Vec<u8>) {
+                match self {
+                    $(Content::$Variant(block) => block.write(out),)*
+                    Content::Other(_, body) => out.put(body),
+                }
+            }
+        }
+    };
+}
+
+contents! {
+    ArReq(ArBlockReq) = AR_REQ "The AR that is wanted.",
+    ArRes(ArBlockRes) = AR_RES "The AR that is opened.",
+    IocrReq(IocrBlockReq) = IOCR_REQ "A cyclic connection that is wanted.",
+    IocrRes(IocrBlockRes) = IOCR_RES "A cyclic connection that is opened.",
+    AlarmCrReq(AlarmCrBlockReq) = ALARM_CR_REQ "The alarm connection that is wanted.",
+    AlarmCrRes(AlarmCrBlockRes) = ALARM_CR_RES "The alarm connection that is opened.",
+    ExpectedSubmodule(ExpectedSubmoduleBlockReq) = EXPECTED_SUBMODULE "Modules that are expected.",
+    PrmServerReq(PrmServerBlockReq) = PRM_SERVER_REQ "Who will parametrize.",
+    ArServerRes(ArServerBlockRes) = AR_SERVER_RES "The name of the station that answers.",
+    ArRpcReq(ArRpcBlock) = AR_RPC_REQ "The RPC port of the initiator.",
+    ArRpcRes(ArRpcBlock) = AR_RPC_RES "The RPC port of the responder.",
+}
+
+/// A block of a Connect with its version and with whatever stands after its known fields.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ConnectBlock {
+    /// Version, high octet; 1.
+    pub version_high: u8,
+    /// Version, low octet; 0.
+    pub version_low: u8,
+    /// What the block says.
+    pub content: Content,
+    /// Octets after the known fields: padding, or something new.
+    pub rest: Vec<u8>,
+}
+
+impl ConnectBlock {
+    /// Reads one block.
+    pub fn read(reader: &mut Reader) -> Result<ConnectBlock> {
+        let (header, body) = BlockHeader::read(reader)?;
+        let mut body = body.layer(header.kind.word().unwrap_or("block"));
+        let content = Content::read(header.kind, &mut body)?;
+        let BlockHeader { version_high, version_low, .. } = header;
+        Ok(ConnectBlock { version_high, version_low, content, rest: body.rest().to_vec() })
+    }
+
+    /// Appends the block.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        let header =
+            BlockHeader { kind: self.content.kind(), version_high: self.version_high, version_low: self.version_low };
+        header.write_with(out, |out| {
+            self.content.write(out);
+            out.put(&self.rest);
+        });
+    }
+}
+
+impl From<Content> for ConnectBlock {
+    /// A block of version 1.0 with nothing after its fields, save that an ARServerBlockRes is padded to a multiple of four octets.
+    fn from(content: Content) -> ConnectBlock {
+        let mut rest = Vec::new();
+        if let Content::ArServerRes(server) = &content {
+            let length = 8 + server.cm_responder_station_name.len();
+            rest.resize(length.next_multiple_of(4) - length, 0);
+        }
+        ConnectBlock { version_high: 1, version_low: 0, content, rest }
+    }
+}
+
+impl From<RawBlock> for ConnectBlock {
+    /// A block that another room writes, such as the ModuleDiffBlock.
+    fn from(block: RawBlock) -> ConnectBlock {
+        let BlockHeader { kind, version_high, version_low } = block.header;
+        ConnectBlock { version_high, version_low, content: Content::Other(kind, block.body), rest: Vec::new() }
+    }
+}
+
+/// The blocks of a Connect request or of a Connect response, in their order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Connect {
+    /// The blocks.
+    pub blocks: Vec<ConnectBlock>,
+}
+
+impl Connect {
+    /// Blocks of version 1.0 with these contents.
+    pub fn of(contents: impl IntoIterator<Item = Content>) -> Connect {
+        Connect { blocks: contents.into_iter().map(ConnectBlock::from).collect() }
+    }
+
+    /// Reads the blocks after the NDR header.
+    pub fn parse(octets: &[u8]) -> Result<Connect> {
+        let mut reader = Reader::new("Connect", octets);
+        let mut blocks = Vec::new();
+        while !reader.is_empty() {
+            blocks.push(ConnectBlock::read(&mut reader)?);
+        }
+        Ok(Connect { blocks })
+    }
+
+    /// Appends the blocks.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        for block in &self.blocks {
+            block.write(out);
+        }
+    }
+
+    /// The octets of the blocks.
+    pub fn to_vec(&self) -> Vec<u8> {
+        let mut out = Vec::new();
+        self.write(&mut out);
+        out
+    }
+
+    /// All contents in their order.
+    pub fn contents(&self) -> impl Iterator<Item = &Content> {
+        self.blocks.iter().map(|block| &block.content)
+    }
+
+    /// The ARBlockReq.
+    pub fn ar_req(&self) -> Option<&ArBlockReq> {
+        self.contents().find_map(|content| if let Content::ArReq(block) = content { Some(block) } else { None })
+    }
+
+    /// The ARBlockRes.
+    pub fn ar_res(&self) -> Option<&ArBlockRes> {
+        self.contents().find_map(|content| if let Content::ArRes(block) = content { Some(block) } else { None })
+    }
+
+    /// All IOCRBlockReq.
+    pub fn iocr_requests(&self) -> impl Iterator<Item = &IocrBlockReq> {
+        self.contents().filter_map(|content| if let Content::IocrReq(block) = content { Some(block) } else { None })
+    }
+
+    /// All IOCRBlockRes.
+    pub fn iocr_responses(&self) -> impl Iterator<Item = &IocrBlockRes> {
+        self.contents().filter_map(|content| if let Content::IocrRes(block) = content { Some(block) } else { None })
+    }
+
+    /// The AlarmCRBlockReq.
+    pub fn alarm_cr_req(&self) -> Option<&AlarmCrBlockReq> {
+        self.contents().find_map(|content| if let Content::AlarmCrReq(block) = content { Some(block) } else { None })
+    }
+
+    /// The AlarmCRBlockRes.
+    pub fn alarm_cr_res(&self) -> Option<&AlarmCrBlockRes> {
+        self.contents().find_map(|content| if let Content::AlarmCrRes(block) = content { Some(block) } else { None })
+    }
+
+    /// The ARServerBlockRes.
+    pub fn ar_server_res(&self) -> Option<&ArServerBlockRes> {
+        self.contents().find_map(|content| if let Content::ArServerRes(block) = content { Some(block) } else { None })
+    }
+
+    /// The modules of all ExpectedSubmoduleBlockReq.
+    pub fn expected_modules(&self) -> impl Iterator<Item = &super::ExpectedModule> {
+        self.contents()
+            .filter_map(|content| if let Content::ExpectedSubmodule(block) = content { Some(block) } else { None })
+            .flat_map(|block| &block.modules)
+    }
+
+    /// The first block of type `kind`, whole, for a reader elsewhere such as that of the ModuleDiffBlock.
+    pub fn block(&self, kind: BlockType) -> Option<Vec<u8>> {
+        let block = self.blocks.iter().find(|block| block.content.kind() == kind)?;
+        let mut out = Vec::new();
+        block.write(&mut out);
+        Some(out)
+    }
+}

@@ -1,0 +1,15 @@
+//! Connect: what an AR shall be and what it became, as a list of blocks.
+
+mod alarm_cr;
+mod ar;
+mod block;
+mod expected;
+mod iocr;
+
+pub use alarm_cr::{AlarmCrBlockReq, AlarmCrBlockRes, AlarmCrProperties};
+pub use ar::{ArBlockReq, ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, ArType, PrmServerBlockReq};
+pub use block::{Connect, ConnectBlock, Content};
+pub use expected::{
+    DataDescription, ExpectedModule, ExpectedSubmodule, ExpectedSubmoduleBlockReq, SubmoduleProperties, SubmoduleType,
+};
+pub use iocr::{FrameObject, IocrApi, IocrBlockReq, IocrBlockRes, IocrProperties, IocrType, RtClass};

@@ -1,0 +1,11 @@
+//! The blocks that RPC calls carry: a type, a length, a version, then the fields.
+
+pub mod connect;
+pub mod control;
+pub mod identification;
+pub mod im;
+pub mod module_diff;
+pub mod record;
+
+mod header;
+pub use header::{BlockHeader, BlockType, RawBlock};

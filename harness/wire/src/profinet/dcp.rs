@@ -1,0 +1,207 @@
+//! DCP: finding devices, giving them a name and an address, letting them flash, resetting them (IEC 61158-6-10, DCP).
+//!
+//! A frame is a [`Dcp`]: a head, and blocks whose form depends on the service. The blocks stand in [`block`], the numbers
+//! with their names in [`codes`], the rules of a station name in [`station_name`].
+//! This room must not know who answers what, nor when.
+
+pub mod block;
+pub mod codes;
+pub mod station_name;
+
+pub use block::{Block, Value};
+pub use codes::{BlockError, BlockInfo, BlockQualifier, Element, ResetMode, ServiceId, ServiceType};
+
+use crate::error::Result;
+use crate::ethernet::{EtherType, FrameHeader, Mac, pad};
+use crate::octets::{Append, Reader};
+use crate::profinet::rt::FrameId;
+use alloc::vec::Vec;
+use block::Form;
+
+/// A DCP frame from its frame id on.
+///
+/// Octets: 0-1 frame id, 2 service id, 3 service type, 4-7 transaction id, 8-9 response delay factor, 10-11 length of the
+/// rest, then blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Dcp {
+    /// Which of the four DCP frame ids; a Get or Set under the id of Identify is kept as it came.
+    pub frame_id: FrameId,
+    /// Get, Set, Identify or Hello.
+    pub service_id: ServiceId,
+    /// Request or response.
+    pub service_type: ServiceType,
+    /// The transaction: a response repeats that of its request.
+    pub xid: u32,
+    /// Spread of the answers to an Identify request, 1..=6400; reserved (0) in all other frames.
+    pub response_delay_factor: u16,
+    /// What is asked, set or told.
+    pub body: Body,
+}
+
+/// What a DCP frame carries.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// A Get request: the elements that are wanted, two octets each.
+    Elements(Vec<Element>),
+    /// Everything else: elements with their values.
+    Blocks(Vec<Block>),
+}
+
+impl Dcp {
+    /// An Identify request to all stations that match every one of `filters`; all stations when it is [`Value::AllSelector`].
+    pub fn identify(xid: u32, response_delay_factor: u16, filters: Vec<Value>) -> Dcp {
+        let blocks = filters.into_iter().map(Block::plain).collect();
+        Dcp {
+            frame_id: FrameId::DCP_IDENTIFY_REQUEST,
+            service_id: ServiceId::IDENTIFY,
+            service_type: ServiceType::REQUEST,
+            xid,
+            response_delay_factor,
+            body: Body::Blocks(blocks),
+        }
+    }
+
+    /// A Get request for `elements`.
+    pub fn get(xid: u32, elements: Vec<Element>) -> Dcp {
+        Dcp::get_set(ServiceId::GET, ServiceType::REQUEST, xid, Body::Elements(elements))
+    }
+
+    /// A Set request; each block carries its [`BlockQualifier`], see [`Block::set`].
+    pub fn set(xid: u32, blocks: Vec<Block>) -> Dcp {
+        Dcp::get_set(ServiceId::SET, ServiceType::REQUEST, xid, Body::Blocks(blocks))
+    }
+
+    /// A Set request that lets the device flash its light once.
+    pub fn signal(xid: u32) -> Dcp {
+        Dcp::set_control(xid, BlockQualifier(0), Value::Signal(Value::FLASH_ONCE))
+    }
+
+    /// A Set request that resets the device by suboption 6.
+    pub fn reset_to_factory(xid: u32, mode: ResetMode) -> Dcp {
+        Dcp::set_control(xid, mode.qualifier(), Value::ResetToFactory)
+    }
+
+    /// A Set request that resets the device by the older suboption 5, whose qualifier is reserved.
+    pub fn factory_reset(xid: u32) -> Dcp {
+        Dcp::set_control(xid, BlockQualifier(0), Value::FactoryReset)
+    }
+
+    /// A Hello of a device that has just started; each block carries its [`BlockInfo`], see [`Block::tell`].
+    pub fn hello(xid: u32, blocks: Vec<Block>) -> Dcp {
+        Dcp {
+            frame_id: FrameId::DCP_HELLO,
+            service_id: ServiceId::HELLO,
+            service_type: ServiceType::REQUEST,
+            xid,
+            response_delay_factor: 0,
+            body: Body::Blocks(blocks),
+        }
+    }
+
+    /// The response to this request: the same service and transaction, under the frame id of responses.
+    pub fn response(&self, blocks: Vec<Block>) -> Dcp {
+        Dcp {
+            frame_id: match self.frame_id {
+                FrameId::DCP_IDENTIFY_REQUEST => FrameId::DCP_IDENTIFY_RESPONSE,
+                other => other,
+            },
+            service_id: self.service_id,
+            service_type: ServiceType::RESPONSE,
+            xid: self.xid,
+            response_delay_factor: 0,
+            body: Body::Blocks(blocks),
+        }
+    }
+
+    /// The response that says that the service is not supported.
+    pub fn not_supported(&self) -> Dcp {
+        Dcp { service_type: ServiceType::NOT_SUPPORTED, ..self.response(Vec::new()) }
+    }
+
+    fn get_set(service_id: ServiceId, service_type: ServiceType, xid: u32, body: Body) -> Dcp {
+        Dcp { frame_id: FrameId::DCP_GET_SET, service_id, service_type, xid, response_delay_factor: 0, body }
+    }
+
+    fn set_control(xid: u32, qualifier: BlockQualifier, value: Value) -> Dcp {
+        Dcp::set(xid, [Block::set(qualifier, value)].into())
+    }
+
+    /// The blocks; none in a Get request.
+    pub fn blocks(&self) -> &[Block] {
+        match &self.body {
+            Body::Elements(_) => &[],
+            Body::Blocks(blocks) => blocks,
+        }
+    }
+
+    /// The elements that are asked, set or told, in their order.
+    pub fn elements(&self) -> impl Iterator<Item = Element> + '_ {
+        let (asked, blocks): (&[Element], &[Block]) = match &self.body {
+            Body::Elements(elements) => (elements, &[]),
+            Body::Blocks(blocks) => (&[], blocks),
+        };
+        asked.iter().copied().chain(blocks.iter().map(|block| block.value.element()))
+    }
+
+    /// Reads a frame from its frame id on; padding behind the last block is passed over.
+    ///
+    /// A block whose value has not the length that its element demands is kept as [`Value::Raw`].
+    pub fn parse(payload: &[u8]) -> Result<Dcp> {
+        let mut reader = Reader::new("DCP", payload);
+        let frame_id = FrameId(reader.u16()?);
+        let service_id = ServiceId(reader.u8()?);
+        let service_type = ServiceType(reader.u8()?);
+        let xid = reader.u32()?;
+        let response_delay_factor = reader.u16()?;
+        let length = reader.u16()?;
+        let mut reader = reader.sub(length.into())?;
+        let body = match Form::of(service_id, service_type) {
+            None => {
+                let mut elements = Vec::new();
+                while !reader.is_empty() {
+                    elements.push(Element::read(&mut reader)?);
+                }
+                Body::Elements(elements)
+            }
+            Some(form) => {
+                let mut blocks = Vec::new();
+                while !reader.is_empty() {
+                    blocks.push(Block::read(form, &mut reader)?);
+                }
+                Body::Blocks(blocks)
+            }
+        };
+        Ok(Dcp { frame_id, service_id, service_type, xid, response_delay_factor, body })
+    }
+
+    /// Appends the frame from its frame id on; lengths are filled in, blocks of odd length are followed by a zero.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        out.put_u16(self.frame_id.0);
+        out.put(&[self.service_id.0, self.service_type.0]);
+        out.put_u32(self.xid);
+        out.put_u16(self.response_delay_factor);
+        let length_at = out.len();
+        out.put_u16(0);
+        match &self.body {
+            Body::Elements(elements) => elements.iter().for_each(|element| element.write(out)),
+            Body::Blocks(blocks) => blocks.iter().for_each(|block| block.write(out)),
+        }
+        let length = (out.len() - length_at - 2) as u16;
+        out[length_at..length_at + 2].copy_from_slice(&length.to_be_bytes());
+    }
+
+    /// Appends the whole frame, untagged and padded.
+    pub fn write_frame(&self, destination: Mac, source: Mac, out: &mut Vec<u8>) {
+        let start = out.len();
+        FrameHeader::new(destination, source, EtherType::PROFINET).write(out);
+        self.write(out);
+        pad(out, start);
+    }
+}
+
+/// How many steps of 10 ms a device with address `mac` waits before it answers an Identify request.
+///
+/// The last two octets of the address, modulo the factor of the request; a factor of 0 or 1 means no wait.
+pub fn response_delay_steps(mac: Mac, response_delay_factor: u16) -> u16 {
+    u16::from_be_bytes([mac.0[4], mac.0[5]]) % response_delay_factor.max(1)
+}
