@@ -1,0 +1,251 @@
+//! The older format: one header, then records without any mark between them.
+
+use std::io::Read;
+
+use pcap_parser::parse_pcap_header;
+use station::Time;
+
+use super::LinkType;
+use super::interface::Order;
+use super::reader::{Found, Place};
+use super::window::Window;
+
+/// Length of the file header in octets.
+const FILE_HEADER: usize = 24;
+/// Most octets that a packet is believed to have; Wireshark draws the line at the same place.
+const LONGEST: u32 = 262_144;
+/// How many records must follow each other for a place to be believed after damage.
+const CHAIN: usize = 3;
+/// Octets that a chain of records may span.
+const CHAIN_SPAN: usize = CHAIN * (LONGEST as usize + 24);
+/// How many places are tried before the window slides on.
+const STRIDE: usize = 64 * 1024;
+/// A lone last record is believed if it has a time, and one this near to the last one read, in seconds.
+const NEAR: u32 = 86_400;
+
+/// A pcap file from its header on.
+#[derive(Debug)]
+pub(super) struct Pcap {
+    shape: Option<Shape>,
+    number: usize,
+    seconds: u32,
+}
+
+/// What the file header says of the records.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    order: Order,
+    /// Nanoseconds in one unit of a record's fraction of a second.
+    unit: u32,
+    link_type: LinkType,
+    /// Length of a record's header in octets: 16, or 24 in the variant of Kuznetzov's libpcap.
+    header: usize,
+}
+
+/// The fixed part of a record.
+#[derive(Clone, Copy, Debug)]
+struct Header {
+    seconds: u32,
+    fraction: u32,
+    captured: u32,
+    original: u32,
+}
+
+impl Pcap {
+    pub fn new() -> Pcap {
+        Pcap { shape: None, number: 0, seconds: 0 }
+    }
+
+    /// Whether a file that begins with `octets` is of this format.
+    pub fn begins(octets: &[u8]) -> bool {
+        matches!(
+            octets,
+            [0xD4, 0xC3, 0xB2, 0xA1, ..]
+                | [0xA1, 0xB2, 0xC3, 0xD4, ..]
+                | [0x4D, 0x3C, 0xB2, 0xA1, ..]
+                | [0xA1, 0xB2, 0x3C, 0x4D, ..]
+                | [0x34, 0xCD, 0xB2, 0xA1, ..]
+        )
+    }
+
+    /// The next packet or damage at the start of the window, or `None` at the end of the file.
+    pub fn advance<R: Read>(&mut self, window: &mut Window<R>) -> Option<Found> {
+        let shape = match self.shape {
+            Some(shape) => shape,
+            None => match read_file_header(window) {
+                Ok(shape) => *self.shape.insert(shape),
+                Err(found) => return found,
+            },
+        };
+        let available = window.want(shape.header);
+        if available == 0 {
+            return None;
+        }
+        let Some(header) = shape.header_at(window.octets(), 0) else {
+            let what = format!("the file ends within a record's header: {available} of {} octets", shape.header);
+            return Some(Found::rest(window, what));
+        };
+        if !header.is_possible() {
+            return Some(self.recover(window, shape, header));
+        }
+
+        let length = shape.header + header.captured as usize;
+        let available = window.want(length + shape.header);
+        if available < length {
+            return Some(match self.find(window, shape, 1, available) {
+                Some(next) => {
+                    let claim = format!("a record claims {} octets, beyond the end of the file", header.captured);
+                    skip(window, next, &claim)
+                }
+                None => Found::rest(window, format!("the file ends within a record: {available} of {length} octets")),
+            });
+        }
+        let next = shape.header_at(window.octets(), length);
+        if next.is_some_and(|next| !next.is_possible())
+            && let Some(next) = self.find(window, shape, shape.header, length)
+        {
+            let claim = format!("a record claims {} octets and reaches into the next ones", header.captured);
+            return Some(skip(window, next, &claim));
+        }
+        Some(self.packet(shape, header))
+    }
+
+    fn packet(&mut self, shape: Shape, header: Header) -> Found {
+        let length = shape.header + header.captured as usize;
+        self.number += 1;
+        self.seconds = header.seconds;
+        let nanos = u64::from(header.seconds) * 1_000_000_000 + u64::from(header.fraction) * u64::from(shape.unit);
+        let place = Place {
+            number: self.number,
+            time: Time::from_nanos(nanos),
+            section: 1,
+            interface: 0,
+            link_type: shape.link_type,
+            captured: shape.header..length,
+            original_length: header.original,
+            options: 0..0,
+            order: shape.order,
+        };
+        Found::Packet { length, place }
+    }
+
+    /// Goes on behind a record whose header cannot be true.
+    fn recover<R: Read>(&self, window: &mut Window<R>, shape: Shape, header: Header) -> Found {
+        let at = window.offset();
+        let claim = format!("a record claims {} octets", header.captured);
+
+        // Where the other length leads to a record or to the end of the file, only the captured length was damaged.
+        let length = shape.header + header.original.min(LONGEST) as usize;
+        if (1..=LONGEST).contains(&header.original)
+            && (window.want(length + 1) == length || self.find(window, shape, length, length + 1).is_some())
+        {
+            window.octets_mut()[8..12].copy_from_slice(&shape.order.octets(header.original));
+            return Found::damage(at, format!("{claim}, taken as {}", header.original));
+        }
+
+        let mut from = 1;
+        loop {
+            if let Some(next) = self.find(window, shape, from, STRIDE) {
+                window.consume(next);
+                break;
+            }
+            if window.octets().is_empty() {
+                break;
+            }
+            window.consume(STRIDE);
+            from = 0;
+        }
+        let skipped = window.offset() - at;
+        Found::damage(at, format!("{claim}; {skipped} octets skipped"))
+    }
+
+    /// The first place in `from..to` at which believable records follow each other.
+    fn find<R: Read>(&self, window: &mut Window<R>, shape: Shape, from: usize, to: usize) -> Option<usize> {
+        let available = window.want(to + CHAIN_SPAN);
+        (from..to.min(available)).find(|&at| self.is_chain(window.octets(), shape, at))
+    }
+
+    fn is_chain(&self, octets: &[u8], shape: Shape, start: usize) -> bool {
+        let mut at = start;
+        for seen in 0..CHAIN {
+            let Some(header) = shape.header_at(octets, at) else {
+                // Less than CHAIN_SPAN octets: the file ends here.
+                return match seen {
+                    0 => false,
+                    1 => at == octets.len() && self.is_near(octets, shape, start),
+                    _ => true,
+                };
+            };
+            if !header.is_believable(shape) {
+                return false;
+            }
+            at += shape.header + header.captured as usize;
+            if at > octets.len() {
+                return seen >= 2;
+            }
+        }
+        true
+    }
+
+    fn is_near(&self, octets: &[u8], shape: Shape, at: usize) -> bool {
+        shape
+            .header_at(octets, at)
+            .is_some_and(|header| header.seconds != 0 && header.seconds.abs_diff(self.seconds) <= NEAR)
+    }
+}
+
+impl Shape {
+    fn header_at(self, octets: &[u8], at: usize) -> Option<Header> {
+        let octets = octets.get(at..)?.get(..self.header)?;
+        Some(Header {
+            seconds: self.order.word(octets, 0)?,
+            fraction: self.order.word(octets, 4)?,
+            captured: self.order.word(octets, 8)?,
+            original: self.order.word(octets, 12)?,
+        })
+    }
+}
+
+impl Header {
+    /// Whether a record may have this header; one without any octet is what zeros look like.
+    fn is_possible(self) -> bool {
+        self.captured <= LONGEST && (self.captured, self.original) != (0, 0)
+    }
+
+    /// Whether it looks like a header and like little else.
+    fn is_believable(self, shape: Shape) -> bool {
+        (1..=LONGEST).contains(&self.captured)
+            && (self.captured..=LONGEST).contains(&self.original)
+            && u64::from(self.fraction) * u64::from(shape.unit) < 1_000_000_000
+    }
+}
+
+/// Reads the file header; without one there is nothing to read but, perhaps, damage to report.
+fn read_file_header<R: Read>(window: &mut Window<R>) -> Result<Shape, Option<Found>> {
+    let available = window.want(FILE_HEADER + 1);
+    if available == 0 {
+        return Err(None);
+    }
+    let Ok((_, header)) = parse_pcap_header(window.octets()) else {
+        let what = format!("the file ends within its header: {available} of {FILE_HEADER} octets");
+        return Err(Some(Found::rest(window, what)));
+    };
+    if available == FILE_HEADER {
+        return Err(Some(Found::rest(window, "the file ends after its header and holds no packet".to_string())));
+    }
+    window.consume(FILE_HEADER);
+    Ok(Shape {
+        order: if header.is_bigendian() { Order::Big } else { Order::Little },
+        unit: if header.is_nanosecond_precision() { 1 } else { 1_000 },
+        // The upper half tells the length of a check sequence.
+        link_type: LinkType(header.network.0 as u16),
+        header: if header.is_modified_format() { 24 } else { 16 },
+    })
+}
+
+/// Damage in the next `count` octets.
+fn skip<R: Read>(window: &mut Window<R>, count: usize, claim: &str) -> Found {
+    let at = window.offset();
+    window.consume(count);
+    Found::damage(at, format!("{claim}; {count} octets skipped"))
+}

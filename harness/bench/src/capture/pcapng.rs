@@ -1,0 +1,301 @@
+//! The newer format: blocks that tell their length at both ends, in sections of their own byte order.
+
+use std::io::Read;
+use std::ops::Range;
+
+use pcap_parser::{
+    BOM_MAGIC, CB_MAGIC, DCB_MAGIC, DSB_MAGIC, EPB_MAGIC, IDB_MAGIC, ISB_MAGIC, NRB_MAGIC, SHB_MAGIC, SJE_MAGIC,
+    SPB_MAGIC, parse_enhancedpacketblock_be, parse_enhancedpacketblock_le, parse_interfacedescriptionblock_be,
+    parse_interfacedescriptionblock_le, parse_simplepacketblock_be, parse_simplepacketblock_le,
+};
+use station::Time;
+
+use super::interface::{Interface, Order};
+use super::reader::{Found, Place};
+use super::window::Window;
+
+/// Block type of the packet block that the enhanced packet block replaced.
+const OLD_PACKET: u32 = 2;
+/// Type, length and the length once more.
+const SHORTEST: usize = 12;
+/// Most octets that a block is believed to have; Wireshark draws the line at the same place.
+const LONGEST: usize = 16 * 1024 * 1024;
+/// Where the packet of an enhanced (or old) packet block begins.
+const PACKET: usize = 28;
+/// Where the packet of a simple packet block begins.
+const SIMPLE_PACKET: usize = 12;
+
+/// A pcapng file from its first section header on.
+#[derive(Debug)]
+pub(super) struct Pcapng {
+    order: Order,
+    /// Sections begun so far.
+    sections: u32,
+    interfaces: Vec<Interface>,
+    /// The interface without description that was reported last.
+    unknown: Option<u32>,
+    number: usize,
+}
+
+/// What a block of a readable length turned out to be.
+enum Content {
+    Packet(Place),
+    Nothing,
+    Unusable(String),
+}
+
+impl Pcapng {
+    pub fn new() -> Pcapng {
+        Pcapng { order: Order::Little, sections: 0, interfaces: Vec::new(), unknown: None, number: 0 }
+    }
+
+    /// The next packet or damage at the start of the window, or `None` at the end of the file.
+    pub fn advance<R: Read>(&mut self, window: &mut Window<R>) -> Option<Found> {
+        loop {
+            let available = window.want(SHORTEST);
+            if available == 0 {
+                return None;
+            }
+            if available < SHORTEST {
+                let what = format!("the file ends within the header of a block: {available} of {SHORTEST} octets");
+                return Some(Found::rest(window, what));
+            }
+            let (order, length) = match self.head(window.octets()) {
+                Ok(head) => head,
+                Err(what) => return Some(self.resynchronise(window, what)),
+            };
+            let available = window.want(length);
+            if available < length {
+                return Some(self.run_over_the_end(window, available, length));
+            }
+            let trailer = order.word(window.octets(), length - 4);
+            if trailer.map(|trailer| trailer as usize) != Some(length) {
+                return Some(self.mend_trailer(window, order, length));
+            }
+
+            let at = window.offset();
+            match self.read(&window.octets()[..length], order) {
+                Content::Packet(place) => return Some(Found::Packet { length, place }),
+                Content::Nothing => window.consume(length),
+                Content::Unusable(what) => {
+                    window.consume(length);
+                    return Some(Found::damage(at, what));
+                }
+            }
+            if at == 0 && window.want(1) == 0 {
+                let what = "the file ends after its header and holds no packet".to_string();
+                return Some(Found::damage(window.offset(), what));
+            }
+        }
+    }
+
+    /// Byte order and length of the block at the start of `octets`, at least [`SHORTEST`] of them.
+    ///
+    /// Only a section header brings a byte order of its own.
+    fn head(&self, octets: &[u8]) -> Result<(Order, usize), String> {
+        let order = match octets.first_chunk::<4>().map(|magic| u32::from_le_bytes(*magic)) {
+            Some(SHB_MAGIC) => [Order::Little, Order::Big]
+                .into_iter()
+                .find(|order| order.word(octets, 8) == Some(BOM_MAGIC))
+                .ok_or("a section header without byte-order mark")?,
+            _ => self.order,
+        };
+        let length = order.word(octets, 4).unwrap_or_default();
+        match usize::try_from(length) {
+            Ok(length) if (SHORTEST..=LONGEST).contains(&length) => Ok((order, length)),
+            _ => Err(format!("a block claims {length} octets")),
+        }
+    }
+
+    fn read(&mut self, block: &[u8], order: Order) -> Content {
+        match order.word(block, 0).unwrap_or_default() {
+            SHB_MAGIC => {
+                self.order = order;
+                self.sections += 1;
+                self.interfaces.clear();
+                self.unknown = None;
+                Content::Nothing
+            }
+            IDB_MAGIC => {
+                let parsed = match order {
+                    Order::Little => parse_interfacedescriptionblock_le(block),
+                    Order::Big => parse_interfacedescriptionblock_be(block),
+                };
+                match parsed {
+                    Ok((_, description)) => {
+                        self.interfaces.push(Interface::read(&description, order));
+                        Content::Nothing
+                    }
+                    Err(_) => Content::Unusable(format!("an interface description of {} octets", block.len())),
+                }
+            }
+            EPB_MAGIC => self.enhanced_packet(block, order),
+            OLD_PACKET => self.old_packet(block, order),
+            SPB_MAGIC => self.simple_packet(block, order),
+            SJE_MAGIC | CB_MAGIC | DCB_MAGIC => {
+                // Wireshark shows these as events with a number.
+                self.number += 1;
+                Content::Nothing
+            }
+            _ => Content::Nothing,
+        }
+    }
+
+    fn enhanced_packet(&mut self, block: &[u8], order: Order) -> Content {
+        let parsed = match order {
+            Order::Little => parse_enhancedpacketblock_le(block),
+            Order::Big => parse_enhancedpacketblock_be(block),
+        };
+        let Ok((_, packet)) = parsed else { return too_short(block, order, 20) };
+        let ticks = u64::from(packet.ts_high) << 32 | u64::from(packet.ts_low);
+        let captured = PACKET..PACKET + packet.caplen as usize;
+        let options = PACKET + packet.data.len()..block.len() - 4;
+        self.packet(packet.if_id, Some(ticks), captured, packet.origlen, options, order)
+    }
+
+    /// The old packet block differs in that half of the interface's word counts lost packets.
+    fn old_packet(&mut self, block: &[u8], order: Order) -> Content {
+        let fields = [8, 12, 16, 20, 24].map(|at| order.word(block, at).unwrap_or_default());
+        let [word, high, low, captured, original] = fields;
+        let interface = match order {
+            Order::Little => word & 0xFFFF,
+            Order::Big => word >> 16,
+        };
+        let end = PACKET.saturating_add(captured as usize);
+        let options = end.saturating_add(3) & !3;
+        if options > block.len().saturating_sub(4) {
+            return too_short(block, order, 20);
+        }
+        let ticks = u64::from(high) << 32 | u64::from(low);
+        self.packet(interface, Some(ticks), PACKET..end, original, options..block.len() - 4, order)
+    }
+
+    /// A simple packet comes from the first interface, at a time that nobody noted, cut to the interface's limit.
+    fn simple_packet(&mut self, block: &[u8], order: Order) -> Content {
+        let parsed = match order {
+            Order::Little => parse_simplepacketblock_le(block),
+            Order::Big => parse_simplepacketblock_be(block),
+        };
+        let Ok((_, packet)) = parsed else { return too_short(block, order, 8) };
+        let limit = match self.interfaces.first() {
+            Some(Interface { longest_captured: 1.., .. }) => self.interfaces[0].longest_captured,
+            _ => u32::MAX,
+        };
+        let captured = packet.data.len().min(packet.origlen.min(limit) as usize);
+        self.packet(0, None, SIMPLE_PACKET..SIMPLE_PACKET + captured, packet.origlen, 0..0, order)
+    }
+
+    fn packet(
+        &mut self,
+        interface: u32,
+        ticks: Option<u64>,
+        captured: Range<usize>,
+        original_length: u32,
+        options: Range<usize>,
+        order: Order,
+    ) -> Content {
+        let Some(described) = self.interfaces.get(interface as usize) else {
+            if self.unknown.replace(interface) == Some(interface) {
+                return Content::Nothing;
+            }
+            return Content::Unusable(format!(
+                "packets of interface {interface} are left out: no block of the section describes it"
+            ));
+        };
+        self.number += 1;
+        Content::Packet(Place {
+            number: self.number,
+            time: ticks.map_or(Time::ZERO, |ticks| described.time(ticks)),
+            section: self.sections,
+            interface,
+            link_type: described.link_type,
+            captured,
+            original_length,
+            options,
+            order,
+        })
+    }
+
+    /// The two lengths of a block differ; if its first leads to another block, only the second was damaged.
+    fn mend_trailer<R: Read>(&mut self, window: &mut Window<R>, order: Order, length: usize) -> Found {
+        let at = window.offset();
+        let trailer = order.word(window.octets(), length - 4).unwrap_or_default();
+        let what = format!("a block claims {length} octets at its start and {trailer} at its end");
+        if window.want(length + 1) == length || self.is_block(window, length) {
+            let right = order.octets(length as u32);
+            window.octets_mut()[length - 4..length].copy_from_slice(&right);
+            return Found::damage(at, format!("{what}, taken as {length}"));
+        }
+        self.resynchronise(window, what)
+    }
+
+    fn run_over_the_end<R: Read>(&mut self, window: &mut Window<R>, available: usize, length: usize) -> Found {
+        if (1..available).any(|at| self.is_block(window, at)) {
+            return self.resynchronise(window, format!("a block claims {length} octets, beyond the end of the file"));
+        }
+        Found::rest(window, format!("the file ends within a block: {available} of {length} octets"))
+    }
+
+    /// Goes on at the next place where a whole block of a known type stands.
+    fn resynchronise<R: Read>(&mut self, window: &mut Window<R>, what: String) -> Found {
+        let at = window.offset();
+        window.consume(1);
+        while window.want(SHORTEST) >= SHORTEST {
+            // The window slides to each place that is worth a look, so that memory does not grow with what is skipped.
+            let last = window.octets().len() - SHORTEST;
+            match (0..=last).find(|&start| self.is_head(&window.octets()[start..])) {
+                None => window.consume(last + 1),
+                Some(start) => {
+                    window.consume(start);
+                    if self.is_block(window, 0) {
+                        break;
+                    }
+                    window.consume(1);
+                }
+            }
+        }
+        if window.octets().len() < SHORTEST {
+            window.consume(usize::MAX);
+        }
+        let skipped = window.offset() - at;
+        Found::damage(at, format!("{what}; {skipped} octets skipped"))
+    }
+
+    /// Whether a block of a known type and a possible length may begin here.
+    fn is_head(&self, octets: &[u8]) -> bool {
+        let known = match self.order.word(octets, 0) {
+            Some(block_type) => matches!(
+                block_type,
+                SHB_MAGIC
+                    | IDB_MAGIC
+                    | OLD_PACKET
+                    | SPB_MAGIC
+                    | NRB_MAGIC
+                    | ISB_MAGIC
+                    | EPB_MAGIC
+                    | SJE_MAGIC
+                    | DSB_MAGIC
+                    | CB_MAGIC
+                    | DCB_MAGIC
+            ),
+            None => false,
+        };
+        known && self.head(octets).is_ok_and(|(_, length)| length % 4 == 0)
+    }
+
+    /// Whether a whole block of a known type stands `start` octets into the window.
+    fn is_block<R: Read>(&self, window: &mut Window<R>, start: usize) -> bool {
+        if window.want(start + SHORTEST) < start + SHORTEST || !self.is_head(&window.octets()[start..]) {
+            return false;
+        }
+        let Ok((order, length)) = self.head(&window.octets()[start..]) else { return false };
+        let end = start + length;
+        window.want(end) >= end && order.word(window.octets(), end - 4) == Some(length as u32)
+    }
+}
+
+/// A packet block whose captured length, a word at `at`, does not fit into it.
+fn too_short(block: &[u8], order: Order, at: usize) -> Content {
+    let claim = order.word(block, at).unwrap_or_default();
+    Content::Unusable(format!("a packet claims {claim} octets in a block of {}", block.len()))
+}

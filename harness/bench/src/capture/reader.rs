@@ -1,0 +1,159 @@
+//! The reader of both formats: what a packet is once it was found.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::io::Read;
+use std::ops::Range;
+
+use pcap_parser::{OptionCode, PcapError, parse_option_be, parse_option_le};
+use station::Time;
+
+use super::interface::Order;
+use super::pcap::Pcap;
+use super::pcapng::Pcapng;
+use super::window::Window;
+use super::{Damage, Item, LinkType, NotACapture, Packet};
+
+/// Reads a pcap or pcapng file packet by packet, in one pass, with memory that does not grow with the file.
+///
+/// Both byte orders, microseconds and nanoseconds, several sections and interfaces; blocks that hold no packet are
+/// passed over. Damage is reported where it begins; reading goes on where the next record or block is beyond doubt.
+pub struct CaptureReader<R> {
+    window: Window<R>,
+    format: Format,
+    /// Octets of the record that was handed out last.
+    taken: usize,
+}
+
+#[derive(Debug)]
+enum Format {
+    Pcap(Pcap),
+    Pcapng(Pcapng),
+}
+
+/// What a format found at the start of the window.
+pub(super) enum Found {
+    /// A packet whose record has `length` octets.
+    Packet { length: usize, place: Place },
+    /// Damage; the window stands behind it.
+    Damage(Damage),
+}
+
+impl Found {
+    /// Damage that begins `at` octets into the file.
+    pub fn damage(at: u64, what: String) -> Found {
+        Found::Damage(Damage { at, what })
+    }
+
+    /// Damage from the start of the window to the end of the file.
+    pub fn rest<R: Read>(window: &mut Window<R>, what: String) -> Found {
+        let at = window.offset();
+        window.consume(usize::MAX);
+        Found::damage(at, what)
+    }
+}
+
+/// Where in the window the parts of a packet are, and what is known of it.
+pub(super) struct Place {
+    pub number: usize,
+    pub time: Time,
+    pub section: u32,
+    pub interface: u32,
+    pub link_type: LinkType,
+    pub captured: Range<usize>,
+    pub original_length: u32,
+    pub options: Range<usize>,
+    pub order: Order,
+}
+
+impl<R: Read> CaptureReader<R> {
+    /// Looks at the first octets of `input` and decides by them, whatever the file is called, how to read on.
+    ///
+    /// `input` needs no buffer of its own. A file that begins like a capture and ends within its header is accepted;
+    /// the damage then comes out of [`next`](Self::next).
+    pub fn new(input: R) -> Result<CaptureReader<R>, NotACapture> {
+        let mut window = Window::new(input);
+        window.want(4);
+        if let Some(error) = window.failure() {
+            return Err(NotACapture::Unreadable(error));
+        }
+        let format = match window.octets() {
+            [0x0A, 0x0D, 0x0D, 0x0A, ..] => Format::Pcapng(Pcapng::new()),
+            octets if Pcap::begins(octets) => Format::Pcap(Pcap::new()),
+            [] => return Err(NotACapture::Empty),
+            [0x1F, 0x8B, ..] => return Err(NotACapture::Packed),
+            octets => return Err(NotACapture::OtherFormat(octets[..octets.len().min(4)].to_vec())),
+        };
+        Ok(CaptureReader { window, format, taken: 0 })
+    }
+
+    /// The next packet or the next damage, or `None` at the end of the file.
+    #[allow(clippy::should_implement_trait, reason = "the packet borrows from the reader, which no Iterator can say")]
+    pub fn next(&mut self) -> Option<Item<'_>> {
+        self.window.consume(self.taken);
+        self.taken = 0;
+        let found = match &mut self.format {
+            Format::Pcap(pcap) => pcap.advance(&mut self.window),
+            Format::Pcapng(pcapng) => pcapng.advance(&mut self.window),
+        };
+        match found {
+            Some(Found::Packet { length, place }) => {
+                self.taken = length;
+                Some(Item::Packet(place.packet(self.window.octets())))
+            }
+            Some(Found::Damage(damage)) => Some(Item::Damage(damage)),
+            None => {
+                let failure = self.window.failure()?;
+                let at = self.window.offset();
+                Some(Item::Damage(Damage { at, what: format!("reading stopped: {failure}") }))
+            }
+        }
+    }
+}
+
+impl<R> fmt::Debug for CaptureReader<R> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CaptureReader").field("format", &self.format).finish_non_exhaustive()
+    }
+}
+
+impl Place {
+    fn packet(self, octets: &[u8]) -> Packet<'_> {
+        let options = octets.get(self.options).unwrap_or_default();
+        Packet {
+            number: self.number,
+            time: self.time,
+            section: self.section,
+            interface: self.interface,
+            link_type: self.link_type,
+            captured: octets.get(self.captured).unwrap_or_default(),
+            original_length: self.original_length,
+            comment: if options.is_empty() { None } else { comment(options, self.order) },
+        }
+    }
+}
+
+/// The comments among the options of a packet block.
+fn comment(mut options: &[u8], order: Order) -> Option<Cow<'_, str>> {
+    let mut comment: Option<Cow<'_, str>> = None;
+    loop {
+        let parsed = match order {
+            Order::Little => parse_option_le::<PcapError<&[u8]>>(options),
+            Order::Big => parse_option_be::<PcapError<&[u8]>>(options),
+        };
+        let Ok((rest, option)) = parsed else { return comment };
+        match option.code {
+            OptionCode::EndOfOpt => return comment,
+            OptionCode::Comment => {
+                let end = 4 + usize::from(option.len);
+                let text = String::from_utf8_lossy(options.get(4..end).unwrap_or_default());
+                comment = Some(match comment {
+                    None => text,
+                    Some(before) => Cow::Owned(format!("{before}\n{text}")),
+                });
+            }
+            _ => {}
+        }
+        options = rest;
+    }
+}

@@ -1,0 +1,160 @@
+//! Devices that are none: what a tester must not mistake for a device that works.
+//!
+//! Each is a [`Station`]. A run against any of them yields no pass.
+
+use station::{Duration, Outbox, Station, Time};
+
+use crate::damage::Random;
+
+/// The plug is in and nobody is there.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Station for Silent {
+    fn receive(&mut self, _now: Time, _frame: &[u8], _out: &mut Outbox) {}
+
+    fn wake(&mut self, _now: Time, _out: &mut Outbox) {}
+
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
+}
+
+/// Sends every frame back twice: as it came, and with the two addresses exchanged.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reflector;
+
+impl Station for Reflector {
+    fn receive(&mut self, _now: Time, frame: &[u8], out: &mut Outbox) {
+        out.push(frame);
+        if let Some((destination, rest)) = frame.split_first_chunk::<6>()
+            && let Some((source, rest)) = rest.split_first_chunk::<6>()
+        {
+            out.push_with(|octets| {
+                octets.extend_from_slice(source);
+                octets.extend_from_slice(destination);
+                octets.extend_from_slice(rest);
+            });
+        }
+    }
+
+    fn wake(&mut self, _now: Time, _out: &mut Outbox) {}
+
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
+}
+
+/// Sends nonsense at a steady rate, some of it dressed up as cyclic frames, DCP answers, RPC and ARP for its victim.
+///
+/// The same seed gives the same nonsense.
+#[derive(Clone, Debug)]
+pub struct Babbler {
+    random: Random,
+    interval: Duration,
+    next: Time,
+    own: [u8; 6],
+    victim: [u8; 6],
+}
+
+impl Babbler {
+    /// A babbler at the address `own` that sends to `victim` one frame each `interval`, from the start of the run.
+    ///
+    /// An interval of zero is taken as one nanosecond; the wire then drops what it cannot carry.
+    pub fn new(seed: u64, interval: Duration, own: [u8; 6], victim: [u8; 6]) -> Babbler {
+        let interval = interval.max(Duration::from_nanos(1));
+        Babbler { random: Random::new(seed), interval, next: Time::ZERO, own, victim }
+    }
+
+    fn frame(&mut self, octets: &mut Vec<u8>) {
+        let random = &mut self.random;
+        octets.extend_from_slice(&self.victim);
+        octets.extend_from_slice(&self.own);
+        // What the payload pretends to be, then how many random octets follow.
+        let (head, rest): (&[u8], u64) = match random.below(6) {
+            // RT_CLASS_1 with a frame id of an input or output frame; the APDU status is random too.
+            0 => (&[0x88, 0x92, 0x80 + random.below(0x40) as u8, random.octet()], 44 + random.below(60)),
+            1 => (&[0x81, 0x00, 0xC0, 0x00, 0x88, 0x92, 0xC0, random.below(4) as u8], 44 + random.below(60)),
+            // DCP: Identify response, then Get/Set response, each with 26 octets that claim to be blocks.
+            2 => (&[0x88, 0x92, 0xFE, 0xFF, 0x05, 0x01], 40),
+            3 => (&[0x88, 0x92, 0xFE, 0xFD, 0x03 + random.below(2) as u8, 0x01], 40),
+            4 => (&[0x08, 0x06, 0x00, 0x01, 0x08, 0x00, 0x06, 0x04, 0x00, 0x02], 20),
+            _ => (&[], 2 + random.below(1_490)),
+        };
+        octets.extend_from_slice(head);
+        for _ in 0..rest {
+            octets.push(random.octet());
+        }
+    }
+}
+
+impl Station for Babbler {
+    fn receive(&mut self, _now: Time, _frame: &[u8], _out: &mut Outbox) {}
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if now >= self.next {
+            out.push_with(|octets| self.frame(octets));
+            self.next = now + self.interval;
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        Some(self.next)
+    }
+}
+
+/// A station that stops for good once it has sent a number of frames, as though its supply had failed.
+#[derive(Debug)]
+pub struct DiesAfter<S> {
+    station: S,
+    left: usize,
+    sent: Outbox,
+}
+
+impl<S> DiesAfter<S> {
+    /// Lets `station` send `frames` frames, then no more; with 0 it is dead from the start.
+    pub fn new(station: S, frames: usize) -> DiesAfter<S> {
+        DiesAfter { station, left: frames, sent: Outbox::new() }
+    }
+
+    /// The station inside, for the hands of a stand.
+    pub fn station_mut(&mut self) -> &mut S {
+        &mut self.station
+    }
+
+    /// Whether it has sent its last frame.
+    pub fn is_dead(&self) -> bool {
+        self.left == 0
+    }
+
+    fn pass_on(&mut self, out: &mut Outbox) {
+        for frame in self.sent.frames().take(self.left) {
+            out.push(frame);
+            self.left -= 1;
+        }
+        self.sent.clear();
+    }
+}
+
+impl<S: Station> Station for DiesAfter<S> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        if !self.is_dead() {
+            self.station.receive(now, frame, &mut self.sent);
+            self.pass_on(out);
+        }
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if !self.is_dead() {
+            self.station.wake(now, &mut self.sent);
+            self.pass_on(out);
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        if self.is_dead() { None } else { self.station.deadline() }
+    }
+}
+
+#[cfg(test)]
+mod tests;

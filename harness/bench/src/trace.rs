@@ -1,0 +1,129 @@
+//! A compact store of the frames that were seen on a wire.
+
+use std::collections::BTreeMap;
+
+use station::Time;
+
+use crate::wire::Seen;
+
+/// The frames of one trial in the order in which they arrived, all octets in one growing buffer.
+///
+/// Frames are numbered from 1, as in Wireshark, so that a number in a report is the number in the saved capture.
+#[derive(Clone, Debug, Default)]
+pub struct Trace {
+    octets: Vec<u8>,
+    entries: Vec<Entry>,
+    comments: BTreeMap<usize, String>,
+}
+
+/// One frame of a [`Trace`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Its number in the trace, from 1.
+    pub number: usize,
+    /// When it arrived.
+    pub time: Time,
+    /// The port that sent it.
+    pub port: usize,
+    /// Its octets from the destination address, without checksum sequence.
+    pub octets: &'a [u8],
+    /// What was noted beside it.
+    pub comment: Option<&'a str>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    time: Time,
+    port: usize,
+    end: usize,
+}
+
+impl Trace {
+    /// An empty trace.
+    pub fn new() -> Trace {
+        Trace::default()
+    }
+
+    /// Stores a frame and returns its number.
+    pub fn push(&mut self, time: Time, port: usize, octets: &[u8]) -> usize {
+        self.octets.extend_from_slice(octets);
+        self.entries.push(Entry { time, port, end: self.octets.len() });
+        self.entries.len()
+    }
+
+    /// Stores what a wire's tap has seen and returns its number.
+    pub fn see(&mut self, seen: Seen<'_>) -> usize {
+        self.push(seen.time, seen.port, seen.frame)
+    }
+
+    /// Notes `text` beside frame `number`, under what is noted there already.
+    ///
+    /// The frame may be one that is yet to come: `trace.len() + 1` marks where a step begins.
+    pub fn comment(&mut self, number: usize, text: &str) {
+        let noted = self.comments.entry(number).or_default();
+        if !noted.is_empty() {
+            noted.push('\n');
+        }
+        noted.push_str(text);
+    }
+
+    /// The frame with this number, or `None` for 0 and for numbers beyond the end.
+    pub fn get(&self, number: usize) -> Option<Frame<'_>> {
+        let index = number.checked_sub(1)?;
+        let entry = self.entries.get(index)?;
+        let start = index.checked_sub(1).map_or(0, |before| self.entries[before].end);
+        Some(Frame {
+            number,
+            time: entry.time,
+            port: entry.port,
+            octets: &self.octets[start..entry.end],
+            comment: self.comments.get(&number).map(String::as_str),
+        })
+    }
+
+    /// The frames from the first to the last.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = Frame<'_>> {
+        (1..=self.len()).filter_map(|number| self.get(number))
+    }
+
+    /// How many frames there are, which is also the number of the last one.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether no frame was seen.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Forgets all frames and comments and keeps the memory.
+    pub fn clear(&mut self) {
+        self.octets.clear();
+        self.entries.clear();
+        self.comments.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_come_back_whole_under_their_numbers() {
+        let mut trace = Trace::new();
+        trace.comment(2, "step 1");
+        assert_eq!(trace.push(Time::from_nanos(5), 0, &[1, 2, 3]), 1);
+        assert_eq!(trace.push(Time::from_nanos(7), 1, &[4]), 2);
+        trace.comment(2, "expect");
+
+        let second =
+            Frame { number: 2, time: Time::from_nanos(7), port: 1, octets: &[4], comment: Some("step 1\nexpect") };
+        assert_eq!(trace.get(2), Some(second));
+        assert_eq!(trace.get(0), None);
+        assert_eq!(trace.get(3), None);
+        let octets: Vec<&[u8]> = trace.iter().map(|frame| frame.octets).collect();
+        assert_eq!(octets, [&[1u8, 2, 3][..], &[4]]);
+        trace.clear();
+        assert!(trace.is_empty() && trace.get(1).is_none());
+    }
+}

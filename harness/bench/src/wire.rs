@@ -1,0 +1,283 @@
+//! The virtual Ethernet segment and its clock.
+//!
+//! Deterministic: the same stations and inputs give the same frames at the same nanoseconds, on every machine.
+
+use std::collections::VecDeque;
+
+use station::{Duration, Outbox, Station, Time};
+use thiserror::Error;
+
+/// One octet at 100 Mbit/s.
+const OCTET: u64 = 80;
+/// Preamble and start-of-frame delimiter, in octets (IEEE 802.3, 3.1.1).
+const PREAMBLE: usize = 8;
+/// Frame check sequence, in octets.
+const CHECK_SEQUENCE: usize = 4;
+/// Silence between two frames of one sender, in octets' worth of time.
+const GAP: usize = 12;
+/// A switch of an installation hands a frame on after some microseconds.
+const SWITCH_LATENCY: Duration = Duration::from_nanos(3_000);
+/// Two addresses and an EtherType.
+const SHORTEST: usize = 14;
+/// What a network interface fills a shorter frame up to, in octets without check sequence.
+const PADDED: usize = 60;
+/// Longest untagged frame in octets, without check sequence.
+const LONGEST: usize = 1514;
+/// What an 802.1Q tag adds, in octets.
+const TAG: usize = 4;
+/// How far ahead of the clock the frames that a port has queued may reach.
+const BACKLOG: Duration = Duration::from_millis(100);
+/// How often a station may be woken at one instant.
+const WAKES_AT_ONE_INSTANT: u32 = 1_000;
+/// How many violations are kept; what comes after is only counted.
+const VIOLATIONS_KEPT: usize = 1_000;
+
+/// A virtual switched segment at 100 Mbit/s full duplex, with any number of stations and the clock they share.
+///
+/// The stations belong to the caller and are handed in at each step; a station's port is its index in that slice.
+/// A frame sent at `t` arrives at every other port once its last bit is through: preamble, frame, check sequence at
+/// 80 ns an octet, then 3 µs of switch. The frames of one sender queue behind each other. Frames shorter than 60
+/// octets arrive padded with zeros, as network interfaces send them.
+#[derive(Debug, Default)]
+pub struct VirtualWire {
+    now: Time,
+    /// Sorted by arrival, then by order of sending.
+    in_flight: VecDeque<Flight>,
+    spare: Vec<Vec<u8>>,
+    outbox: Outbox,
+    ports: Vec<Port>,
+    violations: Vec<Violation>,
+    violations_seen: u64,
+}
+
+/// What one [`VirtualWire::step`] did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// Nothing was left to do up to the time given, and the clock stands there.
+    Idle,
+    /// A frame was delivered or a station was woken.
+    Worked,
+}
+
+/// A frame as a tap in the middle of the segment sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seen<'a> {
+    /// When it arrives at the other ports.
+    pub time: Time,
+    /// The port that sent it.
+    pub port: usize,
+    /// Its octets from the destination address, padded to 60, without check sequence.
+    pub frame: &'a [u8],
+}
+
+/// What a station did that no wire carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum Violation {
+    /// A frame that cannot hold two addresses and an EtherType was not transmitted.
+    #[error("port {port} sent a frame of {length} octets at {time}; the shortest has 14")]
+    TooShort {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+        /// Its length in octets.
+        length: usize,
+    },
+    /// A frame beyond 1514 octets (1518 with an 802.1Q tag), check sequence not counted, was not transmitted.
+    #[error("port {port} sent a frame of {length} octets at {time}; the longest has 1514, tagged 1518")]
+    TooLong {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+        /// Its length in octets.
+        length: usize,
+    },
+    /// A frame was dropped because those queued before it keep the line busy for 100 ms.
+    #[error("port {port} sent more at {time} than its line carries; the frame was dropped")]
+    Congested {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+    },
+    /// A station asks again and again to be woken at the same instant; it sleeps until the clock moves on.
+    #[error("port {port} wants to be woken at {time} for ever")]
+    Livelock {
+        /// The port of the station.
+        port: usize,
+        /// The instant.
+        time: Time,
+    },
+}
+
+#[derive(Debug)]
+struct Flight {
+    arrival: Time,
+    port: usize,
+    frame: Vec<u8>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Port {
+    line_free: Time,
+    woken_at: Time,
+    wakes: u32,
+    livelocked: bool,
+}
+
+impl VirtualWire {
+    /// A silent segment whose clock stands at [`Time::ZERO`].
+    pub fn new() -> VirtualWire {
+        VirtualWire::default()
+    }
+
+    /// What the clock shows.
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// What the stations did that no wire carries, in order; the first thousand are kept.
+    pub fn violations(&self) -> &[Violation] {
+        &self.violations
+    }
+
+    /// How many violations there were, those included that are not kept.
+    pub fn violations_seen(&self) -> u64 {
+        self.violations_seen
+    }
+
+    /// Moves the clock to the next event, but not beyond `until`, and lets it happen.
+    ///
+    /// An event is one frame reaching all the other ports (in port order) or one station being woken; after each
+    /// input all frames that the station sends are taken over. Of events at one instant, arrivals come first (by
+    /// order of sending), then wakes (by port). Deadlines are asked for anew at every step, so that the caller may
+    /// act on stations in between; one that lies in the past is due now. `tap` sees every frame once, as it arrives.
+    pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
+        if self.ports.len() < stations.len() {
+            self.ports.resize(stations.len(), Port::default());
+        }
+        let arrival = self.in_flight.front().map(|flight| flight.arrival).filter(|arrival| *arrival <= until);
+        let wake = self.earliest_deadline(stations).filter(|(due, _)| *due <= until);
+        match (arrival, wake) {
+            (Some(arrival), due) if due.is_none_or(|(due, _)| arrival <= due) => {
+                self.now = self.now.max(arrival);
+                self.deliver(stations, tap);
+            }
+            (_, Some((due, port))) => {
+                self.now = due;
+                self.wake(port, stations);
+            }
+            (_, None) => {
+                self.now = self.now.max(until);
+                return Step::Idle;
+            }
+        }
+        Step::Worked
+    }
+
+    /// Steps until nothing is left to do up to `until`; the clock then stands there.
+    pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) {
+        while self.step(stations, until, tap) == Step::Worked {}
+    }
+
+    /// Sends `frame` now as though the station at `port` had sent it; a `port` without station is an extra one.
+    ///
+    /// Returns what the wire objects to, which is also kept among the [`violations`](Self::violations).
+    pub fn inject(&mut self, port: usize, frame: &[u8]) -> Result<(), Violation> {
+        if self.ports.len() <= port {
+            self.ports.resize(port + 1, Port::default());
+        }
+        self.transmit(port, frame)
+    }
+
+    /// When which port is to be woken next; of several at one instant, the lowest.
+    fn earliest_deadline(&self, stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
+        let due = stations.iter().zip(&self.ports).enumerate().filter_map(|(index, (station, port))| {
+            let due = station.deadline()?.max(self.now);
+            let spinning = port.wakes >= WAKES_AT_ONE_INSTANT && port.woken_at == due;
+            (!spinning).then_some((due, index))
+        });
+        due.min()
+    }
+
+    fn deliver(&mut self, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(Seen<'_>)) {
+        let Some(flight) = self.in_flight.pop_front() else { return };
+        tap(Seen { time: self.now, port: flight.port, frame: &flight.frame });
+        for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| *port != flight.port) {
+            station.receive(self.now, &flight.frame, &mut self.outbox);
+            self.drain(port);
+        }
+        self.spare.push(flight.frame);
+    }
+
+    fn wake(&mut self, port: usize, stations: &mut [&mut dyn Station]) {
+        stations[port].wake(self.now, &mut self.outbox);
+        self.drain(port);
+        let state = &mut self.ports[port];
+        state.wakes = if state.woken_at == self.now { state.wakes + 1 } else { 1 };
+        state.woken_at = self.now;
+        if state.wakes >= WAKES_AT_ONE_INSTANT && !state.livelocked {
+            state.livelocked = true;
+            self.object(Violation::Livelock { port, time: self.now });
+        }
+    }
+
+    /// Takes over what the station at `port` has put into the outbox.
+    fn drain(&mut self, port: usize) {
+        if self.outbox.is_empty() {
+            return;
+        }
+        let mut sent = std::mem::take(&mut self.outbox);
+        for frame in sent.frames() {
+            // The violation is on record; the sender learns no more of it than on a real wire.
+            let _ = self.transmit(port, frame);
+        }
+        sent.clear();
+        self.outbox = sent;
+    }
+
+    fn transmit(&mut self, port: usize, frame: &[u8]) -> Result<(), Violation> {
+        let length = frame.len();
+        let tag = if frame.get(12..14) == Some(&[0x81, 0x00]) { TAG } else { 0 };
+        let time = self.now;
+        let start = self.ports[port].line_free.max(time);
+        if length < SHORTEST {
+            return Err(self.object(Violation::TooShort { port, time, length }));
+        }
+        if length > LONGEST + tag {
+            return Err(self.object(Violation::TooLong { port, time, length }));
+        }
+        if start.since(time) > BACKLOG {
+            return Err(self.object(Violation::Congested { port, time }));
+        }
+
+        let on_the_line = PREAMBLE + length.max(PADDED) + CHECK_SEQUENCE;
+        self.ports[port].line_free = start + octets(on_the_line + GAP);
+        let arrival = start + octets(on_the_line) + SWITCH_LATENCY;
+
+        let mut padded = self.spare.pop().unwrap_or_default();
+        padded.clear();
+        padded.extend_from_slice(frame);
+        padded.resize(length.max(PADDED), 0);
+        let behind = self.in_flight.iter().rev().take_while(|flight| flight.arrival > arrival).count();
+        self.in_flight.insert(self.in_flight.len() - behind, Flight { arrival, port, frame: padded });
+        Ok(())
+    }
+
+    fn object(&mut self, violation: Violation) -> Violation {
+        self.violations_seen += 1;
+        if self.violations.len() < VIOLATIONS_KEPT {
+            self.violations.push(violation);
+        }
+        violation
+    }
+}
+
+/// How long `count` octets take at 100 Mbit/s.
+fn octets(count: usize) -> Duration {
+    Duration::from_nanos(count as u64 * OCTET)
+}
+
+#[cfg(test)]
+mod tests;
