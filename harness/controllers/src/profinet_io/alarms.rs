@@ -1,0 +1,229 @@
+//! Our alarm endpoint: takes alarms, acknowledges them twice (transport, then application), ends the AR by ERR-RTA.
+//!
+//! Each priority is a channel of its own with its own sequence numbers. An alarm that comes again is acknowledged again and
+//! not taken again. This room must not know what an alarm means.
+
+use super::connection::Connection;
+use super::outcome::ArEnd;
+use super::state::{Wait, Waiting};
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::{Outbox, Time};
+use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan, pad};
+use wire::octets::Append;
+use wire::profinet::alarm::{AlarmAck, AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
+use wire::profinet::status::{AbortReason, PnioStatus};
+
+/// The sequence number of the first DATA of a channel.
+const FIRST: u16 = 0xFFFF;
+/// The sequence number that stands for "none yet".
+const BEFORE_FIRST: u16 = 0xFFFE;
+
+/// The alarm endpoint of an AR.
+#[derive(Debug)]
+pub(super) struct Alarms {
+    ends: Ends,
+    channels: [Channel; 2],
+}
+
+/// Who speaks with whom, and how patiently.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    pub(super) own: Mac,
+    pub(super) device: Mac,
+    pub(super) own_reference: u16,
+    pub(super) device_reference: u16,
+    vlan: bool,
+    timeout: Duration,
+    retries: u16,
+}
+
+#[derive(Debug)]
+struct Channel {
+    priority: AlarmPriority,
+    /// The number that the next DATA of the device has to have.
+    expected: u16,
+    /// The number of the last DATA that was taken.
+    taken: u16,
+    /// The number of our next DATA, and of our last one.
+    next: u16,
+    sent: u16,
+    waiting: VecDeque<AlarmAck>,
+    outstanding: Option<Outstanding>,
+}
+
+/// An AlarmAck whose transport acknowledgement is awaited.
+#[derive(Clone, Copy, Debug)]
+struct Outstanding {
+    ack: AlarmAck,
+    since: Time,
+    repeat: Time,
+    repeats: u16,
+}
+
+impl Ends {
+    pub(super) fn new(connection: &Connection, macs: (Mac, Mac), references: (u16, u16)) -> Ends {
+        Ends {
+            own: macs.0,
+            device: macs.1,
+            own_reference: references.0,
+            device_reference: references.1,
+            vlan: connection.vlan,
+            timeout: Duration::from_millis(100) * u32::from(connection.rta_timeout_factor.max(1)),
+            retries: connection.rta_retries,
+        }
+    }
+
+    fn send(&self, priority: AlarmPriority, pdu: &RtaPdu, out: &mut Outbox) {
+        let header = FrameHeader::new(self.device, self.own, EtherType::PROFINET);
+        let header = match (self.vlan, priority) {
+            (false, _) => header,
+            (true, AlarmPriority::High) => header.tagged(Vlan::RT),
+            (true, AlarmPriority::Low) => header.tagged(Vlan::LOW_ALARM),
+        };
+        out.push_with(|octets| {
+            let start = octets.len();
+            header.write(octets);
+            octets.put_u16(priority.frame_id());
+            pdu.write(octets);
+            pad(octets, start);
+        });
+    }
+}
+
+impl Alarms {
+    pub(super) fn new(ends: Ends) -> Alarms {
+        Alarms { ends, channels: [Channel::new(AlarmPriority::Low), Channel::new(AlarmPriority::High)] }
+    }
+
+    /// When something is to be repeated.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        self.channels.iter().filter_map(|channel| channel.outstanding.map(|outstanding| outstanding.repeat)).min()
+    }
+
+    /// Takes what follows the frame id of an alarm frame from `from`; gives the end of the AR if that is what it says.
+    pub(super) fn receive(
+        &mut self,
+        now: Time,
+        from: Mac,
+        priority: AlarmPriority,
+        octets: &[u8],
+        out: &mut Outbox,
+    ) -> Option<ArEnd> {
+        let Alarms { ends, channels } = self;
+        let pdu = RtaPdu::parse(octets).ok().filter(|_| from == ends.device)?;
+        // An ERR-RTA counts whatever it says of its sender: a device that has lost the AR may have lost the number as well.
+        let from_peer = pdu.header.src_endpoint == ends.device_reference || pdu.header.kind == RtaKind::ERR;
+        if pdu.header.dst_endpoint != ends.own_reference || !from_peer || pdu.header.version != 1 {
+            return None;
+        }
+        let channel = channels.iter_mut().find(|channel| channel.priority == priority)?;
+        match (pdu.header.kind, pdu.body) {
+            (_, RtaBody::Error { status, .. }) => return Some(ArEnd::Aborted(status)),
+            (RtaKind::DATA, body) => channel.data(now, ends, pdu.header.send_seq_num, body, out),
+            (RtaKind::ACK, _) => channel.acknowledged(now, ends, pdu.header.ack_seq_num, out),
+            _ => {}
+        }
+        None
+    }
+
+    /// Repeats what is due; gives the end of the AR if the device never acknowledged.
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<ArEnd> {
+        let Alarms { ends, channels } = self;
+        channels.iter_mut().find_map(|channel| channel.wake(now, ends, out)).map(ArEnd::AlarmUnacknowledged)
+    }
+
+    /// Tells the device that the AR ends.
+    pub(super) fn abort(&self, reason: AbortReason, out: &mut Outbox) {
+        let [low, _] = &self.channels;
+        let body = RtaBody::Error { status: PnioStatus::abort(reason), more: Vec::new() };
+        let pdu = RtaPdu { header: low.header(&self.ends, RtaKind::ERR, low.next), body };
+        self.ends.send(AlarmPriority::Low, &pdu, out);
+    }
+}
+
+impl Channel {
+    fn new(priority: AlarmPriority) -> Channel {
+        Channel {
+            priority,
+            expected: FIRST,
+            taken: BEFORE_FIRST,
+            next: FIRST,
+            sent: BEFORE_FIRST,
+            waiting: VecDeque::new(),
+            outstanding: None,
+        }
+    }
+
+    fn header(&self, ends: &Ends, kind: RtaKind, send: u16) -> RtaHeader {
+        RtaHeader::new(kind, ends.device_reference, ends.own_reference, send, self.taken)
+    }
+
+    fn data(&mut self, now: Time, ends: &Ends, sequence: u16, body: RtaBody, out: &mut Outbox) {
+        let new = sequence == self.expected;
+        if new {
+            (self.taken, self.expected) = (sequence, following(sequence));
+        }
+        let kind = if new || sequence == self.taken { RtaKind::ACK } else { RtaKind::NACK };
+        let pdu = RtaPdu { header: self.header(ends, kind, self.sent), body: RtaBody::Octets(Vec::new()) };
+        ends.send(self.priority, &pdu, out);
+        if let RtaBody::Notification(alarm) = body
+            && new
+        {
+            self.waiting.push_back(alarm.acknowledgement(PnioStatus::OK));
+            self.send_next(now, ends, out);
+        }
+    }
+
+    fn acknowledged(&mut self, now: Time, ends: &Ends, sequence: u16, out: &mut Outbox) {
+        if self.outstanding.is_some() && sequence == self.sent {
+            self.outstanding = None;
+            self.send_next(now, ends, out);
+        }
+    }
+
+    fn send_next(&mut self, now: Time, ends: &Ends, out: &mut Outbox) {
+        if self.outstanding.is_some() {
+            return;
+        }
+        let Some(ack) = self.waiting.pop_front() else { return };
+        (self.sent, self.next) = (self.next, following(self.next));
+        self.outstanding = Some(Outstanding { ack, since: now, repeat: now + ends.timeout, repeats: 0 });
+        self.send(ends, ack, out);
+    }
+
+    fn send(&self, ends: &Ends, ack: AlarmAck, out: &mut Outbox) {
+        let header = self.header(ends, RtaKind::DATA, self.sent);
+        ends.send(self.priority, &RtaPdu { header, body: RtaBody::Acknowledgement(ack) }, out);
+    }
+
+    fn wake(&mut self, now: Time, ends: &Ends, out: &mut Outbox) -> Option<Wait> {
+        let outstanding = self.outstanding.as_mut().filter(|outstanding| now >= outstanding.repeat)?;
+        if outstanding.repeats >= ends.retries {
+            return Some(Wait { what: Waiting::AlarmAcknowledged, time: now.since(outstanding.since) });
+        }
+        outstanding.repeats += 1;
+        outstanding.repeat = now + ends.timeout;
+        let ack = outstanding.ack;
+        self.send(ends, ack, out);
+        None
+    }
+}
+
+/// The sequence number after `number`: 0 after the first one, then up to 0x7FFF and round.
+fn following(number: u16) -> u16 {
+    number.wrapping_add(1) & 0x7FFF
+}
+
+#[cfg(test)]
+mod tests {
+    use super::following;
+
+    /// After the first number comes 0, after 0x7FFF as well.
+    #[test]
+    fn sequence_numbers_go_round_without_the_first_one() {
+        let steps = [(0xFFFF, 0), (0, 1), (0x7FFE, 0x7FFF), (0x7FFF, 0)];
+        assert!(steps.iter().all(|(number, next)| following(*number) == *next));
+    }
+}

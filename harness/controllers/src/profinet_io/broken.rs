@@ -1,0 +1,202 @@
+//! Frames that are damaged on purpose, to see that a device survives them.
+//!
+//! Each is one frame on its own. The AR goes on beside it; whether it still stands afterwards is for others to judge.
+
+use super::call::CLIENT_PORT;
+use super::connect::{self, ArNames};
+use super::connection::{Connection, DeviceAddress, Target};
+use super::context::{ARGS_MAXIMUM, Context};
+use super::layout::Layout;
+use super::record;
+use super::request::Partner;
+use super::state::words;
+use alloc::vec::Vec;
+use core::fmt;
+use core::net::SocketAddrV4;
+use wire::datagram::write_udp;
+use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
+use wire::octets::{Append, Order};
+use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::connect::{ArType, Content};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
+use wire::profinet::rpc::{Flags1, Header, NdrRequest, ObjectUuid, Opnum, PORT, PacketType, Pdu, Uuid};
+use wire::profinet::rt::DataStatus;
+use wire::profinet::status::{AbortReason, PnioStatus};
+
+words! {
+    /// A frame that is damaged on purpose.
+    pub enum Broken {
+        CyclicShort "cyclic_short" "A cyclic frame that ends in the middle of its data.",
+        CyclicInvalid "cyclic_invalid" "A cyclic frame whose data status says that the data are not valid.",
+        CyclicFrameId "cyclic_frame_id" "A cyclic frame under a frame id that nobody agreed on.",
+        CyclicStranger "cyclic_stranger" "A cyclic frame with other data from a MAC address that has no AR.",
+        AlarmEndpoint "alarm_endpoint" "An ERR-RTA for an alarm endpoint that does not exist.",
+        RpcVersion "rpc_version" "An RPC request of version 5.",
+        RpcLength "rpc_length" "An RPC request whose header announces more octets than the datagram has.",
+        RpcFragment "rpc_fragment" "The last fragment of an RPC request whose other fragments never come.",
+        UdpChecksum "udp_checksum" "An RPC request whose UDP checksum is wrong.",
+        ConnectUnknownBlock "connect_unknown_block" "A Connect for device access with a second block of a type that does not exist.",
+        RecordLength "record_length" "A Write whose block announces more octets of record than follow.",
+        DcpLength "dcp_length" "A DCP Set whose length goes beyond the frame.",
+        DcpBlockLength "dcp_block_length" "A DCP Set of the name whose block goes beyond the end of the DCP data.",
+        Runt "runt" "A PROFINET frame that ends in the middle of its frame id.",
+    }
+}
+
+impl Broken {
+    /// The damaged frame that has this word.
+    pub fn by_word(word: &str) -> Option<Broken> {
+        Broken::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
+    }
+}
+
+/// Every damaged frame that the controller can make: its word and its sentence.
+pub fn broken_frames() -> impl Iterator<Item = (&'static str, &'static str)> {
+    Broken::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
+}
+
+/// The octets of a damaged frame to the device of the AR, or to `partner` where there is none; the error says what is missing.
+pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partner>) -> Result<Vec<u8>, &'static str> {
+    let ar = context.ar.as_ref().map(|ar| ar.partner);
+    let to = ar.or(partner).or(context.partner).ok_or("there is no AR and no partner is given")?;
+    let mut maker = Maker { context, to };
+    match broken {
+        Broken::CyclicShort => {
+            maker.cyclic(|frame, data_at, status_at| frame.truncate(data_at + (status_at - data_at) / 2))
+        }
+        Broken::CyclicInvalid => maker.cyclic(|frame, _, status_at| frame[status_at + 2] &= !DataStatus::DATA_VALID),
+        Broken::CyclicFrameId => maker.cyclic(|frame, data_at, _| frame[data_at - 1] ^= 0x40),
+        Broken::CyclicStranger => maker.cyclic(|frame, data_at, status_at| {
+            frame[6..12].copy_from_slice(&STRANGER.0);
+            frame[data_at..status_at].fill(0xFF);
+        }),
+        Broken::AlarmEndpoint => Ok(maker.err_rta()),
+        Broken::RpcVersion => Ok(maker.rpc(|pdu| pdu[0] = 5)),
+        Broken::RpcLength => Ok(maker.rpc(|pdu| pdu[74..76].copy_from_slice(&[0x7F, 0xFF]))),
+        Broken::RpcFragment => Ok(maker.rpc(|pdu| {
+            pdu[2] |= (Flags1::FRAGMENT | Flags1::LAST_FRAGMENT).0;
+            pdu[76..78].copy_from_slice(&[0, 7]);
+        })),
+        Broken::UdpChecksum => {
+            let mut frame = maker.rpc(|_| {});
+            // The last two octets of the UDP header, behind 14 of Ethernet and 20 of IPv4.
+            frame[40] ^= 0x55;
+            Ok(frame)
+        }
+        Broken::ConnectUnknownBlock => Ok(maker.connect()),
+        Broken::RecordLength => maker.write(),
+        Broken::DcpLength => Ok(maker.dcp(|dcp| dcp[10..12].copy_from_slice(&[0x7F, 0xFF]))),
+        Broken::DcpBlockLength => Ok(maker.dcp(|dcp| dcp[14..16].copy_from_slice(&[0x01, 0xF0]))),
+        Broken::Runt => Ok(maker.runt()),
+    }
+}
+
+/// The source of frames from somebody who has no AR.
+const STRANGER: Mac = Mac([0x02, 0, 0, 0, 0, 0xEE]);
+/// A type of block that does not exist.
+const NO_BLOCK: BlockType = BlockType(0x7FFF);
+
+struct Maker<'a> {
+    context: &'a mut Context,
+    to: Partner,
+}
+
+impl Maker<'_> {
+    fn cyclic(&self, damage: impl FnOnce(&mut Vec<u8>, usize, usize)) -> Result<Vec<u8>, &'static str> {
+        let exchange = self.context.ar.as_ref().and_then(|ar| ar.exchange.as_ref());
+        let (mut frame, data_at, status_at) = exchange.ok_or("there is no cyclic exchange")?.provider.last_frame();
+        damage(&mut frame, data_at, status_at);
+        Ok(frame)
+    }
+
+    fn header(&self, ether_type: EtherType) -> Vec<u8> {
+        let mut frame = Vec::new();
+        FrameHeader::new(self.to.mac, self.context.own.mac, ether_type).write(&mut frame);
+        frame
+    }
+
+    fn err_rta(&self) -> Vec<u8> {
+        let mut frame = self.header(EtherType::PROFINET);
+        frame.put_u16(AlarmPriority::Low.frame_id());
+        let header = RtaHeader::new(RtaKind::ERR, 0x7ABC, 0x7ABC, 0xFFFF, 0xFFFE);
+        let body = RtaBody::Error { status: PnioStatus::abort(AbortReason::ABORT_REQUEST), more: Vec::new() };
+        RtaPdu { header, body }.write(&mut frame);
+        pad(&mut frame, 0);
+        frame
+    }
+
+    /// A read without an AR, damaged.
+    fn rpc(&mut self, damage: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+        let mut blocks = Vec::new();
+        let target = Target { index: 0xF840, ..Target::default() };
+        record::read(Uuid::NIL, 0, target, 4096).write(&mut blocks);
+        let mut pdu = self.call(Opnum::READ_IMPLICIT, &blocks);
+        damage(&mut pdu);
+        self.datagram(&pdu)
+    }
+
+    fn connect(&mut self) -> Vec<u8> {
+        let mut connection = Connection::new(DeviceAddress::Mac(self.to.mac), IpParameter::NONE);
+        (connection.ar_type, connection.device_access) = (ArType::IOSAR, true);
+        let names = ArNames { uuid: self.context.ids.uuid(), session_key: 1, alarm_reference: 1 };
+        let mut connect = connect::request(&connection, &Layout::default(), names, &self.context.settings);
+        connect.blocks.push(Content::Other(NO_BLOCK, [0; 8].into()).into());
+        let pdu = self.call(Opnum::CONNECT, &connect.to_vec());
+        self.datagram(&pdu)
+    }
+
+    fn write(&mut self) -> Result<Vec<u8>, &'static str> {
+        let (uuid, number) = self.context.record_numbers(1).ok_or("there is no AR")?;
+        let target = Target { index: 0x1234, ..Target::default() };
+        let mut request = record::write(uuid, number, target, [0; 4].into());
+        request.header.record_data_length = 0x1000;
+        let mut blocks = Vec::new();
+        request.write(&mut blocks);
+        let pdu = self.call(Opnum::WRITE, &blocks);
+        Ok(self.datagram(&pdu))
+    }
+
+    /// A whole request in an activity of its own, so that nobody waits for the answer.
+    fn call(&mut self, opnum: Opnum, blocks: &[u8]) -> Vec<u8> {
+        let object = self
+            .context
+            .ar
+            .as_ref()
+            .map_or(Uuid::from(ObjectUuid { instance: 1, ..ObjectUuid::default() }), |ar| ar.object);
+        let header = Header {
+            flags1: Flags1::IDEMPOTENT,
+            object,
+            interface: Uuid::DEVICE_INTERFACE,
+            activity: self.context.ids.uuid(),
+            opnum,
+            ..Header::new(PacketType::REQUEST, Order::Big)
+        };
+        Pdu::new(header, &NdrRequest::body(Order::Big, ARGS_MAXIMUM, blocks)).to_vec()
+    }
+
+    fn datagram(&self, pdu: &[u8]) -> Vec<u8> {
+        let mut frame = Vec::new();
+        let end = |station: Partner, port: u16| (station.mac, SocketAddrV4::new(station.ip, port));
+        // The requests above are far shorter than a frame, so there is nothing that could not fit.
+        let _fits = write_udp(end(self.context.own, CLIENT_PORT), end(self.to, PORT), pdu, &mut frame);
+        frame
+    }
+
+    fn dcp(&mut self, damage: impl FnOnce(&mut [u8])) -> Vec<u8> {
+        let mut frame = self.header(EtherType::PROFINET);
+        let start = frame.len();
+        let name = Value::NameOfStation(b"damaged".to_vec());
+        Dcp::set(self.context.ids.xid(), [Block::set(BlockQualifier::TEMPORARY, name)].into()).write(&mut frame);
+        damage(&mut frame[start..]);
+        pad(&mut frame, 0);
+        frame
+    }
+
+    fn runt(&self) -> Vec<u8> {
+        let mut frame = self.header(EtherType::PROFINET);
+        frame.put_u8(0x80);
+        frame
+    }
+}

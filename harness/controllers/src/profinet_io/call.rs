@@ -1,0 +1,200 @@
+//! One RPC call from its request to its answer: fragments, repetition, ping.
+//!
+//! A request that is not answered is repeated under the same sequence number. Once the server says that it is working, it
+//! is pinged instead; if it then knows of no call, the request goes out again. This room knows neither ARs nor blocks.
+
+use super::request::Partner;
+use super::state::{Wait, Waiting};
+use alloc::vec::Vec;
+use core::net::SocketAddrV4;
+use core::time::Duration;
+use station::{Outbox, Time};
+use wire::datagram::{Datagram, LONGEST_PAYLOAD, write_udp};
+use wire::octets::Order;
+use wire::profinet::rpc::{Assembled, Flags1, Header, PORT, PacketType, Pdu, Reassembler, RejectStatus, fragments};
+
+/// The port that our calls come from.
+pub(super) const CLIENT_PORT: u16 = 49_152;
+/// After this time without a sign of the server, the request or the ping is repeated.
+const REPEAT: Duration = Duration::from_secs(1);
+/// After this many silent periods in a row the server is given up.
+const SILENT_PERIODS: u8 = 4;
+/// After this time a server is given up that says again and again that it is working.
+const LONGEST_WORK: Duration = Duration::from_secs(60);
+/// Most octets of an answer; four times the largest that a PROFINET record can be.
+const LONGEST_ANSWER: usize = 1 << 18;
+/// What a fragment may carry so that its datagram fits in a frame.
+const FRAGMENT: usize = LONGEST_PAYLOAD - Header::LENGTH;
+
+/// A call that has not been answered yet.
+#[derive(Debug)]
+pub(super) struct Call {
+    what: Waiting,
+    own: Partner,
+    partner: Partner,
+    header: Header,
+    pdus: Vec<Vec<u8>>,
+    phase: Phase,
+    began: Time,
+    next: Time,
+    silent: u8,
+    reassembler: Reassembler,
+}
+
+/// Where a call stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// This fragment of the request was sent; its fack is awaited.
+    Sending(usize),
+    /// All of the request was sent.
+    Sent,
+    /// The server has said that it is working.
+    Working,
+}
+
+/// How a call ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// The body of the response, whole.
+    Response(Order, Vec<u8>),
+    /// The server did not begin.
+    Rejected(RejectStatus),
+    /// The server began and failed.
+    Faulted(RejectStatus),
+    /// There was no answer.
+    None(Wait),
+}
+
+impl Call {
+    /// Begins to call `partner` with a request of this `header` and `body`.
+    pub(super) fn new(
+        what: Waiting,
+        (own, partner): (Partner, Partner),
+        header: Header,
+        body: &[u8],
+        now: Time,
+        out: &mut Outbox,
+    ) -> Call {
+        let pdus = fragments(&header, body, FRAGMENT);
+        let phase = if pdus.len() > 1 { Phase::Sending(0) } else { Phase::Sent };
+        let reassembler = Reassembler::new(1, LONGEST_ANSWER);
+        let call =
+            Call { what, own, partner, header, pdus, phase, began: now, next: now + REPEAT, silent: 0, reassembler };
+        call.send_fragment(0, out);
+        call
+    }
+
+    /// When there is something to repeat.
+    pub(super) fn deadline(&self) -> Time {
+        self.next
+    }
+
+    /// Repeats what is due, or gives up.
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<Answer> {
+        if now < self.next {
+            return None;
+        }
+        self.silent += 1;
+        if self.silent >= SILENT_PERIODS || now.since(self.began) >= LONGEST_WORK {
+            return Some(Answer::None(Wait { what: self.what, time: now.since(self.began) }));
+        }
+        self.next = now + REPEAT;
+        match self.phase {
+            Phase::Working => self.send_control(PacketType::PING, 0, &[], out),
+            Phase::Sending(_) | Phase::Sent => self.send_all(out),
+        }
+        None
+    }
+
+    /// Takes a datagram; all that is no answer of the partner to this very call is passed over.
+    pub(super) fn receive(&mut self, now: Time, datagram: &Datagram, out: &mut Outbox) -> Option<Answer> {
+        let from_partner = (datagram.source_mac, *datagram.source.ip()) == (self.partner.mac, self.partner.ip);
+        let pdu = Pdu::parse(datagram.payload).ok().filter(|_| from_partner)?;
+        if (pdu.header.activity, pdu.header.sequence) != (self.header.activity, self.header.sequence) {
+            return None;
+        }
+        let order = pdu.header.order();
+        match pdu.header.packet_type {
+            PacketType::RESPONSE => self.response(now, &pdu, out),
+            PacketType::REJECT => RejectStatus::parse(order, pdu.body).ok().map(Answer::Rejected),
+            PacketType::FAULT => RejectStatus::parse(order, pdu.body).ok().map(Answer::Faulted),
+            PacketType::WORKING => {
+                self.heard(now);
+                self.phase = Phase::Working;
+                None
+            }
+            PacketType::NOCALL if self.phase == Phase::Working => {
+                self.next = now + REPEAT;
+                self.send_all(out);
+                None
+            }
+            PacketType::FACK => {
+                self.fack(now, pdu.header.fragment, out);
+                None
+            }
+            _ => None,
+        }
+    }
+
+    fn response(&mut self, now: Time, pdu: &Pdu, out: &mut Outbox) -> Option<Answer> {
+        self.heard(now);
+        let assembled = self.reassembler.take(pdu);
+        let flags = pdu.header.flags1;
+        if flags.has(Flags1::FRAGMENT) && !flags.has(Flags1::NO_FACK) {
+            let (number, fack) =
+                self.reassembler.fack(&pdu.header).unwrap_or((pdu.header.fragment, Default::default()));
+            let fack = super::server::complete(fack, &pdu.header);
+            let mut body = Vec::new();
+            fack.write(&mut body, self.header.order());
+            self.send_control(PacketType::FACK, number, &body, out);
+        }
+        match assembled {
+            Assembled::Whole(body) => Some(Answer::Response(pdu.header.order(), body)),
+            Assembled::Waiting { .. } | Assembled::Repeated | Assembled::Contradicts | Assembled::Refused => None,
+        }
+    }
+
+    /// The partner has this fragment and all before it.
+    fn fack(&mut self, now: Time, fragment: u16, out: &mut Outbox) {
+        let Phase::Sending(at) = self.phase else { return self.heard(now) };
+        if fragment == u16::MAX || usize::from(fragment) < at {
+            return;
+        }
+        self.heard(now);
+        let next = (usize::from(fragment) + 1).min(self.pdus.len() - 1);
+        self.phase = if next + 1 == self.pdus.len() { Phase::Sent } else { Phase::Sending(next) };
+        self.send_fragment(next, out);
+    }
+
+    fn heard(&mut self, now: Time) {
+        self.silent = 0;
+        self.next = now + REPEAT;
+    }
+
+    fn send_all(&mut self, out: &mut Outbox) {
+        self.phase = Phase::Sent;
+        (0..self.pdus.len()).for_each(|at| self.send_fragment(at, out));
+    }
+
+    fn send_fragment(&self, at: usize, out: &mut Outbox) {
+        if let Some(pdu) = self.pdus.get(at) {
+            send((self.own, CLIENT_PORT), (self.partner, PORT), pdu, out);
+        }
+    }
+
+    fn send_control(&self, packet_type: PacketType, fragment: u16, body: &[u8], out: &mut Outbox) {
+        let flags1 = Flags1(0);
+        let header = Header { packet_type, flags1, fragment, ..self.header };
+        send((self.own, CLIENT_PORT), (self.partner, PORT), &Pdu::new(header, body).to_vec(), out);
+    }
+}
+
+/// Sends `payload` from one station and port to the other; what does not fit in a frame is not sent.
+pub(super) fn send(from: (Partner, u16), to: (Partner, u16), payload: &[u8], out: &mut Outbox) {
+    let end = |(station, port): (Partner, u16)| (station.mac, SocketAddrV4::new(station.ip, port));
+    if payload.len() <= LONGEST_PAYLOAD {
+        out.push_with(|octets| {
+            let _fits = write_udp(end(from), end(to), payload, octets);
+        });
+    }
+}

@@ -1,0 +1,284 @@
+//! What every job of the controller works with: the one call, the one AR, what is sent cyclically.
+//!
+//! This room must not know in which order a start-up does things; that stands in `startup`.
+
+use super::alarms::{self, Alarms};
+use super::call::{Answer, Call};
+use super::connect::{ArNames, OpenedData, is_improper};
+use super::connection::Connection;
+use super::exchange::{self, Exchange, Sample};
+use super::ids::Ids;
+use super::layout::Layout;
+use super::outcome::{ArEnd, CallError};
+use super::outputs::Outputs;
+use super::request::{Partner, Settings};
+use super::server::{Served, Server, order};
+use super::state::Waiting;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+use station::{Outbox, Time};
+use wire::datagram::arp::Arp;
+use wire::ethernet::Mac;
+use wire::octets::Order;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
+use wire::profinet::dcp::Dcp;
+use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
+use wire::profinet::status::{AbortReason, PnioStatus};
+
+/// Most octets of an answer that we say we can take, unless more are asked for.
+pub(super) const ARGS_MAXIMUM: u32 = 4096;
+
+/// What happens to a job.
+#[derive(Debug)]
+pub(super) enum Event {
+    /// Its time has come, perhaps.
+    Wake,
+    /// A DCP frame from this address.
+    Dcp(Mac, Dcp),
+    /// An ARP reply that its sender sent itself.
+    Arp(Arp),
+    /// The end of the call that was made.
+    Answer(Answer),
+    /// ApplicationReady came and was answered; how the modules differ, if it says so.
+    Ready(Option<ModuleDiffBlock>),
+    /// A cyclic frame came.
+    Sample(Sample),
+    /// The AR ended without our asking; it is gone.
+    Ended(ArEnd),
+}
+
+/// What the jobs work with.
+#[derive(Debug)]
+pub(super) struct Context {
+    pub(super) settings: Settings,
+    pub(super) own: Partner,
+    pub(super) ids: Ids,
+    pub(super) outputs: Outputs,
+    pub(super) server: Server,
+    pub(super) call: Option<Call>,
+    /// Whether that call is one of the AR and ends with it.
+    call_in_ar: bool,
+    pub(super) ar: Option<Ar>,
+    pub(super) cycles_sent: u64,
+    /// The device of the present AR or of the last one.
+    pub(super) partner: Option<Partner>,
+    sessions: u16,
+}
+
+/// The AR.
+#[derive(Debug)]
+pub(super) struct Ar {
+    pub(super) names: ArNames,
+    pub(super) partner: Partner,
+    pub(super) object: Uuid,
+    pub(super) order: Order,
+    pub(super) activity: Uuid,
+    sequence: u32,
+    record: u16,
+    /// Whether PrmEnd was sent.
+    pub(super) prm_end_sent: bool,
+    pub(super) exchange: Option<Exchange>,
+    pub(super) alarms: Option<Alarms>,
+}
+
+/// Why a call was not answered by success.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// The device refused.
+    Status(PnioStatus),
+    /// There is no answer that can be used.
+    Call(CallError),
+}
+
+/// Whom a call goes to and what it calls.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Callee {
+    pub(super) partner: Partner,
+    pub(super) object: Uuid,
+    pub(super) interface: Uuid,
+    pub(super) interface_version: u32,
+    pub(super) activity: Uuid,
+    pub(super) sequence: u32,
+    pub(super) opnum: Opnum,
+    pub(super) order: Order,
+}
+
+impl Context {
+    pub(super) fn new(settings: Settings) -> Context {
+        let own = Partner { mac: settings.mac, ip: settings.ip };
+        let ids = Ids::new(settings.seed);
+        let server = Server::new(own);
+        Context {
+            settings,
+            own,
+            ids,
+            outputs: Outputs::default(),
+            server,
+            call: None,
+            call_in_ar: false,
+            ar: None,
+            cycles_sent: 0,
+            partner: None,
+            sessions: 0,
+        }
+    }
+
+    /// Begins a new AR with `partner`; nothing of it is known to the device yet.
+    pub(super) fn begin_ar(&mut self, connection: &Connection, partner: Partner) {
+        self.sessions = self.sessions.wrapping_add(1).max(1);
+        self.server.forget();
+        let names = ArNames { uuid: self.ids.uuid(), session_key: self.sessions, alarm_reference: self.sessions };
+        let Connection { instance, device_id, vendor_id, .. } = *connection;
+        self.partner = Some(partner);
+        self.ar = Some(Ar {
+            names,
+            partner,
+            object: ObjectUuid { instance, device_id, vendor_id }.into(),
+            order: order(connection.little_endian),
+            activity: self.ids.uuid(),
+            sequence: 0,
+            record: 0,
+            prm_end_sent: false,
+            exchange: None,
+            alarms: None,
+        });
+    }
+
+    /// The device has opened the AR: alarms and cyclic data begin.
+    pub(super) fn open_ar(&mut self, connection: &Connection, layout: &Layout, opened: OpenedData, now: Time) {
+        let Context { own, ar: Some(ar), outputs, .. } = self else { return };
+        let references = (ar.names.alarm_reference, opened.alarm_reference);
+        ar.alarms = Some(Alarms::new(alarms::Ends::new(connection, (own.mac, ar.partner.mac), references)));
+        let ends = exchange::Ends {
+            own: own.mac,
+            device: ar.partner.mac,
+            frame_id_in: opened.frame_id_in,
+            frame_id_out: opened.frame_id_out,
+        };
+        self.cycles_sent = 0;
+        let fits = layout.output.data_length <= wire::profinet::rt::LONGEST_DATA;
+        ar.exchange = fits.then(|| Exchange::new(connection, layout, ends, outputs, now));
+    }
+
+    /// Leaves submodules that cannot deliver data out of what a good sample needs.
+    pub(super) fn heed(&mut self, diff: &ModuleDiffBlock) {
+        if let Some(exchange) = self.ar.as_mut().and_then(|ar| ar.exchange.as_mut()) {
+            exchange.consumer.spare(|slot, subslot| is_improper(diff, slot, subslot));
+        }
+    }
+
+    /// The device has accepted ApplicationReady's answer: our data are good, its frames are due.
+    pub(super) fn application_is_ready(&mut self, now: Time, control: &Control) -> Option<ModuleDiffBlock> {
+        if let Some(exchange) = self.ar.as_mut().and_then(|ar| ar.exchange.as_mut()) {
+            exchange.provider.application_is_ready();
+            exchange.consumer.expect(now);
+        }
+        let diff = control.block(BlockType::MODULE_DIFF).and_then(|block| ModuleDiffBlock::parse(&block).ok())?;
+        self.heed(&diff);
+        Some(diff)
+    }
+
+    /// Ends the AR with an ERR-RTA, as far as it has an alarm connection, and drops it with its call.
+    pub(super) fn abort(&mut self, reason: AbortReason, out: &mut Outbox) {
+        if let Some(alarms) = self.ar.as_ref().and_then(|ar| ar.alarms.as_ref()) {
+            alarms.abort(reason, out);
+        }
+        self.drop_ar();
+    }
+
+    /// Forgets the AR and its call.
+    pub(super) fn drop_ar(&mut self) {
+        self.ar = None;
+        self.call = self.call.take().filter(|_| !self.call_in_ar);
+    }
+
+    /// Whose calls are served now.
+    pub(super) fn served(&self) -> Option<Served> {
+        self.ar.as_ref().map(|ar| Served {
+            partner: ar.partner,
+            ar_uuid: ar.names.uuid,
+            session_key: ar.names.session_key,
+            activity: ar.activity,
+            expected: ar.prm_end_sent,
+        })
+    }
+
+    /// The AR's name and the number of the next record access, of which `count` are taken; none without an AR.
+    pub(super) fn record_numbers(&mut self, count: u16) -> Option<(Uuid, u16)> {
+        let ar = self.ar.as_mut()?;
+        let number = ar.record;
+        ar.record = number.wrapping_add(count);
+        Some((ar.names.uuid, number))
+    }
+
+    /// Calls the device of the AR; false if there is no AR.
+    pub(super) fn call_ar(
+        &mut self,
+        now: Time,
+        what: Waiting,
+        opnum: Opnum,
+        maximum: u32,
+        blocks: &[u8],
+        out: &mut Outbox,
+    ) -> bool {
+        let Some(ar) = &mut self.ar else { return false };
+        let sequence = ar.sequence;
+        ar.sequence += 1;
+        let callee = Callee {
+            partner: ar.partner,
+            object: ar.object,
+            interface: Uuid::DEVICE_INTERFACE,
+            interface_version: 1,
+            activity: ar.activity,
+            sequence,
+            opnum,
+            order: ar.order,
+        };
+        self.call(now, what, callee, &NdrRequest::body(callee.order, maximum, blocks), out);
+        self.call_in_ar = true;
+        true
+    }
+
+    /// Makes a call outside the AR; the one before it, if there is one, is forgotten.
+    pub(super) fn call(&mut self, now: Time, what: Waiting, callee: Callee, body: &[u8], out: &mut Outbox) {
+        let header = Header {
+            flags1: Flags1::IDEMPOTENT,
+            object: callee.object,
+            interface: callee.interface,
+            interface_version: callee.interface_version,
+            activity: callee.activity,
+            sequence: callee.sequence,
+            opnum: callee.opnum,
+            ..Header::new(PacketType::REQUEST, callee.order)
+        };
+        self.call_in_ar = false;
+        self.call = Some(Call::new(what, (self.own, callee.partner), header, body, now, out));
+    }
+}
+
+/// The blocks of a positive answer on a PROFINET interface.
+pub(super) fn blocks(answer: Answer) -> Result<Vec<u8>, Refusal> {
+    match answer {
+        Answer::Response(order, body) => match NdrResponse::parse(order, &body) {
+            Ok((ndr, _)) if !ndr.status.is_ok() => Err(Refusal::Status(ndr.status)),
+            Ok((ndr, blocks)) => match blocks.get(..ndr.args_length as usize) {
+                Some(blocks) => Ok(blocks.to_vec()),
+                None => Err(Refusal::Call(CallError::Unfit("ArgsLength goes beyond the answer".into()))),
+            },
+            Err(error) => Err(Refusal::Call(CallError::Unfit(error.to_string()))),
+        },
+        other => Err(Refusal::Call(no_response(other))),
+    }
+}
+
+/// Why there is no response.
+pub(super) fn no_response(answer: Answer) -> CallError {
+    match answer {
+        Answer::Rejected(status) => CallError::Rejected(status),
+        Answer::Faulted(status) => CallError::Faulted(status),
+        Answer::None(wait) => CallError::NoAnswer(wait),
+        Answer::Response(..) => CallError::Unfit("the response cannot be read".into()),
+    }
+}

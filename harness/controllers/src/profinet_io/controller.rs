@@ -1,0 +1,367 @@
+//! The controller itself: who gets which request, which frame, which deadline.
+
+use super::broken;
+use super::context::{Context, Event};
+use super::exchange::Sample;
+use super::jobs::{self, Job, Lookup, Parameter};
+use super::outcome::{ArEnd, CallError, Ended, Outcome, ParameterOutcome, RecordOutcome};
+use super::outputs::Outputs;
+use super::request::{Busy, IdentifyBy, Partner, Request, Reset, Settings};
+use super::startup::{StartUpJob, send_write};
+use super::state::ArState;
+use super::{call, presence, record};
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::{Outbox, Station, Time};
+use wire::datagram::Datagram;
+use wire::datagram::arp::{Arp, Operation};
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::profinet::alarm::AlarmPriority;
+use wire::profinet::dcp::{Block, BlockQualifier, Dcp, ServiceType, Value};
+use wire::profinet::rpc::PORT;
+use wire::profinet::rt::{FrameId, FrameKind};
+use wire::profinet::status::AbortReason;
+
+/// A PROFINET IO controller.
+///
+/// It takes one [`Request`] at a time. After [`Controller::request`] it is due at once, so its next frames leave when it
+/// is woken. While an AR stands it needs no request to keep it up.
+#[derive(Debug)]
+pub struct Controller {
+    context: Context,
+    job: Option<Job>,
+    due: Option<(Time, Request)>,
+    outcome: Option<Outcome>,
+    end: Option<ArEnd>,
+}
+
+impl Controller {
+    /// A controller without an AR, with all outputs 0 and good.
+    pub fn new(settings: Settings) -> Controller {
+        Controller { context: Context::new(settings), job: None, due: None, outcome: None, end: None }
+    }
+
+    /// Takes a request, which begins at the next wake; an outcome that nobody took is forgotten.
+    ///
+    /// The error says that the one before has not ended yet. [`Request::Abort`] is taken at any time: it also ends what is under way,
+    /// whose outcome is then that of the abort.
+    pub fn request(&mut self, now: Time, request: Request) -> Result<(), Busy> {
+        let may_interrupt = matches!(request, Request::Abort { .. });
+        if self.is_busy() && !may_interrupt {
+            return Err(Busy);
+        }
+        self.outcome = None;
+        self.due = Some((now, request));
+        Ok(())
+    }
+
+    /// Whether the last request has not ended yet.
+    pub fn is_busy(&self) -> bool {
+        self.job.is_some() || self.due.is_some()
+    }
+
+    /// What became of the last request, once.
+    pub fn take_outcome(&mut self) -> Option<Outcome> {
+        self.outcome.take()
+    }
+
+    /// Why the AR ended without our asking, once; the end of a start-up is told in its outcome instead.
+    pub fn take_end(&mut self) -> Option<ArEnd> {
+        self.end.take()
+    }
+
+    /// What it sees of its AR.
+    pub fn state(&self) -> ArState {
+        let of_job = self.job.as_ref().and_then(Job::state);
+        of_job.unwrap_or(if self.context.ar.is_some() { ArState::Data } else { ArState::None })
+    }
+
+    /// Cyclic frames sent in the present AR, or in the last one.
+    pub fn cycles_sent(&self) -> u64 {
+        self.context.cycles_sent
+    }
+
+    /// What is sent cyclically; it outlives every AR.
+    pub fn outputs_mut(&mut self) -> &mut Outputs {
+        &mut self.context.outputs
+    }
+
+    /// The device of the present AR, or of the last one that was tried.
+    pub fn partner(&self) -> Option<Partner> {
+        self.context.partner
+    }
+
+    /// Who the controller is.
+    pub fn settings(&self) -> &Settings {
+        &self.context.settings
+    }
+
+    fn begin(&mut self, now: Time, request: Request, out: &mut Outbox) {
+        match self.job_of(now, request, out) {
+            Ok(job) => self.job = Some(job),
+            Err(outcome) => (self.job, self.outcome) = (None, Some(outcome)),
+        }
+    }
+
+    /// Begins what is asked for: a job, or the outcome at once.
+    fn job_of(&mut self, now: Time, request: Request, out: &mut Outbox) -> Result<Job, Outcome> {
+        let context = &mut self.context;
+        let no_ar = RecordOutcome::Failed(CallError::ArEnded);
+        match request {
+            Request::Identify { by, wait } => Ok(identify(context, now, by, wait, out)),
+            Request::DcpGet { to, elements } => {
+                let xid = context.ids.xid();
+                Ok(dcp(context, now, to, Dcp::get(xid, elements), out))
+            }
+            Request::DcpSet { to, blocks } => {
+                let xid = context.ids.xid();
+                Ok(dcp(context, now, to, Dcp::set(xid, blocks), out))
+            }
+            Request::DcpSignal { to } => {
+                let xid = context.ids.xid();
+                Ok(dcp(context, now, to, Dcp::signal(xid), out))
+            }
+            Request::DcpReset { to, reset } => {
+                let block = match reset {
+                    Reset::Factory => Block::set(BlockQualifier(0), Value::FactoryReset),
+                    Reset::ToFactory { qualifier } => Block::set(BlockQualifier(qualifier), Value::ResetToFactory),
+                };
+                let xid = context.ids.xid();
+                Ok(dcp(context, now, to, Dcp::set(xid, [block].into()), out))
+            }
+            Request::Connect(_) if context.ar.is_some() => Err(Outcome::Impossible("an AR stands already")),
+            Request::Connect(connection) => StartUpJob::begin(connection, context, now, out).map(Job::StartUp),
+            Request::Release => jobs::release(context, now, out).map(Job::Release).ok_or(Outcome::Ended(Ended::NoAr)),
+            Request::Abort { code } => Err(Outcome::Ended(abort(context, code, out))),
+            Request::Write { target, data } => {
+                let (uuid, number) = context.record_numbers(1).ok_or(Outcome::Record(no_ar))?;
+                let request = record::write(uuid, number, target, data);
+                send_write(context, now, &request, out);
+                Ok(Job::Write(request))
+            }
+            Request::WriteMultiple(records) => {
+                let count = records.len();
+                let numbers = context.record_numbers(count as u16 + 1);
+                let (uuid, number) = numbers.ok_or_else(|| Outcome::Records(alloc::vec![no_ar; count]))?;
+                let request = record::write_multiple(uuid, number, &records);
+                send_write(context, now, &request, out);
+                Ok(Job::WriteMultiple(request, count))
+            }
+            Request::Read { target, length } => {
+                jobs::read(context, now, target, length, out).map(Job::Read).ok_or(Outcome::Record(no_ar))
+            }
+            Request::ReadImplicit { partner, object, target, length } => {
+                Ok(Job::Read(jobs::read_implicit(context, now, (partner, object), (target, length), out)))
+            }
+            Request::Parameter { at, request } => Parameter::begin(context, now, at, request, out)
+                .map(Job::Parameter)
+                .ok_or(Outcome::Parameter(ParameterOutcome::Failed(CallError::ArEnded))),
+            Request::EndpointLookup { partner } => Ok(Job::Lookup(Lookup::begin(context, now, partner, out))),
+            Request::Lldp { chassis, port } => {
+                presence::announce(&context.settings, &chassis, &port, out);
+                Err(Outcome::Sent)
+            }
+            Request::Raw(frame) => {
+                out.push(&frame);
+                Err(Outcome::Sent)
+            }
+            Request::Broken { broken, partner } => Err(match broken::frame(context, broken, partner) {
+                Ok(frame) => {
+                    out.push(&frame);
+                    Outcome::Broken(frame)
+                }
+                Err(why) => Outcome::Impossible(why),
+            }),
+        }
+    }
+
+    /// Gives an event to the job, and what the AR ended with to whoever asks.
+    fn dispatch(&mut self, now: Time, event: Event, out: &mut Outbox) {
+        if let Event::Ended(end) = &event
+            && !matches!(self.job, Some(Job::StartUp(_)))
+        {
+            self.end = Some(end.clone());
+        }
+        let Some(job) = &mut self.job else { return };
+        if let Some(outcome) = job.event(&mut self.context, now, event, out) {
+            (self.job, self.outcome) = (None, Some(outcome));
+        }
+    }
+
+    /// The AR ended without our asking.
+    fn ended(&mut self, now: Time, end: ArEnd, out: &mut Outbox) {
+        match &end {
+            ArEnd::Aborted(_) => self.context.drop_ar(),
+            ArEnd::Watchdog(_) => self.context.abort(AbortReason::CONSUMER_TIMEOUT, out),
+            ArEnd::AlarmUnacknowledged(_) => self.context.abort(AbortReason::ALARM_ACK_SEND, out),
+        }
+        self.dispatch(now, Event::Ended(end), out);
+    }
+
+    fn profinet(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
+        let Ok(frame_id) = FrameId::peek(payload) else { return };
+        let ar = self.context.ar.as_mut();
+        match frame_id.kind() {
+            FrameKind::RtClass1 | FrameKind::RtClass2 if header.destination == self.context.own.mac => {
+                let exchange = ar.and_then(|ar| ar.exchange.as_mut());
+                let sample =
+                    exchange.map_or(Sample::Foreign, |exchange| exchange.consumer.receive(now, header.source, payload));
+                if sample != Sample::Foreign && self.job.is_some() {
+                    self.dispatch(now, Event::Sample(sample), out);
+                }
+            }
+            FrameKind::AlarmHigh | FrameKind::AlarmLow if header.destination == self.context.own.mac => {
+                let (Some(alarms), Some(priority)) =
+                    (ar.and_then(|ar| ar.alarms.as_mut()), AlarmPriority::from_frame_id(frame_id.0))
+                else {
+                    return;
+                };
+                if let Some(end) = alarms.receive(now, header.source, priority, &payload[2..], out) {
+                    self.ended(now, end, out);
+                }
+            }
+            FrameKind::DcpIdentifyRequest | FrameKind::DcpIdentifyResponse | FrameKind::DcpGetSet => {
+                let Ok(dcp) = Dcp::parse(payload) else { return };
+                if dcp.service_type == ServiceType::REQUEST {
+                    let pending = matches!(self.job, Some(Job::Identify { xid, .. }) if xid == dcp.xid);
+                    if !pending {
+                        presence::identify(&self.context.settings, header.source, &dcp, out);
+                    }
+                } else if header.destination == self.context.own.mac {
+                    self.dispatch(now, Event::Dcp(header.source, dcp), out);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn arp(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
+        let Ok(arp) = Arp::parse(payload) else { return };
+        let Partner { mac, ip } = self.context.own;
+        if arp.operation == Operation::REQUEST && arp.target_ip == ip {
+            out.push_with(|octets| arp.reply(mac).write_frame(octets));
+        } else if arp.operation == Operation::REPLY && arp.sender_mac == header.source {
+            self.dispatch(now, Event::Arp(arp), out);
+        }
+    }
+
+    /// A bad UDP checksum is let pass: captures of virtual interfaces do not have it filled in.
+    fn datagram(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        let Ok(datagram) = Datagram::parse(frame) else { return };
+        let own = self.context.own;
+        if (datagram.destination_mac, *datagram.destination.ip()) != (own.mac, own.ip) {
+            return;
+        }
+        match datagram.destination.port() {
+            call::CLIENT_PORT => {
+                let call = self.context.call.as_mut();
+                if let Some(answer) = call.and_then(|call| call.receive(now, &datagram, out)) {
+                    self.context.call = None;
+                    self.dispatch(now, Event::Answer(answer), out);
+                }
+            }
+            PORT => {
+                let served = self.context.served();
+                if let Some(control) = self.context.server.receive(served, &datagram, out) {
+                    let diff = self.context.application_is_ready(now, &control);
+                    self.dispatch(now, Event::Ready(diff), out);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn wake_call(&mut self, now: Time, out: &mut Outbox) {
+        let call = self.context.call.as_mut();
+        if let Some(answer) = call.and_then(|call| call.wake(now, out)) {
+            self.context.call = None;
+            self.dispatch(now, Event::Answer(answer), out);
+        }
+    }
+
+    fn wake_ar(&mut self, now: Time, out: &mut Outbox) {
+        let Context { ar: Some(ar), outputs, cycles_sent, .. } = &mut self.context else { return };
+        let mut end = None;
+        if let Some(exchange) = &mut ar.exchange {
+            *cycles_sent += u64::from(exchange.provider.wake(now, outputs, out));
+            end = exchange.consumer.wake(now).map(ArEnd::Watchdog);
+        }
+        if let Some(alarms) = &mut ar.alarms {
+            end = end.or_else(|| alarms.wake(now, out));
+        }
+        if let Some(end) = end {
+            self.ended(now, end, out);
+        }
+    }
+}
+
+impl Station for Controller {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
+        if header.source == self.context.own.mac || header.source.is_group() {
+            return;
+        }
+        if header.destination != self.context.own.mac && !header.destination.is_group() {
+            return;
+        }
+        match header.ether_type {
+            EtherType::PROFINET => self.profinet(now, &header, payload, out),
+            EtherType::ARP => self.arp(now, &header, payload, out),
+            EtherType::IPV4 => self.datagram(now, frame, out),
+            _ => {}
+        }
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.wake_ar(now, out);
+        self.wake_call(now, out);
+        if self.job.is_some() {
+            self.dispatch(now, Event::Wake, out);
+        }
+        if let Some((_, request)) = self.due.take_if(|(due, _)| now >= *due) {
+            self.begin(now, request, out);
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        let due = self.due.as_ref().map(|(due, _)| *due);
+        let call = self.context.call.as_ref().map(|call| call.deadline());
+        let job = self.job.as_ref().and_then(Job::deadline);
+        let ar = self.context.ar.as_ref();
+        let exchange = ar.and_then(|ar| ar.exchange.as_ref());
+        let sending = exchange.map(|exchange| exchange.provider.deadline());
+        let watchdog = exchange.and_then(|exchange| exchange.consumer.deadline());
+        let alarms = ar.and_then(|ar| ar.alarms.as_ref()).and_then(|alarms| alarms.deadline());
+        [due, call, job, sending, watchdog, alarms].into_iter().flatten().min()
+    }
+}
+
+fn identify(context: &mut Context, now: Time, by: IdentifyBy, wait: Duration, out: &mut Outbox) -> Job {
+    // Answers to one station's question come at once; those of all are spread over what is waited, at 10 ms a step.
+    let spread = (wait.as_millis() / 20).clamp(1, 6400) as u16;
+    let (delay, filters) = match by {
+        IdentifyBy::All => (spread, Vec::from([Value::AllSelector])),
+        IdentifyBy::Name(name) => (1, [Value::NameOfStation(name)].into()),
+        IdentifyBy::Alias(name) => (1, [Value::AliasName(name)].into()),
+        IdentifyBy::Values(values) => (spread, values),
+    };
+    let xid = context.ids.xid();
+    let own = context.settings.mac;
+    out.push_with(|octets| Dcp::identify(xid, delay, filters).write_frame(Mac::DCP_MULTICAST, own, octets));
+    Job::Identify { xid, until: now + wait, seen: Vec::new() }
+}
+
+fn dcp(context: &mut Context, now: Time, to: Mac, request: Dcp, out: &mut Outbox) -> Job {
+    let own = context.settings.mac;
+    out.push_with(|octets| request.write_frame(to, own, octets));
+    Job::Dcp { to, service: request.service_id, xid: request.xid, since: now }
+}
+
+fn abort(context: &mut Context, code: AbortReason, out: &mut Outbox) -> Ended {
+    if context.ar.is_none() {
+        context.call = None;
+        return Ended::NoAr;
+    }
+    context.abort(code, out);
+    Ended::Aborted
+}

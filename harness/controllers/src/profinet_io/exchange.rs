@@ -1,0 +1,218 @@
+//! The cyclic exchange of an AR: what we send at each cycle, and what we make of the frames that come.
+//!
+//! Frames are sent on a grid: multiples of the cycle since the start of the run, which the cycle counter tells. A late wake
+//! sends one frame and passes over what was missed, so nothing drifts and nothing bunches.
+
+use super::connection::{Connection, SEND_CLOCK_UNIT_NANOS};
+use super::layout::Layout;
+use super::outputs::Outputs;
+use super::state::{Wait, Waiting};
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::{Outbox, Time};
+use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
+use wire::octets::Append;
+use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, Instance, IoxS};
+
+/// Both directions.
+#[derive(Debug)]
+pub(super) struct Exchange {
+    /// What we send.
+    pub(super) provider: Provider,
+    /// What we receive.
+    pub(super) consumer: Consumer,
+}
+
+/// What we send.
+#[derive(Debug)]
+pub(super) struct Provider {
+    frame: Vec<u8>,
+    data_at: usize,
+    status_at: usize,
+    /// Per output: where [`Outputs`] keeps it, where it stands in the data, its octets.
+    outputs: Vec<(usize, usize, usize)>,
+    iocs: Vec<usize>,
+    cycle: u64,
+    next: Time,
+    ready: bool,
+}
+
+/// What we receive.
+#[derive(Debug)]
+pub(super) struct Consumer {
+    from: Mac,
+    frame_id: FrameId,
+    data_length: usize,
+    /// Where the IOPS stand that a good sample needs: slot, subslot, offset.
+    needed: Vec<(u16, u16, usize)>,
+    last_counter: Option<u16>,
+    hold: Duration,
+    /// When the last frame came, or since when frames are due.
+    last: Option<Time>,
+}
+
+/// The two ends of the exchange and the frame ids that hold.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ends {
+    pub(super) own: Mac,
+    pub(super) device: Mac,
+    pub(super) frame_id_in: u16,
+    pub(super) frame_id_out: u16,
+}
+
+impl Exchange {
+    /// The exchange that `connection` asked for; the first frame leaves at the next point of the grid after `now`.
+    pub(super) fn new(
+        connection: &Connection,
+        layout: &Layout,
+        ends: Ends,
+        outputs: &mut Outputs,
+        now: Time,
+    ) -> Exchange {
+        let cycle = (connection.cycle().as_nanos() as u64).max(SEND_CLOCK_UNIT_NANOS);
+        let provider = Provider::new(connection.vlan, layout, ends, outputs, cycle, now);
+        let inputs = || layout.input.data.iter();
+        let with_data = inputs().any(|place| place.octets > 0);
+        let consumer = Consumer {
+            from: ends.device,
+            frame_id: FrameId(ends.frame_id_in),
+            data_length: layout.input.data_length,
+            needed: inputs()
+                .filter(|place| place.octets > 0 || !with_data)
+                .map(|place| (place.slot, place.subslot, place.iops()))
+                .collect(),
+            last_counter: None,
+            hold: connection.data_hold_time().max(Duration::from_nanos(2 * cycle)),
+            last: None,
+        };
+        Exchange { provider, consumer }
+    }
+}
+
+impl Provider {
+    fn new(vlan: bool, layout: &Layout, ends: Ends, outputs: &mut Outputs, cycle: u64, now: Time) -> Provider {
+        let header = FrameHeader::new(ends.device, ends.own, EtherType::PROFINET);
+        let header = if vlan { header.tagged(Vlan::RT) } else { header };
+        let mut frame = Vec::new();
+        header.write(&mut frame);
+        frame.put_u16(ends.frame_id_out);
+        let data_at = frame.len();
+        let status_at = data_at + layout.output.data_length;
+        frame.resize(status_at + ApduStatus::LENGTH, 0);
+        frame[status_at + 2] = DataStatus::HEALTHY.0;
+        let outputs = layout
+            .output
+            .data
+            .iter()
+            .map(|place| (outputs.place(place.slot, place.subslot), place.at, place.octets))
+            .collect();
+        let iocs = layout.output.iocs.iter().map(|place| place.at).collect();
+        let mut provider = Provider { frame, data_at, status_at, outputs, iocs, cycle, next: now, ready: false };
+        provider.next = provider.after(now);
+        provider
+    }
+
+    /// The first point of the grid after `now`.
+    fn after(&self, now: Time) -> Time {
+        Time::from_nanos((now.as_nanos() / self.cycle + 1).saturating_mul(self.cycle))
+    }
+
+    /// The device has said that its application is ready: from now on our data and what we consume are good.
+    pub(super) fn application_is_ready(&mut self) {
+        self.ready = true;
+    }
+
+    /// When the next frame leaves.
+    pub(super) fn deadline(&self) -> Time {
+        self.next
+    }
+
+    /// Sends the frame that is due, if one is; tells whether it did.
+    pub(super) fn wake(&mut self, now: Time, outputs: &mut Outputs, out: &mut Outbox) -> bool {
+        if now < self.next {
+            return false;
+        }
+        let due = self.next.as_nanos() + (now.as_nanos() - self.next.as_nanos()) / self.cycle * self.cycle;
+        self.next = self.after(now);
+        if outputs.is_paused() {
+            return false;
+        }
+        outputs.step();
+        self.fill(due, outputs);
+        out.push(&self.frame);
+        true
+    }
+
+    fn fill(&mut self, due: u64, outputs: &Outputs) {
+        let bad = IoxS::bad(Instance::Controller);
+        let (data, status) = self.frame[self.data_at..].split_at_mut(self.status_at - self.data_at);
+        for &(place, at, octets) in &self.outputs {
+            outputs.copy(place, &mut data[at..at + octets]);
+            data[at + octets] = if self.ready { outputs.provider_status(place).0 } else { bad.0 };
+        }
+        for &at in &self.iocs {
+            data[at] = if self.ready { IoxS::GOOD.0 } else { bad.0 };
+        }
+        let counter = (due / SEND_CLOCK_UNIT_NANOS) as u16;
+        status[..2].copy_from_slice(&counter.to_be_bytes());
+    }
+
+    /// A copy of the frame as it was last sent, with the octet where its data begin and the one where its status begins.
+    pub(super) fn last_frame(&self) -> (Vec<u8>, usize, usize) {
+        (self.frame.clone(), self.data_at, self.status_at)
+    }
+}
+
+/// What a received frame was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sample {
+    /// Not a new frame of our stream.
+    Foreign,
+    /// A frame whose data cannot be used.
+    Bad,
+    /// A frame with good data.
+    Good,
+}
+
+impl Consumer {
+    /// Frames are due from now on, even if none has come yet.
+    pub(super) fn expect(&mut self, now: Time) {
+        self.last.get_or_insert(now);
+    }
+
+    /// Leaves submodules out of what a good sample needs.
+    pub(super) fn spare(&mut self, is_improper: impl Fn(u16, u16) -> bool) {
+        self.needed.retain(|&(slot, subslot, _)| !is_improper(slot, subslot));
+    }
+
+    /// Takes a cyclic frame that was sent to us.
+    ///
+    /// A counter that does not go forward by less than 0xF000 makes a frame old: it is dropped, as consumers do
+    /// (IEC 61158-6-10, CPM).
+    pub(super) fn receive(&mut self, now: Time, from: Mac, payload: &[u8]) -> Sample {
+        let ours = from == self.from && FrameId::peek(payload) == Ok(self.frame_id);
+        let Some(frame) = CyclicFrame::parse(payload, self.data_length).ok().filter(|_| ours) else {
+            return Sample::Foreign;
+        };
+        let ApduStatus { cycle_counter, data_status, transfer_status } = frame.status;
+        let new = self.last_counter.is_none_or(|last| (1..=0xF000).contains(&cycle_counter.wrapping_sub(last)));
+        if !new || transfer_status != 0 {
+            return Sample::Foreign;
+        }
+        (self.last_counter, self.last) = (Some(cycle_counter), Some(now));
+        let usable = data_status.has(DataStatus::DATA_VALID | DataStatus::RUN) && !data_status.has(DataStatus::IGNORE);
+        let good = |&(_, _, at): &(u16, u16, usize)| frame.data.get(at).is_some_and(|octet| IoxS(*octet).is_good());
+        if usable && self.needed.iter().all(good) { Sample::Good } else { Sample::Bad }
+    }
+
+    /// When the data hold time runs out.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        self.last.map(|last| last + self.hold)
+    }
+
+    /// The wait that ran out, if it did.
+    pub(super) fn wake(&self, now: Time) -> Option<Wait> {
+        let last = self.last?;
+        (now >= last + self.hold).then(|| Wait { what: Waiting::Data, time: now.since(last) })
+    }
+}

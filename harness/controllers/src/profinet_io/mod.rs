@@ -1,0 +1,40 @@
+//! The PROFINET IO controller.
+//!
+//! A [`Controller`] takes one [`Request`] at a time and gives one [`Outcome`] for it: finding stations, DCP, the start-up of an AR, records,
+//! base mode parameters, release, abort. While an AR stands it exchanges cyclic data, acknowledges alarms and watches over the
+//! device by itself. What the device does is not reported here but read from the frames by whoever watches the wire.
+
+mod alarms;
+mod broken;
+mod call;
+mod connect;
+mod connection;
+mod context;
+mod controller;
+mod exchange;
+mod ids;
+mod jobs;
+mod layout;
+mod limits;
+mod outcome;
+mod outputs;
+mod presence;
+mod record;
+mod request;
+mod search;
+mod server;
+mod startup;
+mod state;
+
+pub use broken::{Broken, broken_frames};
+pub use connection::{Connection, DeviceAddress, Record, StartUpMode, Submodule, Target};
+pub use controller::Controller;
+pub use layout::{FrameLayout, Layout, Place};
+pub use limits::LimitError;
+pub use outcome::{
+    ArEnd, CallError, ConnectOutcome, ControlOutcome, DcpOutcome, Ended, Failure, FailureReason, Outcome,
+    ParameterOutcome, RecordOutcome, StartUp, StationSeen,
+};
+pub use outputs::{Counter, CounterMode, Outputs};
+pub use request::{Busy, IdentifyBy, Partner, Request, Reset, Settings};
+pub use state::{ArState, Stage, Wait, Waiting};

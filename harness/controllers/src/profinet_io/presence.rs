@@ -1,0 +1,53 @@
+//! What the controller tells of itself: answers to DCP Identify, LLDP.
+
+use super::request::Settings;
+use alloc::vec::Vec;
+use station::Outbox;
+use wire::ethernet::Mac;
+use wire::lldp::{Lldp, Tlv};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockInfo, Dcp, ServiceId, Value};
+use wire::profinet::rt::FrameId;
+
+/// Bit 1 of the device role: IO controller.
+const IO_CONTROLLER: u8 = 0x02;
+/// How long our announcement is true, in seconds.
+const TIME_TO_LIVE: u16 = 20;
+
+/// Answers `request` from `from` if it is an Identify request that fits us.
+pub(super) fn identify(settings: &Settings, from: Mac, request: &Dcp, out: &mut Outbox) {
+    if (request.frame_id, request.service_id) != (FrameId::DCP_IDENTIFY_REQUEST, ServiceId::IDENTIFY) {
+        return;
+    }
+    let Settings { mac, vendor_id, device_id, .. } = *settings;
+    let ip = IpParameter { address: settings.ip, mask: settings.mask, gateway: settings.gateway };
+    let values = [
+        Value::NameOfStation(settings.station_name.clone()),
+        Value::IpParameter(ip),
+        Value::DeviceId { vendor_id, device_id },
+        Value::DeviceRole { role: IO_CONTROLLER, reserved: 0 },
+    ];
+    let fits = |filter: &Block| filter.value == Value::AllSelector || values.contains(&filter.value);
+    if request.blocks().is_empty() || !request.blocks().iter().all(fits) {
+        return;
+    }
+    let info = |value: &Value| if matches!(value, Value::IpParameter(_)) { BlockInfo::IP_SET } else { BlockInfo::NONE };
+    let blocks = values.into_iter().map(|value| Block::tell(info(&value), value)).collect();
+    out.push_with(|octets| request.response(blocks).write_frame(from, mac, octets));
+}
+
+/// Announces us to the neighbour; an empty `chassis` stands for our name of station.
+pub(super) fn announce(settings: &Settings, chassis: &[u8], port: &[u8], out: &mut Outbox) {
+    let chassis: Vec<u8> = if chassis.is_empty() { settings.station_name.clone() } else { chassis.into() };
+    let lldp = Lldp {
+        tlvs: [
+            Tlv::ChassisId { subtype: Tlv::LOCALLY_ASSIGNED, id: chassis },
+            Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: port.into() },
+            Tlv::TimeToLive(TIME_TO_LIVE),
+            Tlv::PortStatus { rt_class_2: 0, rt_class_3: 0 },
+            Tlv::ChassisMac(settings.mac),
+        ]
+        .into(),
+    };
+    out.push_with(|octets| lldp.write_frame(settings.mac, octets));
+}

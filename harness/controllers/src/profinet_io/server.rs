@@ -1,0 +1,168 @@
+//! The calls that the device makes to us: ApplicationReady and its like on UDP port 34964.
+//!
+//! Each is answered once and the answer kept, so that a repeated call gets the same answer. This room must not know what
+//! ApplicationReady means for the start-up.
+
+use super::call::send;
+use super::request::Partner;
+use alloc::vec::Vec;
+use station::Outbox;
+use wire::datagram::{Datagram, LONGEST_PAYLOAD};
+use wire::octets::Order;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
+use wire::profinet::rpc::{
+    Assembled, Fack, Flags1, Header, NdrRequest, NdrResponse, Opnum, PORT, PacketType, Pdu, Reassembler, RejectStatus,
+    Uuid,
+};
+use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+
+/// Most octets of a request; a ModuleDiffBlock of all slots fits.
+const LONGEST_REQUEST: usize = 1 << 16;
+/// Calls of which fragments may be missing at the same time.
+const MOST_CALLS: usize = 4;
+
+/// Whose calls are served.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Served {
+    /// The device of the AR.
+    pub(super) partner: Partner,
+    /// The AR.
+    pub(super) ar_uuid: Uuid,
+    /// Its session.
+    pub(super) session_key: u16,
+    /// Our own activity, whose calls can only be reflections.
+    pub(super) activity: Uuid,
+    /// Whether PrmEnd was sent, so that ApplicationReady is in its place.
+    pub(super) expected: bool,
+}
+
+/// The server of a controller.
+#[derive(Debug)]
+pub(super) struct Server {
+    own: Partner,
+    reassembler: Reassembler,
+    last: Option<(Uuid, u32, Vec<u8>)>,
+}
+
+impl Server {
+    pub(super) fn new(own: Partner) -> Server {
+        Server { own, reassembler: Reassembler::new(MOST_CALLS, LONGEST_REQUEST), last: None }
+    }
+
+    /// Forgets the last call: a device that has started anew may count its calls from the beginning again.
+    pub(super) fn forget(&mut self) {
+        self.last = None;
+    }
+
+    /// Takes a datagram to our port and answers it; gives the control block if it was accepted.
+    ///
+    /// Calls are heard only from the device of an AR: everybody else gets no word, a reflector least of all.
+    pub(super) fn receive(&mut self, served: Option<Served>, datagram: &Datagram, out: &mut Outbox) -> Option<Control> {
+        let served = served
+            .filter(|served| (served.partner.mac, served.partner.ip) == (datagram.source_mac, *datagram.source.ip()))?;
+        let pdu = Pdu::parse(datagram.payload).ok().filter(|pdu| pdu.header.activity != served.activity)?;
+        let port = datagram.source.port();
+        match pdu.header.packet_type {
+            PacketType::REQUEST => self.request(served, port, &pdu, out),
+            PacketType::PING => {
+                match &self.last {
+                    Some((activity, sequence, response)) if (*activity, *sequence) == call(&pdu.header) => {
+                        self.send(served, port, response, out);
+                    }
+                    _ => self.send_control(served, port, &pdu.header, PacketType::NOCALL, &[], out),
+                }
+                None
+            }
+            _ => None,
+        }
+    }
+
+    fn request(&mut self, served: Served, port: u16, pdu: &Pdu, out: &mut Outbox) -> Option<Control> {
+        if let Some((activity, sequence, response)) = &self.last
+            && (*activity, *sequence) == call(&pdu.header)
+        {
+            self.send(served, port, response, out);
+            return None;
+        }
+        if pdu.header.interface != Uuid::CONTROLLER_INTERFACE || pdu.header.opnum != Opnum::CONTROL {
+            let known = pdu.header.interface == Uuid::CONTROLLER_INTERFACE;
+            let status = if known { RejectStatus::OPERATION_RANGE } else { RejectStatus::UNKNOWN_INTERFACE };
+            let mut body = Vec::new();
+            status.write(&mut body, pdu.header.order());
+            self.send_control(served, port, &pdu.header, PacketType::REJECT, &body, out);
+            return None;
+        }
+        let assembled = self.reassembler.take(pdu);
+        let flags = pdu.header.flags1;
+        if flags.has(Flags1::FRAGMENT) && !flags.has(Flags1::NO_FACK) {
+            let (number, fack) = self.reassembler.fack(&pdu.header).unwrap_or((pdu.header.fragment, Fack::default()));
+            let mut body = Vec::new();
+            complete(fack, &pdu.header).write(&mut body, pdu.header.order());
+            let header = Header { fragment: number, ..pdu.header };
+            self.send_control(served, port, &header, PacketType::FACK, &body, out);
+        }
+        let Assembled::Whole(body) = assembled else { return None };
+        self.answer(served, port, &pdu.header, &body, out)
+    }
+
+    fn answer(&mut self, served: Served, port: u16, header: &Header, body: &[u8], out: &mut Outbox) -> Option<Control> {
+        let order = header.order();
+        let (ndr, blocks) = NdrRequest::parse(order, body).ok()?;
+        let control = Control::parse(blocks).ok()?;
+        let refused = refusal(served, &control.block);
+        let status = refused
+            .map_or(PnioStatus::OK, |error| PnioStatus::found(ErrorCode::CONTROL_RESPONSE, Finder::CMRPC, error.0));
+        let blocks = Control::from(control.block.done()).to_vec();
+        let body = NdrResponse::body(order, status, ndr.args_maximum, &blocks);
+        let response = Pdu::new(header.answer(PacketType::RESPONSE, order), &body).to_vec();
+        self.send(served, port, &response, out);
+        self.last = Some((header.activity, header.sequence, response));
+        refused.is_none().then_some(control)
+    }
+
+    fn send(&self, served: Served, port: u16, pdu: &[u8], out: &mut Outbox) {
+        send((self.own, PORT), (served.partner, port), pdu, out);
+    }
+
+    fn send_control(
+        &self,
+        served: Served,
+        port: u16,
+        header: &Header,
+        kind: PacketType,
+        body: &[u8],
+        out: &mut Outbox,
+    ) {
+        let header = Header { fragment: header.fragment, ..header.answer(kind, header.order()) };
+        self.send(served, port, &Pdu::new(header, body).to_vec(), out);
+    }
+}
+
+fn call(header: &Header) -> (Uuid, u32) {
+    (header.activity, header.sequence)
+}
+
+/// Why a control call is refused.
+fn refusal(served: Served, block: &ControlBlock) -> Option<CmrpcError> {
+    let ours = (block.ar_uuid, block.session_key) == (served.ar_uuid, served.session_key);
+    let ready = matches!(block.header.kind, BlockType::APPLICATION_READY_REQ | BlockType::PLUG_APPLICATION_READY_REQ)
+        && block.control_command.has(ControlCommand::APPLICATION_READY);
+    match (ours, ready, served.expected) {
+        (false, _, _) => Some(CmrpcError::AR_UUID_UNKNOWN),
+        (true, false, _) => Some(CmrpcError::UNKNOWN_BLOCKS),
+        (true, true, false) => Some(CmrpcError::STATE_CONFLICT),
+        (true, true, true) => None,
+    }
+}
+
+/// A fack with the window and the sizes that we offer: as much as an Ethernet frame carries.
+pub(super) fn complete(fack: Fack, header: &Header) -> Fack {
+    let most = LONGEST_PAYLOAD as u32;
+    Fack { version: 0, window_size: 8, max_tsdu: most, max_fragment: most, serial: header.serial, ..fack }
+}
+
+/// The byte order of our own calls.
+pub(super) fn order(little_endian: bool) -> Order {
+    if little_endian { Order::Little } else { Order::Big }
+}

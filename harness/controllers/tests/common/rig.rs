@@ -1,0 +1,136 @@
+//! The controller under test, a station opposite, and the wire between them, on a clock that jumps.
+
+use super::{Device, connection, settings};
+use core::time::Duration;
+use encspec_controllers::profinet_io::{Connection, Controller, Outcome, Request, StartUp};
+use station::{Outbox, Station, Time};
+use std::collections::VecDeque;
+use wire::datagram::Datagram;
+use wire::profinet::rpc::{Header, Pdu};
+
+/// What a frame takes to the other side.
+const TRAVEL: Duration = Duration::from_micros(10);
+
+/// What may happen to a frame on its way.
+type Forge = Box<dyn FnMut(&mut Vec<u8>)>;
+
+/// The controller under test, the device, and the wire between them.
+pub struct Rig<D = Device> {
+    pub controller: Controller,
+    pub device: D,
+    pub now: Time,
+    /// Every frame in the order of arrival: when, whether from the controller, its octets.
+    pub log: Vec<(Time, bool, Vec<u8>)>,
+    /// What happens on the way to each frame of the device.
+    pub forge: Forge,
+    travelling: VecDeque<(Time, bool, Vec<u8>)>,
+}
+
+impl Rig {
+    pub fn new() -> Rig {
+        Rig::with(Device::new())
+    }
+
+    /// Starts up `connection` and gives its outcome.
+    pub fn start(&mut self, connection: Connection) -> StartUp {
+        match self.ask(Request::Connect(Box::new(connection))) {
+            Outcome::StartUp(result) => *result,
+            other => panic!("a start-up gave {other:?}"),
+        }
+    }
+
+    /// A rig whose AR stands.
+    pub fn standing() -> Rig {
+        let mut rig = Rig::new();
+        let result = rig.start(connection());
+        assert!(result.standing && result.failed.is_none(), "{result:?}");
+        rig
+    }
+
+    /// Lets the device send something.
+    pub fn let_device(&mut self, act: impl FnOnce(&mut Device, &mut Outbox)) {
+        let mut out = Outbox::new();
+        act(&mut self.device, &mut out);
+        self.launch(false, &out);
+    }
+}
+
+impl<D: Station> Rig<D> {
+    pub fn with(device: D) -> Rig<D> {
+        let controller = Controller::new(settings());
+        let (log, travelling) = (Vec::new(), VecDeque::new());
+        Rig { controller, device, now: Time::ZERO, log, forge: Box::new(|_| {}), travelling }
+    }
+
+    /// Puts frames on the wire.
+    pub fn launch(&mut self, from_controller: bool, out: &Outbox) {
+        for frame in out.frames() {
+            let mut frame = frame.to_vec();
+            if !from_controller {
+                (self.forge)(&mut frame);
+            }
+            self.travelling.push_back((self.now + TRAVEL, from_controller, frame));
+        }
+    }
+
+    /// Lets the next thing happen, not later than `until`; false if there is none.
+    pub fn step(&mut self, until: Time) -> bool {
+        let arrival = self.travelling.front().map(|(time, ..)| *time);
+        let (ours, its) = (self.controller.deadline(), self.device.deadline());
+        let Some(next) = [arrival, ours, its].into_iter().flatten().min().filter(|next| *next <= until) else {
+            self.now = until;
+            return false;
+        };
+        self.now = self.now.max(next);
+        let mut out = Outbox::new();
+        if arrival == Some(next) {
+            let (_, from_controller, frame) = self.travelling.pop_front().expect("a frame arrives");
+            if from_controller {
+                self.device.receive(self.now, &frame, &mut out);
+            } else {
+                self.controller.receive(self.now, &frame, &mut out);
+            }
+            self.log.push((self.now, from_controller, frame));
+            self.launch(!from_controller, &out);
+        } else if ours == Some(next) {
+            self.controller.wake(self.now, &mut out);
+            self.launch(true, &out);
+        } else {
+            self.device.wake(self.now, &mut out);
+            self.launch(false, &out);
+        }
+        true
+    }
+
+    /// Lets `time` go by.
+    pub fn run(&mut self, time: Duration) {
+        let until = self.now + time;
+        while self.step(until) {}
+    }
+
+    /// Asks the controller and waits for the outcome, two minutes at most.
+    pub fn ask(&mut self, request: Request) -> Outcome {
+        self.controller.request(self.now, request).expect("the controller is not busy");
+        let until = self.now + Duration::from_secs(120);
+        loop {
+            if let Some(outcome) = self.controller.take_outcome() {
+                return outcome;
+            }
+            assert!(self.step(until), "no outcome within two minutes");
+        }
+    }
+
+    /// The frames that the controller sent and that arrived.
+    pub fn sent(&self) -> impl Iterator<Item = (Time, &[u8])> {
+        self.log.iter().filter(|(_, ours, _)| *ours).map(|(time, _, frame)| (*time, frame.as_slice()))
+    }
+
+    /// The headers of the RPC PDUs among them.
+    pub fn sent_pdus(&self) -> Vec<(Time, Header)> {
+        let pdu = |(time, frame)| {
+            let datagram = Datagram::parse(frame).ok()?;
+            Some((time, Pdu::parse(datagram.payload).ok()?.header))
+        };
+        self.sent().filter_map(pdu).collect()
+    }
+}
