@@ -1,0 +1,111 @@
+//! From hardware steps to the units of the user.
+
+/// What the sensor can tell apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hardware {
+    /// Steps per revolution, at least 1.
+    pub steps_per_revolution: u64,
+    /// Revolutions, 1 for a singleturn encoder.
+    pub revolutions: u64,
+}
+
+impl Hardware {
+    /// Steps over all revolutions.
+    pub const fn range(&self) -> u64 {
+        self.steps_per_revolution * self.revolutions
+    }
+
+    /// The place that the sensor sees where the shaft is: a shaft goes on beyond what the sensor can tell apart.
+    pub fn sense(&self, place: i64) -> u64 {
+        i128::from(place).rem_euclid(self.range() as i128) as u64
+    }
+}
+
+/// In which direction the position rises, seen from the shaft end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// The position rises clockwise.
+    Clockwise,
+    /// The position rises counter-clockwise.
+    Counterclockwise,
+}
+
+/// How many units a revolution has, and after how many the position begins anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scaling {
+    /// Units per revolution.
+    pub units_per_revolution: u64,
+    /// Total measuring range in units; positions run from 0 to `range` - 1.
+    pub range: u64,
+}
+
+impl Scaling {
+    /// One unit for each step of the hardware.
+    pub const fn hardware(hardware: &Hardware) -> Scaling {
+        Scaling { units_per_revolution: hardware.steps_per_revolution, range: hardware.range() }
+    }
+
+    /// The position at a hardware place, which may lie beyond the physical zero on either side.
+    ///
+    /// It is a pure conversion of the physical place, rounded down, so that nothing adds up. Where the range does not
+    /// divide what the hardware counts, the last range before the physical zero is cut short: the *red zone*.
+    pub fn position(&self, hardware: &Hardware, place: i64) -> u64 {
+        let units = i128::from(place) * i128::from(self.units_per_revolution);
+        let units = units.div_euclid(i128::from(hardware.steps_per_revolution));
+        units.rem_euclid(i128::from(self.range)) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
+    const SINGLETURN: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 1 };
+
+    fn scaling(units_per_revolution: u64, range: u64) -> Scaling {
+        Scaling { units_per_revolution, range }
+    }
+
+    // The worked example of the XAC77 manual, 11.5: 65536 x 6748 = 442236928, red zone of 189267968 positions.
+    #[rstest]
+    #[case(0, 0)]
+    #[case(442_236_927, 442_236_927)]
+    #[case(442_236_928, 0)]
+    #[case(884_473_855, 442_236_927)]
+    #[case(884_473_856, 0)]
+    #[case(1_073_741_823, 189_267_967)]
+    #[case(1_073_741_824, 189_267_968)]
+    #[case(-1, 442_236_927)]
+    fn red_zone_of_the_worked_example(#[case] place: i64, #[case] position: u64) {
+        assert_eq!(scaling(65536, 442_236_928).position(&MULTITURN, place), position);
+    }
+
+    #[rstest]
+    #[case::hardware(scaling(65536, 1 << 30), 65536, 65536)]
+    #[case::coarse(scaling(4096, 1 << 24), 65536, 4096)]
+    #[case::coarse_range_ends(scaling(4096, 1 << 24), 65536 * 4096, 0)]
+    #[case::no_power_of_two(scaling(3600, 3600 * 4096), 65536 / 2, 1800)]
+    #[case::rounded_down(scaling(1, 16384), 65535, 0)]
+    #[case::range_below_a_revolution(scaling(4096, 1024), 65536 / 4, 0)]
+    fn multiturn(#[case] scaling: Scaling, #[case] place: i64, #[case] position: u64) {
+        assert_eq!(scaling.position(&MULTITURN, place), position);
+    }
+
+    #[rstest]
+    #[case(3600, 3600, 131_072, 1800)]
+    #[case(1000, 1000, 262_143, 999)]
+    #[case(3600, 3600, 262_143, 3599)]
+    fn singleturn(#[case] units: u64, #[case] range: u64, #[case] place: i64, #[case] position: u64) {
+        assert_eq!(scaling(units, range).position(&SINGLETURN, place), position);
+    }
+
+    #[rstest]
+    #[case(-1, 262_143)]
+    #[case(262_144, 0)]
+    #[case(262_145 * -262_144, 0)]
+    fn the_sensor_sees_one_revolution(#[case] place: i64, #[case] seen: u64) {
+        assert_eq!(SINGLETURN.sense(place), seen);
+    }
+}

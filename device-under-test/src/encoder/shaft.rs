@@ -1,0 +1,175 @@
+//! The shaft in the hands of the stand: where it is at any time.
+
+use core::time::Duration;
+use station::Time;
+
+/// A millionth of a revolution per minute: the finest speed that a shaft can be given.
+const MICRO: i128 = 1_000_000;
+const NANOS_PER_MINUTE: i128 = 60_000_000_000;
+
+/// A shaft as a function of time, in hardware steps, clockwise positive.
+///
+/// The place is not bounded: a shaft can be turned any number of revolutions to either side of its physical zero, and
+/// what the sensor can tell apart is the sensor's affair. All arithmetic is exact on nanoseconds.
+#[derive(Clone, Debug)]
+pub struct Shaft {
+    steps_per_revolution: u64,
+    from: i64,
+    since: Time,
+    motion: Motion,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Motion {
+    Standing,
+    /// Speed in millionths of a revolution per minute.
+    Turning {
+        speed: i128,
+    },
+    /// The same, until the way is done.
+    TurningBy {
+        speed: i128,
+        way: i64,
+        until: Time,
+    },
+}
+
+impl Shaft {
+    /// A shaft at rest at `place`.
+    pub fn new(steps_per_revolution: u64, place: i64) -> Shaft {
+        Shaft { steps_per_revolution, from: place, since: Time::ZERO, motion: Motion::Standing }
+    }
+
+    /// Where the shaft is at `now`.
+    pub fn place(&self, now: Time) -> i64 {
+        match self.motion {
+            Motion::Standing => self.from,
+            Motion::Turning { speed } => self.from.saturating_add(self.way(speed, now.since(self.since))),
+            Motion::TurningBy { way, until, .. } if now >= until => self.from.saturating_add(way),
+            Motion::TurningBy { speed, .. } => self.from.saturating_add(self.way(speed, now.since(self.since))),
+        }
+    }
+
+    /// Whether the shaft turns at `now`.
+    pub fn is_moving(&self, now: Time) -> bool {
+        match self.motion {
+            Motion::Standing => false,
+            Motion::Turning { speed } => speed != 0,
+            Motion::TurningBy { until, .. } => now < until,
+        }
+    }
+
+    /// Puts the shaft at once at `place`, where it stands.
+    pub fn put(&mut self, now: Time, place: i64) {
+        (self.from, self.since, self.motion) = (place, now, Motion::Standing);
+    }
+
+    /// Turns the shaft from `now` on at `rpm` revolutions per minute.
+    pub fn turn(&mut self, now: Time, rpm: f64) {
+        (self.from, self.since) = (self.place(now), now);
+        self.motion = Motion::Turning { speed: whole(rpm * MICRO as f64) };
+    }
+
+    /// Turns the shaft by `steps` at `rpm` and gives the time of arrival.
+    ///
+    /// Without a speed it is there at once.
+    pub fn turn_by(&mut self, now: Time, steps: f64, rpm: f64) -> Time {
+        let way = i64::try_from(whole(steps)).unwrap_or(0);
+        let speed = whole(rpm * MICRO as f64).abs() * i128::from(way.signum());
+        (self.from, self.since) = (self.place(now), now);
+        let per_nano = self.steps_per_revolution as i128 * speed.abs();
+        if per_nano == 0 {
+            self.put(now, self.from.saturating_add(way));
+            return now;
+        }
+        let nanos = (i128::from(way.abs()) * NANOS_PER_MINUTE * MICRO + per_nano - 1) / per_nano;
+        let until = now + Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX));
+        self.motion = Motion::TurningBy { speed, way, until };
+        until
+    }
+
+    /// Turns the shaft by `revolutions` at `rpm`; see [`Shaft::turn_by`].
+    pub fn turn_revolutions(&mut self, now: Time, revolutions: f64, rpm: f64) -> Time {
+        self.turn_by(now, revolutions * self.steps_per_revolution as f64, rpm)
+    }
+
+    /// The way done in `time`, never more than the whole steps that are behind it.
+    fn way(&self, speed: i128, time: Duration) -> i64 {
+        let turned = (self.steps_per_revolution as i128 * speed).saturating_mul(time.as_nanos() as i128);
+        i64::try_from(turned / (NANOS_PER_MINUTE * MICRO)).unwrap_or(i64::MAX)
+    }
+}
+
+/// The nearest whole number, up to what a shaft can be given; halves away from zero, what is no number as 0.
+fn whole(value: f64) -> i128 {
+    const MOST: f64 = 1e15;
+    (value.clamp(-MOST, MOST) + if value < 0.0 { -0.5 } else { 0.5 }) as i128
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    fn seconds(seconds: u64) -> Time {
+        Time::from_nanos(seconds * 1_000_000_000)
+    }
+
+    #[rstest]
+    #[case::one_revolution_a_second(60.0, 1, 65536)]
+    #[case::backwards(-60.0, 1, -65536)]
+    #[case::hours_without_drift(60.0, 86_400, 86_400 * 65536)]
+    #[case::a_third_of_a_step(0.000305175, 1, 0)]
+    #[case::fraction_of_an_rpm(11.25, 16, 3 * 65536)]
+    fn steady_turning_is_exact(#[case] rpm: f64, #[case] after: u64, #[case] way: i64) {
+        let mut shaft = Shaft::new(65536, 1000);
+        shaft.turn(Time::ZERO, rpm);
+        assert_eq!(shaft.place(seconds(after)), 1000 + way);
+    }
+
+    #[test]
+    fn a_turn_goes_through_all_places_and_ends_where_it_should() {
+        let mut shaft = Shaft::new(65536, 0);
+        let arrival = shaft.turn_revolutions(seconds(1), -2.5, 60.0);
+        assert_eq!(arrival, Time::from_nanos(3_500_000_000));
+        assert_eq!(shaft.place(seconds(2)), -65536);
+        assert!(shaft.is_moving(seconds(2)));
+        assert_eq!(shaft.place(arrival - Duration::from_nanos(1)), -163_839);
+        assert_eq!(shaft.place(arrival), -163_840);
+        assert!(!shaft.is_moving(arrival));
+        assert_eq!(shaft.place(seconds(100)), -163_840);
+    }
+
+    #[test]
+    fn single_steps_arrive_whole() {
+        let mut shaft = Shaft::new(262_144, 7);
+        let arrival = shaft.turn_by(Time::ZERO, 1.0, 60.0);
+        assert_eq!(shaft.place(arrival), 8);
+        let arrival = shaft.turn_by(arrival, -1.0, 0.0);
+        assert_eq!(shaft.place(arrival), 7);
+    }
+
+    #[test]
+    fn a_change_of_speed_goes_on_from_the_place_reached() {
+        let mut shaft = Shaft::new(65536, 0);
+        shaft.turn(Time::ZERO, 60.0);
+        shaft.turn(seconds(1), -30.0);
+        shaft.turn(seconds(3), 0.0);
+        assert!(!shaft.is_moving(seconds(3)));
+        assert_eq!(shaft.place(seconds(9)), 0);
+        shaft.put(seconds(9), 1 << 29);
+        assert_eq!(shaft.place(seconds(10)), 1 << 29);
+    }
+
+    #[rstest]
+    #[case(f64::NAN)]
+    #[case(f64::INFINITY)]
+    #[case(1e300)]
+    fn nonsense_does_not_panic(#[case] number: f64) {
+        let mut shaft = Shaft::new(65536, 0);
+        shaft.turn(Time::ZERO, number);
+        shaft.place(Time::MAX);
+        shaft.turn_by(Time::ZERO, number, number);
+        shaft.place(Time::MAX);
+    }
+}

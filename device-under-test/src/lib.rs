@@ -1,0 +1,21 @@
+//! Reference encoders written from the manuals, with deliberate bugs to switch on.
+//!
+//! From the shaft outwards: [`encoder`] measures, [`profidrive`] speaks the encoder profile, [`models`] is one encoder
+//! per manual, [`application`] is the seam to [`profinet`], the stack. [`bugs`] says how a device can be told to be wrong.
+//!
+//! This crate must not know the harness: neither its controllers nor its suites. It is the second telling of each manual.
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+pub mod application;
+pub mod bugs;
+pub mod encoder;
+pub mod models;
+pub mod profidrive;
+pub mod profinet;
+mod registry;
+
+pub use registry::{BuildError, Manual, ReferenceDevice, Setup, behaviour, build, manual, manuals};

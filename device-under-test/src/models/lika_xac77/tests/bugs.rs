@@ -1,0 +1,251 @@
+//! Every bug of the encoder can be seen: it changes what it does in a walk through all that it can do.
+
+use super::*;
+use crate::application::ResetScope;
+
+/// Bugs that no walk without a stack can meet.
+const BUGS_OF_THE_STACK: [&str; 12] = [
+    "any-telegram-accepted",
+    "output-length-not-checked",
+    "module-difference-not-reported",
+    "good-inputs-before-ready",
+    "outputs-not-watched",
+    "reset-answered-and-not-done",
+    "name-prefix-answered",
+    "station-type-of-the-stack",
+    "mask-ignored",
+    "im0-length-counts-header",
+    "im1-accepted",
+    "unknown-index-answered",
+];
+
+/// What was seen on a walk, in order.
+#[derive(Default)]
+struct Walk {
+    seen: Vec<u64>,
+}
+
+impl Walk {
+    fn frames(&mut self, bench: &mut Bench, g1_stw: u16, count: usize) {
+        bench.g1_stw = g1_stw;
+        for _ in 0..count {
+            bench.now += CYCLE;
+            let stw2_enc = bench.stw2_enc | u16::from(bench.sign_of_life) << 12;
+            let outputs = [stw2_enc.to_be_bytes(), g1_stw.to_be_bytes()].concat();
+            if bench.sign_of_life != 0 {
+                bench.sign_of_life = bench.sign_of_life % 15 + 1;
+            }
+            bench.encoder.outputs(bench.now, 1, 2, Some(&outputs));
+            let mut inputs = alloc::vec![0; bench.telegram.input_octets.into()];
+            self.seen.push(bench.encoder.inputs(bench.now, 1, 2, &mut inputs).into());
+            self.seen.extend(inputs.iter().map(|octet| u64::from(*octet)));
+        }
+        self.diagnoses(bench);
+    }
+
+    fn diagnoses(&mut self, bench: &mut Bench) {
+        while let Some(change) = bench.encoder.next_diagnosis() {
+            let diagnosis = change.diagnosis;
+            self.seen.extend([change.appears.into(), diagnosis.error_type.into(), diagnosis.severity as u64]);
+        }
+    }
+
+    fn request(&mut self, bench: &mut Bench, octets: &[u8]) {
+        let written = bench.encoder.write_record(bench.now, access(0xB02E), octets);
+        self.seen.push(written.map_or_else(|refusal| refusal.code1().into(), |()| 0));
+        for _ in 0..2 {
+            let mut answer = Vec::new();
+            let read = bench.encoder.read_record(bench.now, access(0xB02E), &mut answer);
+            self.seen.push(read.map_or_else(|refusal| refusal.code1().into(), |()| 0));
+            self.seen.extend(answer.iter().map(|octet| u64::from(*octet)));
+        }
+    }
+
+    fn write(&mut self, bench: &mut Bench, preset_value: u64) {
+        self.seen.push(bench.write(65000, preset_value).map_or_else(u64::from, |()| 0));
+    }
+
+    fn parameters(&mut self, bench: &mut Bench) {
+        for number in [922, 964, 965, 971, 979, 980, 65000, 65001] {
+            let count = bench.encoder_elements(number);
+            let values = bench.read(number, 0, count);
+            self.seen.extend(values.unwrap_or_else(|error| alloc::vec![error.into()]));
+        }
+    }
+}
+
+impl Bench {
+    fn encoder_elements(&self, number: u16) -> u8 {
+        match number {
+            979 => 6,
+            980 => 9,
+            65001 => 12,
+            _ => 1,
+        }
+    }
+}
+
+fn handshakes(walk: &mut Walk, bench: &mut Bench) {
+    walk.write(bench, 0x1000);
+    let presets = [0, RELATIVE, 0, HOME, HOME | RELATIVE, ABSOLUTE, HOME, 0, HOME | RELATIVE, 0];
+    let others = [HOME | RELATIVE | ABSOLUTE, ABSOLUTE, ABSOLUTE | ACKNOWLEDGE, 0x0400, 0];
+    for word in presets.into_iter().chain(others) {
+        walk.frames(bench, word, 30);
+        walk.parameters(bench);
+    }
+    walk.frames(bench, HOME, 30);
+    for word in [PARK | HOME | ABSOLUTE, PARK | ABSOLUTE, PARK | ABSOLUTE | HOME, ABSOLUTE] {
+        walk.frames(bench, word, 30);
+    }
+    bench.act(StandAction::ShaftSpeed(-600.0));
+    walk.frames(bench, PARK, 120);
+    bench.stw2_enc = CONTROL | 0x0080;
+    walk.frames(bench, 0, 3);
+    bench.stw2_enc = CONTROL;
+    for word in [0, ACKNOWLEDGE, 0] {
+        walk.frames(bench, word, 3);
+    }
+    bench.act(StandAction::ShaftSpeed(0.0));
+    walk.frames(bench, 0, 3);
+    bench.sign_of_life = 0;
+    for word in [PARK, 0] {
+        walk.frames(bench, word, 6);
+    }
+    bench.sign_of_life = 1;
+    for word in [PARK, 0] {
+        walk.frames(bench, word, 3);
+    }
+}
+
+fn faults(walk: &mut Walk, bench: &mut Bench) {
+    walk.frames(bench, ABSOLUTE, 3);
+    bench.fault("memory", true);
+    for word in [ABSOLUTE, ABSOLUTE | ACKNOWLEDGE, ABSOLUTE, HOME, 0, PARK, 0] {
+        walk.frames(bench, word, 30);
+        walk.parameters(bench);
+    }
+    walk.frames(bench, PARK, 3);
+    bench.fault("commissioning", true);
+    walk.frames(bench, PARK, 3);
+    walk.frames(bench, 0, 3);
+    bench.fault("memory", false);
+    bench.fault("commissioning", false);
+    for word in [0, ABSOLUTE | ACKNOWLEDGE, ABSOLUTE, 0] {
+        walk.frames(bench, word, 3);
+        walk.parameters(bench);
+    }
+}
+
+fn life_signs(walk: &mut Walk, bench: &mut Bench) {
+    for round in 0..2 {
+        bench.stw2_enc = if round == 0 { CONTROL } else { 0 };
+        walk.frames(bench, ABSOLUTE, 20);
+        for failures in [1, 1, 2, 5] {
+            for _ in 0..failures {
+                bench.sign_of_life = (bench.sign_of_life + 13) % 15 + 1;
+                walk.frames(bench, ABSOLUTE, 1);
+            }
+            walk.frames(bench, ABSOLUTE, 30);
+        }
+        bench.stw2_enc = CONTROL;
+        walk.frames(bench, ACKNOWLEDGE, 3);
+        walk.frames(bench, 0, 3);
+    }
+}
+
+fn requests(walk: &mut Walk, bench: &mut Bench) {
+    for request in [
+        &[1, 1, 1, 1, 0x10, 0, 0, 1, 0, 0][..],
+        &[1, 2, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0, 0x42, 1, 0, 82],
+        &[1, 1, 1, 1, 0x10, 1, 0x03, 0xC4, 0, 6],
+        &[1, 1, 1, 1, 0x10, 1, 0x03, 0x9A, 0, 1],
+        &[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 5],
+        &[1, 1, 1, 1, 0x00, 0, 0x03, 0x9A, 0, 0],
+        &[1, 1, 5, 1, 0x10, 0, 0x03, 0x9A, 0, 0],
+        &[1, 2, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 82, 0x43, 1, 0, 0, 0, 9],
+        &[1, 1, 1],
+        &[9, 1, 1, 2, 0x10, 2, 0x03, 0xC4, 0, 1, 0x10, 0, 0x03, 0x9A, 0, 0],
+        &[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x07, 1, 0x12, 0x34, 0x56, 0x78],
+        &[1, 2, 1, 1, 0x10, 1, 0xFD, 0xE8, 0, 0, 0x43, 2, 0, 0, 0, 5, 0, 0, 0, 6],
+        &[1, 2, 1, 1, 0x10, 0, 0x03, 0xCB, 0, 0, 0x42, 1, 0, 2],
+        &[1, 2, 1, 1, 0x10, 0, 0x03, 0xCB, 0, 0, 0x42, 1, 0, 1],
+    ] {
+        walk.request(bench, request);
+        walk.parameters(bench);
+    }
+    bench.wait(500);
+    walk.parameters(bench);
+}
+
+fn walk(bug: Option<&str>) -> Vec<u64> {
+    let mut walk = Walk::default();
+    let default = record(0x22, 65536, 1 << 30);
+    let mut records = alloc::vec![default.clone(), default[..30].to_vec()];
+    for bits in [0x02, 0x26, 0x20, 0x2A, 0x28, 0x23] {
+        records.push(record(bits, 4096, 4096 * 16384));
+    }
+    records.push(record(0x21, 4096, 1 << 24));
+    records.push(record(0x2A, 65536, 1 << 30));
+    records.push(record(0x2A, 1, 32768));
+    records.push(record(0x2A, 1 << 32 | 4096, 1 << 24));
+    for (speed_unit, failures) in [(1, 3), (2, 255), (4, 1)] {
+        let mut record = record(0x02, 65536, 1 << 30);
+        (record[17], record[18]) = (failures, speed_unit);
+        records.push(record);
+    }
+    let mut v41 = record(0x22, 65536, 1 << 30);
+    v41[17] = 200;
+    records.push(v41);
+    for (n, record) in records.iter().enumerate() {
+        let mut bench = Bench::alone(MULTITURN, bug, 0x0123_4567);
+        bench.connect(81, &default).expect("the default record");
+        walk.seen.push(bench.connect(81 + (n % 4) as u32, record).map_or(1, |()| 0));
+        handshakes(&mut walk, &mut bench);
+        faults(&mut walk, &mut bench);
+        life_signs(&mut walk, &mut bench);
+        requests(&mut walk, &mut bench);
+        walk.write(&mut bench, 0x77);
+        bench.power_cycle();
+        walk.parameters(&mut bench);
+        bench.fault("memory", true);
+        bench.power_cycle();
+        walk.diagnoses(&mut bench);
+        bench.fault("memory", false);
+        bench.power_cycle();
+        let ip = [192, 168, 0, 10];
+        let station = StationData { name: b"enc-1".to_vec(), ip, mask: [255; 4], gateway: [192, 168, 0, 1] };
+        bench.encoder.set_station(bench.now, &station, &station);
+        for _ in 0..2 {
+            let station = bench.encoder.stored_station();
+            walk.seen.extend(station.name.iter().chain(&station.gateway).map(|octet| u64::from(*octet)));
+            walk.seen.push(bench.encoder.factory_reset(bench.now, ResetScope::Factory).into());
+            walk.parameters(&mut bench);
+        }
+        let names = [&b"a_b"[..], b"ger\xE4t", b"1a", b"a-"];
+        walk.seen.extend(names.map(|name| u64::from(bench.encoder.accepts_name(name))));
+    }
+    for telegram in 81..=84 {
+        let mut bench = Bench::alone(MULTITURN, bug, 884_473_855);
+        bench.connect(telegram, &default).expect("the default record");
+        walk.frames(&mut bench, PARK, 3);
+        bench.act(StandAction::ShaftSpeed(-600.0));
+        walk.frames(&mut bench, PARK, 120);
+        walk.frames(&mut bench, ABSOLUTE, 120);
+        walk.seen.push(bench.encoder.factory_reset(bench.now, ResetScope::ApplicationData).into());
+    }
+    let mut bench = Bench::alone(MULTITURN, bug, 1_073_741_823);
+    bench.connect(81, &record(0x2A, 65536, 442_236_928)).expect("the worked example");
+    for steps in [1.0, 1.0, -1.0, -1.0] {
+        bench.act(StandAction::Turn { steps, rpm: 60.0 });
+        walk.frames(&mut bench, 0, 1);
+    }
+    walk.seen
+}
+
+#[test]
+fn every_bug_leaves_a_trace() {
+    let healthy = walk(None);
+    assert!(healthy == walk(None), "the walk is the same each time");
+    let unseen: Vec<&str> = BUGS.iter().map(|bug| bug.name).filter(|name| walk(Some(name)) == healthy).collect();
+    assert_eq!(unseen, BUGS_OF_THE_STACK);
+}

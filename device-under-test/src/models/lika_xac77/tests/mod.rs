@@ -1,0 +1,185 @@
+//! The XAC77 as an application, driven as a stack drives it: one call per frame, two milliseconds apart.
+
+mod bugs;
+mod faults;
+mod handshakes;
+mod memory;
+mod start_up;
+
+use super::{BUGS, VARIANTS, Xac77};
+use crate::application::{Access, Application, ArKey, Plug, RecordRefusal, StationData};
+use crate::bugs::Behaviour;
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::{StandAction, Time};
+use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
+
+const AR: ArKey = ArKey(1);
+const CYCLE: Duration = Duration::from_millis(2);
+const CONTROL: u16 = 0x0400;
+
+const HOME: u16 = 0x1000;
+const RELATIVE: u16 = 0x0800;
+const ABSOLUTE: u16 = 0x2000;
+const PARK: u16 = 0x4000;
+const ACKNOWLEDGE: u16 = 0x8000;
+
+/// The signals of one frame from the encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Frame {
+    zsw2_enc: u16,
+    g1_zsw: u16,
+    xist1: u32,
+    xist2: u32,
+}
+
+/// An encoder with a controller whose sign of life counts.
+struct Bench {
+    encoder: Xac77,
+    now: Time,
+    telegram: Plug,
+    sign_of_life: u8,
+    stw2_enc: u16,
+    g1_stw: u16,
+    /// Whether the last inputs were good.
+    good: bool,
+}
+
+const SINGLETURN: usize = 0;
+const MULTITURN: usize = 1;
+
+impl Bench {
+    /// An encoder that is alone; its shaft stands at `shaft`.
+    fn alone(variant: usize, bug: Option<&str>, shaft: u64) -> Bench {
+        let mut behaviour = Behaviour::default();
+        if let Some(name) = bug {
+            let bug = BUGS.iter().find(|bug| bug.name == name).expect("a bug of this name");
+            (bug.apply)(&mut behaviour);
+        }
+        let mac = [2, 0, 0, 0, 1, 0];
+        let encoder = Xac77::new(VARIANTS[variant], behaviour, mac, shaft, StationData::default());
+        let telegram = encoder.plugs()[2];
+        Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
+    }
+
+    /// A multiturn encoder with telegram 81, default parameters and its shaft at `shaft`.
+    fn connected(bug: Option<&str>, shaft: u64) -> Bench {
+        let mut bench = Bench::alone(MULTITURN, bug, shaft);
+        bench.connect(81, &record(0x22, 65536, 1 << 30)).expect("the default record is right");
+        bench
+    }
+
+    fn connect(&mut self, telegram: u32, record: &[u8]) -> Result<(), RecordRefusal> {
+        self.telegram = *self.encoder.plugs().iter().find(|plug| plug.submodule_ident == telegram).expect("a telegram");
+        self.encoder.started(self.now, AR, &[self.telegram]);
+        let written = self.encoder.write_record(self.now, access(0xBF00), record);
+        self.now = self.encoder.parameter_end(self.now, AR);
+        self.sign_of_life = 1;
+        self.frame();
+        written
+    }
+
+    /// Sends a frame and gives the octets of the next one from the encoder.
+    fn octets(&mut self) -> Vec<u8> {
+        self.now += CYCLE;
+        let stw2_enc = self.stw2_enc | u16::from(self.sign_of_life) << 12;
+        let [a, b] = stw2_enc.to_be_bytes();
+        let [c, d] = self.g1_stw.to_be_bytes();
+        self.encoder.outputs(self.now, 1, 2, Some(&[a, b, c, d]));
+        if self.sign_of_life != 0 {
+            self.sign_of_life = self.sign_of_life % 15 + 1;
+        }
+        let mut inputs = alloc::vec![0xAA; self.telegram.input_octets.into()];
+        self.good = self.encoder.inputs(self.now, 1, 2, &mut inputs);
+        inputs
+    }
+
+    /// The same, telegram 81 read out.
+    fn frame(&mut self) -> Frame {
+        let octets = self.octets();
+        let word = |at: usize| u16::from_be_bytes([octets[at], octets[at + 1]]);
+        let double = |at: usize| u32::from(word(at)) << 16 | u32::from(word(at + 2));
+        Frame { zsw2_enc: word(0), g1_zsw: word(2), xist1: double(4), xist2: double(8) }
+    }
+
+    /// Sets G1_STW and exchanges frames until the encoder has had time for everything.
+    fn set(&mut self, g1_stw: u16) -> Frame {
+        self.g1_stw = g1_stw;
+        (0..50).map(|_| self.frame()).last().expect("frames")
+    }
+
+    fn wait(&mut self, millis: u64) {
+        self.now += Duration::from_millis(millis);
+        self.encoder.advance(self.now);
+    }
+
+    fn act(&mut self, action: StandAction<'_>) {
+        self.now = self.encoder.act(self.now, &action).expect("the stand can do it");
+    }
+
+    fn fault(&mut self, name: &str, present: bool) {
+        self.act(StandAction::Fault(name, present));
+    }
+
+    /// A preset with its whole handshake.
+    fn preset(&mut self, value: u32, mode: u16) -> Frame {
+        self.write(65000, value.into()).expect("P65000 is written");
+        self.set(mode | HOME);
+        self.set(0)
+    }
+
+    fn power_cycle(&mut self) {
+        self.encoder.power_down(self.now);
+        self.wait(1000);
+        self.encoder.power_up(self.now);
+    }
+
+    fn request(&mut self, request: &Request) -> Result<Response, RecordRefusal> {
+        let (mut octets, mut answer) = (Vec::new(), Vec::new());
+        request.write(&mut octets);
+        self.encoder.write_record(self.now, access(0xB02E), &octets)?;
+        self.encoder.read_record(self.now, access(0xB02E), &mut answer)?;
+        Ok(Response::parse(&answer).expect("a whole response"))
+    }
+
+    /// Elements of a parameter, or the number of the error.
+    fn read(&mut self, number: u16, subindex: u16, count: u8) -> Result<Vec<u64>, u16> {
+        let request = Request::read_values(7, 1, [ParameterAddress::elements(number, subindex, count)].to_vec());
+        let response = self.request(&request).expect("the channel is open");
+        match response.values[0].error() {
+            Some(error) => Err(error.number.0),
+            None => Ok(response.values[0].to_numbers().expect("numbers")),
+        }
+    }
+
+    fn value(&mut self, number: u16, subindex: u16) -> u64 {
+        self.read(number, subindex, 1).expect("a value")[0]
+    }
+
+    fn write(&mut self, number: u16, value: u64) -> Result<(), u16> {
+        let format = if number == 971 { Format::WORD } else { Format::DOUBLE_WORD };
+        let value = ParameterValue::numbers(format, &[value]);
+        let request = Request::change_values(7, 1, [(ParameterAddress::value(number, 0), value)].to_vec());
+        let response = self.request(&request).expect("the channel is open");
+        response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
+    }
+
+    /// The diagnoses that came (`true`) and went since the last call.
+    fn diagnoses(&mut self) -> Vec<(bool, u16)> {
+        core::iter::from_fn(|| self.encoder.next_diagnosis()).map(|c| (c.appears, c.diagnosis.error_type)).collect()
+    }
+}
+
+fn access(index: u16) -> Access {
+    Access { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
+}
+
+/// A record 0xBF00 with one tolerated failure and steps per second.
+fn record(bits: u8, units: u64, range: u64) -> Vec<u8> {
+    let mut record = alloc::vec![bits];
+    record.extend(units.to_be_bytes());
+    record.extend(range.to_be_bytes());
+    record.extend([1, 0]);
+    record.resize(31, 0);
+    record
+}

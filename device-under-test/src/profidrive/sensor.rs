@@ -1,0 +1,446 @@
+//! The sensor interface: what G1_STW asks for and G1_ZSW answers.
+//!
+//! Three handshakes run side by side (preset, parking, acknowledgement), and errors are latched until they are
+//! acknowledged, parked away or the connection starts anew. Sources: XAC77 manual, chapters 10 and 16; where its diagrams
+//! are lost or silent, the PROFIdrive profile.
+
+use crate::encoder::PresetMode;
+use alloc::vec::Vec;
+
+/// The error code of a parking request that was refused because the shaft turns.
+pub const PARKING_REFUSED: u16 = 0x0003;
+
+/// The requests of a control word; one that is void has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Request {
+    /// Bit 11, home position mode: the preset is relative.
+    pub relative: bool,
+    /// Bit 12: a preset is requested.
+    pub home: bool,
+    /// Bit 13: the position is requested in G1_XIST2.
+    pub absolute: bool,
+    /// Bit 14: parking is requested.
+    pub park: bool,
+    /// Bit 15: the acknowledgement of an error is requested.
+    pub acknowledge: bool,
+}
+
+impl Request {
+    /// The requests in the bits of G1_STW; the other bits have no function.
+    pub fn of(g1_stw: u16) -> Request {
+        let bit = |n: u32| g1_stw >> n & 1 != 0;
+        Request { relative: bit(11), home: bit(12), absolute: bit(13), park: bit(14), acknowledge: bit(15) }
+    }
+
+    fn mode(self) -> PresetMode {
+        if self.relative { PresetMode::Relative } else { PresetMode::Absolute }
+    }
+}
+
+/// Where the handshake of a preset stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// Nothing is asked for, or the last preset was not carried out.
+    Idle,
+    /// The preset is being carried out.
+    Running,
+    /// The preset was carried out and the request is still held.
+    Executed,
+}
+
+/// Where parking stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parking {
+    /// The encoder measures.
+    Off,
+    /// The encoder is parked.
+    On,
+    /// Parking was refused and the request is still held.
+    Refused,
+}
+
+/// Where the acknowledgement of an error stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acknowledge {
+    /// Nothing is being acknowledged.
+    Idle,
+    /// The request was seen and is still held.
+    Requested,
+    /// The request was taken back: errors have gone as far as they can, the answer goes one cycle later.
+    Closing,
+}
+
+/// Where bugs can be put into the sensor interface.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Whether a control word asks for a preset.
+    pub asks_for_preset: fn(Request) -> bool,
+    /// Whether a preset begins, from the request of the cycle before and of this one.
+    pub begins_preset: fn(Request, Request) -> bool,
+    /// Whether bit 12 is set in this state of the handshake.
+    pub acknowledges_preset: fn(Preset) -> bool,
+    /// Whether the acknowledgement of a preset is taken back with its request.
+    pub releases_preset: bool,
+    /// Whether parking takes back the acknowledgement of a preset.
+    pub parking_ends_preset: bool,
+    /// Whether parking clears the errors.
+    pub parking_clears_errors: bool,
+    /// Whether no velocity is measured while parked.
+    pub parking_stops_velocity: bool,
+    /// Whether a preset is carried out while parked.
+    pub presets_while_parked: bool,
+    /// Whether parking is refused while the shaft turns.
+    pub refuses_to_park: bool,
+    /// Whether errors are raised while parked.
+    pub watches_while_parked: bool,
+    /// Whether an error whose cause is there at the end of parking is raised anew.
+    pub looks_again_after_parking: bool,
+    /// Whether an acknowledgement clears an error, from whether its cause is still there.
+    pub clears: fn(bool) -> bool,
+    /// Whether an error stays when its cause has gone.
+    pub latches: bool,
+}
+
+impl Default for Rules {
+    fn default() -> Rules {
+        Rules {
+            asks_for_preset: |request| request.home,
+            begins_preset: |before, now| !before.home && now.home,
+            acknowledges_preset: |preset| preset == Preset::Executed,
+            releases_preset: true,
+            parking_ends_preset: true,
+            parking_clears_errors: true,
+            parking_stops_velocity: true,
+            presets_while_parked: false,
+            refuses_to_park: true,
+            watches_while_parked: false,
+            looks_again_after_parking: true,
+            clears: |persists| !persists,
+            latches: true,
+        }
+    }
+}
+
+/// What G1_XIST2 has to show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Xist2 {
+    /// Neither position nor error.
+    Nothing,
+    /// The position.
+    Position,
+    /// The code of the oldest error.
+    Error(u16),
+}
+
+/// The sensor interface of one encoder.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    preset: Preset,
+    parking: Parking,
+    acknowledge: Acknowledge,
+    request: Request,
+    /// Latched errors, oldest first.
+    errors: Vec<u16>,
+    /// The causes that were there when last looked at.
+    causes: Vec<u16>,
+    rules: Rules,
+}
+
+impl Sensor {
+    /// A sensor interface in normal operation.
+    pub fn new(rules: Rules) -> Sensor {
+        Sensor {
+            preset: Preset::Idle,
+            parking: Parking::Off,
+            acknowledge: Acknowledge::Idle,
+            request: Request::default(),
+            errors: Vec::new(),
+            causes: Vec::new(),
+            rules,
+        }
+    }
+
+    /// Begins anew for a new connection: handshakes are idle, and errors whose cause has gone are forgotten.
+    pub fn restart(&mut self, causes: &[u16]) {
+        *self = Sensor { errors: core::mem::take(&mut self.errors), ..Sensor::new(self.rules) };
+        self.errors.retain(|error| causes.contains(error));
+        self.causes = self.errors.clone();
+    }
+
+    /// Looks at the causes of errors that are there now: each new one raises its error.
+    pub fn watch(&mut self, causes: &[u16]) {
+        if self.parking == Parking::On && !self.rules.watches_while_parked {
+            self.causes.clear();
+            if !self.rules.looks_again_after_parking {
+                self.causes.extend_from_slice(causes);
+            }
+            return;
+        }
+        for cause in causes {
+            if !self.causes.contains(cause) {
+                self.raise(*cause);
+            }
+        }
+        self.causes.clear();
+        self.causes.extend_from_slice(causes);
+        if !self.rules.latches {
+            self.errors.retain(|error| causes.contains(error));
+        }
+    }
+
+    /// Takes the requests of one cycle; gives the preset that is to be carried out, if one begins.
+    ///
+    /// Whoever carries it out says so with [`preset_done`](Sensor::preset_done).
+    pub fn cycle(&mut self, request: Request, moving: bool) -> Option<PresetMode> {
+        let before = core::mem::replace(&mut self.request, request);
+        self.parking = self.park(request.park, moving);
+        let parked = self.parking == Parking::On;
+        self.acknowledge = if parked { Acknowledge::Idle } else { self.acknowledge(before.acknowledge) };
+
+        let asks = self.rules.asks_for_preset;
+        let begins = (self.rules.begins_preset)(before, request) && (!parked || self.rules.presets_while_parked);
+        let next = match self.preset {
+            Preset::Idle | Preset::Executed if begins => Preset::Running,
+            Preset::Executed if !asks(request) && self.rules.releases_preset => Preset::Idle,
+            Preset::Executed if parked && self.rules.parking_ends_preset => Preset::Idle,
+            unchanged @ (Preset::Idle | Preset::Running | Preset::Executed) => unchanged,
+        };
+        let before = core::mem::replace(&mut self.preset, next);
+        (before != Preset::Running && next == Preset::Running).then(|| request.mode())
+    }
+
+    /// The preset that was begun is carried out (`true`), or it could not be.
+    pub fn preset_done(&mut self, carried_out: bool) {
+        let parked = self.parking == Parking::On && !self.rules.presets_while_parked;
+        self.preset = match self.preset {
+            Preset::Running if carried_out && !parked && (self.rules.asks_for_preset)(self.request) => Preset::Executed,
+            Preset::Running => Preset::Idle,
+            other @ (Preset::Idle | Preset::Executed) => other,
+        };
+    }
+
+    fn park(&mut self, requested: bool, moving: bool) -> Parking {
+        match (self.parking, requested) {
+            (Parking::Off | Parking::On | Parking::Refused, false) => Parking::Off,
+            (Parking::Off, true) if moving && self.rules.refuses_to_park => {
+                self.raise(PARKING_REFUSED);
+                Parking::Refused
+            }
+            (Parking::Off, true) => {
+                if self.rules.parking_clears_errors {
+                    self.errors.clear();
+                }
+                Parking::On
+            }
+            (held @ (Parking::On | Parking::Refused), true) => held,
+        }
+    }
+
+    fn acknowledge(&mut self, before: bool) -> Acknowledge {
+        let begins = self.request.acknowledge && !before && !self.errors.is_empty();
+        match self.acknowledge {
+            Acknowledge::Idle | Acknowledge::Closing if begins => Acknowledge::Requested,
+            Acknowledge::Idle | Acknowledge::Closing => Acknowledge::Idle,
+            Acknowledge::Requested if self.request.acknowledge => Acknowledge::Requested,
+            Acknowledge::Requested => {
+                let clears = self.rules.clears;
+                let refused = self.parking == Parking::Refused;
+                let causes = &self.causes;
+                self.errors.retain(|error| !clears(causes.contains(error) || *error == PARKING_REFUSED && refused));
+                Acknowledge::Closing
+            }
+        }
+    }
+
+    fn raise(&mut self, error: u16) {
+        if !self.errors.contains(&error) {
+            self.errors.push(error);
+        }
+    }
+
+    /// Latched errors, oldest first.
+    pub fn errors(&self) -> &[u16] {
+        &self.errors
+    }
+
+    /// Whether the encoder is parked.
+    pub fn is_parked(&self) -> bool {
+        self.parking == Parking::On
+    }
+
+    /// The requests of the last cycle.
+    pub fn request(&self) -> Request {
+        self.request
+    }
+
+    /// What G1_XIST2 has to show: errors before the position, and nothing while parked.
+    pub fn xist2(&self) -> Xist2 {
+        match (self.errors.first(), self.request.absolute && !self.is_parked()) {
+            (Some(code), _) => Xist2::Error(*code),
+            (None, true) => Xist2::Position,
+            (None, false) => Xist2::Nothing,
+        }
+    }
+
+    /// G1_ZSW: bit 11 acknowledgement in process, 12 preset executed, 13 position in G1_XIST2, 14 parked, 15 error.
+    pub fn g1_zsw(&self) -> u16 {
+        let bit = |n: u32, set: bool| u16::from(set) << n;
+        bit(11, self.acknowledge != Acknowledge::Idle)
+            | bit(12, (self.rules.acknowledges_preset)(self.preset))
+            | bit(13, self.xist2() == Xist2::Position)
+            | bit(14, self.is_parked())
+            | bit(15, !self.errors.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    const HOME: u16 = 0x1000;
+    const RELATIVE: u16 = 0x1800;
+    const ABSOLUTE: u16 = 0x2000;
+    const PARK: u16 = 0x4000;
+    const ACKNOWLEDGE: u16 = 0x8000;
+    const MEMORY: u16 = 0x1001;
+
+    fn sensor() -> Sensor {
+        Sensor::new(Rules::default())
+    }
+
+    fn cycle(sensor: &mut Sensor, g1_stw: u16) -> u16 {
+        if sensor.cycle(Request::of(g1_stw), false).is_some() {
+            sensor.preset_done(true);
+        }
+        sensor.g1_zsw()
+    }
+
+    #[rstest]
+    #[case(HOME, PresetMode::Absolute)]
+    #[case(RELATIVE, PresetMode::Relative)]
+    fn a_preset_is_acknowledged_when_it_is_done(#[case] word: u16, #[case] mode: PresetMode) {
+        let mut sensor = sensor();
+        assert_eq!(sensor.cycle(Request::of(word & 0x0800), false), None);
+        assert_eq!(sensor.cycle(Request::of(word), false), Some(mode));
+        assert_eq!(sensor.cycle(Request::of(word), false), None);
+        assert_eq!(sensor.g1_zsw(), 0);
+        sensor.preset_done(true);
+        assert_eq!(sensor.g1_zsw(), HOME);
+        for _ in 0..3 {
+            assert_eq!(sensor.cycle(Request::of(word), false), None);
+            assert_eq!(sensor.g1_zsw(), HOME);
+        }
+        assert_eq!(sensor.cycle(Request::of(0), false), None);
+        assert_eq!(sensor.g1_zsw(), 0);
+        assert_eq!(sensor.cycle(Request::of(word), false), Some(mode));
+    }
+
+    #[test]
+    fn a_preset_that_failed_or_was_given_up_is_not_acknowledged() {
+        let mut sensor = sensor();
+        sensor.cycle(Request::of(HOME), false);
+        sensor.preset_done(false);
+        assert_eq!(cycle(&mut sensor, HOME), 0);
+        cycle(&mut sensor, 0);
+        sensor.cycle(Request::of(HOME), false);
+        sensor.cycle(Request::of(0), false);
+        sensor.preset_done(true);
+        assert_eq!(sensor.g1_zsw(), 0);
+    }
+
+    // Manual, 16.3: parking clears bits 12 and 13 and all errors; bit 13 comes back by itself.
+    #[test]
+    fn parking() {
+        let mut sensor = sensor();
+        sensor.watch(&[MEMORY]);
+        assert_eq!(cycle(&mut sensor, HOME | ABSOLUTE), 0x9000);
+        assert_eq!(cycle(&mut sensor, HOME | ABSOLUTE | PARK), PARK);
+        sensor.watch(&[MEMORY, 0x1002]);
+        assert_eq!((sensor.xist2(), sensor.errors().len()), (Xist2::Nothing, 0));
+        assert_eq!(cycle(&mut sensor, ABSOLUTE | PARK), PARK);
+        assert_eq!(sensor.cycle(Request::of(HOME | ABSOLUTE | PARK), false), None);
+        assert_eq!(sensor.cycle(Request::of(HOME | ABSOLUTE), true), None);
+        assert_eq!(sensor.g1_zsw(), ABSOLUTE);
+        sensor.watch(&[0x1002]);
+        assert_eq!(sensor.xist2(), Xist2::Error(0x1002));
+    }
+
+    #[test]
+    fn a_turning_encoder_does_not_park() {
+        let mut sensor = sensor();
+        sensor.cycle(Request::of(PARK | ABSOLUTE), true);
+        assert_eq!((sensor.g1_zsw(), sensor.xist2()), (0x8000, Xist2::Error(3)));
+        for word in [PARK, PARK | ACKNOWLEDGE, PARK] {
+            sensor.cycle(Request::of(word), false);
+            assert_eq!(sensor.g1_zsw() & 0xC000, 0x8000);
+        }
+        let words = [0, ACKNOWLEDGE, 0, 0, PARK].map(|word| cycle(&mut sensor, word));
+        assert_eq!(words, [0x8000, 0x8800, 0x0800, 0, PARK]);
+    }
+
+    // Manual, 16.4.1 and 16.4.2, read from top to bottom: the answer is taken back last.
+    #[rstest]
+    #[case::solved(&[], [0x8000, 0x8800, 0x8800, 0x2800, 0x2000])]
+    #[case::not_solved(&[MEMORY], [0x8000, 0x8800, 0x8800, 0x8800, 0x8000])]
+    fn acknowledgement(#[case] causes: &[u16], #[case] expected: [u16; 5]) {
+        let mut sensor = sensor();
+        assert_eq!(cycle(&mut sensor, ABSOLUTE), ABSOLUTE);
+        sensor.watch(&[MEMORY]);
+        sensor.watch(causes);
+        for _ in 0..2 {
+            let words = [0, ACKNOWLEDGE, ACKNOWLEDGE, 0, 0].map(|word| cycle(&mut sensor, word | ABSOLUTE));
+            assert_eq!(words, expected);
+            if causes.is_empty() {
+                break;
+            }
+        }
+    }
+
+    #[test]
+    fn acknowledging_without_an_error_or_before_it_does_nothing() {
+        let mut sensor = sensor();
+        assert_eq!(cycle(&mut sensor, ACKNOWLEDGE | ABSOLUTE), ABSOLUTE);
+        sensor.watch(&[MEMORY]);
+        sensor.watch(&[]);
+        assert_eq!(cycle(&mut sensor, ACKNOWLEDGE), 0x8000);
+        assert_eq!(cycle(&mut sensor, 0), 0x8000);
+    }
+
+    #[test]
+    fn an_acknowledgement_may_follow_the_last_one_at_once() {
+        let mut sensor = sensor();
+        sensor.watch(&[MEMORY]);
+        let words = [ACKNOWLEDGE, 0, ACKNOWLEDGE, 0, 0].map(|word| cycle(&mut sensor, word));
+        assert_eq!(words, [0x8800, 0x8800, 0x8800, 0x8800, 0x8000]);
+    }
+
+    #[test]
+    fn the_oldest_error_is_shown_and_a_new_connection_keeps_what_persists() {
+        let mut sensor = sensor();
+        sensor.watch(&[0x0F02]);
+        sensor.watch(&[0x0F02, MEMORY]);
+        assert_eq!(sensor.xist2(), Xist2::Error(0x0F02));
+        sensor.restart(&[MEMORY]);
+        assert_eq!((sensor.xist2(), sensor.g1_zsw()), (Xist2::Error(MEMORY), 0x8000));
+        sensor.watch(&[]);
+        sensor.restart(&[]);
+        assert_eq!(sensor.g1_zsw(), 0);
+    }
+
+    // Catalogue SIG-021, SIG-022, SIG-028, SIG-036: bits without function, and what is never set together.
+    #[test]
+    fn for_every_control_word_the_status_word_makes_sense() {
+        for word in 0..=u16::MAX {
+            let mut sensor = sensor();
+            sensor.watch(&[MEMORY]);
+            sensor.watch(&[]);
+            for word in [word, word ^ 0x8000, 0x2000, word] {
+                let status = cycle(&mut sensor, word);
+                assert_eq!(status & 0x07FF, 0);
+                assert_ne!(status & 0xA000, 0xA000);
+                assert_eq!(cycle(&mut sensor.clone(), word & 0xF800), cycle(&mut sensor.clone(), word));
+            }
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! The user parameter data that encoders of the profile are given at each start: record 0xBF00, 31 octets.
+//!
+//! Layout, the same in all manuals that follow the profile: octet 0 bits (0 code sequence, 1 class 4, 2 G1_XIST1 preset
+//! control, 3 scaling, 4 alarm channel, 5 compatibility), 1-8 units per revolution, 9-16 total range, 17 tolerated
+//! failures of the sign of life, 18 velocity unit, 19-30 reserved. Source: XAC77 manual, 11.4.
+
+use crate::encoder::{Direction, Hardware, Scaling, Settings, Unit};
+use wire::octets::Reader;
+
+/// Octets of the record.
+pub const OCTETS: usize = 31;
+
+/// The user parameters, as far as they have a function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UserParameters {
+    /// Bits 0 to 5 of octet 0 as they came, for the operating status.
+    pub bits: u8,
+    /// Bit 0: in which direction the position rises.
+    pub direction: Direction,
+    /// Bit 1: class 4, without which direction, preset and scaling do nothing.
+    pub class_4: bool,
+    /// Bit 2, 0 for enabled: whether a preset acts on G1_XIST1.
+    pub preset_acts_on_xist1: bool,
+    /// Bit 3: scaling.
+    pub scaling: bool,
+    /// Bit 4: whether diagnoses are sent in compatibility mode.
+    pub alarm_channel: bool,
+    /// Bit 5, 0 for enabled: compatibility with version 3.1 of the profile.
+    pub compatible: bool,
+    /// Measuring units per revolution.
+    pub units_per_revolution: u64,
+    /// Total measuring range in units.
+    pub range: u64,
+    /// Tolerated failures of the sign of life of the controller in compatibility mode.
+    pub life_sign_failures: u8,
+    /// In what the velocity is expressed.
+    pub speed_unit: u8,
+}
+
+/// Where bugs can be put into the user parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// Whether another length than 31 octets is refused.
+    pub checks_length: bool,
+    /// Whether each record is taken over, or only the first after power-up.
+    pub takes_every_record: bool,
+    /// The parameters without a record.
+    pub default: fn(&Hardware) -> UserParameters,
+    /// How the fields are understood.
+    pub understand: fn(UserParameters) -> UserParameters,
+    /// Whether the code sequence is in force.
+    pub directs: fn(&UserParameters) -> bool,
+    /// Whether scaling is in force.
+    pub scales: fn(&UserParameters) -> bool,
+    /// The scaling in force where that of the user is not.
+    pub unscaled: fn(&Hardware) -> Scaling,
+    /// Whether presets and their offset are in force.
+    pub presets: fn(&UserParameters) -> bool,
+    /// Whether a preset acts on G1_XIST2 and G1_XIST3.
+    pub presets_xist2: fn(&UserParameters) -> bool,
+    /// Whether units and range together have to be such that the hardware can serve them.
+    pub checks_ratio: bool,
+    /// The greatest range, from that of the hardware.
+    pub greatest_range: fn(u64) -> u64,
+    /// The unit of a number; none for a number that is none.
+    pub unit: fn(u8) -> Option<Unit>,
+    /// The scaling of the velocity, from the one in force.
+    pub scales_velocity: fn(Scaling, &Hardware) -> Scaling,
+}
+
+impl Default for Rules {
+    fn default() -> Rules {
+        Rules {
+            checks_length: true,
+            takes_every_record: true,
+            default: UserParameters::xac77_default,
+            understand: |parameters| parameters,
+            directs: |parameters| parameters.class_4,
+            scales: |parameters| parameters.class_4 && parameters.scaling,
+            unscaled: Scaling::hardware,
+            presets: |parameters| parameters.class_4,
+            presets_xist2: |_| true,
+            checks_ratio: true,
+            greatest_range: |range| range,
+            unit,
+            scales_velocity: |scaling, _| scaling,
+        }
+    }
+}
+
+/// The velocity unit of a number.
+pub fn unit(number: u8) -> Option<Unit> {
+    match number {
+        0 => Some(Unit::PerSecond),
+        1 => Some(Unit::Per100Milliseconds),
+        2 => Some(Unit::Per10Milliseconds),
+        3 => Some(Unit::Rpm),
+        _ => None,
+    }
+}
+
+impl UserParameters {
+    /// The defaults of the XAC77 for this hardware (manual, chapter 18): octet 0 is 0x22.
+    pub fn xac77_default(hardware: &Hardware) -> UserParameters {
+        UserParameters {
+            bits: 0x22,
+            direction: Direction::Clockwise,
+            class_4: true,
+            preset_acts_on_xist1: true,
+            scaling: false,
+            alarm_channel: false,
+            compatible: false,
+            units_per_revolution: hardware.steps_per_revolution,
+            range: hardware.range(),
+            life_sign_failures: 1,
+            speed_unit: 0,
+        }
+    }
+
+    /// Reads the record; none if octets are missing. Reserved bits and octets have no function.
+    pub fn parse(octets: &[u8]) -> Option<UserParameters> {
+        let mut reader = Reader::new("user parameter data", octets);
+        let bits = reader.u8().ok()?;
+        let bit = |n: u32| bits >> n & 1 != 0;
+        let units_per_revolution = u64::from_be_bytes(reader.array().ok()?);
+        let range = u64::from_be_bytes(reader.array().ok()?);
+        let [life_sign_failures, speed_unit] = reader.array().ok()?;
+        reader.take(OCTETS - 19).ok()?;
+        Some(UserParameters {
+            bits: bits & 0x3F,
+            direction: if bit(0) { Direction::Counterclockwise } else { Direction::Clockwise },
+            class_4: bit(1),
+            preset_acts_on_xist1: !bit(2),
+            scaling: bit(3),
+            alarm_channel: bit(4),
+            compatible: !bit(5),
+            units_per_revolution,
+            range,
+            life_sign_failures,
+            speed_unit,
+        })
+    }
+
+    /// The scaling in force; none if the hardware cannot serve what is asked for.
+    ///
+    /// Units per revolution go from 1 to the steps of the hardware, the range from 2 to all its steps, and the range
+    /// must not need more revolutions than there are. A range below one revolution is served. Values that are not in
+    /// force are not looked at.
+    pub fn scaling(&self, hardware: &Hardware, rules: &Rules) -> Option<Scaling> {
+        if !(rules.scales)(self) {
+            return Some((rules.unscaled)(hardware));
+        }
+        let (units, range) = (self.units_per_revolution, self.range);
+        let greatest = (rules.greatest_range)(hardware.range());
+        let single = (1..=hardware.steps_per_revolution).contains(&units) && (2..=greatest).contains(&range);
+        let together = !rules.checks_ratio || range <= units.saturating_mul(hardware.revolutions);
+        (single && together).then_some(Scaling { units_per_revolution: units, range })
+    }
+
+    /// Whether something is set that the encoder cannot do: the parametrization error.
+    ///
+    /// The tolerated failures count in compatibility mode only, and are at least 1 there.
+    pub fn are_wrong(&self, hardware: &Hardware, rules: &Rules) -> bool {
+        self.scaling(hardware, rules).is_none()
+            || (rules.unit)(self.speed_unit).is_none()
+            || self.compatible && self.life_sign_failures == 0
+    }
+
+    /// The settings of the measuring task; where the scaling is wrong, that of the hardware stands in for it.
+    pub fn settings(&self, hardware: &Hardware, rules: &Rules) -> Settings {
+        Settings {
+            direction: if (rules.directs)(self) { self.direction } else { Direction::Clockwise },
+            scaling: self.scaling(hardware, rules).unwrap_or(Scaling::hardware(hardware)),
+            offset_acts: (rules.presets)(self),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
+    const SINGLETURN: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 1 };
+
+    // The default record of the multiturn encoder, octet by octet: manual, chapters 11.4 and 18.
+    const DEFAULT: [u8; OCTETS] =
+        [0x22, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0x40, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+
+    #[test]
+    fn the_default_record() {
+        let parameters = UserParameters::parse(&DEFAULT);
+        assert_eq!(parameters, Some(UserParameters::xac77_default(&MULTITURN)));
+        assert!(!UserParameters::xac77_default(&MULTITURN).are_wrong(&MULTITURN, &Rules::default()));
+        assert!(!UserParameters::xac77_default(&SINGLETURN).are_wrong(&SINGLETURN, &Rules::default()));
+    }
+
+    #[test]
+    fn every_prefix_is_refused_and_every_flipped_bit_is_read() {
+        for length in 0..OCTETS {
+            assert_eq!(UserParameters::parse(&DEFAULT[..length]), None);
+        }
+        for bit in 0..8 * OCTETS {
+            let mut octets = DEFAULT;
+            octets[bit / 8] ^= 1 << (bit % 8);
+            let parameters = UserParameters::parse(&octets).expect("the length is right");
+            let reserved = matches!(bit, 6 | 7) || bit / 8 >= 19;
+            assert_eq!(parameters == UserParameters::xac77_default(&MULTITURN), reserved, "bit {bit}");
+            parameters.settings(&MULTITURN, &Rules::default());
+        }
+    }
+
+    // Catalogue SCL-006, SCL-007, SCL-010, SCL-011, SCL-016, G1E-005, G1E-006 and manual 11.4, examples.
+    #[rstest]
+    #[case(MULTITURN, 1, 16384, true)]
+    #[case(MULTITURN, 65536, 1 << 30, true)]
+    #[case(MULTITURN, 65536, 442_236_928, true)]
+    #[case(MULTITURN, 4096, 1024, true)]
+    #[case(MULTITURN, 0, 1024, false)]
+    #[case(MULTITURN, 65537, 65537, false)]
+    #[case(MULTITURN, 65536, 1, false)]
+    #[case(MULTITURN, 65536, (1 << 30) + 1, false)]
+    #[case(MULTITURN, 1, 16385, false)]
+    #[case(MULTITURN, 1, 32768, false)]
+    #[case(MULTITURN, 1 << 32 | 4096, 1 << 24, false)]
+    #[case(MULTITURN, 4096, 1 << 32 | 1 << 24, false)]
+    #[case(SINGLETURN, 262_144, 262_144, true)]
+    #[case(SINGLETURN, 2, 2, true)]
+    #[case(SINGLETURN, 262_145, 262_144, false)]
+    #[case(SINGLETURN, 262_144, 262_145, false)]
+    #[case(SINGLETURN, 1, 2, false)]
+    fn limits(#[case] hardware: Hardware, #[case] units: u64, #[case] range: u64, #[case] right: bool) {
+        let parameters = UserParameters {
+            scaling: true,
+            units_per_revolution: units,
+            range,
+            ..UserParameters::xac77_default(&hardware)
+        };
+        assert_eq!(parameters.are_wrong(&hardware, &Rules::default()), !right);
+        let unscaled = UserParameters { scaling: false, ..parameters };
+        assert!(!unscaled.are_wrong(&hardware, &Rules::default()));
+        let class_3 = UserParameters { class_4: false, ..parameters };
+        assert!(!class_3.are_wrong(&hardware, &Rules::default()));
+        assert_eq!(class_3.settings(&hardware, &Rules::default()), Settings::hardware(&hardware));
+    }
+
+    #[rstest]
+    #[case(0, 3, false)]
+    #[case(0, 4, true)]
+    #[case(0, 255, true)]
+    #[case::no_failures_tolerated_in_compatibility_mode(0x20, 0, true)]
+    fn other_fields(#[case] flip: u8, #[case] unit: u8, #[case] wrong: bool) {
+        let mut octets = DEFAULT;
+        octets[0] ^= flip;
+        octets[18] = unit;
+        octets[17] = u8::from(flip == 0);
+        let parameters = UserParameters::parse(&octets).expect("the length is right");
+        assert_eq!(parameters.are_wrong(&MULTITURN, &Rules::default()), wrong);
+    }
+}

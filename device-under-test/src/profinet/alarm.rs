@@ -1,0 +1,219 @@
+//! The alarm endpoint of a connection: alarms of low priority, one at a time, with repetition and acknowledgement.
+//!
+//! Every alarm of this stack is shorter than the least that a controller may agree to, 200 octets.
+//! This room must not know diagnoses: it is given whole notifications.
+
+use super::StackBehaviour;
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+use station::{Duration, Outbox, Time};
+use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan, pad};
+use wire::octets::Append;
+use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmSpecifier, RtaBody, RtaHeader, RtaKind, RtaPdu};
+use wire::profinet::blocks::connect::{AlarmCrBlockReq, AlarmCrBlockRes};
+use wire::profinet::status::{AbortReason, PnioStatus};
+
+/// The alarm endpoint of the device in one connection.
+#[derive(Debug)]
+pub(super) struct AlarmEndpoint {
+    peer: Mac,
+    mac: Mac,
+    local: u16,
+    remote: u16,
+    tags: [u16; 2],
+    timeout: Duration,
+    retries: u16,
+    waiting: VecDeque<AlarmNotification>,
+    transfer: Transfer,
+    next_sequence: u16,
+    received: u16,
+    specifier: u16,
+}
+
+/// What becomes of the alarm that is on its way.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Transfer {
+    /// There is none.
+    Idle,
+    /// It was sent and is not acknowledged.
+    Sent { notification: AlarmNotification, sequence: u16, retries_left: u16, due: Time },
+    /// It has arrived; the application of the controller has not acknowledged it.
+    Arrived { specifier: AlarmSpecifier },
+}
+
+/// What a received PDU or a timer brought about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// The connection goes on.
+    GoesOn,
+    /// The controller has ended the connection.
+    Ended,
+    /// The connection is to be ended.
+    End(AbortReason),
+}
+
+impl AlarmEndpoint {
+    /// Most octets of an alarm that the device can take.
+    const MAX_LENGTH: u16 = 200;
+    /// AckSeqNum while nothing was received.
+    const NOTHING_RECEIVED: u16 = 0xFFFE;
+
+    /// The endpoint with the number `local` for what `request` agrees.
+    pub(super) fn new(
+        (peer, mac): (Mac, Mac),
+        local: u16,
+        request: &AlarmCrBlockReq,
+        behaviour: &StackBehaviour,
+    ) -> AlarmEndpoint {
+        AlarmEndpoint {
+            peer,
+            mac,
+            local,
+            remote: request.local_alarm_reference,
+            tags: [request.alarm_cr_tag_header_low, request.alarm_cr_tag_header_high],
+            timeout: Duration::from_millis(100) * u32::from(request.rta_timeout_factor),
+            retries: request.rta_retries,
+            waiting: VecDeque::new(),
+            transfer: Transfer::Idle,
+            next_sequence: behaviour.first_alarm_sequence,
+            received: AlarmEndpoint::NOTHING_RECEIVED,
+            specifier: 0,
+        }
+    }
+
+    /// What the answer to Connect says of this endpoint.
+    pub(super) fn response(&self) -> AlarmCrBlockRes {
+        AlarmCrBlockRes {
+            alarm_cr_type: 1,
+            local_alarm_reference: self.local,
+            max_alarm_data_length: AlarmEndpoint::MAX_LENGTH,
+        }
+    }
+
+    /// Queues an alarm; its sequence number is filled in.
+    pub(super) fn push(&mut self, mut notification: AlarmNotification) {
+        notification.specifier = AlarmSpecifier::new(self.specifier, notification.specifier.0);
+        self.specifier = (self.specifier + 1) & 0x07FF;
+        self.waiting.push_back(notification);
+    }
+
+    /// Whether the PDU is for this endpoint.
+    pub(super) fn is_for(&self, source: Mac, pdu: &RtaPdu) -> bool {
+        source == self.peer && (pdu.header.dst_endpoint, pdu.header.src_endpoint) == (self.local, self.remote)
+    }
+
+    /// When a repetition is due.
+    pub(super) fn due(&self) -> Option<Time> {
+        match &self.transfer {
+            Transfer::Sent { due, .. } => Some(*due),
+            Transfer::Idle if self.waiting.is_empty() => None,
+            Transfer::Idle => Some(Time::ZERO),
+            Transfer::Arrived { .. } => None,
+        }
+    }
+
+    /// Repeats what is due, or sends the next alarm.
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox, behaviour: &StackBehaviour) -> Outcome {
+        match core::mem::replace(&mut self.transfer, Transfer::Idle) {
+            Transfer::Idle => {
+                if let Some(notification) = self.waiting.pop_front() {
+                    let sequence = self.next_sequence;
+                    self.next_sequence = sequence.wrapping_add(1) & 0x7FFF;
+                    self.send(now, notification, sequence, self.retries, out);
+                }
+            }
+            Transfer::Sent { retries_left: 0, due, .. } if due <= now => return Outcome::End(AbortReason::ALARM_SEND),
+            Transfer::Sent { notification, sequence, retries_left, due } if due <= now => {
+                if behaviour.repeats_alarms {
+                    self.send(now, notification, sequence, retries_left - 1, out);
+                }
+            }
+            other @ (Transfer::Sent { .. } | Transfer::Arrived { .. }) => self.transfer = other,
+        }
+        Outcome::GoesOn
+    }
+
+    fn send(&mut self, now: Time, notification: AlarmNotification, sequence: u16, retries_left: u16, out: &mut Outbox) {
+        let header = RtaHeader::new(RtaKind::DATA, self.remote, self.local, sequence, self.received);
+        self.write(AlarmPriority::Low, header, RtaBody::Notification(notification.clone()), out);
+        self.transfer = Transfer::Sent { notification, sequence, retries_left, due: now + self.timeout };
+    }
+
+    /// Takes a PDU that [is for](AlarmEndpoint::is_for) this endpoint.
+    pub(super) fn receive(&mut self, priority: AlarmPriority, pdu: &RtaPdu, out: &mut Outbox) -> Outcome {
+        match (&pdu.body, pdu.header.kind) {
+            (RtaBody::Error { .. }, _) => return Outcome::Ended,
+            (_, RtaKind::ACK) => self.take_acknowledged(pdu.header.ack_seq_num),
+            (body, RtaKind::DATA) if priority == AlarmPriority::Low => {
+                let sequence = pdu.header.send_seq_num;
+                let expected = if self.received == AlarmEndpoint::NOTHING_RECEIVED {
+                    0xFFFF
+                } else {
+                    self.received.wrapping_add(1) & 0x7FFF
+                };
+                let kind = if sequence == expected {
+                    self.received = sequence;
+                    self.take_acknowledged(pdu.header.ack_seq_num);
+                    self.take_data(body);
+                    RtaKind::ACK
+                } else if sequence == self.received {
+                    RtaKind::ACK
+                } else {
+                    RtaKind::NACK
+                };
+                let header = RtaHeader::new(kind, self.remote, self.local, self.last_sequence(), self.received);
+                self.write(priority, header, RtaBody::Octets(Vec::new()), out);
+            }
+            _ => {}
+        }
+        Outcome::GoesOn
+    }
+
+    fn take_acknowledged(&mut self, acknowledged: u16) {
+        if let Transfer::Sent { notification, sequence, .. } = &self.transfer
+            && *sequence == acknowledged
+        {
+            self.transfer = Transfer::Arrived { specifier: notification.specifier };
+        }
+    }
+
+    fn take_data(&mut self, body: &RtaBody) {
+        if let (RtaBody::Acknowledgement(ack), Transfer::Arrived { specifier }) = (body, &self.transfer)
+            && ack.specifier.sequence_number() == specifier.sequence_number()
+        {
+            self.transfer = Transfer::Idle;
+        }
+    }
+
+    /// The sequence number of the alarm sent last.
+    fn last_sequence(&self) -> u16 {
+        match self.next_sequence {
+            0xFFFF => 0xFFFE,
+            0 => 0xFFFF,
+            next => next - 1,
+        }
+    }
+
+    /// Tells the controller that the connection has ended, and why.
+    pub(super) fn abort(&self, reason: AbortReason, out: &mut Outbox) {
+        let header = RtaHeader::new(RtaKind::ERR, self.remote, self.local, self.last_sequence(), self.received);
+        let body = RtaBody::Error { status: PnioStatus::abort(reason), more: Vec::new() };
+        self.write(AlarmPriority::Low, header, body, out);
+    }
+
+    fn write(&self, priority: AlarmPriority, header: RtaHeader, body: RtaBody, out: &mut Outbox) {
+        let [low, high] = self.tags;
+        let control = match priority {
+            AlarmPriority::Low => low,
+            AlarmPriority::High => high,
+        };
+        let tag = Vlan { protocol: EtherType::VLAN, control };
+        out.push_with(|frame| {
+            let start = frame.len();
+            FrameHeader::new(self.peer, self.mac, EtherType::PROFINET).tagged(tag).write(frame);
+            frame.put_u16(priority.frame_id());
+            RtaPdu { header, body }.write(frame);
+            pad(frame, start);
+        });
+    }
+}

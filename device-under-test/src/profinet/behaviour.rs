@@ -1,0 +1,103 @@
+//! Where the stack can be told to do something else than a healthy one.
+
+use station::Duration;
+use wire::octets::Order;
+
+/// How the stack behaves; the default is healthy. Each field is read at one seam.
+#[derive(Clone, Copy, Debug)]
+pub struct StackBehaviour {
+    /// Whether the answer to Identify waits as the address of the device and the request say.
+    pub delays_identify: bool,
+    /// Whether a device of the first name answers to who asks for the second one.
+    pub answers_to: fn(&[u8], &[u8]) -> bool,
+    /// The type of the station that DCP tells, from the one of the device.
+    pub station_type: fn(&'static str) -> &'static str,
+    /// The subnet mask after a Set, from the one in use and the one that was set.
+    pub mask: fn([u8; 4], [u8; 4]) -> [u8; 4],
+    /// Whether a name or an address that was set temporarily is gone after the next start.
+    pub forgets_temporary: bool,
+    /// Whether a reset that was answered positively takes place.
+    pub executes_reset: bool,
+    /// The byte order of an answer, from that of the request.
+    pub answer_order: fn(Order) -> Order,
+    /// How long a call takes; until then the device tells whoever asks that it is working.
+    pub answer_time: Duration,
+    /// Whether a repeated request gets the answer again, and is not carried out again.
+    pub keeps_answers: bool,
+    /// Whether a submodule with an unknown ident is another one than what is plugged.
+    pub checks_submodule_ident: bool,
+    /// Whether the length of the outputs in Connect is compared with that of the submodule.
+    pub checks_output_length: bool,
+    /// The frame id of the inputs, from the one agreed in Connect.
+    pub input_frame_id: fn(u16) -> u16,
+    /// Whether Connect and ApplicationReady tell what is plugged otherwise than expected.
+    pub reports_module_diff: bool,
+    /// Whether ApplicationReady waits for the end of the parameters.
+    pub waits_for_parameters: bool,
+    /// Whether an index that nobody knows is refused.
+    pub refuses_unknown_index: bool,
+    /// Whether I&M1 to I&M3 are refused if the device does not have them.
+    pub refuses_missing_im: bool,
+    /// The length in the header of I&M0, from the right one.
+    pub im0_length: fn(u16) -> u16,
+    /// Whether a record is cut to the length asked for.
+    pub cuts_records: bool,
+    /// Whether inputs are bad until ApplicationReady.
+    pub inputs_wait_for_ready: bool,
+    /// Whether the device tells in each frame how it finds the outputs.
+    pub sends_consumer_status: bool,
+    /// The cycle counter that is sent, from the right one.
+    pub cycle_counter: fn(u16) -> u16,
+    /// Whether the status of the station says that a diagnosis is pending.
+    pub indicates_problem: bool,
+    /// Whether the status of a received frame is looked for behind its data, and not at the end of the frame.
+    pub finds_status_behind_data: bool,
+    /// Whether outputs count only while the controller runs and its data are valid.
+    pub heeds_data_status: bool,
+    /// Whether the outputs of a submodule count only while their IOPS is good.
+    pub heeds_provider_status: bool,
+    /// Whether the connection ends when no outputs come.
+    pub watches_outputs: bool,
+    /// The sequence number of the first alarm of a connection.
+    pub first_alarm_sequence: u16,
+    /// Whether an alarm without acknowledgement is repeated.
+    pub repeats_alarms: bool,
+    /// Whether a new connection is told what is pending already.
+    pub tells_pending_diagnoses: bool,
+}
+
+impl Default for StackBehaviour {
+    fn default() -> StackBehaviour {
+        StackBehaviour {
+            delays_identify: true,
+            answers_to: |own, asked| own == asked,
+            station_type: |own| own,
+            mask: |_, set| set,
+            forgets_temporary: true,
+            executes_reset: true,
+            answer_order: |order| order,
+            answer_time: Duration::ZERO,
+            keeps_answers: true,
+            checks_submodule_ident: true,
+            checks_output_length: true,
+            input_frame_id: |agreed| agreed,
+            reports_module_diff: true,
+            waits_for_parameters: true,
+            refuses_unknown_index: true,
+            refuses_missing_im: true,
+            im0_length: |length| length,
+            cuts_records: true,
+            inputs_wait_for_ready: true,
+            sends_consumer_status: true,
+            cycle_counter: |counter| counter,
+            indicates_problem: true,
+            finds_status_behind_data: true,
+            heeds_data_status: true,
+            heeds_provider_status: true,
+            watches_outputs: true,
+            first_alarm_sequence: 0xFFFF,
+            repeats_alarms: true,
+            tells_pending_diagnoses: true,
+        }
+    }
+}

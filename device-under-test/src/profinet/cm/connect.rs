@@ -1,0 +1,143 @@
+//! Connect: from the blocks of the request to a connection and the blocks of the answer.
+
+use super::super::alarm::AlarmEndpoint;
+use super::super::ar::{Ar, Exchange};
+use super::super::cyclic::{Consumer, Provider};
+use super::super::phase::{Event, Phase};
+use super::super::plugged::Expected;
+use super::super::rpc::Request;
+use super::super::stack::{Env, Stack};
+use super::check::{self, ExchangePlan, Plan};
+use super::{Answer, cmrpc};
+use crate::application::ArKey;
+use alloc::vec::Vec;
+use wire::ethernet::Mac;
+use wire::profinet::blocks::RawBlock;
+use wire::profinet::blocks::connect::{
+    ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, Connect, ConnectBlock, Content, IocrBlockReq, IocrBlockRes,
+    IocrType, RtClass,
+};
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
+use wire::profinet::rpc;
+use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
+
+/// How many connections for records alone there can be, beside one with cyclic data.
+const ACCESS_CONNECTIONS: usize = 2;
+
+/// UDP port for cyclic data over UDP, which this device has not.
+const UDP_RT_PORT: u16 = 0x8892;
+
+impl Stack {
+    /// Opens a connection.
+    pub(super) fn connect(
+        &mut self,
+        env: &mut Env<'_>,
+        request: &Request,
+        blocks: &[u8],
+    ) -> Result<Answer, PnioStatus> {
+        let plan = check::connect(blocks, &self.plugged, &self.behaviour)?;
+        if let Some(at) = self.ars.iter().position(|ar| ar.request.ar_uuid == plan.ar.ar_uuid) {
+            self.end(env, at, Some(AbortReason::RE_RUN));
+        }
+        let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == plan.exchange.is_some()).count();
+        if others >= if plan.exchange.is_some() { 1 } else { ACCESS_CONNECTIONS } {
+            return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
+        }
+        let key = self.kept.next_key();
+        let mut answer = Connect::of([Content::ArRes(ArBlockRes {
+            ar_type: plan.ar.ar_type,
+            ar_uuid: plan.ar.ar_uuid,
+            session_key: plan.ar.session_key,
+            cm_responder_mac_add: self.kept.mac,
+            responder_udp_rt_port: UDP_RT_PORT,
+        })]);
+        let mut ar = Ar {
+            key,
+            peer: *request.from.ip(),
+            peer_port: plan.rpc_port.unwrap_or(rpc::PORT),
+            phase: Phase::Access,
+            expected: Vec::new(),
+            difference: None,
+            exchange: None,
+            call: None,
+            phase_due: None,
+            request: plan.ar.clone(),
+        };
+        if let Some(exchange) = &plan.exchange {
+            self.open_exchange(env, &mut ar, exchange, &mut answer);
+        }
+        if plan.rpc_port.is_some() {
+            answer.blocks.push(Content::ArRpcRes(ArRpcBlock { rpc_server_port: rpc::PORT }).into());
+        }
+        self.push_server_block(&plan, &mut answer);
+        ar.touch(env.now);
+        if ar.phase == Phase::Parameters && !self.behaviour.waits_for_parameters {
+            ar.step(env.now, Event::ParametersEnded);
+            ar.phase_due = Some(env.now);
+        }
+        self.ars.push(ar);
+        Ok(Answer::done(answer.to_vec()))
+    }
+
+    fn push_server_block(&self, plan: &Plan, answer: &mut Connect) {
+        if plan.ar.ar_properties.has(ArProperties::STARTUP_ADVANCED) {
+            let cm_responder_station_name = self.station.name.clone();
+            answer.blocks.push(Content::ArServerRes(ArServerBlockRes { cm_responder_station_name }).into());
+        }
+    }
+
+    /// Opens the cyclic connections and the alarms of `ar`, and appends what is answered about them.
+    fn open_exchange(&mut self, env: &mut Env<'_>, ar: &mut Ar, plan: &ExchangePlan, answer: &mut Connect) {
+        let fitting = self.plugged.adapt(&plan.expected);
+        ar.phase = Phase::Parameters;
+        ar.expected = plan.expected.clone();
+        ar.difference = self.plugged.difference(&plan.expected).filter(|_| self.behaviour.reports_module_diff);
+        env.application.started(env.now, ar.key, &fitting);
+        for iocr in &plan.iocrs {
+            answer.blocks.push(
+                Content::IocrRes(IocrBlockRes {
+                    iocr_type: iocr.iocr_type,
+                    iocr_reference: iocr.iocr_reference,
+                    frame_id: frame_id(iocr),
+                })
+                .into(),
+            );
+        }
+        let macs = (ar.request.cm_initiator_mac_add, self.kept.mac);
+        let exchange = self.exchange(env, ar.key, macs, plan);
+        if let Some(exchange) = &exchange {
+            answer.blocks.push(Content::AlarmCrRes(exchange.alarms.response()).into());
+        }
+        ar.exchange = exchange;
+        if let Some(difference) = &ar.difference {
+            answer.blocks.extend(raw(difference).map(ConnectBlock::from));
+        }
+    }
+
+    fn exchange(&self, env: &Env<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<Exchange> {
+        let iocr = |kind| plan.iocrs.iter().find(|iocr| iocr.iocr_type == kind);
+        let (inputs, outputs) = (iocr(IocrType::INPUT)?, iocr(IocrType::OUTPUT)?);
+        let is_plugged = |submodule: &Expected| self.plugged.fitting(submodule).is_some();
+        Some(Exchange {
+            provider: Provider::new(env.now, macs, inputs, &plan.expected, is_plugged, &self.behaviour),
+            consumer: Consumer::new(macs.0, frame_id(outputs), outputs, &plan.expected, is_plugged),
+            alarms: AlarmEndpoint::new(macs, key.0 as u16, &plan.alarm_cr, &self.behaviour),
+        })
+    }
+}
+
+/// The frame id that holds: where the initiator leaves it open, the first of its class.
+fn frame_id(iocr: &IocrBlockReq) -> u16 {
+    match (iocr.frame_id, iocr.iocr_properties.rt_class()) {
+        (0xFFFF, RtClass::RT_CLASS_1) => 0xC000,
+        (0xFFFF, _) => 0x8000,
+        (agreed, _) => agreed,
+    }
+}
+
+/// The ModuleDiffBlock as other blocks carry it.
+pub(super) fn raw(difference: &ModuleDiffBlock) -> Option<RawBlock> {
+    let mut octets = Vec::new();
+    difference.write(&mut octets);
+    RawBlock::parse(&octets).ok()
+}

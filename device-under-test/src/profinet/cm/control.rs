@@ -1,0 +1,95 @@
+//! PrmEnd and Release, and ApplicationReady on the way to the controller.
+
+use super::super::ar::Ar;
+use super::super::phase::Event;
+use super::super::rpc::{Call, Request};
+use super::super::stack::{Env, Stack};
+use super::{Answer, cmrpc, connect};
+use core::net::SocketAddrV4;
+use station::Time;
+use wire::ethernet::Mac;
+use wire::octets::Reader;
+use wire::profinet::blocks::connect::ArType;
+use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
+use wire::profinet::blocks::{BlockType, RawBlock};
+use wire::profinet::rpc::Uuid;
+use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+
+/// Octets of a control block after its version.
+const BODY: usize = 26;
+const LENGTH_FIELD: u8 = 1;
+const VERSION_HIGH: u8 = 2;
+const VERSION_LOW: u8 = 3;
+const SESSION_KEY: u8 = 6;
+const COMMAND: u8 = 8;
+
+/// Reads the block of a Control or Release; `kind` is the type that it must have.
+fn read(code: ErrorCode, kind: BlockType, finder: Finder, blocks: &[u8]) -> Result<ControlBlock, PnioStatus> {
+    let found = |field| PnioStatus::found(code, finder, field);
+    let raw = RawBlock::read(&mut Reader::new("Control", blocks)).map_err(|_| found(LENGTH_FIELD))?;
+    if raw.header.kind != kind {
+        return Err(cmrpc(code, CmrpcError::UNKNOWN_BLOCKS));
+    }
+    for (field, holds) in [
+        (LENGTH_FIELD, raw.body.len() == BODY),
+        (VERSION_HIGH, raw.header.version_high == 1),
+        (VERSION_LOW, raw.header.version_low == 0),
+    ] {
+        if !holds {
+            return Err(found(field));
+        }
+    }
+    Control::parse(blocks).map(|control| control.block).map_err(|_| found(LENGTH_FIELD))
+}
+
+impl Stack {
+    /// Control: PrmEnd after Connect is the one that this device takes.
+    pub(super) fn control(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+        let (code, finder) = (ErrorCode::CONTROL_RESPONSE, Finder::CONTROL_BLOCK);
+        let block = read(code, BlockType::PRM_END_REQ, finder, blocks)?;
+        let at = self.find(code, block.ar_uuid)?;
+        let ar = &mut self.ars[at];
+        if block.session_key != ar.request.session_key {
+            return Err(PnioStatus::found(code, finder, SESSION_KEY));
+        }
+        if block.control_command != ControlCommand::PRM_END {
+            return Err(PnioStatus::found(code, finder, COMMAND));
+        }
+        let is_early = ar.exchange.is_some() && !self.behaviour.waits_for_parameters;
+        if !is_early && !ar.step(env.now, Event::ParametersEnded) {
+            return Err(cmrpc(code, CmrpcError::STATE_CONFLICT));
+        }
+        let ready = env.application.parameter_end(env.now, ar.key);
+        if !is_early {
+            ar.phase_due = Some(ready);
+        }
+        Ok(Answer::done(Control::from(block.done()).to_vec()))
+    }
+
+    /// Release: the connection ends.
+    pub(super) fn release(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+        let (code, finder) = (ErrorCode::RELEASE_RESPONSE, Finder::RELEASE_BLOCK);
+        let block = read(code, BlockType::RELEASE_REQ, finder, blocks)?;
+        let at = self.find(code, block.ar_uuid)?;
+        if block.session_key != self.ars[at].request.session_key {
+            return Err(PnioStatus::found(code, finder, SESSION_KEY));
+        }
+        if block.control_command != ControlCommand::RELEASE {
+            return Err(PnioStatus::found(code, finder, COMMAND));
+        }
+        self.end(env, at, None);
+        Ok(Answer::done(Control::from(block.done()).to_vec()))
+    }
+}
+
+/// The call by which `ar` tells its initiator that the application is ready.
+pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &Ar) -> Call {
+    let interface = match ar.request.ar_type {
+        ArType::IOSAR => Uuid::SUPERVISOR_INTERFACE,
+        _ => Uuid::CONTROLLER_INTERFACE,
+    };
+    let mut blocks = Control::from(ControlBlock::application_ready(ar.request.ar_uuid, ar.request.session_key));
+    blocks.more.extend(ar.difference.as_ref().and_then(connect::raw));
+    let to = SocketAddrV4::new(ar.peer, ar.peer_port);
+    Call::control(now, (mac, ar.key), to, (interface, ar.request.cm_initiator_object_uuid), &blocks)
+}

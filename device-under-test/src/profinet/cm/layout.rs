@@ -1,0 +1,81 @@
+//! Whether the frames of a Connect have a place for everything that is expected, and one place for one thing.
+
+use super::super::plugged::{Expected, Place};
+use super::check::{demand, fault};
+use alloc::vec;
+use alloc::vec::Vec;
+use wire::profinet::blocks::connect::{FrameObject, IocrApi, IocrBlockReq, IocrType, SubmoduleType};
+use wire::profinet::status::{Finder, PnioStatus};
+
+/// Numbers of the fields of an IOCRBlockReq.
+const NUMBER_OF_APIS: u8 = 19;
+const API: u8 = 20;
+/// Fields of the data: number, slot, subslot, offset.
+const DATA: [u8; 4] = [21, 22, 23, 24];
+/// Fields of the consumer status: number, slot, subslot, offset.
+const CONSUMER_STATUS: [u8; 4] = [25, 26, 27, 28];
+
+/// Checks the frame of `iocr`, whose own fields were checked.
+pub(super) fn check(iocr: &IocrBlockReq, expected: &[Expected]) -> Result<(), PnioStatus> {
+    let is_output = iocr.iocr_type == IocrType::OUTPUT;
+    let apis_known = iocr.apis.iter().all(|api| expected.iter().any(|submodule| submodule.place.api == api.api));
+    demand(Finder::IOCR_BLOCK, [(NUMBER_OF_APIS, !iocr.apis.is_empty()), (API, apis_known)])?;
+    let mut frame = Frame { taken: vec![false; iocr.data_length.into()] };
+    let objects = |list: fn(&IocrApi) -> &Vec<FrameObject>| {
+        iocr.apis.iter().flat_map(move |api| list(api).iter().map(move |object| (api.api, *object)))
+    };
+    let status = |submodule: &Expected| usize::from(!submodule.discards_status);
+    let octets = |submodule: &Expected| {
+        status(submodule) + usize::from(if is_output { submodule.output_octets } else { submodule.input_octets })
+    };
+    let provided: Vec<&Expected> = expected.iter().filter(|submodule| submodule.provides(is_output)).collect();
+    frame.place(objects(|api| &api.io_data_objects), &provided, octets, DATA)?;
+    let consumed: Vec<&Expected> = expected.iter().filter(|submodule| submodule.provides(!is_output)).collect();
+    frame.place(objects(|api| &api.iocs), &consumed, status, CONSUMER_STATUS)
+}
+
+/// Which octets of a frame are taken.
+struct Frame {
+    taken: Vec<bool>,
+}
+
+impl Frame {
+    /// Places all `objects`, each of which must be one of `wanted`; those of `wanted` that have data must be there.
+    ///
+    /// Real controllers leave some submodules without data out of both frames.
+    fn place(
+        &mut self,
+        objects: impl Iterator<Item = (u32, FrameObject)>,
+        wanted: &[&Expected],
+        octets: impl Fn(&Expected) -> usize,
+        [number_field, slot_field, subslot_field, offset_field]: [u8; 4],
+    ) -> Result<(), PnioStatus> {
+        let mut placed = Vec::new();
+        for (api, object) in objects {
+            let place = Place { api, slot: object.slot_number, subslot: object.subslot_number };
+            let in_slot = |submodule: &&Expected| (submodule.place.api, submodule.place.slot) == (api, place.slot);
+            let submodule = wanted.iter().find(|submodule| submodule.place == place && !placed.contains(&place));
+            let Some(submodule) = submodule else {
+                let knows_slot = wanted.iter().any(in_slot);
+                return Err(fault(Finder::IOCR_BLOCK, if knows_slot { subslot_field } else { slot_field }));
+            };
+            let is_free = self.take(object.frame_offset.into(), octets(submodule));
+            demand(Finder::IOCR_BLOCK, [(offset_field, is_free)])?;
+            placed.push(place);
+        }
+        let has_data = |submodule: &&&Expected| submodule.kind != SubmoduleType::NO_IO;
+        let is_complete = wanted.iter().filter(has_data).all(|submodule| placed.contains(&submodule.place));
+        demand(Finder::IOCR_BLOCK, [(number_field, is_complete)])
+    }
+
+    /// Takes `octets` from `offset` on, if they are free.
+    fn take(&mut self, offset: usize, octets: usize) -> bool {
+        match self.taken.get_mut(offset..offset + octets) {
+            Some(places) if places.iter().all(|taken| !taken) => {
+                places.fill(true);
+                true
+            }
+            Some(_) | None => false,
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Context management: what the operations Connect, Release, Read, Write and Control do.
+
+mod check;
+mod connect;
+mod control;
+mod layout;
+mod record;
+
+pub(super) use control::application_ready;
+
+use super::rpc::{Reply, Request, answer_order};
+use super::stack::{Env, Stack};
+use alloc::vec::Vec;
+use wire::octets::Order;
+use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, RejectStatus, Uuid};
+use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+
+/// What an operation answers.
+struct Answer {
+    status: PnioStatus,
+    blocks: Vec<u8>,
+}
+
+impl Answer {
+    fn done(blocks: Vec<u8>) -> Answer {
+        Answer { status: PnioStatus::OK, blocks }
+    }
+}
+
+impl From<PnioStatus> for Answer {
+    fn from(status: PnioStatus) -> Answer {
+        Answer { status, blocks: Vec::new() }
+    }
+}
+
+/// A status that the RPC part of context management gives.
+const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
+    PnioStatus::found(code, Finder::CMRPC, error.0)
+}
+
+impl Stack {
+    /// Carries out a call on the interface of the device.
+    pub(super) fn execute(&mut self, env: &mut Env<'_>, request: &Request) -> Reply {
+        let order = request.header.order();
+        let Ok((ndr, blocks)) = NdrRequest::parse(order, &request.body) else {
+            return Reply::Fault(RejectStatus::FAULT_NDR);
+        };
+        let answer = match operation(request.header.opnum) {
+            None => return Reply::Reject(RejectStatus::OPERATION_RANGE),
+            Some((code, _)) if ndr.args_length as usize != blocks.len() || ndr.actual_count != ndr.args_length => {
+                cmrpc(code, CmrpcError::ARGS_LENGTH).into()
+            }
+            Some((_, carry_out)) => carry_out(self, env, request, blocks).unwrap_or_else(Answer::from),
+        };
+        self.response(answer_order(&request.header, &self.behaviour), &ndr, &answer)
+    }
+
+    fn response(&self, order: Order, ndr: &NdrRequest, answer: &Answer) -> Reply {
+        if answer.blocks.len() > ndr.args_maximum as usize {
+            return Reply::Fault(RejectStatus::OUTPUT_TOO_BIG);
+        }
+        Reply::Response(NdrResponse::body(order, answer.status, ndr.args_maximum, &answer.blocks))
+    }
+
+    /// The place of the connection `uuid` among the others; `code` says in which answer its absence is told.
+    fn find(&self, code: ErrorCode, uuid: Uuid) -> Result<usize, PnioStatus> {
+        let found = self.ars.iter().position(|ar| ar.request.ar_uuid == uuid);
+        found.ok_or(cmrpc(code, CmrpcError::AR_UUID_UNKNOWN))
+    }
+}
+
+type Operation = fn(&mut Stack, &mut Env<'_>, &Request, &[u8]) -> Result<Answer, PnioStatus>;
+
+/// The operations, each with the code that its answers begin with.
+fn operation(opnum: Opnum) -> Option<(ErrorCode, Operation)> {
+    Some(match opnum {
+        Opnum::CONNECT => (ErrorCode::CONNECT_RESPONSE, Stack::connect),
+        Opnum::RELEASE => (ErrorCode::RELEASE_RESPONSE, Stack::release),
+        Opnum::READ => (ErrorCode::READ_RESPONSE, Stack::read),
+        Opnum::WRITE => (ErrorCode::WRITE_RESPONSE, Stack::write),
+        Opnum::CONTROL => (ErrorCode::CONTROL_RESPONSE, Stack::control),
+        Opnum::READ_IMPLICIT => (ErrorCode::READ_RESPONSE, Stack::read_implicit),
+        _ => return None,
+    })
+}

@@ -1,0 +1,20 @@
+//! Cyclic data of one connection: the provider of the inputs and the consumer of the outputs.
+//!
+//! Both know where each submodule stands in its frame, as agreed in Connect, and allocate nothing per frame.
+
+mod consumer;
+mod provider;
+
+pub(super) use consumer::Consumer;
+pub(super) use provider::{Provider, State};
+
+use station::Duration;
+use wire::profinet::blocks::connect::IocrBlockReq;
+
+/// The unit of send clocks and cycle counters: 31.25 us.
+const CLOCK: Duration = Duration::from_nanos(31_250);
+
+/// The time from frame to frame of a cyclic connection.
+fn interval(iocr: &IocrBlockReq) -> Duration {
+    CLOCK * u32::from(iocr.send_clock_factor) * u32::from(iocr.reduction_ratio)
+}

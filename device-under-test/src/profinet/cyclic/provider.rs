@@ -1,0 +1,159 @@
+//! The frames that the device sends.
+
+use super::super::StackBehaviour;
+use super::super::plugged::{Expected, Place};
+use super::super::stack::Env;
+use super::{CLOCK, interval};
+use alloc::vec::Vec;
+use station::{Duration, Time};
+use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
+use wire::profinet::blocks::connect::IocrBlockReq;
+use wire::profinet::rt::{ApduStatus, DataStatus, IoxS};
+
+/// Sends the inputs of a connection in time.
+#[derive(Debug)]
+pub(in super::super) struct Provider {
+    frame: Vec<u8>,
+    status_at: usize,
+    inputs: Vec<Input>,
+    consumer_status: Vec<ConsumerStatus>,
+    interval: Duration,
+    due: Time,
+}
+
+/// The data of a submodule in the frame; its IOPS is behind them.
+#[derive(Clone, Copy, Debug)]
+struct Input {
+    slot: u16,
+    subslot: u16,
+    at: usize,
+    octets: usize,
+    is_plugged: bool,
+}
+
+/// What the device thinks of the outputs of a submodule.
+#[derive(Clone, Copy, Debug)]
+struct ConsumerStatus {
+    at: usize,
+    is_plugged: bool,
+}
+
+/// What a frame says besides data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) struct State {
+    /// Whether the application has told that it is ready.
+    pub is_ready: bool,
+    /// Whether a fault is pending.
+    pub has_problem: bool,
+}
+
+impl Provider {
+    /// Sends to `destination` what `iocr` agrees, from the next cycle after `now` on.
+    ///
+    /// `is_plugged` says of an expected submodule whether it is there; `iocr` was checked against `expected`.
+    pub(in super::super) fn new(
+        now: Time,
+        (destination, source): (Mac, Mac),
+        iocr: &IocrBlockReq,
+        expected: &[Expected],
+        is_plugged: impl Fn(&Expected) -> bool,
+        behaviour: &StackBehaviour,
+    ) -> Provider {
+        let tag = Vlan { protocol: EtherType::VLAN, control: iocr.iocr_tag_header };
+        let header = FrameHeader::new(destination, source, EtherType::PROFINET).tagged(tag);
+        let mut frame = Vec::new();
+        header.write(&mut frame);
+        frame.extend((behaviour.input_frame_id)(iocr.frame_id).to_be_bytes());
+        let data_at = frame.len();
+        let status_at = data_at + usize::from(iocr.data_length);
+        frame.resize(status_at + ApduStatus::LENGTH, 0);
+        let mut provider = Provider {
+            frame,
+            status_at,
+            inputs: Vec::new(),
+            consumer_status: Vec::new(),
+            interval: interval(iocr),
+            due: now,
+        };
+        for api in &iocr.apis {
+            let find = |slot, subslot| {
+                let place = Place { api: api.api, slot, subslot };
+                expected
+                    .iter()
+                    .find(|submodule| submodule.place == place)
+                    .filter(|submodule| !submodule.discards_status)
+            };
+            for object in &api.io_data_objects {
+                let Some(submodule) = find(object.slot_number, object.subslot_number) else { continue };
+                provider.inputs.push(Input {
+                    slot: object.slot_number,
+                    subslot: object.subslot_number,
+                    at: data_at + usize::from(object.frame_offset),
+                    octets: submodule.input_octets.into(),
+                    is_plugged: is_plugged(submodule),
+                });
+            }
+            for object in &api.iocs {
+                let Some(submodule) = find(object.slot_number, object.subslot_number) else { continue };
+                provider.consumer_status.push(ConsumerStatus {
+                    at: data_at + usize::from(object.frame_offset),
+                    is_plugged: is_plugged(submodule),
+                });
+            }
+        }
+        let phase = CLOCK * u32::from(iocr.send_clock_factor) * u32::from(iocr.phase.saturating_sub(1));
+        let cycles = (now.as_nanos() / provider.cycle_nanos() + 1).saturating_mul(provider.cycle_nanos());
+        provider.due = Time::from_nanos(cycles) + phase;
+        provider
+    }
+
+    fn cycle_nanos(&self) -> u64 {
+        (self.interval.as_nanos() as u64).max(1)
+    }
+
+    /// When the next frame is due.
+    pub(in super::super) fn due(&self) -> Time {
+        self.due
+    }
+
+    /// Sends a frame if one is due; frames that were missed are not sent later.
+    pub(in super::super) fn wake(&mut self, env: &mut Env<'_>, state: State, behaviour: &StackBehaviour) {
+        if env.now < self.due {
+            return;
+        }
+        let late = env.now.since(self.due).as_nanos() as u64 / self.cycle_nanos();
+        let sent_at = self.due + Duration::from_nanos(late.saturating_mul(self.cycle_nanos()));
+        self.due = sent_at + self.interval;
+        let Provider { frame, inputs, consumer_status, .. } = self;
+        for input in inputs.iter() {
+            let end = input.at + input.octets;
+            let Some(data) = frame.get_mut(input.at..end) else { continue };
+            let is_good = input.is_plugged
+                && (data.is_empty() || env.application.inputs(env.now, input.slot, input.subslot, data));
+            let may_be_good = state.is_ready || !behaviour.inputs_wait_for_ready;
+            put(frame, end, status(is_good && may_be_good).0);
+        }
+        for outputs in consumer_status.iter() {
+            let is_good = outputs.is_plugged && state.is_ready && behaviour.sends_consumer_status;
+            put(frame, outputs.at, status(is_good).0);
+        }
+        let counter = (sent_at.as_nanos() / CLOCK.as_nanos() as u64) as u16;
+        let [high, low] = (behaviour.cycle_counter)(counter).to_be_bytes();
+        let has_problem = state.has_problem && behaviour.indicates_problem;
+        let data_status = DataStatus(DataStatus::HEALTHY.0 & !if has_problem { DataStatus::NO_PROBLEM } else { 0 });
+        for (offset, octet) in [high, low, data_status.0, 0].into_iter().enumerate() {
+            put(&mut self.frame, self.status_at + offset, octet);
+        }
+        env.out.push(&self.frame);
+    }
+}
+
+fn status(is_good: bool) -> IoxS {
+    if is_good { IoxS::GOOD } else { IoxS::BAD }
+}
+
+fn put(frame: &mut [u8], at: usize, octet: u8) {
+    if let Some(place) = frame.get_mut(at) {
+        *place = octet;
+    }
+}

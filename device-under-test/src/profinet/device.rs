@@ -1,0 +1,134 @@
+//! The device as a party on the wire and as a thing on a stand: supply, cable, and the stack that lives while there is power.
+
+use super::StackBehaviour;
+use super::stack::{Env, Kept, Stack};
+use crate::application::Application;
+use alloc::string::String;
+use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
+use wire::ethernet::Mac;
+
+/// A PROFINET device: a stack with the encoder behind it.
+pub struct Device<A> {
+    application: A,
+    stack: Stack,
+    supply: Supply,
+    is_linked: bool,
+}
+
+/// Whether there is power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Supply {
+    Off,
+    Booting { until: Time },
+    On,
+}
+
+impl<A: Application> Device<A> {
+    /// A device that has power and is plugged in since long before the run: it answers from the start of the run on.
+    ///
+    /// After a power cycle it is silent for the boot time of its identity.
+    pub fn new(application: A, mac: Mac, behaviour: StackBehaviour) -> Device<A> {
+        let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, behaviour));
+        Device { application, stack, supply: Supply::On, is_linked: true }
+    }
+
+    /// The encoder behind the stack.
+    pub fn application(&self) -> &A {
+        &self.application
+    }
+
+    /// The encoder behind the stack, to be changed.
+    pub fn application_mut(&mut self) -> &mut A {
+        &mut self.application
+    }
+
+    /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
+    pub fn power(&mut self, now: Time, on: bool) {
+        match (self.supply, on) {
+            (Supply::Off, true) => {
+                self.application.power_up(now);
+                self.supply = Supply::Booting { until: now + self.application.identity().boot_time };
+            }
+            (Supply::On | Supply::Booting { .. }, false) => {
+                self.application.power_down(now);
+                self.supply = Supply::Off;
+            }
+            (Supply::Off, false) | (Supply::On | Supply::Booting { .. }, true) => {}
+        }
+    }
+
+    /// Plugs (`true`) or pulls the cable; without it nothing is received and what is sent is lost.
+    pub fn link(&mut self, now: Time, up: bool) {
+        if up && !self.is_linked {
+            self.stack.announce(now);
+        }
+        self.is_linked = up;
+    }
+
+    /// Whether the light that DCP Signal lets flash is flashing at `now`.
+    pub fn is_signalling(&self, now: Time) -> bool {
+        self.supply == Supply::On && self.stack.is_signalling(now)
+    }
+
+    fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Stack, &mut Env<'_>)) {
+        let mut lost = Outbox::new();
+        let out = if self.is_linked { out } else { &mut lost };
+        let mut env = Env { now, application: &mut self.application, out };
+        input(&mut self.stack, &mut env);
+        self.stack.settle(&mut env);
+    }
+}
+
+impl<A: Application> Station for Device<A> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        if self.is_linked && self.supply == Supply::On {
+            self.run(now, out, |stack, env| stack.receive(env, frame));
+        }
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if let Supply::Booting { until } = self.supply
+            && until <= now
+        {
+            self.stack = Stack::new(now, &self.application, self.stack.kept());
+            self.supply = Supply::On;
+        }
+        match self.supply {
+            Supply::On => self.run(now, out, |stack, env| stack.wake(env)),
+            Supply::Booting { .. } if self.application.deadline().is_some_and(|due| due <= now) => {
+                self.application.advance(now);
+            }
+            Supply::Booting { .. } | Supply::Off => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        match self.supply {
+            Supply::Off => None,
+            Supply::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
+            Supply::On => [self.stack.deadline(), self.application.deadline()].into_iter().flatten().min(),
+        }
+    }
+}
+
+impl<A: Application> Stand for Device<A> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        match action {
+            StandAction::Power(on) => self.power(now, *on),
+            StandAction::Link(up) => self.link(now, *up),
+            other => {
+                let means = self.application.act(now, other);
+                return means.ok_or_else(|| Refusal::CannotDo(String::from("the reference device has no such means")));
+            }
+        }
+        Ok(now)
+    }
+
+    fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
+        self.application.led(now, name)
+    }
+
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        self.application.counter(now, name)
+    }
+}

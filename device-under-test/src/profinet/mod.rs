@@ -1,0 +1,31 @@
+//! PROFINET, device side: everything that all PROFINET devices share, sans-IO.
+//!
+//! [`Device`] is a [`Station`](station::Station) around an [`Application`](crate::application::Application): it answers DCP,
+//! ARP, ICMP and RPC, opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and keeps the
+//! records of identification, I&M and diagnosis. What deviates on purpose deviates in [`StackBehaviour`].
+//!
+//! This room must not know encoders, telegrams or parameters, nor anything of the controller's side.
+
+mod alarm;
+mod ar;
+mod behaviour;
+mod cm;
+mod cyclic;
+mod dcp;
+mod device;
+mod diagnosis;
+mod ip;
+mod lldp;
+mod maintenance;
+mod phase;
+mod plugged;
+mod records;
+mod rpc;
+mod stack;
+
+#[cfg(test)]
+mod tests;
+
+pub use behaviour::StackBehaviour;
+pub use device::Device;
+pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENTS};

@@ -1,0 +1,376 @@
+//! The stack while there is power: where frames go, what is due when, and how connections end.
+
+use super::StackBehaviour;
+use super::alarm::Outcome;
+use super::ar::Ar;
+use super::cm::application_ready;
+use super::cyclic::State;
+use super::dcp::Desk;
+use super::diagnosis::Diagnoses;
+use super::ip::{Ip, Port, Received};
+use super::lldp::Announcer;
+use super::maintenance::Texts;
+use super::phase::{Event, Phase};
+use super::plugged::{Plugged, Scope};
+use super::rpc::{Progress, Registered, Server, Taken};
+use crate::application::{Application, ArKey, DiagnosisChange, StationData};
+use alloc::vec::Vec;
+use core::net::SocketAddrV4;
+use station::{Outbox, Time};
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::profinet::alarm::{AlarmPriority, RtaPdu};
+use wire::profinet::rt::{FrameId, FrameKind};
+use wire::profinet::status::AbortReason;
+
+/// What every part of the stack is given: the time, the encoder, and where frames go.
+pub(super) struct Env<'a> {
+    /// What time it is.
+    pub now: Time,
+    /// The encoder.
+    pub application: &'a mut dyn Application,
+    /// Where frames go.
+    pub out: &'a mut Outbox,
+}
+
+/// What survives a loss of power, but for what the application stores.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    /// The address of the device.
+    pub mac: Mac,
+    /// How it behaves.
+    pub behaviour: StackBehaviour,
+    /// What a user has written about it.
+    pub texts: Texts,
+    connections: u32,
+}
+
+impl Kept {
+    /// A device fresh from the factory.
+    pub(super) fn new(mac: Mac, behaviour: StackBehaviour) -> Kept {
+        Kept { mac, behaviour, texts: Texts::default(), connections: 0 }
+    }
+
+    /// A number that no connection had before.
+    pub(super) fn next_key(&mut self) -> ArKey {
+        self.connections = self.connections.wrapping_add(1);
+        ArKey(self.connections)
+    }
+}
+
+/// The stack while there is power.
+pub(super) struct Stack {
+    /// What survives a loss of power.
+    pub kept: Kept,
+    /// How it behaves.
+    pub behaviour: StackBehaviour,
+    /// The name and the addresses in use.
+    pub station: StationData,
+    /// The name and the addresses after the next start.
+    pub stored: StationData,
+    /// What is open in DCP.
+    pub desk: Desk,
+    /// What is plugged.
+    pub plugged: Plugged,
+    /// What is wrong.
+    pub diagnoses: Diagnoses,
+    /// The connections.
+    pub ars: Vec<Ar>,
+    ip: Ip,
+    server: Server,
+    lldp: Announcer,
+}
+
+impl Stack {
+    /// The stack as it starts at `now`.
+    pub(super) fn new(now: Time, application: &dyn Application, kept: Kept) -> Stack {
+        let station = application.stored_station();
+        let mut ip = Ip::new(now, kept.mac);
+        ip.configure(&station);
+        Stack {
+            behaviour: kept.behaviour,
+            station: station.clone(),
+            stored: station,
+            desk: Desk::new(now),
+            plugged: Plugged::new(application.plugs()),
+            diagnoses: Diagnoses::default(),
+            ars: Vec::new(),
+            ip,
+            server: Server::new(now, Registered::new(application.identity())),
+            lldp: Announcer::new(now),
+            kept,
+        }
+    }
+
+    /// What is kept when the power goes.
+    pub(super) fn kept(&self) -> Kept {
+        self.kept.clone()
+    }
+
+    /// The cable was plugged: the neighbours are told who is here.
+    pub(super) fn announce(&mut self, now: Time) {
+        self.lldp.restart(now);
+        self.desk.announce(now);
+    }
+
+    /// Whether the light that DCP lets flash is flashing.
+    pub(super) fn is_signalling(&self, now: Time) -> bool {
+        self.desk.is_signalling(now)
+    }
+
+    /// The name of the device by its neighbour.
+    pub(super) fn alias(&self) -> Option<&[u8]> {
+        self.lldp.alias()
+    }
+
+    /// Takes a frame.
+    pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
+        let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
+        let is_for_us = header.destination == self.kept.mac;
+        if header.source == self.kept.mac || !(is_for_us || header.destination.is_group()) {
+            return;
+        }
+        match header.ether_type {
+            EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_for_us),
+            EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => self.lldp.hear(payload),
+            other if Ip::takes(other) => {
+                self.ip.receive(env.now, &header, payload, env.out);
+                self.receive_datagrams(env);
+            }
+            _ => {}
+        }
+    }
+
+    fn receive_profinet(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
+        let Ok(frame_id) = FrameId::peek(payload) else { return };
+        match frame_id.kind() {
+            FrameKind::RtClass1 | FrameKind::RtClass2 if is_for_us => {
+                self.receive_cyclic(env, header.source, frame_id, payload);
+            }
+            FrameKind::AlarmHigh if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::High, payload),
+            FrameKind::AlarmLow if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::Low, payload),
+            FrameKind::DcpIdentifyRequest | FrameKind::DcpGetSet => self.receive_dcp(env, header, payload, is_for_us),
+            FrameKind::RtClass1
+            | FrameKind::RtClass2
+            | FrameKind::AlarmHigh
+            | FrameKind::AlarmLow
+            | FrameKind::Ptcp
+            | FrameKind::RtClass3
+            | FrameKind::Rsi
+            | FrameKind::DcpHello
+            | FrameKind::DcpIdentifyResponse
+            | FrameKind::Fragment
+            | FrameKind::Reserved => {}
+        }
+    }
+
+    fn receive_cyclic(&mut self, env: &mut Env<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
+        for ar in &mut self.ars {
+            let is_ready = ar.phase.is_ready();
+            let Some(exchange) = &mut ar.exchange else { continue };
+            if exchange.consumer.expects(source, frame_id)
+                && exchange.consumer.receive(env.now, payload, is_ready, env.application, &self.behaviour)
+            {
+                ar.step(env.now, Event::OutputsCame);
+            }
+        }
+    }
+
+    fn receive_alarm(&mut self, env: &mut Env<'_>, source: Mac, priority: AlarmPriority, payload: &[u8]) {
+        let Some(Ok(pdu)) = payload.get(2..).map(RtaPdu::parse) else { return };
+        for at in 0..self.ars.len() {
+            let Some(exchange) = &mut self.ars[at].exchange else { continue };
+            if exchange.alarms.is_for(source, &pdu) {
+                match exchange.alarms.receive(priority, &pdu, env.out) {
+                    Outcome::GoesOn => {}
+                    Outcome::Ended => self.end(env, at, None),
+                    Outcome::End(reason) => self.end(env, at, Some(reason)),
+                }
+                return;
+            }
+        }
+    }
+
+    fn receive_datagrams(&mut self, env: &mut Env<'_>) {
+        while let Some(Received { port, from, payload }) = self.ip.next() {
+            match port {
+                Port::Server => {
+                    let address = self.station.ip;
+                    match self.server.take(&payload, from, address, &self.behaviour) {
+                        Taken::Nothing => {}
+                        Taken::Say(pdus) => self.send(env, Port::Server, from, &pdus),
+                        Taken::Execute(request) => {
+                            let reply = self.execute(env, &request);
+                            self.server.reply(env.now, &request, &reply, &self.behaviour);
+                            self.send_replies(env);
+                        }
+                    }
+                }
+                Port::Client => {
+                    for at in 0..self.ars.len() {
+                        let Some(call) = &mut self.ars[at].call else { continue };
+                        let progress = call.take(env.now, &payload, from);
+                        if self.follow(env, at, progress) {
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Draws the conclusion from how ApplicationReady is getting on; says whether the call is over.
+    fn follow(&mut self, env: &mut Env<'_>, at: usize, progress: Progress) -> bool {
+        match progress {
+            Progress::Open => return false,
+            Progress::Failed(reason) => self.end(env, at, Some(reason)),
+            Progress::Done => {
+                let ar = &mut self.ars[at];
+                ar.call = None;
+                ar.step(env.now, Event::ReadyConfirmed);
+                let has_outputs = ar.exchange.as_ref().is_some_and(|exchange| exchange.consumer.expires().is_some());
+                if has_outputs {
+                    ar.step(env.now, Event::OutputsCame);
+                }
+                if self.behaviour.tells_pending_diagnoses {
+                    self.tell_pending(at);
+                }
+            }
+        }
+        true
+    }
+
+    fn tell_pending(&mut self, at: usize) {
+        let Ar { expected, exchange, .. } = &mut self.ars[at];
+        let Some(exchange) = exchange else { return };
+        let scope = Scope::Connection(expected);
+        for diagnosis in self.diagnoses.pending(scope) {
+            let change = DiagnosisChange { appears: true, diagnosis: *diagnosis };
+            if let Some(alarm) = self.diagnoses.alarm(&change, scope, &self.plugged) {
+                exchange.alarms.push(alarm);
+            }
+        }
+    }
+
+    fn send(&mut self, env: &mut Env<'_>, port: Port, to: SocketAddrV4, pdus: &[Vec<u8>]) {
+        for pdu in pdus {
+            self.ip.send(env.now, port, to, pdu, env.out);
+        }
+    }
+
+    fn send_replies(&mut self, env: &mut Env<'_>) {
+        while let Some((to, pdus)) = self.server.next_reply(env.now) {
+            self.send(env, Port::Server, to, &pdus);
+        }
+    }
+
+    /// Does what is due.
+    pub(super) fn wake(&mut self, env: &mut Env<'_>) {
+        let now = env.now;
+        let is_due = |due: Option<Time>| due.is_some_and(|due| due <= now);
+        if is_due(env.application.deadline()) {
+            env.application.advance(env.now);
+        }
+        self.wake_dcp(env);
+        self.lldp.wake(env.now, self.kept.mac, &self.station, env.out);
+        if is_due(self.ip.due()) {
+            self.ip.poll(env.now, env.out);
+            self.receive_datagrams(env);
+        }
+        self.send_replies(env);
+        for at in (0..self.ars.len()).rev() {
+            self.wake_connection(env, at);
+        }
+    }
+
+    fn wake_connection(&mut self, env: &mut Env<'_>, at: usize) {
+        let has_problem = self.diagnoses.has_fault(self.ars[at].scope());
+        let ar = &mut self.ars[at];
+        if let Some(exchange) = &mut ar.exchange
+            && exchange.consumer.expires().is_some_and(|expires| expires <= env.now)
+        {
+            if self.behaviour.watches_outputs {
+                return self.end(env, at, Some(AbortReason::CONSUMER_TIMEOUT));
+            }
+            exchange.consumer.stop(env.now, env.application);
+        }
+        if ar.phase_due.is_some_and(|due| due <= env.now) {
+            match ar.phase {
+                Phase::Preparing => {
+                    ar.step(env.now, Event::ApplicationReady);
+                    ar.call = Some(application_ready(env.now, self.kept.mac, ar));
+                }
+                Phase::Parameters | Phase::Waiting | Phase::Access => {
+                    return self.end(env, at, Some(AbortReason::CMI_TIMEOUT));
+                }
+                Phase::Announcing | Phase::Data => ar.phase_due = None,
+            }
+        }
+        if let Some(exchange) = &mut ar.exchange {
+            let state = State { is_ready: ar.phase.is_ready(), has_problem };
+            exchange.provider.wake(env, state, &self.behaviour);
+        }
+        if let Some(call) = &mut ar.call {
+            let to = call.to();
+            let (progress, pdus) = call.wake(env.now);
+            for pdu in pdus {
+                self.ip.send(env.now, Port::Client, to, pdu, env.out);
+            }
+            self.follow(env, at, progress);
+        }
+    }
+
+    /// After each input: takes what the application has to tell, and sends alarms that can be sent.
+    pub(super) fn settle(&mut self, env: &mut Env<'_>) {
+        while let Some(change) = env.application.next_diagnosis() {
+            self.diagnoses.note(&change);
+            for ar in self.ars.iter_mut().filter(|ar| ar.phase.has_alarms()) {
+                let alarm = self.diagnoses.alarm(&change, Scope::Connection(&ar.expected), &self.plugged);
+                if let (Some(alarm), Some(exchange)) = (alarm, &mut ar.exchange) {
+                    exchange.alarms.push(alarm);
+                }
+            }
+        }
+        for at in (0..self.ars.len()).rev() {
+            let Some(exchange) = &mut self.ars[at].exchange else { continue };
+            let is_due = exchange.alarms.due().is_some_and(|due| due <= env.now);
+            if is_due && let Outcome::End(reason) = exchange.alarms.wake(env.now, env.out, &self.behaviour) {
+                self.end(env, at, Some(reason));
+            }
+        }
+    }
+
+    /// Ends a connection; the other side is told if there is a reason and an alarm endpoint.
+    pub(super) fn end(&mut self, env: &mut Env<'_>, at: usize, reason: Option<AbortReason>) {
+        let mut ar = self.ars.remove(at);
+        if let Some(exchange) = &mut ar.exchange {
+            if let Some(reason) = reason {
+                exchange.alarms.abort(reason, env.out);
+            }
+            exchange.consumer.stop(env.now, env.application);
+        }
+        env.application.ended(env.now, ar.key);
+    }
+
+    /// Ends all connections for `reason`.
+    pub(super) fn end_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
+        while !self.ars.is_empty() {
+            self.end(env, self.ars.len() - 1, Some(reason));
+        }
+    }
+
+    /// Uses `station` from now on.
+    pub(super) fn use_station(&mut self, station: StationData) {
+        self.ip.configure(&station);
+        self.station = station;
+    }
+
+    /// When something is to be done without a frame, the application's own affairs apart.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        let connections = self.ars.iter().filter_map(Ar::due);
+        [self.desk.due(), Some(self.lldp.due()), self.ip.due(), self.server.due()]
+            .into_iter()
+            .flatten()
+            .chain(connections)
+            .min()
+    }
+}

@@ -1,0 +1,318 @@
+//! The hand-driven controller: it sends what a test says, keeps what comes, and answers ARP.
+
+pub use super::blocks::*;
+use super::toy::Toy;
+use crate::profinet::{Device, StackBehaviour};
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::net::{Ipv4Addr, SocketAddrV4};
+use station::{Duration, Outbox, Station, Time};
+use std::io::Write;
+use std::process::{Command, Stdio};
+use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::{Datagram, write_udp};
+use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
+use wire::octets::{Append, Order};
+use wire::profinet::blocks::connect::Connect;
+use wire::profinet::blocks::control::{Control, ControlBlock};
+use wire::profinet::dcp::Dcp;
+use wire::profinet::rpc::{
+    Flags1, Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Pdu, Reassembler, Uuid, fragments,
+};
+use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
+use wire::profinet::status::PnioStatus;
+
+pub const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
+pub const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
+pub const CONTROLLER_IP: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 1);
+pub const DEVICE_IP: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
+pub const AR: Uuid = Uuid([7; 16]);
+pub const CYCLE: Duration = Duration::from_millis(2);
+
+/// A device, a clock, and all frames that went over the wire.
+pub struct Bench {
+    pub device: Device<Toy>,
+    pub now: Time,
+    pub order: Order,
+    pub seen: Vec<Vec<u8>>,
+    log: Vec<(Time, bool, Vec<u8>)>,
+    sequence: u32,
+    counter: u16,
+}
+
+impl Bench {
+    pub fn new() -> Bench {
+        Bench::with(|_| {})
+    }
+
+    /// A bench whose device has `turn`ed knobs.
+    pub fn with(turn: impl FnOnce(&mut StackBehaviour)) -> Bench {
+        let mut behaviour = StackBehaviour::default();
+        turn(&mut behaviour);
+        Bench::of(Toy::new(), behaviour)
+    }
+
+    /// A bench with this encoder.
+    pub fn of(toy: Toy, behaviour: StackBehaviour) -> Bench {
+        Bench {
+            device: Device::new(toy, DEVICE, behaviour),
+            now: Time::from_nanos(1_000_000),
+            order: Order::Big,
+            seen: Vec::new(),
+            log: Vec::new(),
+            sequence: 0,
+            counter: 0,
+        }
+    }
+
+    fn collect(&mut self, out: &Outbox) {
+        for frame in out.frames() {
+            self.log.push((self.now, false, frame.to_vec()));
+            self.seen.push(frame.to_vec());
+            let arp = FrameHeader::parse(frame).ok().filter(|(header, _)| header.ether_type == EtherType::ARP);
+            if let Some(request) = arp.and_then(|(_, payload)| Arp::parse(payload).ok())
+                && (request.operation, request.target_ip) == (Operation::REQUEST, CONTROLLER_IP)
+            {
+                let mut answer = Vec::new();
+                request.reply(CONTROLLER).write_frame(&mut answer);
+                self.send(&answer);
+            }
+        }
+    }
+
+    /// Gives the device a frame.
+    pub fn send(&mut self, frame: &[u8]) {
+        self.log.push((self.now, true, frame.to_vec()));
+        let mut out = Outbox::new();
+        self.device.receive(self.now, frame, &mut out);
+        self.collect(&out);
+    }
+
+    /// Lets time go on, waking the device whenever it wants to be woken.
+    pub fn run(&mut self, duration: Duration) {
+        let end = self.now + duration;
+        let mut wakes = 0;
+        while let Some(due) = self.device.deadline().filter(|due| *due <= end) {
+            self.now = self.now.max(due);
+            let mut out = Outbox::new();
+            self.device.wake(self.now, &mut out);
+            self.collect(&out);
+            wakes += 1;
+            assert!(wakes < 100_000, "the device is woken again and again at {}", self.now);
+        }
+        self.now = end;
+    }
+
+    /// The frames that came since the last time.
+    pub fn take(&mut self) -> Vec<Vec<u8>> {
+        core::mem::take(&mut self.seen)
+    }
+
+    /// Sends a DCP request and gives the answers that came within 20 ms.
+    pub fn dcp(&mut self, request: &Dcp, destination: Mac) -> Vec<Dcp> {
+        self.take();
+        let mut frame = Vec::new();
+        request.write_frame(destination, CONTROLLER, &mut frame);
+        self.send(&frame);
+        self.run(Duration::from_millis(20));
+        let profinet = |frame: &Vec<u8>| {
+            let (header, payload) = FrameHeader::parse(frame).unwrap();
+            let dcp = (header.ether_type == EtherType::PROFINET).then(|| Dcp::parse(payload).ok()).flatten();
+            dcp.filter(|dcp| header.destination == CONTROLLER && dcp.xid == request.xid)
+        };
+        self.take().iter().filter_map(profinet).collect()
+    }
+
+    pub fn header(&mut self, opnum: Opnum) -> Header {
+        self.sequence += 1;
+        Header {
+            flags1: Flags1::IDEMPOTENT,
+            object: ObjectUuid { instance: 1, device_id: 1, vendor_id: 0x0239 }.into(),
+            interface: Uuid::DEVICE_INTERFACE,
+            activity: Uuid([9; 16]),
+            sequence: self.sequence,
+            opnum,
+            ..Header::new(PacketType::REQUEST, self.order)
+        }
+    }
+
+    /// Sends PDUs and gives the PDUs that came back to port 50000.
+    pub fn pdus(&mut self, pdus: &[Vec<u8>]) -> Vec<Vec<u8>> {
+        self.take();
+        for pdu in pdus {
+            let mut frame = Vec::new();
+            let from = (CONTROLLER, SocketAddrV4::new(CONTROLLER_IP, 50_000));
+            write_udp(from, (DEVICE, SocketAddrV4::new(DEVICE_IP, 0x8894)), pdu, &mut frame).unwrap();
+            self.send(&frame);
+        }
+        let mut came = Vec::new();
+        for frame in self.take() {
+            match Datagram::parse(&frame) {
+                Ok(datagram) if datagram.destination.port() == 50_000 => {
+                    assert!(datagram.checksum_ok() && datagram.source.port() == 0x8894);
+                    came.push(datagram.payload.to_vec());
+                }
+                _ => self.seen.push(frame),
+            }
+        }
+        came
+    }
+
+    /// Sends a request and gives header and body of the answer.
+    pub fn call(&mut self, header: &Header, body: &[u8]) -> Option<(Header, Vec<u8>)> {
+        let answers = self.pdus(&fragments(header, body, 1392));
+        let mut reassembler = Reassembler::new(1, 1 << 20);
+        answers.iter().find_map(|answer| {
+            let pdu = Pdu::parse(answer).unwrap();
+            assert_eq!((pdu.header.activity, pdu.header.sequence), (header.activity, header.sequence));
+            match (pdu.header.packet_type, reassembler.take(&pdu)) {
+                (PacketType::FACK, _) => None,
+                (_, wire::profinet::rpc::Assembled::Whole(body)) => Some((pdu.header, body)),
+                _ => None,
+            }
+        })
+    }
+
+    /// Carries out an operation and gives its status and its blocks.
+    pub fn operate(&mut self, opnum: Opnum, blocks: &[u8]) -> (PnioStatus, Vec<u8>) {
+        let header = self.header(opnum);
+        let body = NdrRequest::body(self.order, 16_384, blocks);
+        let (answer, body) = self.call(&header, &body).expect("an answer");
+        assert_eq!(answer.packet_type, PacketType::RESPONSE);
+        let (ndr, blocks) = NdrResponse::parse(answer.order(), &body).unwrap();
+        assert_eq!(ndr.args_length as usize, blocks.len());
+        (ndr.status, blocks.to_vec())
+    }
+
+    pub fn connect(&mut self, connect: &Connect) -> (PnioStatus, Connect) {
+        let (status, blocks) = self.operate(Opnum::CONNECT, &connect.to_vec());
+        (status, Connect::parse(&blocks).unwrap())
+    }
+
+    pub fn prm_end(&mut self) -> PnioStatus {
+        self.operate(Opnum::CONTROL, &Control::from(ControlBlock::prm_end(AR, 1)).to_vec()).0
+    }
+
+    pub fn release(&mut self) -> PnioStatus {
+        self.operate(Opnum::RELEASE, &Control::from(ControlBlock::release(AR, 1)).to_vec()).0
+    }
+
+    /// The calls of the device that came to port 34964 since frames were last taken.
+    pub fn ready_calls(&mut self) -> Vec<Vec<u8>> {
+        let frames = self.take();
+        let calls = frames.iter().filter_map(|frame| {
+            let datagram = Datagram::parse(frame).ok()?;
+            let is_call = (datagram.source.port(), datagram.destination.port()) == (49_153, 0x8894);
+            is_call.then(|| datagram.payload.to_vec())
+        });
+        calls.collect()
+    }
+
+    /// Answers a call of the device with `status`.
+    pub fn answer_ready(&mut self, call: &[u8], status: PnioStatus) {
+        let pdu = Pdu::parse(call).unwrap();
+        let (ndr, blocks) = NdrRequest::parse(pdu.header.order(), pdu.body).unwrap();
+        let control = Control::parse(blocks).unwrap();
+        let done = Control::from(control.block.done()).to_vec();
+        let body = NdrResponse::body(Order::Little, status, ndr.args_maximum, &done);
+        self.answer_call(&pdu.header, PacketType::RESPONSE, &body);
+    }
+
+    pub fn answer_call(&mut self, call: &Header, kind: PacketType, body: &[u8]) {
+        let answer = Pdu::new(call.answer(kind, Order::Little), body).to_vec();
+        let mut frame = Vec::new();
+        let from = (CONTROLLER, SocketAddrV4::new(CONTROLLER_IP, 0x8894));
+        write_udp(from, (DEVICE, SocketAddrV4::new(DEVICE_IP, 49_153)), &answer, &mut frame).unwrap();
+        self.send(&frame);
+    }
+
+    /// Sends one frame of outputs: the telegram's octets stand at 0, everything is good.
+    pub fn outputs(&mut self, octets: [u8; 4]) {
+        let mut data = [0; 40];
+        data[..4].copy_from_slice(&octets);
+        data[4..16].fill(0x80);
+        self.output_frame(&data, DataStatus::HEALTHY, 0);
+    }
+
+    pub fn output_frame(&mut self, data: &[u8], data_status: DataStatus, padding: usize) {
+        self.counter = self.counter.wrapping_add(64);
+        let status = ApduStatus { cycle_counter: self.counter, data_status, transfer_status: 0 };
+        let padding = alloc::vec![0; padding];
+        let mut frame = Vec::new();
+        FrameHeader::new(DEVICE, CONTROLLER, EtherType::PROFINET).tagged(Vlan::RT).write(&mut frame);
+        CyclicFrame { frame_id: FrameId(0x8000), data, status, padding: &padding }.write(&mut frame);
+        self.send(&frame);
+    }
+
+    /// Exchanges data for a number of cycles.
+    pub fn exchange(&mut self, cycles: usize) {
+        for _ in 0..cycles {
+            self.outputs([1, 2, 3, 4]);
+            self.run(CYCLE);
+        }
+    }
+
+    /// Connects and goes on until data are exchanged.
+    pub fn start(&mut self) {
+        let (status, _) = self.connect(&full_connect());
+        assert_eq!(status, PnioStatus::OK);
+        self.exchange(2);
+        assert_eq!(self.prm_end(), PnioStatus::OK);
+        self.take();
+        self.exchange(3);
+        let calls = self.ready_calls();
+        assert_eq!(calls.len(), 1, "ApplicationReady");
+        self.answer_ready(&calls[0], PnioStatus::OK);
+        self.exchange(3);
+        self.take();
+    }
+
+    /// The cyclic frames of the device among `frames`: data and status.
+    pub fn inputs(frames: &[Vec<u8>]) -> Vec<(Vec<u8>, ApduStatus)> {
+        let cyclic = |frame: &Vec<u8>| {
+            let (header, payload) = FrameHeader::parse(frame).ok()?;
+            let is_cyclic = header.ether_type == EtherType::PROFINET && FrameId::peek(payload).ok()?.is_cyclic();
+            let frame = CyclicFrame::parse(payload, 40).ok().filter(|_| is_cyclic)?;
+            assert_eq!((header.tag, header.destination), (Some(Vlan::RT), CONTROLLER));
+            Some((frame.data.to_vec(), frame.status))
+        };
+        frames.iter().filter_map(cyclic).collect()
+    }
+
+    /// The frames that were sent to the device.
+    pub fn sent(&self) -> Vec<Vec<u8>> {
+        self.log.iter().filter(|(_, is_sent, _)| *is_sent).map(|(_, _, frame)| frame.clone()).collect()
+    }
+
+    /// Lets tshark read all frames: it must find nothing malformed and nothing to warn of.
+    ///
+    /// Without tshark a line on the terminal says that nobody has looked.
+    pub fn referee(&self) {
+        let mut capture = Vec::new();
+        for word in [0xA1B2_3C4D_u32, 0x0002_0004, 0, 0, 65_535, 1] {
+            capture.put_u32(word);
+        }
+        for (time, _, frame) in &self.log {
+            let (nanos, length) = (time.as_nanos(), frame.len() as u32);
+            for word in [(nanos / 1_000_000_000) as u32, (nanos % 1_000_000_000) as u32, length, length] {
+                capture.put_u32(word);
+            }
+            capture.put(frame);
+        }
+        let filter = "_ws.malformed || _ws.expert.severity >= 6291456";
+        let tshark = Command::new("tshark")
+            .args(["--disable-protocol", "wg", "-r", "-", "-Y", filter])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let Ok(mut tshark) = tshark else {
+            let _ = writeln!(std::io::stderr(), "skipped: there is no tshark to read the frames");
+            return;
+        };
+        tshark.stdin.take().unwrap().write_all(&capture).unwrap();
+        let output = tshark.wait_with_output().unwrap();
+        assert!(output.status.success(), "tshark has not read the frames");
+        assert_eq!(String::from_utf8_lossy(&output.stdout), "");
+    }
+}

@@ -1,0 +1,16 @@
+//! The stack against scripted frames: a toy encoder behind it, a hand-driven controller before it.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod alarms;
+mod bench;
+mod blocks;
+mod calls;
+mod captures;
+mod connection;
+mod damage;
+mod finding;
+mod knobs;
+mod phases;
+mod records;
+mod refusals;
+mod toy;

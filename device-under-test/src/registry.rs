@@ -1,0 +1,167 @@
+//! Which manuals there are, and the devices built from them.
+
+use crate::application::StationData;
+use crate::bugs::{Behaviour, Bug};
+use crate::models::lika_xac77::{self, Xac77};
+use crate::profinet::Device;
+use alloc::boxed::Box;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use wire::ethernet::Mac;
+
+/// A device under test: a station on the wire, with the hands that hold it.
+pub trait ReferenceDevice: station::Station + station::Stand {}
+
+impl<T: station::Station + station::Stand> ReferenceDevice for T {}
+
+/// A manual that a reference device was written from.
+pub struct Manual {
+    /// Its name: that of its folder under `suites`.
+    pub name: &'static str,
+    /// Its title.
+    pub title: &'static str,
+    /// The variants that it describes.
+    pub variants: &'static [&'static str],
+    /// The bugs that its devices can be told to have.
+    pub bugs: &'static [Bug],
+}
+
+/// Every manual that there is a reference device for.
+pub fn manuals() -> &'static [Manual] {
+    static MANUALS: [Manual; 1] = [Manual {
+        name: "lika-xac77-profinet",
+        title: "Lika XAC77 absolute encoder",
+        variants: &[lika_xac77::VARIANTS[0].name, lika_xac77::VARIANTS[1].name],
+        bugs: lika_xac77::BUGS,
+    }];
+    &MANUALS
+}
+
+/// What a reference device is given when it is built.
+#[derive(Clone, Debug)]
+pub struct Setup<'a> {
+    /// Its MAC address.
+    pub mac: [u8; 6],
+    /// The bugs that it has.
+    pub bugs: &'a [&'a str],
+    /// Where its shaft stands, in hardware steps from the physical zero.
+    pub shaft: u64,
+    /// Its stored station name; empty as at delivery.
+    pub station_name: &'a str,
+    /// Its stored IP address; zero as at delivery.
+    pub ip: [u8; 4],
+    /// Its stored subnet mask.
+    pub mask: [u8; 4],
+    /// Its stored gateway.
+    pub gateway: [u8; 4],
+}
+
+/// Why a device could not be built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BuildError {
+    /// There is no such manual.
+    #[error("there is no reference device for the manual {0}")]
+    UnknownManual(String),
+    /// The manual has no such variant.
+    #[error("the manual {manual} has no variant {variant}")]
+    UnknownVariant {
+        /// The manual.
+        manual: &'static str,
+        /// The variant that was asked for.
+        variant: String,
+    },
+    /// The devices of the manual have no such bug.
+    #[error("the devices of {manual} have no bug {bug}")]
+    UnknownBug {
+        /// The manual.
+        manual: &'static str,
+        /// The bug that was asked for.
+        bug: String,
+    },
+}
+
+/// The manual of this name.
+pub fn manual(name: &str) -> Result<&'static Manual, BuildError> {
+    let found = manuals().iter().find(|manual| manual.name == name);
+    found.ok_or_else(|| BuildError::UnknownManual(name.to_string()))
+}
+
+/// The behaviour of a device of `manual` that has these bugs and no others.
+pub fn behaviour(manual: &Manual, bugs: &[&str]) -> Result<Behaviour, BuildError> {
+    let mut behaviour = Behaviour::default();
+    for name in bugs {
+        let bug = manual.bugs.iter().find(|bug| bug.name == *name);
+        let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: manual.name, bug: name.to_string() })?;
+        (bug.apply)(&mut behaviour);
+    }
+    Ok(behaviour)
+}
+
+/// A device of this manual and variant, with power and plugged in.
+pub fn build(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
+    let manual = manual(name)?;
+    let found = lika_xac77::VARIANTS.iter().find(|known| known.name == variant);
+    let unknown = || BuildError::UnknownVariant { manual: manual.name, variant: variant.to_string() };
+    let behaviour = behaviour(manual, setup.bugs)?;
+    let Setup { mac, shaft, station_name, ip, mask, gateway, .. } = *setup;
+    let station = StationData { name: Vec::from(station_name), ip, mask, gateway };
+    let encoder = Xac77::new(*found.ok_or_else(unknown)?, behaviour, mac, shaft, station);
+    Ok(Box::new(Device::new(encoder, Mac(mac), behaviour.stack)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+    use station::{StandAction, Time};
+
+    const SETUP: Setup<'_> = Setup {
+        mac: [2, 0, 0, 0, 1, 0],
+        bugs: &[],
+        shaft: 5,
+        station_name: "encoder-under-test",
+        ip: [192, 168, 0, 10],
+        mask: [255, 255, 255, 0],
+        gateway: [0; 4],
+    };
+
+    #[test]
+    fn every_variant_and_every_bug_can_be_built() {
+        for manual in manuals() {
+            for variant in manual.variants {
+                build(manual.name, variant, &SETUP).map(|_| ()).expect("all names are known");
+                for bug in manual.bugs {
+                    let setup = Setup { bugs: &[bug.name], ..SETUP };
+                    build(manual.name, variant, &setup).map(|_| ()).expect("all names are known");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_stand_reaches_the_encoder() {
+        let mut device =
+            build("lika-xac77-profinet", "xac7718", &SETUP).map_err(|error| error.to_string()).expect("known");
+        let act = |device: &mut dyn ReferenceDevice, action| device.act(Time::ZERO, &action);
+        assert_eq!(act(&mut *device, StandAction::Fault("memory", true)), Ok(Time::ZERO));
+        let turned = act(&mut *device, StandAction::TurnRevolutions { revolutions: 1.0, rpm: 60.0 });
+        assert_eq!(turned, Ok(Time::from_nanos(1_000_000_000)));
+        for impossible in
+            [StandAction::Fault("light", true), StandAction::Button("preset", true), StandAction::Switch("a", 1)]
+        {
+            assert!(matches!(act(&mut *device, impossible), Err(station::Refusal::CannotDo(_))));
+        }
+        assert_eq!(device.counter(Time::ZERO, "nvm_writes"), Some(0));
+        assert_eq!(device.led(Time::ZERO, "status"), None);
+    }
+
+    #[rstest]
+    #[case("xac7717", &[], "the manual lika-xac77-profinet has no variant xac7717")]
+    #[case("xac7718", &["p922-always-81", "none"], "the devices of lika-xac77-profinet have no bug none")]
+    fn unknown_names(#[case] variant: &str, #[case] bugs: &[&str], #[case] message: &str) {
+        let error =
+            build("lika-xac77-profinet", variant, &Setup { bugs, ..SETUP }).map(|_| ()).expect_err("an unknown name");
+        assert_eq!(error.to_string(), message);
+        assert!(manual("lika").is_err());
+    }
+}
