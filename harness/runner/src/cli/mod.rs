@@ -1,0 +1,238 @@
+//! The command line: what is typed, what is shown, how the process ends.
+//!
+//! Everything is written through `show`, which does not mind a reader that has gone, and every end goes through
+//! [`ExitStatus`]. This room must not judge anything.
+
+mod check;
+mod coverage;
+pub mod dut;
+mod explain;
+pub mod filter;
+mod list;
+mod replay;
+pub mod run;
+
+use crate::report::ExitStatus;
+use crate::suite::model::Manual;
+use crate::suite::{LoadErrors, Sources, load, schema};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Conformance and interoperability tests for absolute encoders.
+///
+/// Without a command everything is run: every suite against every reference device.
+#[derive(Debug, Parser)]
+#[command(name = "encspec", version, after_help = EXITS)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const EXITS: &str = "Exit status: 0 all green, 1 something is not green, 2 a mistake on the command line or in a suite, \
+                     3 the bench is unusable.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run cases and rules against a device
+    Run(run::RunArgs),
+    /// List cases and rules
+    List(Listing),
+    /// Say how much of each manual is covered by cases and rules
+    Coverage(CoverageArgs),
+    /// List the bugs that the reference devices can be told to have
+    Bugs(Which),
+    /// List what the manuals leave open or contradict themselves in
+    Errata(Which),
+    /// Explain a requirement, a case, a rule or a bug
+    Explain(ExplainArgs),
+    /// Check suites and say what nothing uses
+    Check(CheckArgs),
+    /// Print the JSON schema of suite files
+    Schema,
+    /// Judge captures by the rules, and say what happened in them
+    Replay(ReplayArgs),
+    /// Show a capture frame by frame
+    Dissect(DissectArgs),
+}
+
+#[derive(Debug, Args)]
+struct Which {
+    /// The manual; all by default
+    manual: Option<String>,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+#[derive(Debug, Args)]
+struct Listing {
+    #[command(flatten)]
+    which: Which,
+    /// How it is shown
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Debug, Args)]
+struct CoverageArgs {
+    /// How it is shown
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+#[derive(Debug, Args)]
+struct ExplainArgs {
+    /// The id of a requirement, a case or a rule, or the name of a bug
+    id: String,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+#[derive(Debug, Args)]
+struct CheckArgs {
+    /// A folder of suites, the folder of one manual, or a file in it; the built-in suites by default
+    path: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct ReplayArgs {
+    /// Captures, pcap or pcapng; - is the standard input
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<String>,
+    /// Write the report as json or text; the file - is the standard output
+    #[arg(long, value_name = "FORMAT=FILE", value_parser = replay_report)]
+    report: Option<ReplayWanted>,
+    /// Judge by the rules of this manual only
+    #[arg(long, value_name = "MANUAL")]
+    device: Option<String>,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+#[derive(Debug, Args)]
+struct DissectArgs {
+    /// A capture, pcap or pcapng; - is the standard input
+    file: PathBuf,
+}
+
+/// A report of a replay that is asked for.
+#[derive(Clone, Debug)]
+struct ReplayWanted {
+    format: Format,
+    file: PathBuf,
+}
+
+fn replay_report(text: &str) -> Result<ReplayWanted, String> {
+    let (word, file) = run::format_and_file(text)?;
+    match word {
+        "json" => Ok(ReplayWanted { format: Format::Json, file }),
+        "text" => Ok(ReplayWanted { format: Format::Text, file }),
+        word => Err(dut::suggest("format", word, ["json", "text"])),
+    }
+}
+
+/// How a listing is shown.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs.
+    Json,
+}
+
+/// Where the suites come from.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Suites {
+    /// Read the suites from this folder instead of the built-in ones
+    #[arg(long = "suites", value_name = "DIR")]
+    pub folder: Option<PathBuf>,
+}
+
+impl Suites {
+    /// Loads every manual.
+    pub fn load(&self) -> Result<Vec<Manual>, LoadErrors> {
+        load(&sources(self.folder.as_deref())?, None)
+    }
+
+    fn load_one(&self, manual: Option<&str>) -> Result<Vec<Manual>, Stop> {
+        Ok(load(&sources(self.folder.as_deref())?, manual)?)
+    }
+}
+
+fn sources(folder: Option<&Path>) -> Result<Sources, LoadErrors> {
+    folder.map_or_else(|| Ok(Sources::embedded()), Sources::folder)
+}
+
+/// Why a command ends before its work is done: what is said, and how the process ends.
+#[derive(Debug)]
+pub struct Stop {
+    /// What is said, one clear message.
+    pub message: String,
+    /// How the process ends.
+    pub status: ExitStatus,
+}
+
+impl Stop {
+    /// A mistake on the command line or in a file that it names.
+    pub fn usage(message: impl Into<String>) -> Stop {
+        Stop { message: message.into(), status: ExitStatus::Usage }
+    }
+
+    /// The bench cannot be used.
+    pub fn bench(message: impl Into<String>) -> Stop {
+        Stop { message: message.into(), status: ExitStatus::Bench }
+    }
+}
+
+impl From<LoadErrors> for Stop {
+    fn from(errors: LoadErrors) -> Stop {
+        let mistakes = match errors.0.len() {
+            1 => String::new(),
+            n => format!("\n{n} mistakes in the suites"),
+        };
+        Stop::usage(format!("{errors}{mistakes}"))
+    }
+}
+
+/// Does what the command line says; this is all that the binary does.
+pub fn main() -> ExitCode {
+    let command = Cli::parse().command.or_else(|| Cli::parse_from(["encspec", "run"]).command);
+    let ended = command.map_or(Ok(ExitStatus::Usage), |command| match command {
+        Command::Run(args) => run::run(&args),
+        Command::List(args) => list::list(&args),
+        Command::Coverage(args) => coverage::coverage(&args),
+        Command::Bugs(args) => list::bugs(&args),
+        Command::Errata(args) => list::errata(&args),
+        Command::Explain(args) => explain::explain(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Schema => {
+            show(&format!("{:#}\n", schema()));
+            Ok(ExitStatus::Green)
+        }
+        Command::Replay(args) => replay::replay(&args),
+        Command::Dissect(args) => replay::dissect(&args),
+    });
+    let status = ended.unwrap_or_else(|stop| {
+        complain(&stop.message);
+        stop.status
+    });
+    ExitCode::from(status.code())
+}
+
+/// How a command ends.
+type Ended = Result<ExitStatus, Stop>;
+
+/// Writes `text` to standard output; a reader that has gone away is no failure.
+fn show(text: &str) {
+    let mut out = io::stdout().lock();
+    let _ = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+}
+
+/// Writes a message to standard error.
+fn complain(message: &str) {
+    let _ = writeln!(io::stderr().lock(), "encspec: {}", message.trim_end());
+}

@@ -1,0 +1,499 @@
+//! Acyclic access: which request carries a `read` or `write`, and what its answer says.
+
+use super::startup;
+use super::trial::{Run, Trouble};
+use crate::judge::answer::{Refusal, Reply};
+use crate::judge::image::field_number;
+use crate::result::Blame;
+use crate::suite::device::{Device, NameKind, RecordField, StationName};
+use crate::suite::expr::{State, Value};
+use crate::suite::model::{Access, AnswerPart, Instead, Matcher, Via};
+use crate::verdict::Verdict;
+use controllers::profinet_io::{DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
+use std::net::Ipv4Addr;
+use wire::ethernet::{EtherType, FrameHeader};
+use wire::profidrive::{
+    Attribute, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, RequestId, Response,
+};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockQualifier, Element, Value as DcpValue};
+use wire::profinet::rt::FrameId;
+
+/// The drive object of an encoder: the first and only one.
+const DO_ID: u8 = 1;
+/// Index of the base mode parameter access.
+const PARAMETER_ACCESS: u16 = 0xB02E;
+/// Octets asked for when a record is read: more than any record has.
+const READ_LENGTH: u32 = 4096;
+
+/// What came back: replies by part, and a value for each item that was answered with one.
+pub struct Answered {
+    /// The answer and its parts.
+    pub replies: Vec<(AnswerPart, Reply)>,
+    /// The values, in the order of the items of the access.
+    pub values: Vec<Value>,
+}
+
+impl Answered {
+    fn whole(reply: Reply, items: usize) -> Answered {
+        Answered { replies: vec![(AnswerPart::Whole, reply)], values: vec![Value::Unknown; items] }
+    }
+}
+
+impl<'a> Run<'a> {
+    /// Sends the request of an access and takes in its answer.
+    pub fn access(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+        let before = self.world.trace.len();
+        let answered = match access.via {
+            Via::Parameters => self.parameters(access, write),
+            Via::Record(record) => self.record(access, record, write),
+            Via::Station => self.station(access, write),
+            Via::Stand => Ok(self.counters(access)),
+        };
+        if !access.instead.is_empty() {
+            self.world.mark_broken(before, is_request);
+        }
+        answered
+    }
+
+    /// What an item is written with, as a value.
+    fn written(&self, matcher: &Matcher) -> Result<Value, Trouble> {
+        let value = match matcher {
+            Matcher::Equal(target) => target.center().eval(&self.world.view(), &State::default()),
+            _ => Value::Unknown,
+        };
+        match value {
+            Value::Unknown => {
+                Err(Trouble::other(Blame::Suite, Verdict::Error, "The value to be written is not known."))
+            }
+            value => Ok(value),
+        }
+    }
+
+    fn parameters(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+        let device = &self.world.manual.device;
+        let mut addressed: Vec<(u16, u16)> = Vec::new();
+        let mut values = Vec::new();
+        for item in &access.items {
+            let Some(NameKind::Parameter { parameter, number, subindex, .. }) = self.kind(item.name) else { continue };
+            if addressed.contains(&(*number, *subindex)) {
+                continue;
+            }
+            addressed.push((*number, *subindex));
+            if write {
+                let format =
+                    parameter.and_then(|index| device.parameters.get(index)).and_then(|of| of.kind.formats.first());
+                values.push(parameter_value(
+                    &self.written(&item.value)?,
+                    Format(format.copied().unwrap_or(Format::DOUBLE_WORD.0)),
+                ));
+            }
+        }
+        self.reference = self.reference.checked_add(1).unwrap_or(1);
+        let addresses: Vec<_> =
+            addressed.iter().map(|&(number, subindex)| ParameterAddress::value(number, subindex)).collect();
+        let mut request = match write {
+            true => ParameterRequest::change_values(self.reference, DO_ID, addresses.into_iter().zip(values).collect()),
+            false => ParameterRequest::read_values(self.reference, DO_ID, addresses),
+        };
+        let octets = changed(&mut request, &access.instead);
+        let at = match self.parameter_access_point() {
+            Some(at) => at,
+            None => {
+                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
+            }
+        };
+        let outcome = self.ask(access.second, Request::Parameter { at, request: octets })?;
+        let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        Ok(self.parameter_answer(access, &addressed, write, outcome))
+    }
+
+    fn parameter_answer(
+        &self,
+        access: &Access,
+        addressed: &[(u16, u16)],
+        write: bool,
+        outcome: ParameterOutcome,
+    ) -> Answered {
+        let items = access.items.len();
+        let octets = match outcome {
+            ParameterOutcome::Answer(octets) => octets,
+            ParameterOutcome::OtherReference { sent, answer } => {
+                let seen = answer.first().copied().unwrap_or_default();
+                let why = format!("the answer carries reference {seen}, the request had {sent}");
+                return Answered::whole(Reply::Refused(Refusal::Rpc(why)), items);
+            }
+            ParameterOutcome::WriteRefused(status) | ParameterOutcome::ReadRefused(status) => {
+                return Answered::whole(Reply::Refused(Refusal::Pnio(status)), items);
+            }
+            ParameterOutcome::NotReady(status, wait) => {
+                return Answered::whole(Reply::Silent(format!("{wait}; last {status}")), items);
+            }
+            ParameterOutcome::Failed(error) => return Answered::whole(startup::failed(&error), items),
+        };
+        let bytes = (AnswerPart::Bytes, Reply::Value(Value::bytes(octets.as_slice())));
+        let response = match Response::parse(&octets) {
+            Ok(response) => response,
+            Err(error) => {
+                let why = format!("the answer cannot be read: {error}");
+                let mut answered = Answered::whole(Reply::Refused(Refusal::Rpc(why)), items);
+                answered.replies.push(bytes);
+                return answered;
+            }
+        };
+        let wanted = if write { RequestId::CHANGE } else { RequestId::REQUEST };
+        let own_id = access.instead.iter().any(|instead| matches!(instead, Instead::Request(_) | Instead::Bytes(_)));
+        let negative = response.header.id.is_negative();
+        if !own_id && response.header.id.0 & 0x7F != wanted.0 {
+            let why = format!(
+                "the answer carries response id 0x{:02X}, the request 0x{:02X}",
+                response.header.id.0, wanted.0
+            );
+            let mut answered = Answered::whole(Reply::Refused(Refusal::Rpc(why)), items);
+            answered.replies.push(bytes);
+            return answered;
+        }
+        let mut replies = vec![bytes];
+        let mut first_refusal = None;
+        for (index, &(number, subindex)) in addressed.iter().enumerate() {
+            let entry = response.values.get(index);
+            let error = entry.and_then(ParameterValue::error).or_else(|| {
+                let only = response.values.first().filter(|_| negative && response.values.len() == 1);
+                only.and_then(ParameterValue::error)
+            });
+            let reply = match error {
+                Some(error) => Reply::Refused(Refusal::Parameter(error.number.0)),
+                None if !write && entry.is_none() => {
+                    Reply::Refused(Refusal::Rpc("the answer lacks this parameter".into()))
+                }
+                None => Reply::Accepted,
+            };
+            if let Reply::Refused(refusal) = &reply {
+                first_refusal.get_or_insert(refusal.clone());
+            }
+            replies.push((AnswerPart::Parameter(number, subindex), reply));
+        }
+        if negative && first_refusal.is_none() {
+            let error = response.values.iter().find_map(ParameterValue::error);
+            first_refusal = Some(match error {
+                Some(error) => Refusal::Parameter(error.number.0),
+                None => Refusal::Rpc(format!("a negative answer, response id 0x{:02X}", response.header.id.0)),
+            });
+        }
+        replies.insert(0, (AnswerPart::Whole, first_refusal.map_or(Reply::Accepted, Reply::Refused)));
+        let values = access
+            .items
+            .iter()
+            .map(|item| match self.kind(item.name) {
+                Some(NameKind::Parameter { parameter, number, subindex, bits }) => {
+                    let place = addressed.iter().position(|of| *of == (*number, *subindex));
+                    let entry =
+                        place.and_then(|place| response.values.get(place)).filter(|entry| entry.error().is_none());
+                    entry.map_or(Value::Unknown, |entry| seen(&self.world.manual.device, *parameter, *bits, entry))
+                }
+                _ => Value::Unknown,
+            })
+            .collect();
+        Answered { replies, values }
+    }
+
+    /// The target of the base mode parameter access: the submodule of the module in use that the records stand at.
+    fn parameter_access_point(&self) -> Option<Target> {
+        let device = &self.world.manual.device;
+        let module = self.module.and_then(|module| device.modules.get(module));
+        let points: Vec<usize> = device.records.iter().filter(|record| record.start).map(|record| record.at).collect();
+        let inside = |index: &&usize| module.is_none_or(|module| module.submodules.contains(index));
+        let index = *points.iter().find(inside).or(points.first())?;
+        let at = device.submodules.get(index)?;
+        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: PARAMETER_ACCESS })
+    }
+
+    fn record(&mut self, access: &'a Access, record: usize, write: bool) -> Result<Answered, Trouble> {
+        let device = &self.world.manual.device;
+        let of = &device.records[record];
+        let at = &device.submodules[of.at];
+        let mut target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
+        let mut data = vec![0; of.octets];
+        if write {
+            let variant = self.world.manual.variants.iter().position(|variant| variant.name == self.world.variant.name);
+            for (index, field) in of.fields.iter().enumerate() {
+                let default = field.default.get(variant.unwrap_or_default()).or(field.default.first());
+                startup::put(of, index, default.copied().unwrap_or_default(), &mut data);
+            }
+            for item in &access.items {
+                let value = self.written(&item.value)?;
+                match (self.kind(item.name), value) {
+                    (Some(NameKind::Record { field: None, .. }), Value::Bytes(octets)) => data = octets.to_vec(),
+                    (Some(NameKind::Record { field: Some(field), .. }), value) => {
+                        startup::put(of, *field, value.as_whole().unwrap_or_default(), &mut data);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let mut length = READ_LENGTH;
+        for instead in &access.instead {
+            match instead {
+                Instead::Slot(slot) => target.slot = *slot,
+                Instead::Subslot(subslot) => target.subslot = *subslot,
+                Instead::Api(api) => target.api = *api,
+                Instead::Index(index) => target.index = *index,
+                Instead::Length(octets) => {
+                    data.resize(*octets, 0);
+                    length = u32::try_from(*octets).unwrap_or(READ_LENGTH);
+                }
+                Instead::Bytes(octets) => data.clone_from(octets),
+                _ => {}
+            }
+        }
+        let request = if write { Request::Write { target, data } } else { Request::Read { target, length } };
+        let outcome = self.ask(access.second, request)?;
+        let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let mut answered = Answered::whole(startup::record(&outcome), access.items.len());
+        answered.replies.push((AnswerPart::Record(record), startup::record(&outcome)));
+        if let (RecordOutcome::Accepted { data }, false) = (&outcome, write) {
+            answered.replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
+            answered.values = access
+                .items
+                .iter()
+                .map(|item| match self.kind(item.name) {
+                    Some(NameKind::Record { field: Some(field), .. }) => {
+                        of.fields.get(*field).map_or(Value::Unknown, |field| field_value(field, data))
+                    }
+                    Some(NameKind::Record { field: None, .. }) => Value::bytes(data.as_slice()),
+                    _ => Value::Unknown,
+                })
+                .collect();
+        }
+        Ok(answered)
+    }
+
+    fn station(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+        let to = self.mac;
+        let names: Vec<StationName> = access
+            .items
+            .iter()
+            .filter_map(|item| match self.kind(item.name) {
+                Some(NameKind::Station(name)) => Some(*name),
+                _ => None,
+            })
+            .collect();
+        let request = if write {
+            self.may_end = true;
+            self.renamed |= names.contains(&StationName::Name);
+            Request::DcpSet { to, blocks: self.station_blocks(access, &names)? }
+        } else {
+            let mut elements: Vec<Element> = names.iter().map(|name| element(*name)).collect();
+            elements.dedup();
+            Request::DcpGet { to, elements }
+        };
+        let outcome = self.ask(access.second, request)?;
+        let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let mut answered = Answered::whole(dcp(&outcome), access.items.len());
+        if let DcpOutcome::Values(blocks) = &outcome {
+            answered.values = names.iter().map(|name| station_value(*name, blocks)).collect();
+        }
+        Ok(answered)
+    }
+
+    fn station_blocks(&mut self, access: &'a Access, names: &[StationName]) -> Result<Vec<Block>, Trouble> {
+        let mut qualifier = BlockQualifier::PERMANENT;
+        let mut octets = None;
+        for instead in &access.instead {
+            match instead {
+                Instead::Qualifier(other) => qualifier = BlockQualifier(*other),
+                Instead::StationValue(value) => octets = Some(value.clone()),
+                _ => {}
+            }
+        }
+        let mut ip = self.station_ip;
+        let mut blocks = Vec::new();
+        let mut has_ip = false;
+        for (name, item) in names.iter().zip(&access.items) {
+            let value = self.written(&item.value)?;
+            let address = |value: &Value| match value {
+                Value::Address(octets) => Ipv4Addr::from(*octets),
+                _ => Ipv4Addr::UNSPECIFIED,
+            };
+            match (name, &value) {
+                (StationName::Name, Value::Text(text)) => {
+                    let text = octets.clone().unwrap_or_else(|| text.as_bytes().to_vec());
+                    blocks.push(Block::set(qualifier, DcpValue::NameOfStation(text)));
+                }
+                (StationName::Ip, value) => (ip.address, has_ip) = (address(value), true),
+                (StationName::Mask, value) => (ip.mask, has_ip) = (address(value), true),
+                (StationName::Gateway, value) => (ip.gateway, has_ip) = (address(value), true),
+                _ => {}
+            }
+        }
+        if has_ip {
+            let value = match octets {
+                Some(octets) => DcpValue::Raw { element: Element::IP_PARAMETER, octets },
+                None => DcpValue::IpParameter(ip),
+            };
+            self.station_ip = ip;
+            blocks.push(Block::set(qualifier, value));
+        }
+        Ok(blocks)
+    }
+
+    fn counters(&mut self, access: &Access) -> Answered {
+        let now = self.world.now();
+        let value = |run: &mut Run<'a>, item: &crate::suite::model::AccessItem| match run.kind(item.name) {
+            Some(NameKind::Counter(counter)) => {
+                let (name, _) = &run.world.manual.device.stand.counters[*counter];
+                run.world.segment.stand().counter(now, name).map_or(Value::Unknown, Value::whole)
+            }
+            _ => Value::Unknown,
+        };
+        let values: Vec<Value> = access.items.iter().map(|item| value(self, item)).collect();
+        let reply =
+            if values.iter().any(Value::is_unknown) { Reply::Silent("nobody counts".into()) } else { Reply::Accepted };
+        Answered { replies: vec![(AnswerPart::Whole, reply)], values }
+    }
+}
+
+/// Whether a frame may carry an acyclic request: all but cyclic frames.
+fn is_request(frame: &[u8]) -> bool {
+    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
+    header.ether_type != EtherType::PROFINET || FrameId::peek(payload).is_ok_and(|id| !id.is_cyclic())
+}
+
+/// What a DCP service came to.
+pub fn dcp(outcome: &DcpOutcome) -> Reply {
+    match outcome {
+        DcpOutcome::Accepted | DcpOutcome::Values(_) => Reply::Accepted,
+        DcpOutcome::Refused(errors) => Reply::Refused(Refusal::Dcp(errors.first().map_or(0, |(_, error)| error.0))),
+        DcpOutcome::NotSupported => Reply::Refused(Refusal::Rpc("the service is not supported".into())),
+        DcpOutcome::NoAnswer(wait) => Reply::Silent(wait.to_string()),
+    }
+}
+
+/// The trouble with an outcome that does not belong to the request.
+pub fn unexpected(outcome: &Outcome) -> Trouble {
+    let what = match outcome {
+        Outcome::Impossible(why) => format!("The controller cannot do that: {why}."),
+        outcome => format!("The controller answered something else: {outcome:?}."),
+    };
+    Trouble::other(Blame::Harness, Verdict::Error, what)
+}
+
+fn element(name: StationName) -> Element {
+    match name {
+        StationName::Name => Element::NAME_OF_STATION,
+        StationName::Ip | StationName::Mask | StationName::Gateway => Element::IP_PARAMETER,
+        StationName::VendorId | StationName::DeviceId => Element::DEVICE_ID,
+        StationName::Type => Element::VENDOR,
+    }
+}
+
+fn station_value(name: StationName, blocks: &[Block]) -> Value {
+    let text = |octets: &[u8]| Value::text(String::from_utf8_lossy(octets).into_owned());
+    let address = |pick: fn(&IpParameter) -> Ipv4Addr| {
+        blocks.iter().find_map(|block| match &block.value {
+            DcpValue::IpParameter(ip) | DcpValue::FullIpSuite(ip, _) => Some(Value::Address(pick(ip).octets())),
+            _ => None,
+        })
+    };
+    let found = match name {
+        StationName::Name => blocks.iter().find_map(|block| match &block.value {
+            DcpValue::NameOfStation(octets) => Some(text(octets)),
+            _ => None,
+        }),
+        StationName::Type => blocks.iter().find_map(|block| match &block.value {
+            DcpValue::Vendor(octets) => Some(text(octets)),
+            _ => None,
+        }),
+        StationName::Ip => address(|ip| ip.address),
+        StationName::Mask => address(|ip| ip.mask),
+        StationName::Gateway => address(|ip| ip.gateway),
+        StationName::VendorId | StationName::DeviceId => blocks.iter().find_map(|block| match &block.value {
+            DcpValue::DeviceId { vendor_id, device_id } => {
+                Some(Value::whole(if name == StationName::VendorId { *vendor_id } else { *device_id }))
+            }
+            _ => None,
+        }),
+    };
+    found.unwrap_or(Value::Unknown)
+}
+
+fn parameter_value(value: &Value, format: Format) -> ParameterValue {
+    match value {
+        Value::Bytes(octets) => ParameterValue::new(format, octets.len() as u8, octets.to_vec()),
+        value => ParameterValue::numbers(format, &[value.as_whole().unwrap_or_default() as u64]),
+    }
+}
+
+/// The octets of a request after what is changed in it.
+fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
+    for instead in instead {
+        match instead {
+            Instead::Reference(reference) => request.header.reference = *reference,
+            Instead::Request(id) => request.header.id = RequestId(*id),
+            Instead::DoId(id) => request.header.do_id = *id,
+            Instead::Count(count) => request.header.parameter_count = *count,
+            Instead::Attribute(attribute) => each(&mut request.addresses, |of| of.attribute = Attribute(*attribute)),
+            Instead::Elements(count) => each(&mut request.addresses, |of| of.element_count = *count),
+            Instead::Subindex(subindex) => each(&mut request.addresses, |of| of.subindex = *subindex),
+            Instead::Format(format) => each(&mut request.values, |of| reformat(of, Format(*format))),
+            Instead::Values(count) => each(&mut request.values, |of| of.count = *count),
+            _ => {}
+        }
+    }
+    let mut octets = Vec::new();
+    request.write(&mut octets);
+    for instead in instead {
+        match instead {
+            Instead::Length(length) => octets.resize(*length, 0),
+            Instead::Bytes(other) => octets.clone_from(other),
+            _ => {}
+        }
+    }
+    octets
+}
+
+fn each<T>(list: &mut [T], change: impl FnMut(&mut T)) {
+    list.iter_mut().for_each(change);
+}
+
+/// The same number in another format: cut or lengthened to its width, so that only the format is wrong.
+fn reformat(value: &mut ParameterValue, format: Format) {
+    let number = value.to_numbers().and_then(|numbers| numbers.first().copied()).unwrap_or_default();
+    *value = match format.width() {
+        Some(width) if width > 0 => ParameterValue::numbers(format, &[number]),
+        _ => ParameterValue { format, ..value.clone() },
+    };
+}
+
+/// The value of a parameter, an element of it, or bits of an element.
+fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, value: &ParameterValue) -> Value {
+    let kind = parameter.and_then(|index| device.parameters.get(index)).map(|parameter| parameter.kind);
+    if kind.is_some_and(|kind| kind.text || kind.octets.is_some()) {
+        return match kind.is_some_and(|kind| kind.text) {
+            true => Value::text(String::from_utf8_lossy(&value.data).into_owned()),
+            false => Value::bytes(value.data.as_slice()),
+        };
+    }
+    let Some(number) = value.to_numbers().and_then(|numbers| numbers.first().copied()) else { return Value::Unknown };
+    let width = kind.map_or(64, |kind| kind.width).clamp(1, 64);
+    match bits {
+        Some((low, 1)) => Value::Bit(number >> low & 1 == 1),
+        Some((low, width)) => Value::whole((number >> low) & ((1u64 << width) - 1)),
+        None if kind.is_some_and(|kind| kind.signed) => Value::whole((number << (64 - width)) as i64 >> (64 - width)),
+        None => Value::whole(number),
+    }
+}
+
+/// The value of a field of a record.
+fn field_value(field: &RecordField, data: &[u8]) -> Value {
+    if field.text {
+        let octets = data.get(field.octet..field.octet + field.octets).unwrap_or_default();
+        return Value::text(String::from_utf8_lossy(octets).trim_end().to_owned());
+    }
+    match field_number(field, data) {
+        Some(number) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
+        Some(number) if field.bits.is_some_and(|(_, width)| width == 1) => Value::Bit(number != 0),
+        Some(number) => Value::whole(number),
+        None => Value::Unknown,
+    }
+}

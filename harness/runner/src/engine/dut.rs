@@ -1,0 +1,258 @@
+//! Devices under test: how each kind is put on a segment.
+
+use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
+use super::trial::Place;
+use crate::suite::model::Manual;
+use bench::null::{Babbler, DiesAfter, Reflector, Silent};
+use reference_devices::{ReferenceDevice, Setup, build};
+use station::{Duration, Outbox, Stand, Station, Time};
+use std::fmt;
+use std::net::Ipv4Addr;
+use std::str::FromStr;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::block::IpParameter;
+
+/// Addresses on a virtual segment: locally administered MACs, private IP addresses.
+pub const CONTROLLER: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 1]), Ipv4Addr::new(192, 168, 0, 1));
+/// The second controller.
+pub const SECOND: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 2]), Ipv4Addr::new(192, 168, 0, 2));
+/// The device under test.
+pub const DEVICE: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 1, 0]), Ipv4Addr::new(192, 168, 0, 10));
+/// The mask of the virtual segment.
+pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
+/// The station name that virtual benches give the device.
+pub const STATION_NAME: &str = "encoder-under-test";
+
+/// Somebody who is no proper device; a run against one must never be green.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Nobody {
+    /// There is no station at all.
+    Absent,
+    /// A station that never sends.
+    Silent,
+    /// A station that sends every frame back.
+    Reflector,
+    /// A station that sends random octets.
+    Babbler,
+    /// A proper device with another identity than is claimed.
+    WrongIdentity,
+    /// A proper device that falls silent after so many frames.
+    DiesAfter(usize),
+}
+
+impl Nobody {
+    /// The words for `--dut null:WORD`.
+    pub const WORDS: [&'static str; 6] = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
+}
+
+impl FromStr for Nobody {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Nobody, String> {
+        Ok(match word {
+            "absent" => Nobody::Absent,
+            "silent" => Nobody::Silent,
+            "reflector" => Nobody::Reflector,
+            "babbler" => Nobody::Babbler,
+            "wrong-identity" => Nobody::WrongIdentity,
+            word => match word.strip_prefix("dies-after-").map(str::parse) {
+                Some(Ok(frames)) => Nobody::DiesAfter(frames),
+                _ => return Err(format!("there is no null:{word}; there are {}", Nobody::WORDS.join(", "))),
+            },
+        })
+    }
+}
+
+impl fmt::Display for Nobody {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Nobody::Absent => f.write_str("absent"),
+            Nobody::Silent => f.write_str("silent"),
+            Nobody::Reflector => f.write_str("reflector"),
+            Nobody::Babbler => f.write_str("babbler"),
+            Nobody::WrongIdentity => f.write_str("wrong-identity"),
+            Nobody::DiesAfter(frames) => write!(f, "dies-after-{frames}"),
+        }
+    }
+}
+
+/// What stands at the other end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DutKind {
+    /// The built-in reference device, with these bugs switched on.
+    Model {
+        /// Names of the bugs.
+        bugs: Vec<String>,
+    },
+    /// Somebody who must never pass.
+    Nobody(Nobody),
+}
+
+/// A device under test and what it claims to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DutSpec {
+    /// Name of the manual.
+    pub manual: String,
+    /// Name of the variant.
+    pub variant: String,
+    /// What stands at the other end.
+    pub kind: DutKind,
+}
+
+/// As `--dut` has it.
+impl fmt::Display for DutSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            DutKind::Model { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
+            DutKind::Nobody(nobody) => write!(f, "null:{nobody}"),
+        }
+    }
+}
+
+impl DutSpec {
+    /// The kind in the word of the reports.
+    pub fn kind_word(&self) -> &'static str {
+        match self.kind {
+            DutKind::Model { .. } => "model",
+            DutKind::Nobody(_) => "null",
+        }
+    }
+
+    /// Where the device is found on a virtual segment.
+    pub fn place(&self) -> Place {
+        Place {
+            name: STATION_NAME.to_owned(),
+            mac: None,
+            ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
+            slack: Duration::ZERO,
+        }
+    }
+
+    /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial.
+    pub fn segment(&self, manual: &Manual, id: &str) -> Result<Box<dyn Segment>, String> {
+        let shaft = shaft(id);
+        let model = |variant: &str, bugs: &[String]| {
+            let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
+            let setup = Setup { bugs: &bugs, ..setup(shaft) };
+            build(&manual.device.name, variant, &setup).map_err(|error| error.to_string())
+        };
+        Ok(Box::new(match &self.kind {
+            DutKind::Model { bugs } => VirtualSegment::new(Box::new(Model(model(&self.variant, bugs)?))),
+            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => {
+                VirtualSegment::new(Box::new(Stranger(Silent, NoStand)))
+            }
+            DutKind::Nobody(Nobody::Reflector) => VirtualSegment::new(Box::new(Stranger(Reflector, NoStand))),
+            DutKind::Nobody(Nobody::Babbler) => {
+                let babbler = Babbler::new(shaft, Duration::from_micros(500), DEVICE.0.0, CONTROLLER.0.0);
+                VirtualSegment::new(Box::new(Stranger(babbler, NoStand)))
+            }
+            DutKind::Nobody(Nobody::WrongIdentity) => {
+                let device = Boxed(model(&self.variant, &[])?);
+                VirtualSegment::new(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand)))
+            }
+            DutKind::Nobody(Nobody::DiesAfter(frames)) => {
+                VirtualSegment::new(Box::new(Mortal(DiesAfter::new(Boxed(model(&self.variant, &[])?), *frames))))
+            }
+        }))
+    }
+}
+
+fn setup(shaft: u64) -> Setup<'static> {
+    Setup { mac: DEVICE.0.0, bugs: &[], shaft, station_name: STATION_NAME, ip: [0; 4], mask: [0; 4], gateway: [0; 4] }
+}
+
+/// A raw place that depends on the id of the trial and is never 0 (FNV-1a, so that it is the same everywhere).
+fn shaft(id: &str) -> u64 {
+    let hash = id
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325u64, |hash, octet| (hash ^ u64::from(octet)).wrapping_mul(0x100_0000_01b3));
+    hash % 0x3_0000 + 0x1001
+}
+
+/// A reference device that falls silent; its stand goes on working.
+struct Mortal(DiesAfter<Boxed>);
+
+impl DeviceOnStand for Mortal {
+    fn station(&mut self) -> &mut dyn Station {
+        &mut self.0
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        &mut *self.0.station_mut().0
+    }
+}
+
+struct Boxed(Box<dyn ReferenceDevice>);
+
+impl Station for Boxed {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.0.receive(now, frame, out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.0.wake(now, out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.0.deadline()
+    }
+}
+
+/// A proper device that says another vendor and device id in every DCP frame.
+struct OtherIdentity<S> {
+    device: S,
+    sent: Outbox,
+}
+
+impl<S: Station> OtherIdentity<S> {
+    fn pass(&mut self, out: &mut Outbox) {
+        use wire::ethernet::{EtherType, FrameHeader};
+        use wire::profinet::dcp::{Body, Dcp, Value};
+        for frame in self.sent.frames() {
+            let dcp = FrameHeader::parse(frame)
+                .ok()
+                .filter(|(header, _)| header.ether_type == EtherType::PROFINET)
+                .and_then(|(header, payload)| Some((header, Dcp::parse(payload).ok()?)));
+            match dcp {
+                Some((header, mut dcp)) => {
+                    if let Body::Blocks(blocks) = &mut dcp.body {
+                        for block in blocks {
+                            if let Value::DeviceId { vendor_id, device_id } = &mut block.value {
+                                (*vendor_id, *device_id) = (!*vendor_id, !*device_id);
+                            }
+                        }
+                    }
+                    out.push_with(|out| dcp.write_frame(header.destination, header.source, out));
+                }
+                None => out.push(frame),
+            }
+        }
+        self.sent.clear();
+    }
+}
+
+impl<S: Station> Station for OtherIdentity<S> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.device.receive(now, frame, &mut self.sent);
+        self.pass(out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.device.wake(now, &mut self.sent);
+        self.pass(out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.device.deadline()
+    }
+}
+
+impl DutSpec {
+    /// The bugs that are switched on.
+    pub fn bugs(&self) -> &[String] {
+        match &self.kind {
+            DutKind::Model { bugs } => bugs,
+            DutKind::Nobody(_) => &[],
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! An expectation at work: `expect` with its window, told of every frame and event.
+
+use crate::judge::condition::{Memory, each_name};
+use crate::judge::rule::{stay, time};
+use crate::judge::view::View;
+use crate::judge::window::{Outcome, Window};
+use crate::judge::{Tick, Truth};
+use crate::result::PartSeen;
+use crate::suite::device::NameKind;
+use crate::suite::expr::NameId;
+use crate::suite::model::{Condition, Hold, Span};
+use station::{Duration, Time};
+
+/// Where something stands on the wire: frame, octet in the frame, and the bit in that octet for a single bit.
+pub type Spot = (u64, usize, Option<u8>);
+
+/// What is remembered of the instant that decided.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// When and in which frame.
+    pub tick: Tick,
+    /// The parts of the condition there.
+    pub parts: Vec<PartSeen>,
+    /// Where each name of the condition stood.
+    pub places: Vec<(NameId, Option<Spot>)>,
+}
+
+/// An expectation at work.
+pub struct Expectation<'a> {
+    condition: &'a Condition,
+    hold: &'a Hold,
+    memory: Memory,
+    end: Memory,
+    window: Window,
+    events: bool,
+    latest: Option<Seen>,
+    decisive: Option<Seen>,
+}
+
+impl<'a> Expectation<'a> {
+    /// Opens the window of an `expect` at `opened`.
+    pub fn open(
+        condition: &'a Condition,
+        within: &Span,
+        hold: &'a Hold,
+        (opened, slack, watchdog): (Time, Duration, Duration),
+        view: &View<'_>,
+    ) -> Expectation<'a> {
+        Expectation {
+            condition,
+            hold,
+            memory: Memory::default(),
+            end: Memory::default(),
+            window: Window::open(opened, time(within, view), slack, stay(hold, view), watchdog),
+            events: asks_for_events(condition, view),
+            latest: None,
+            decisive: None,
+        }
+    }
+
+    /// Whether it asks for an event, which may have come before the step began.
+    pub fn asks_for_events(&self) -> bool {
+        self.events
+    }
+
+    /// What became of it so far.
+    pub fn outcome(&self) -> Outcome {
+        self.window.outcome()
+    }
+
+    /// The instant that decided, or the last one that was looked at.
+    pub fn seen(&self) -> Option<&Seen> {
+        self.decisive.as_ref().or(self.latest.as_ref())
+    }
+
+    /// The next time at which time alone may decide something.
+    pub fn wake(&self) -> Option<Time> {
+        self.window.wake()
+    }
+
+    /// Ends it undecided: nothing comes any more.
+    pub fn give_up(&mut self) {
+        self.window.cut();
+    }
+
+    /// Looks at a frame or an event; says whether that satisfied it.
+    pub fn tick(&mut self, view: &View<'_>) -> bool {
+        if self.window.outcome() != Outcome::Open {
+            return false;
+        }
+        let mut satisfied = false;
+        if view.tick.kind.is_judged() {
+            let truth = self.memory.truth(self.condition, view);
+            let end = match self.hold {
+                Hold::Until(end) if self.window.wants_end() => self.end.truth(end, view),
+                Hold::Until(_) | Hold::None | Hold::For(_) => Truth::False,
+            };
+            let outcome = self.window.tick(view.tick, truth, end);
+            satisfied = outcome == Outcome::Held;
+            if truth != Truth::True {
+                let seen = self.look(view);
+                match outcome {
+                    Outcome::Relapsed(_) | Outcome::Late(_) | Outcome::Undecided => self.decisive = Some(seen),
+                    Outcome::Open | Outcome::Held | Outcome::Starved(_) => self.latest = Some(seen),
+                }
+            }
+        }
+        self.memory.advance(self.condition, view);
+        if let Hold::Until(end) = self.hold {
+            self.end.advance(end, view);
+        }
+        satisfied
+    }
+
+    /// Lets time go by without a frame.
+    pub fn time(&mut self, view: &View<'_>, now: Time) {
+        if self.window.outcome() == Outcome::Open && self.window.time(now) != Outcome::Open && self.latest.is_none() {
+            self.latest = Some(self.look(view));
+        }
+    }
+
+    /// Whether the condition holds at `view`, with nothing remembered.
+    pub fn holds_at(condition: &Condition, view: &View<'_>) -> bool {
+        Memory::default().truth(condition, view) == Truth::True
+    }
+
+    fn look(&self, view: &View<'_>) -> Seen {
+        let mut names = Vec::new();
+        each_name(self.condition, &mut |name| names.push(name));
+        let places = names.into_iter().map(|name| (name, place_of(name, view))).collect();
+        Seen { tick: view.tick, parts: self.memory.parts(self.condition, view), places }
+    }
+}
+
+/// Whether a condition asks for an event.
+pub fn asks_for_events(condition: &Condition, view: &View<'_>) -> bool {
+    let mut found = false;
+    each_name(condition, &mut |name| {
+        found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));
+    });
+    found
+}
+
+/// Where a name stood on the wire.
+pub fn place_of(name: NameId, view: &View<'_>) -> Option<Spot> {
+    let NameKind::Signal { signal, low, width, .. } = view.variant.names.get(name.0 as usize)? else { return None };
+    let (frame, octet) = view.image.place_of(*signal)?;
+    let octets = view.device.signals.get(*signal)?.width / 8;
+    let last = octets.saturating_sub(1).saturating_sub(low / 8) as usize;
+    let first = octets.saturating_sub(1).saturating_sub((low + width - 1) / 8) as usize;
+    Some((frame, octet + first.min(last), (*width == 1).then_some((low % 8) as u8)))
+}

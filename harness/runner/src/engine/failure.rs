@@ -1,0 +1,107 @@
+//! What a person is told about a failure: what was asked for, what came, where it stands in which frame, what to do next.
+
+use super::trial::{Run, Trouble};
+use super::world::{Lost, World};
+use crate::judge::follow::Ending;
+use crate::observe::{Direction, describe};
+use crate::result::{Blame, Failure, Place};
+use crate::suite::model::{Manual, Step};
+
+/// Frames shown before and after the one that matters.
+const AROUND: u64 = 4;
+
+/// A failure of a step.
+pub fn failure(run: &Run<'_>, step: Option<&Step>, trouble: Trouble, covers: &[usize]) -> Failure {
+    let world = &run.world;
+    let covers = if covers.is_empty() { &run.trial.covers } else { covers };
+    let place = place(world, &trouble);
+    let around = place.as_ref().map(|place| place.frame).or(trouble.frame);
+    let (text, at) = match (&trouble.step, step) {
+        (Some((text, at)), _) => (text.clone(), at.clone()),
+        (None, Some(step)) => (step.text.clone(), step.at.clone()),
+        (None, None) => ("start".to_owned(), run.trial.at.clone()),
+    };
+    Failure {
+        blame: trouble.blame,
+        what: trouble.what.clone(),
+        step: text,
+        at,
+        requirements: requirements(world.manual, covers),
+        parts: trouble.parts.clone(),
+        trace: around.map_or_else(Vec::new, |frame| trace(world, frame)),
+        next: next(trouble.blame, place.as_ref()),
+        place,
+    }
+}
+
+/// Id, clause and sentence of each requirement.
+pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, String)> {
+    covers
+        .iter()
+        .filter_map(|&index| manual.requirements.get(index))
+        .map(|of| (of.id.clone(), of.cites.clone(), of.statement.clone()))
+        .collect()
+}
+
+fn place(world: &World<'_>, trouble: &Trouble) -> Option<Place> {
+    let of_part = |name: &str| trouble.parts.iter().any(|part| !part.held && part.text.contains(name));
+    let spot = trouble.places.iter().filter(|(_, place)| place.is_some()).find(|(name, _)| {
+        let signal = match world.variant.names.get(name.0 as usize) {
+            Some(crate::suite::device::NameKind::Signal { signal, .. }) => world.manual.device.signals.get(*signal),
+            _ => None,
+        };
+        signal.is_some_and(|signal| of_part(&signal.name))
+    });
+    let seen = spot.or_else(|| trouble.places.iter().find(|(_, place)| place.is_some())).and_then(|(_, place)| *place);
+    match (seen, trouble.frame) {
+        (Some((frame, octet, bit)), _) => Some(Place { frame, octet: Some(octet), bit, filter: filter(frame) }),
+        (None, Some(frame)) if frame > 0 => Some(Place { frame, octet: None, bit: None, filter: filter(frame) }),
+        (None, _) => None,
+    }
+}
+
+fn filter(frame: u64) -> String {
+    format!("frame.number == {frame}")
+}
+
+/// The frames around one, a line each, the one that matters marked.
+pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
+    let first = frame.saturating_sub(AROUND).max(1);
+    (first..=frame + AROUND)
+        .filter_map(|number| {
+            let seen = world.trace.get(usize::try_from(number).ok()?)?;
+            let mark = if number == frame { '>' } else { ' ' };
+            Some(format!("{mark}{number:>6} {}  {}", seen.time, describe(seen.octets, world.connections())))
+        })
+        .collect()
+}
+
+fn next(blame: Blame, place: Option<&Place>) -> String {
+    match (blame, place) {
+        (Blame::Device, Some(place)) => {
+            format!(
+                "Compare frame {} with the clause; the capture beside the report has the step as its comment.",
+                place.frame
+            )
+        }
+        (Blame::Device, None) => "Compare the answer with the clause; the capture has the step as its comment.".into(),
+        (Blame::Environment, _) => "Mend the bench and run it again: nothing was found out about the device.".into(),
+        (Blame::Harness, _) => "This is a mistake of encspec: please report it with the capture.".into(),
+        (Blame::Suite, _) => "This is a mistake of the suite: please report it.".into(),
+    }
+}
+
+/// How a connection was lost, in a sentence.
+pub fn lost(lost: &Lost) -> String {
+    match lost.ending {
+        Ending::Released => "The connection was released.".into(),
+        Ending::Aborted(Direction::ToController, code) => {
+            format!("The device ended the connection: {}.", wire::profinet::status::PnioStatus::from(code))
+        }
+        Ending::Aborted(Direction::ToDevice, code) => {
+            format!("Our controller had to end the connection: {}.", wire::profinet::status::PnioStatus::from(code))
+        }
+        Ending::Starved(Direction::ToController) => "The device stopped sending its cyclic frames.".into(),
+        Ending::Starved(Direction::ToDevice) => "Our own cyclic frames stopped.".into(),
+    }
+}

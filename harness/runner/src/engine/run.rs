@@ -1,0 +1,376 @@
+//! A run: every selected trial of every device under test, its rules over all of them, and the requirements at the end.
+
+use super::dut::{CONTROLLER, DutSpec, MASK, SECOND};
+use super::failure;
+use super::scan::check_covers;
+use super::trial::Run;
+use super::world::World;
+use crate::judge::rule::Violation;
+use crate::result::{Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, RunResult};
+use crate::suite::model::{Level, Manual, Rule, Trial, Variant};
+use crate::verdict::Verdict;
+use bench::Trace;
+use controllers::profinet_io::{Controller, Settings, StationSeen};
+use station::Time;
+use std::net::Ipv4Addr;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// What a run is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct RunOptions {
+    /// The devices under test.
+    pub duts: Vec<DutSpec>,
+    /// Only trials and rules whose full name contains this.
+    pub filter: Option<String>,
+    /// The filter is the whole name.
+    pub exact: bool,
+    /// Where captures of failed trials go.
+    pub evidence: Option<PathBuf>,
+    /// Where captures of all trials go.
+    pub record: Option<PathBuf>,
+    /// How many trials run at once; 0: as many as there are cores.
+    pub threads: usize,
+    /// Whether only `must` counts.
+    pub gate_must: bool,
+}
+
+/// The bench cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct BenchError(pub String);
+
+/// Hears how far a run has come: device under test, trials done, trials in all.
+pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
+
+/// Runs what is asked for.
+pub fn run(manuals: &[Manual], options: &RunOptions, progress: Progress<'_>) -> Result<RunResult, BenchError> {
+    let mut result = RunResult { gate_must: options.gate_must, ..RunResult::default() };
+    for dut in &options.duts {
+        let found = manuals.iter().find(|manual| manual.device.name == dut.manual);
+        let manual = found.ok_or_else(|| BenchError(format!("there is no suite for {}", dut.manual)))?;
+        let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
+        let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
+        result.runs.push(device(manual, variant, dut, options, progress)?);
+    }
+    Ok(result)
+}
+
+/// Whether a filter leaves a trial or a rule in.
+pub fn selects(options: &RunOptions, manual: &Manual, id: &str) -> bool {
+    let full = format!("{}/{id}", manual.device.name);
+    match &options.filter {
+        None => true,
+        Some(filter) if options.exact => full == *filter || id == filter,
+        Some(filter) => full.contains(filter.as_str()),
+    }
+}
+
+fn device(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    options: &RunOptions,
+    progress: Progress<'_>,
+) -> Result<DeviceRun, BenchError> {
+    let rules: Vec<usize> =
+        (0..variant.rules.len()).filter(|&rule| selects(options, manual, &variant.rules[rule].id)).collect();
+    let mut trials: Vec<&Trial> = variant.trials.iter().filter(|trial| selects(options, manual, &trial.id)).collect();
+    let only_rules = trials.is_empty() && !rules.is_empty();
+    if only_rules {
+        trials = variant.trials.iter().collect();
+    }
+    let filtered = options.filter.is_some();
+    let label = format!("{}/{}", dut.manual, dut.variant);
+    let outcomes = all(&trials, options.threads, &|done| progress(&label, done, trials.len()), &|trial| {
+        let outcome = one(manual, variant, dut, trial, options)?;
+        Ok(TrialOutcome { trace: Trace::new(), ..outcome })
+    });
+    let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
+    let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
+    let judged = rules.into_iter().map(|rule| rule_result(manual, &variant.rules[rule], rule, &outcomes, filtered));
+    let judged: Vec<CaseResult> =
+        judged.filter(|rule| !filtered || only_rules || rule.verdict != Verdict::NotRun).collect();
+    let mut cases = Vec::new();
+    if !only_rules {
+        cases.extend(outcomes.into_iter().map(|outcome| outcome.case));
+    }
+    cases.extend(judged);
+    let requirements = super::requirements::results(manual, variant, &cases);
+    Ok(DeviceRun {
+        dut: Dut {
+            kind: dut.kind_word().to_owned(),
+            spec: dut.to_string(),
+            firmware: firmware(manual, variant, dut),
+            device: dut.manual.clone(),
+            variant: dut.variant.clone(),
+            identity: identity.unwrap_or_else(|| "nobody said who he is".to_owned()),
+        },
+        cases,
+        requirements,
+        filtered,
+        bugs: dut.bugs().to_vec(),
+    })
+}
+
+/// Does `work` for each item on some threads; the results keep the order of the items.
+fn all<'a, R: Send>(
+    items: &[&'a Trial],
+    threads: usize,
+    progress: &(dyn Fn(usize) + Sync),
+    work: &(dyn Fn(&'a Trial) -> R + Sync),
+) -> Vec<R> {
+    let threads = match threads {
+        0 => thread::available_parallelism().map_or(1, usize::from),
+        threads => threads,
+    };
+    let next = AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
+    let results = Mutex::new(Vec::with_capacity(items.len()));
+    thread::scope(|scope| {
+        for _ in 0..threads.min(items.len()) {
+            scope.spawn(|| {
+                while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
+                    let index = items.iter().position(|other| std::ptr::eq(*other, item)).unwrap_or_default();
+                    let result = work(item);
+                    results.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((index, result));
+                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// What one trial came to.
+#[derive(Clone, Debug)]
+pub struct TrialOutcome {
+    /// The trial itself.
+    pub case: CaseResult,
+    /// What each rule of the variant saw in it, in their order.
+    pub rules: Vec<RuleSeen>,
+    /// What the device said it is.
+    pub identity: Option<String>,
+    /// Every frame.
+    pub trace: Trace,
+}
+
+/// What a rule saw in a trial.
+#[derive(Clone, Debug)]
+pub struct RuleSeen {
+    /// How often it was decided.
+    pub decided: Decided,
+    /// The first time it was broken, and what a person is told about it.
+    pub broken: Option<(Violation, Failure)>,
+}
+
+/// Runs one trial against a fresh device and gives what it and the rules came to, with every frame.
+pub fn run_trial(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> Result<TrialOutcome, BenchError> {
+    one(manual, variant, dut, trial, options).map_err(BenchError)
+}
+
+/// Asks the device for its firmware in a connection of its own.
+fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec) -> Option<String> {
+    let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
+    let place = dut.place();
+    let world = World::new(manual, variant, dut.segment(manual, &trial.id).ok()?, controllers(&trial.id));
+    Run::new(world, trial, &place).firmware()
+}
+
+fn one(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> Result<TrialOutcome, String> {
+    let place = dut.place();
+    let segment = dut.segment(manual, &trial.id)?;
+    let world = World::new(manual, variant, segment, controllers(&trial.id));
+    let mut run = Run::new(world, trial, &place);
+    run.world.scene.notebook.address = Some(CONTROLLER.1.octets());
+    let decided = run.run();
+    Ok(outcome(run, decided, options))
+}
+
+fn controllers(id: &str) -> Vec<(wire::ethernet::Mac, Controller)> {
+    [(CONTROLLER, "controller-1"), (SECOND, "controller-2")]
+        .into_iter()
+        .map(|((mac, ip), name)| {
+            let settings = Settings {
+                mac,
+                ip,
+                mask: MASK,
+                gateway: Ipv4Addr::UNSPECIFIED,
+                station_name: name.as_bytes().to_vec(),
+                vendor_id: 0xFEED,
+                device_id: 0x0001,
+                seed: id
+                    .bytes()
+                    .fold(u64::from(mac.0[5]), |seed, octet| seed.wrapping_mul(31).wrapping_add(octet.into())),
+            };
+            (mac, Controller::new(settings))
+        })
+        .collect()
+}
+
+fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, options: &RunOptions) -> TrialOutcome {
+    let manual = run.world.manual;
+    let trial = run.trial;
+    let main = match (&decided, run.checks) {
+        (Some((verdict, _)), _) => *verdict,
+        (None, 0) => Verdict::Error,
+        (None, _) => Verdict::Pass,
+    };
+    let mut covers: Vec<Covered> = Vec::new();
+    let mut add = |requirement: usize, verdict: Verdict| {
+        let id = manual.requirements[requirement].id.clone();
+        match covers.iter_mut().find(|known| known.requirement == requirement) {
+            Some(known) => known.verdict = super::requirements::worse(known.verdict, verdict),
+            None => covers.push(Covered { requirement, id, verdict }),
+        }
+    };
+    trial.covers.iter().for_each(|&requirement| add(requirement, main));
+    let mut verdict = main;
+    let mut failures: Vec<Failure> = Vec::new();
+    let mut reached: Vec<usize> = Vec::new();
+    let reason = decided.as_ref().map(|(_, failure)| failure.what.clone());
+    for check in run.checked {
+        check.covers.iter().for_each(|&requirement| add(requirement, check.verdict));
+        reached.extend(&check.covers);
+        if check.verdict != Verdict::NotApplicable {
+            verdict = super::requirements::worse(verdict, check.verdict);
+        }
+        failures.extend(check.failure);
+    }
+    for requirement in check_covers(trial) {
+        if !reached.contains(&requirement) {
+            add(requirement, if main == Verdict::Pass { Verdict::NotApplicable } else { main });
+        }
+    }
+    if let Some((_, failure)) = decided {
+        failures.insert(0, failure);
+    }
+    let reason = reason.or_else(|| failures.first().map(|failure| failure.what.clone()));
+    let level = level(manual, &covers, verdict);
+    let saved = trial.saved.iter().zip(&run.world.scene.notebook.saved);
+    let saved = saved.map(|(name, value)| (name.clone(), crate::judge::view::plain(value))).collect();
+    let objections = run.world.segment.objections();
+    let rules = run.world.judges.rules.iter().map(|(of, rule)| {
+        let broken = rule.violation().map(|violation| {
+            let failure = rule_failure(&run.world, of, violation, trial);
+            (violation.clone(), failure)
+        });
+        RuleSeen { decided: rule.decided(), broken }
+    });
+    let rules = rules.collect();
+    let case = CaseResult {
+        id: format!("{}/{}", manual.device.name, trial.id),
+        kind: CaseKind::Trial,
+        why: trial.why.clone(),
+        verdict,
+        level,
+        covers,
+        reason: (verdict != Verdict::Pass).then_some(reason).flatten(),
+        failures,
+        readings: run.readings,
+        saved,
+        notes: objections,
+        decided: None,
+        duration: run.world.now().since(Time::ZERO),
+        frames: run.world.trace.len() as u64,
+        at: trial.at.clone(),
+        evidence: None,
+    };
+    let case = super::evidence::keep(case, &run.world.variant.name, &run.world.trace, options);
+    TrialOutcome { case, rules, identity: run.identity.as_ref().map(identity), trace: run.world.trace }
+}
+
+fn identity(station: &StationSeen) -> String {
+    let (vendor, device) = station.id.unwrap_or_default();
+    let text = |octets: &[u8]| String::from_utf8_lossy(octets).escape_debug().to_string();
+    format!("{} (vendor 0x{vendor:04X}, device 0x{device:04X})", text(&station.station_type))
+}
+
+/// The weight of a result: the weightiest requirement that failed, else the weightiest that is covered.
+fn level(manual: &Manual, covers: &[Covered], verdict: Verdict) -> Level {
+    let of = |covered: &Covered| manual.requirements[covered.requirement].level;
+    let failed = covers.iter().filter(|covered| covered.verdict == verdict).map(of).min();
+    failed.or_else(|| covers.iter().map(of).min()).unwrap_or(Level::Must)
+}
+
+fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &Trial) -> Failure {
+    let place = violation.names.iter().find_map(|name| super::expect::place_of(*name, &world.view()));
+    let (octet, bit) = place.map_or((None, None), |(_, octet, bit)| (Some(octet), bit));
+    let frame = violation.tick.frame;
+    Failure {
+        blame: Blame::Device,
+        what: format!("The rule is broken: {}. It was seen in the trial {}.", violation.how, trial.id),
+        step: rule.why.clone(),
+        at: rule.at.clone(),
+        requirements: failure::requirements(world.manual, &rule.covers),
+        parts: violation.parts.clone(),
+        place: Some(crate::result::Place { frame, octet, bit, filter: format!("frame.number == {frame}") }),
+        trace: failure::trace(world, frame),
+        next: format!("Run the trial alone: encspec run '{}' --exact", trial.id),
+    }
+}
+
+fn rule_result(manual: &Manual, rule: &Rule, index: usize, outcomes: &[TrialOutcome], filtered: bool) -> CaseResult {
+    let mut decided = Decided::default();
+    let mut failures = Vec::new();
+    for outcome in outcomes {
+        let seen = &outcome.rules[index];
+        // What was seen of a device in a trial that did not pass proves nothing in its favour.
+        if outcome.case.verdict == Verdict::Pass {
+            decided.premises += seen.decided.premises;
+        }
+        decided.undecided += seen.decided.undecided;
+        decided.looked_at += seen.decided.looked_at;
+        if let (Some((_, failure)), true) = (&seen.broken, failures.is_empty()) {
+            failures.push(failure.clone());
+        }
+    }
+    let (verdict, reason) = match (failures.first(), decided.premises) {
+        (Some(failure), _) => (Verdict::Fail, Some(failure.what.clone())),
+        (None, 0) => {
+            let red = if filtered { "" } else { "; every rule has to be decided at least once in a whole run" };
+            let reason = format!("premise never seen ({} frames and events looked at){red}", decided.looked_at);
+            (Verdict::NotRun, Some(reason))
+        }
+        (None, _) => (Verdict::Pass, None),
+    };
+    let covers: Vec<Covered> = rule
+        .covers
+        .iter()
+        .map(|&requirement| Covered { requirement, id: manual.requirements[requirement].id.clone(), verdict })
+        .collect();
+    CaseResult {
+        id: format!("{}/{}", manual.device.name, rule.id),
+        kind: CaseKind::Rule,
+        why: rule.why.clone(),
+        verdict,
+        level: level(manual, &covers, verdict),
+        covers,
+        reason,
+        failures,
+        readings: Vec::new(),
+        saved: Vec::new(),
+        notes: Vec::new(),
+        decided: Some(decided),
+        duration: std::time::Duration::ZERO,
+        frames: decided.looked_at,
+        at: rule.at.clone(),
+        evidence: None,
+    }
+}

@@ -1,0 +1,52 @@
+//! Looks through the steps of a trial without running them.
+
+use crate::judge::condition::each_name;
+use crate::suite::expr::NameId;
+use crate::suite::model::{Observation, RuleBody, Step, Trial, Verb};
+
+/// Visits every step of a trial, those inside blocks and readings included.
+pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
+    for step in steps {
+        visit(step);
+        match &step.verb {
+            Verb::Block { steps, .. } => each_step(steps, visit),
+            Verb::Either(readings) => readings.iter().for_each(|reading| each_step(&reading.steps, visit)),
+            _ => {}
+        }
+    }
+}
+
+/// The names that the expectations and observations of a trial look at.
+pub fn names(trial: &Trial) -> Vec<NameId> {
+    let mut names = Vec::new();
+    let mut add = |name: NameId| names.push(name);
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        each_step(steps, &mut |step| match &step.verb {
+            Verb::Expect { condition, .. } => each_name(condition, &mut add),
+            Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed(observation, &mut add)),
+            _ => {}
+        });
+    }
+    names
+}
+
+fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
+    match observation {
+        Observation::Rule { body: RuleBody::Always(condition), .. } => each_name(condition, add),
+        Observation::Rule { body: RuleBody::When { premise, then, .. }, .. } => {
+            premise.names().for_each(&mut *add);
+            each_name(then, add);
+        }
+        Observation::Count { condition, .. } => condition.names().for_each(add),
+        Observation::Sequence { names, .. } => names.iter().for_each(|program| program.names().for_each(&mut *add)),
+    }
+}
+
+/// The requirements of the checks of a trial that are judged for themselves.
+pub fn check_covers(trial: &Trial) -> Vec<usize> {
+    let mut covers = Vec::new();
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        each_step(steps, &mut |step| covers.extend(step.covers.iter().copied()));
+    }
+    covers
+}

@@ -1,0 +1,126 @@
+//! A segment: the wire with our controllers on it, the device under test, and the stand that holds it.
+//!
+//! The engine drives every kind of wire through [`Segment`]; it must not know which one it is.
+
+use bench::{Step, VirtualWire};
+use controllers::profinet_io::Controller;
+use reference_devices::ReferenceDevice;
+use station::{Refusal, Stand, StandAction, Station, Time};
+
+/// A frame that was seen, as the engine takes it in.
+pub type Tap<'a> = &'a mut dyn FnMut(Time, &[u8]);
+
+/// The wire with our controllers on it, the device under test, and the stand that holds it.
+pub trait Segment {
+    /// What the clock shows.
+    fn now(&self) -> Time;
+
+    /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
+    ///
+    /// `tap` sees every frame once, in the order of time.
+    fn step(&mut self, controllers: &mut [Controller], until: Time, tap: Tap<'_>) -> bool;
+
+    /// What holds the device.
+    fn stand(&mut self) -> &mut dyn Stand;
+
+    /// Whether it is a model: no time passes but ours, nothing else is on the wire, and a suite's mistake is an error.
+    fn is_model(&self) -> bool;
+
+    /// What the wire itself objects to: frames that no wire carries.
+    fn objections(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// A reference device, or nobody, on a virtual wire.
+pub struct VirtualSegment {
+    wire: VirtualWire,
+    device: Box<dyn DeviceOnStand>,
+}
+
+/// A station with a stand: what a virtual segment has besides our controllers.
+pub trait DeviceOnStand {
+    /// The station.
+    fn station(&mut self) -> &mut dyn Station;
+    /// What holds it.
+    fn stand(&mut self) -> &mut dyn Stand;
+}
+
+impl VirtualSegment {
+    /// A segment with `device` and our controllers.
+    pub fn new(device: Box<dyn DeviceOnStand>) -> VirtualSegment {
+        VirtualSegment { wire: VirtualWire::new(), device }
+    }
+}
+
+impl Segment for VirtualSegment {
+    fn now(&self) -> Time {
+        self.wire.now()
+    }
+
+    fn step(&mut self, controllers: &mut [Controller], until: Time, tap: Tap<'_>) -> bool {
+        let mut seen = |seen: bench::Seen<'_>| tap(seen.time, seen.frame);
+        let device = self.device.station();
+        let worked = match controllers {
+            [first] => self.wire.step(&mut [first, device], until, &mut seen),
+            [first, second] => self.wire.step(&mut [first, device, second], until, &mut seen),
+            _ => self.wire.step(&mut [device], until, &mut seen),
+        };
+        worked == Step::Worked
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        self.device.stand()
+    }
+
+    fn is_model(&self) -> bool {
+        true
+    }
+
+    fn objections(&self) -> Vec<String> {
+        self.wire.violations().iter().map(ToString::to_string).collect()
+    }
+}
+
+/// A reference device is its own stand.
+pub struct Model(pub Box<dyn ReferenceDevice>);
+
+impl DeviceOnStand for Model {
+    fn station(&mut self) -> &mut dyn Station {
+        &mut *self.0
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        &mut *self.0
+    }
+}
+
+/// Somebody who is no encoder at all, without a stand: for the battery of devices that must never pass.
+pub struct Stranger<S>(pub S, pub NoStand);
+
+/// A stand that can do nothing.
+pub struct NoStand;
+
+impl<S: Station> DeviceOnStand for Stranger<S> {
+    fn station(&mut self) -> &mut dyn Station {
+        &mut self.0
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        &mut self.1
+    }
+}
+
+impl Stand for NoStand {
+    fn act(&mut self, _: Time, _: &StandAction<'_>) -> Result<Time, Refusal> {
+        Err(Refusal::CannotDo("nobody holds this device".into()))
+    }
+
+    fn led(&mut self, _: Time, _: &str) -> Option<&'static str> {
+        None
+    }
+
+    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
+        None
+    }
+}

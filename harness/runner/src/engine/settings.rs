@@ -1,0 +1,195 @@
+//! `set` and `turn`: outputs to the controller, everything else to the stand.
+
+use super::trial::{Done, Run, Trouble};
+use crate::result::Blame;
+use crate::suite::device::{NameKind, StandName};
+use crate::suite::expr::{State, Value};
+use crate::suite::model::{SetValue, Setting, Turn, Way};
+use crate::suite::words;
+use crate::verdict::Verdict;
+use controllers::profinet_io::{ArState, CounterMode};
+use station::{Duration, Refusal, StandAction};
+
+/// The longest that a stand may take for one action.
+const LONGEST_ACTION: Duration = Duration::from_secs(3600);
+
+impl<'a> Run<'a> {
+    /// Does a `set`: it ends when the first frame with the new outputs has left and the stand is done.
+    pub fn set(&mut self, settings: &'a [Setting]) -> Done {
+        self.action();
+        match self.apply_settings(settings)? {
+            true if self.sends_outputs() => self.cycles(1),
+            _ => Ok(()),
+        }
+    }
+
+    fn sends_outputs(&self) -> bool {
+        let controller = &self.world.controllers[0];
+        controller.state() == ArState::Data && !self.paused && self.world.scene.follower.image.stands()
+    }
+
+    /// Applies settings at once and says whether outputs are among them.
+    pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, Trouble> {
+        let all_octets =
+            |run: &Run<'_>, setting: &Setting| matches!(run.kind(setting.name), Some(NameKind::OutputOctets));
+        let mut outputs = false;
+        for first in [true, false] {
+            for setting in settings {
+                if all_octets(self, setting) == first {
+                    outputs |= self.apply_setting(setting)?;
+                }
+            }
+        }
+        if outputs {
+            self.apply_outputs();
+        }
+        Ok(outputs)
+    }
+
+    fn apply_setting(&mut self, setting: &'a Setting) -> Result<bool, Trouble> {
+        let value = match &setting.value {
+            SetValue::Value(program) => program.eval(&self.world.view(), &State::default()),
+            SetValue::Bytes(octets) => Value::bytes(octets.as_slice()),
+            SetValue::Word(word) => Value::text(word.as_str()),
+        };
+        let Some(kind) = self.kind(setting.name).cloned() else { return Ok(false) };
+        let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The value to be set is not known.");
+        match (&kind, &value) {
+            (NameKind::Signal { .. }, Value::Text(word)) => {
+                let mode = if **word == *"held" { CounterMode::Held } else { CounterMode::Counting };
+                self.outputs.set_counting(&kind, mode);
+                Ok(true)
+            }
+            (NameKind::Signal { .. }, value) => {
+                self.outputs.set(&kind, value.as_whole().ok_or_else(unknown)?);
+                Ok(true)
+            }
+            (NameKind::OutputOctets, Value::Bytes(octets)) => {
+                self.outputs.set_octets(octets);
+                Ok(true)
+            }
+            (NameKind::OutputStatus(submodule), value) => {
+                let good = word_is(value, words::STATUS, "good");
+                let submodules = &self.world.manual.device.submodules;
+                let place = submodule.and_then(|index| submodules.get(index)).map(|of| (of.slot, of.subslot));
+                self.world.controllers[0].outputs_mut().status(place, good);
+                Ok(true)
+            }
+            (NameKind::Cyclic, value) => {
+                self.paused = word_is(value, words::CYCLIC, "paused");
+                self.may_end |= self.paused;
+                self.world.controllers[0].outputs_mut().pause(self.paused);
+                Ok(false)
+            }
+            (NameKind::Stand(name), value) => self.stand(*name, value).map(|()| false),
+            _ => Err(unknown()),
+        }
+    }
+
+    /// Puts the outputs where the module in use has them.
+    pub fn apply_outputs(&mut self) {
+        if let Some(module) = self.module {
+            let device = &self.world.manual.device;
+            self.outputs.apply(device, module, self.world.controllers[0].outputs_mut());
+        }
+    }
+
+    fn stand(&mut self, name: StandName, value: &Value) -> Done {
+        let manual = self.world.manual;
+        let names = &manual.device.stand;
+        let number = || {
+            let number = match value {
+                Value::Number(number) => Some(number.to_f64()),
+                value => value.as_whole().map(|number| number as f64),
+            };
+            number.ok_or_else(|| Trouble::other(Blame::Suite, Verdict::Error, "The value for the stand is not known."))
+        };
+        let action = match name {
+            StandName::Power => StandAction::Power(word_is(value, words::UP_DOWN, "up")),
+            StandName::Link => StandAction::Link(word_is(value, words::UP_DOWN, "up")),
+            StandName::ShaftSpeed => StandAction::ShaftSpeed(number()?),
+            StandName::ShaftCounts => StandAction::ShaftCounts(number()? as u64),
+            StandName::SupplyVoltage => StandAction::SupplyVoltage(number()?),
+            StandName::Temperature => StandAction::Temperature(number()?),
+            StandName::Fault(index) => {
+                StandAction::Fault(&names.faults[index].0, word_is(value, words::PRESENCE, "present"))
+            }
+            StandName::Button(index) => {
+                StandAction::Button(&names.buttons[index].0, word_is(value, words::BUTTON, "pressed"))
+            }
+            StandName::Switch(index) => StandAction::Switch(&names.switches[index].0, number()? as u32),
+        };
+        self.may_end |= matches!(name, StandName::Power | StandName::Link);
+        if !self.touched.contains(&name) {
+            self.touched.push(name);
+        }
+        self.act_on_stand(&action)
+    }
+
+    /// Does something at the stand and waits until it is done.
+    pub fn act_on_stand(&mut self, action: &StandAction<'_>) -> Done {
+        let now = self.world.now();
+        match self.world.segment.stand().act(now, action) {
+            Ok(done) => {
+                self.world.run(done.min(now + LONGEST_ACTION), |_| false);
+                Ok(())
+            }
+            Err(Refusal::CannotDo(why)) => Err(Trouble::other(
+                Blame::Environment,
+                Verdict::NotApplicable,
+                format!("The stand cannot do it: {why}."),
+            )),
+            Err(Refusal::Broken(why)) => {
+                Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
+            }
+        }
+    }
+
+    /// Turns the shaft and waits until it has arrived.
+    pub fn turn_shaft(&mut self, turn: &'a Turn) -> Done {
+        let view = self.world.view();
+        let number = |program: &crate::suite::expr::Program| match program.eval(&view, &State::default()) {
+            Value::Number(number) => Ok(number.to_f64()),
+            _ => Err(Trouble::other(Blame::Suite, Verdict::Error, "The way to turn is not known.")),
+        };
+        let rpm = number(&turn.rpm)?;
+        let action = match &turn.way {
+            Way::Revolutions(way) => StandAction::TurnRevolutions { revolutions: number(way)?, rpm },
+            Way::Degrees(way) => StandAction::TurnRevolutions { revolutions: number(way)? / 360.0, rpm },
+            Way::Counts(way) => StandAction::Turn { steps: number(way)?, rpm },
+        };
+        if !self.touched.contains(&StandName::ShaftSpeed) {
+            self.touched.push(StandName::ShaftSpeed);
+        }
+        self.act_on_stand(&action)
+    }
+
+    /// Puts everything at the stand back that the trial has set.
+    pub fn put_stand_back(&mut self) -> Done {
+        let manual = self.world.manual;
+        let names = &manual.device.stand;
+        for name in std::mem::take(&mut self.touched) {
+            let action = match name {
+                StandName::Power => StandAction::Power(true),
+                StandName::Link => StandAction::Link(true),
+                StandName::ShaftSpeed => StandAction::ShaftSpeed(0.0),
+                StandName::Fault(index) => StandAction::Fault(&names.faults[index].0, false),
+                StandName::Button(index) => StandAction::Button(&names.buttons[index].0, false),
+                StandName::ShaftCounts | StandName::SupplyVoltage | StandName::Temperature | StandName::Switch(_) => {
+                    continue;
+                }
+            };
+            self.act_on_stand(&action)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a value is this word of a table; words come as text or as their number.
+fn word_is(value: &Value, table: words::Table, word: &str) -> bool {
+    match value {
+        Value::Text(text) => **text == *word,
+        Value::Word(number) => words::word(table, *number) == Some(word),
+        _ => false,
+    }
+}

@@ -1,0 +1,234 @@
+//! Start-ups: from `start` of a suite to the connection that the controller makes, and from its outcome to replies.
+
+use crate::judge::answer::{Refusal, Reply};
+use crate::suite::device::{Device, Record};
+use crate::suite::expr::Value;
+use crate::suite::model::{AnswerPart, InsteadStart, Start};
+use controllers::profinet_io::{
+    CallError, ConnectOutcome, Connection, ControlOutcome, DeviceAddress, Record as StartRecord, RecordOutcome,
+    StartUp, Submodule, Target,
+};
+use station::Duration;
+use std::sync::Arc;
+use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::status::PnioStatus;
+
+/// Where the device under test is, and what it is given.
+#[derive(Clone, Debug)]
+pub struct Whereabouts {
+    /// Its station name, or its MAC where a trial has changed the name.
+    pub address: DeviceAddress,
+    /// The IP address, mask and gateway that the controller gives it.
+    pub ip: IpParameter,
+    /// How long it may take to answer at all.
+    pub search: Duration,
+}
+
+/// One send clock, 31.25 µs, times 32: the clock that every device has.
+const SEND_CLOCK: Duration = Duration::from_millis(1);
+
+/// The connection that `start` asks for, and for each of its records which record of the device it is.
+pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connection, Vec<usize>) {
+    let mut submodules = Vec::new();
+    let module = &device.modules[start.module];
+    let telegram = module.submodules.iter().copied().max_by_key(|&index| {
+        let submodule = &device.submodules[index];
+        submodule.input_octets + submodule.output_octets
+    });
+    let access_point = device.submodules.iter().enumerate().filter(|(_, submodule)| submodule.slot == 0);
+    let of_module = module.submodules.iter().map(|&index| (index, &device.submodules[index]));
+    for (index, submodule) in access_point.chain(of_module) {
+        let mut expected = Submodule {
+            api: submodule.api,
+            slot: submodule.slot,
+            module_ident: if submodule.slot == 0 { submodule.ident } else { module.ident },
+            subslot: submodule.subslot,
+            submodule_ident: submodule.ident,
+            input_octets: submodule.input_octets,
+            output_octets: submodule.output_octets,
+        };
+        for instead in &start.instead {
+            let of_telegram = Some(index) == telegram;
+            match instead {
+                InsteadStart::OutputLength(octets) if of_telegram => expected.output_octets = *octets,
+                InsteadStart::InputLength(octets) if of_telegram => expected.input_octets = *octets,
+                InsteadStart::ModuleIdent(ident) if submodule.slot != 0 => expected.module_ident = *ident,
+                InsteadStart::SubmoduleIdent(ident) if of_telegram => expected.submodule_ident = *ident,
+                InsteadStart::Api(api) if of_telegram => expected.api = *api,
+                _ => {}
+            }
+        }
+        submodules.push(expected);
+    }
+    let (records, indices) = start_records(device, start, &submodules);
+    let cycles = |time: Duration| (time.as_nanos() / SEND_CLOCK.as_nanos()).max(1);
+    let reduction = cycles(start.cycle);
+    let watchdog = (start.watchdog.as_nanos() / start.cycle.as_nanos().max(1)).max(1);
+    let mut connection = Connection::new(at.address.clone(), at.ip);
+    connection.submodules = submodules;
+    connection.search = at.search;
+    connection.vendor_id = device.identity.vendor_id;
+    connection.device_id = device.identity.device_id;
+    connection.records = records;
+    connection.send_clock_factor = 32;
+    connection.reduction_ratio = u16::try_from(reduction).unwrap_or(u16::MAX);
+    connection.watchdog_factor = u16::try_from(watchdog).unwrap_or(u16::MAX);
+    connection.data_hold_factor = connection.watchdog_factor;
+    for instead in &start.instead {
+        if let InsteadStart::StationName(name) = instead {
+            connection.station_name = Some(name.clone().into_bytes());
+        }
+    }
+    (connection, indices)
+}
+
+fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (Vec<StartRecord>, Vec<usize>) {
+    let mut records = Vec::new();
+    let mut indices = Vec::new();
+    for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
+        let at = &device.submodules[record.at];
+        if !submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (at.slot, at.subslot)) {
+            continue;
+        }
+        let mut data =
+            octets(record, start.parameters.iter().filter(|of| of.record == index).map(|of| (of.field, of.value)));
+        let mut sent = true;
+        for instead in &start.instead {
+            match instead {
+                InsteadStart::RecordNone(of) if *of == index => sent = false,
+                InsteadStart::RecordBytes(of, octets) if *of == index => data.clone_from(octets),
+                _ => {}
+            }
+        }
+        if sent {
+            let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
+            records.push(StartRecord { target, data });
+            indices.push(index);
+        }
+    }
+    (records, indices)
+}
+
+/// The octets of a record with these fields set and all others 0.
+pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
+    let mut octets = vec![0; record.octets];
+    for (field, value) in values {
+        put(record, field, value, &mut octets);
+    }
+    octets
+}
+
+/// Puts a number into a field of a record.
+pub fn put(record: &Record, field: usize, value: i128, octets: &mut [u8]) {
+    let Some(field) = record.fields.get(field) else { return };
+    let Some(place) = octets.get_mut(field.octet..field.octet + field.octets) else { return };
+    let old = place.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
+    let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
+    let mask = if width >= 128 { u128::MAX } else { ((1u128 << width) - 1) << low };
+    let mut number = (old & !mask) | (((value as u128) << low) & mask);
+    for octet in place.iter_mut().rev() {
+        *octet = number as u8;
+        number >>= 8;
+    }
+}
+
+fn refused(status: &PnioStatus) -> Reply {
+    Reply::Refused(Refusal::Pnio(*status))
+}
+
+/// What a call came to that was not answered by the service itself.
+pub fn failed(error: &CallError) -> Reply {
+    match error {
+        CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => {
+            Reply::Refused(Refusal::Rpc(error.to_string()))
+        }
+        CallError::NoAnswer(_) | CallError::ArEnded => Reply::Silent(error.to_string()),
+    }
+}
+
+fn connect(outcome: &ConnectOutcome) -> Reply {
+    match outcome {
+        ConnectOutcome::Accepted => Reply::Accepted,
+        ConnectOutcome::Refused(status) => refused(status),
+        ConnectOutcome::Failed(error) => failed(error),
+    }
+}
+
+/// What Control or Release came to.
+pub fn control(outcome: &ControlOutcome) -> Reply {
+    match outcome {
+        ControlOutcome::Accepted => Reply::Accepted,
+        ControlOutcome::Refused(status) => refused(status),
+        ControlOutcome::Failed(error) => failed(error),
+    }
+}
+
+/// What an access to a record came to.
+pub fn record(outcome: &RecordOutcome) -> Reply {
+    match outcome {
+        RecordOutcome::Accepted { .. } => Reply::Accepted,
+        RecordOutcome::Refused(status) => refused(status),
+        RecordOutcome::Failed(error) => failed(error),
+    }
+}
+
+/// The parts of the answer to a start-up.
+pub fn replies(device: &Device, start: &StartUp, records: &[usize]) -> Vec<(AnswerPart, Reply)> {
+    let mut replies = Vec::new();
+    if let Some(outcome) = &start.connect {
+        replies.push((AnswerPart::Connect, connect(outcome)));
+    }
+    for (outcome, &index) in start.records.iter().zip(records) {
+        replies.push((AnswerPart::Record(index), record(outcome)));
+    }
+    if let Some(outcome) = &start.parameter_end {
+        replies.push((AnswerPart::ParameterEnd, control(outcome)));
+    }
+    let ready = match start.application_ready {
+        Some(true) => Reply::Accepted,
+        Some(false) | None => Reply::Silent("it never came".into()),
+    };
+    replies.push((AnswerPart::ApplicationReady, ready));
+    let word = |word: &str| Reply::Value(Value::Text(Arc::from(word)));
+    for (index, submodule) in device.submodules.iter().enumerate() {
+        let state = match &start.module_diff {
+            Some(diff) => module_state(diff, submodule.slot, submodule.subslot),
+            None => "proper",
+        };
+        replies.push((AnswerPart::ModuleDiff(index), word(state)));
+    }
+    replies.push((AnswerPart::Connection, word(if start.standing { "data" } else { "none" })));
+    let whole = match (&start.connect, start.standing) {
+        (_, true) => Reply::Accepted,
+        (Some(outcome), false) if *outcome != ConnectOutcome::Accepted => connect(outcome),
+        _ => Reply::Silent(start.failed.as_ref().map_or_else(String::new, ToString::to_string)),
+    };
+    replies.push((AnswerPart::Whole, whole));
+    replies
+}
+
+/// What a ModuleDiffBlock says of a submodule, in the word of the suites.
+fn module_state(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> &'static str {
+    let mut modules = diff.apis.iter().flat_map(|api| &api.modules);
+    let Some(module) = modules.rfind(|module| module.slot == slot) else { return "proper" };
+    match module.state {
+        ModuleState::NO_MODULE => return "missing",
+        ModuleState::WRONG_MODULE => return "wrong",
+        _ => {}
+    }
+    match module.submodules.iter().find(|submodule| submodule.subslot == subslot) {
+        Some(submodule) => submodule_state(submodule.state),
+        None if module.state == ModuleState::SUBSTITUTE => "substitute",
+        None => "proper",
+    }
+}
+
+fn submodule_state(state: SubmoduleState) -> &'static str {
+    match state.ident_info() {
+        IdentInfo::OK => "proper",
+        IdentInfo::SUBSTITUTE => "substitute",
+        IdentInfo::NO_SUBMODULE => "missing",
+        _ => "wrong",
+    }
+}

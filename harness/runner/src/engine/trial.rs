@@ -1,0 +1,394 @@
+//! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and what it comes to.
+
+use super::expect::Spot;
+use super::failure;
+use super::outputs::OutputImage;
+use super::startup::Whereabouts;
+use super::world::World;
+use crate::judge::image::Image;
+use crate::result::{Blame, Failure, PartSeen};
+use crate::suite::device::{EventName, Location, NameKind, StandName};
+use crate::suite::expr::NameId;
+use crate::suite::model::{Step, Trial};
+use crate::verdict::Verdict;
+use controllers::profinet_io::{
+    DcpOutcome, DeviceAddress, IdentifyBy, Outcome, RecordOutcome, Request, StationSeen, Target,
+};
+use station::Duration;
+use std::ops::{Deref, DerefMut};
+use wire::ethernet::Mac;
+use wire::profinet::blocks::im::Im0;
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Element, Value};
+
+/// How long answers to an Identify are collected.
+const IDENTIFY: Duration = Duration::from_millis(1300);
+/// The time between two questions whether the device still lives.
+const AGAIN: Duration = Duration::from_millis(100);
+/// Index of I&M0.
+const IM0: u16 = 0xAFF0;
+/// Good samples that prove that a device lives.
+const LIVING_SAMPLES: u64 = 3;
+
+/// Why a step did not go as it should; boxed, since nearly every step goes well.
+#[derive(Clone, Debug)]
+pub struct Trouble(Box<Facts>);
+
+impl Deref for Trouble {
+    type Target = Facts;
+
+    fn deref(&self) -> &Facts {
+        &self.0
+    }
+}
+
+impl DerefMut for Trouble {
+    fn deref_mut(&mut self) -> &mut Facts {
+        &mut self.0
+    }
+}
+
+/// What is known about a step that did not go as it should.
+#[derive(Clone, Debug)]
+pub struct Facts {
+    /// Who is to blame.
+    pub blame: Blame,
+    /// What broke, in one sentence.
+    pub what: String,
+    /// Wanted and seen.
+    pub parts: Vec<PartSeen>,
+    /// The frame in which it shows.
+    pub frame: Option<u64>,
+    /// Where each name stood.
+    pub places: Vec<(NameId, Option<Spot>)>,
+    /// The verdict where the device is not found wanting: the stand cannot do it, nothing can be said.
+    pub verdict: Option<Verdict>,
+    /// What was judged, where that is a rule inside the step.
+    pub step: Option<(String, Location)>,
+}
+
+impl Trouble {
+    /// The device did something else than was asked for.
+    pub fn device(what: impl Into<String>, parts: Vec<PartSeen>) -> Trouble {
+        let what = what.into();
+        let facts =
+            Facts { blame: Blame::Device, what, parts, frame: None, places: Vec::new(), verdict: None, step: None };
+        Trouble(Box::new(facts))
+    }
+
+    /// Something else than the device broke, and `verdict` says how.
+    pub fn other(blame: Blame, verdict: Verdict, what: impl Into<String>) -> Trouble {
+        let mut trouble = Trouble::device(what, Vec::new());
+        (trouble.blame, trouble.verdict) = (blame, Some(verdict));
+        trouble
+    }
+
+    /// The same with the frame in which it shows.
+    pub fn at(mut self, frame: u64) -> Trouble {
+        self.frame = Some(frame);
+        self
+    }
+
+    /// The same where the device only had to be brought to where the test begins: nothing can be said about it.
+    fn before_the_test(mut self) -> Trouble {
+        self.verdict = Some(self.verdict.unwrap_or(Verdict::Inconclusive));
+        self
+    }
+}
+
+/// How a step went.
+pub type Done = Result<(), Trouble>;
+
+/// The bench of a trial: who the device is and where it is found.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// The station name that the bench gives the device.
+    pub name: String,
+    /// The MAC address, where the bench knows it.
+    pub mac: Option<Mac>,
+    /// The address that our controller gives the device.
+    pub ip: IpParameter,
+    /// The extra time that deadlines get on a live bench.
+    pub slack: Duration,
+}
+
+/// A check with requirements of its own.
+pub struct Check {
+    /// The requirements.
+    pub covers: Vec<usize>,
+    /// What it came to.
+    pub verdict: Verdict,
+    /// The failure, where it is one.
+    pub failure: Option<Failure>,
+}
+
+/// A trial at work.
+pub struct Run<'a> {
+    /// Everything that can be seen.
+    pub world: World<'a>,
+    /// The trial.
+    pub trial: &'a Trial,
+    /// The outputs.
+    pub outputs: OutputImage,
+    /// Where the device is found.
+    pub place: &'a Place,
+    /// The address of the device.
+    pub mac: Mac,
+    /// What the device said it is.
+    pub identity: Option<StationSeen>,
+    /// Whether the trial may have changed the station name.
+    pub renamed: bool,
+    /// The address that the device was last given.
+    pub station_ip: IpParameter,
+    /// The module in use.
+    pub module: Option<usize>,
+    /// Whether cyclic frames are paused.
+    pub paused: bool,
+    /// The last reference of a parameter request.
+    pub reference: u8,
+    /// What was known at the last sample before the last action.
+    pub before_action: Option<Image>,
+    /// Whether the trial itself has done or expects something that may end the connection.
+    pub may_end: bool,
+    /// Checks with requirements of their own.
+    pub checked: Vec<Check>,
+    /// Readings that the device took.
+    pub readings: Vec<(String, String)>,
+    /// How many checks were judged.
+    pub checks: u64,
+    /// Steps not reached, for the report.
+    pub not_reached: Vec<String>,
+    /// The extra time that deadlines get on a live bench.
+    pub slack: Duration,
+    /// Stand names that were set and have to go back.
+    pub touched: Vec<StandName>,
+}
+
+impl<'a> Run<'a> {
+    /// A trial that has not begun.
+    pub fn new(world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
+        let expects_end = |name: &NameKind| {
+            matches!(name, NameKind::Connection | NameKind::Event(EventName::Abort | EventName::AbortCode))
+        };
+        let may_end = super::scan::names(trial)
+            .iter()
+            .any(|name| world.variant.names.get(name.0 as usize).is_some_and(expects_end));
+        Run {
+            outputs: OutputImage::new(&world.manual.device),
+            mac: place.mac.unwrap_or_default(),
+            identity: None,
+            renamed: false,
+            station_ip: place.ip,
+            module: None,
+            paused: false,
+            reference: 0,
+            before_action: None,
+            may_end,
+            checked: Vec::new(),
+            readings: Vec::new(),
+            checks: 0,
+            not_reached: Vec::new(),
+            slack: place.slack,
+            touched: Vec::new(),
+            world,
+            trial,
+            place,
+        }
+    }
+
+    /// What a name is.
+    pub fn kind(&self, name: NameId) -> Option<&'a NameKind> {
+        self.world.variant.names.get(name.0 as usize)
+    }
+
+    /// Where our controller finds the device now.
+    pub fn whereabouts(&self) -> Whereabouts {
+        let timing = &self.world.manual.device.timing;
+        let address = match self.renamed {
+            true => DeviceAddress::Mac(self.mac),
+            false => DeviceAddress::Name(self.place.name.clone()),
+        };
+        Whereabouts { address, ip: self.place.ip, search: timing.power_up.max(timing.start) }
+    }
+
+    /// Runs the trial; the failure that decided, if there is one.
+    pub fn run(&mut self) -> Option<(Verdict, Failure)> {
+        let trial = self.trial;
+        let outcome = self.prove_life().map_err(|trouble| (trouble, None)).and_then(|()| self.test());
+        let decided = outcome.err().map(|(trouble, step)| {
+            let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
+            (verdict, failure::failure(self, step, trouble, &[]))
+        });
+        let finally = self.steps(&trial.finally).map_err(|(trouble, step)| (trouble, Some(step)));
+        let cleaned = finally.and_then(|()| self.clean_up().map_err(|trouble| (trouble, None)));
+        let decided = decided.or_else(|| {
+            let (trouble, step) = cleaned.err()?;
+            Some((Verdict::Inconclusive, failure::failure(self, step, trouble.before_the_test(), &[])))
+        });
+        decided.or_else(|| self.unexpected())
+    }
+
+    fn test(&mut self) -> Result<(), (Trouble, Option<&'a Step>)> {
+        let trial = self.trial;
+        if let Some(start) = &trial.start {
+            self.start(start).map_err(|trouble| (trouble.before_the_test(), None))?;
+        }
+        self.steps(&trial.given).map_err(|(trouble, step)| (trouble.before_the_test(), Some(step)))?;
+        self.steps(&trial.steps).map_err(|(trouble, step)| (trouble, Some(step)))
+    }
+
+    /// The device answers and is what the bench claims; anything else says nothing about it.
+    fn prove_life(&mut self) -> Done {
+        self.world.note("who is there?");
+        let inconclusive = |what: String| Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+        let outcome = self.ask(false, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+        let Outcome::Stations(stations) = outcome else { return Err(super::access::unexpected(&outcome)) };
+        let device = &self.world.manual.device;
+        let wanted = (device.identity.vendor_id, device.identity.device_id);
+        let ours = |station: &&StationSeen| match self.place.mac {
+            Some(mac) => station.mac == mac,
+            None => station.name == self.place.name.as_bytes(),
+        };
+        let Some(station) = stations.iter().find(ours) else {
+            let own = |station: &&StationSeen| !self.world.addresses.contains(&station.mac);
+            let others = match stations.iter().filter(own).count() {
+                0 => "no station answers at all".to_owned(),
+                count => format!("{count} other station(s) answer"),
+            };
+            return Err(inconclusive(format!("The device does not answer DCP Identify; {others}.")));
+        };
+        if station.id != Some(wanted) {
+            let seen = station.id.map_or_else(
+                || "says no ids".to_owned(),
+                |(vendor, device)| format!("is vendor 0x{vendor:04X} device 0x{device:04X}"),
+            );
+            let (vendor, device) = wanted;
+            return Err(inconclusive(format!(
+                "The station that answers {seen}, the bench claims vendor 0x{vendor:04X} device 0x{device:04X}."
+            )));
+        }
+        self.mac = station.mac;
+        self.identity = Some(station.clone());
+        Ok(())
+    }
+
+    fn start(&mut self, start: &'a crate::suite::model::Start) -> Done {
+        self.world.note("start");
+        self.connect(start, None, false)?;
+        let until = self.world.now() + self.world.watchdog * 5;
+        let lives = self.world.run(until, |world| world.samples >= LIVING_SAMPLES || world.lost.is_some());
+        if lives && self.world.lost.is_none() {
+            return Ok(());
+        }
+        let what = "The device sends no good data although the connection stands.";
+        Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+    }
+
+    /// Leaves the bench as it was found, and makes sure that the device still lives: one that died after the last check
+    /// proves nothing.
+    fn clean_up(&mut self) -> Done {
+        self.world.note("clean-up");
+        if self.paused {
+            self.world.controllers[0].outputs_mut().pause(false);
+            self.paused = false;
+        }
+        self.disconnect(true)?;
+        self.disconnect(false)?;
+        self.put_stand_back()?;
+        self.still_lives()
+    }
+
+    fn still_lives(&mut self) -> Done {
+        let began = self.world.now();
+        let timing = &self.world.manual.device.timing;
+        let until = began + timing.power_up.max(timing.start);
+        loop {
+            let outcome = self.ask(false, Request::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
+            let lives = matches!(&outcome, Outcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
+                let wanted = &self.world.manual.device.identity;
+                block.value == Value::DeviceId { vendor_id: wanted.vendor_id, device_id: wanted.device_id }
+            }));
+            if lives {
+                return Ok(());
+            }
+            if self.world.now() >= until {
+                let what = "The device does not answer any more when the trial is over.";
+                return Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what));
+            }
+            self.world.run(self.world.now() + AGAIN, |_| false);
+        }
+    }
+
+    /// The firmware that the device names in I&M0, for the report and the ledger of known failures.
+    pub fn firmware(&mut self) -> Option<String> {
+        self.prove_life().ok()?;
+        self.start(self.trial.start.as_ref()?).ok()?;
+        let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
+        let outcome = self.ask(false, Request::Read { target, length: 1024 }).ok()?;
+        let Outcome::Record(RecordOutcome::Accepted { data }) = outcome else { return None };
+        let revision = Im0::parse(&data).ok()?.software_revision;
+        Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
+    }
+
+    /// On a model an alarm that nobody expected, or a frame that cannot be read, fails the trial.
+    fn unexpected(&mut self) -> Option<(Verdict, Failure)> {
+        self.world.act();
+        let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
+            (Some((what, frame)), _) if !self.may_end || what.contains("alarm") => {
+                (format!("The device sent {what}, which no step expected."), *frame)
+            }
+            (_, Some((why, frame))) => (format!("A frame cannot be read: {why}."), *frame),
+            _ => return None,
+        };
+        let failure = failure::failure(self, None, Trouble::device(what, Vec::new()).at(frame), &[]);
+        Some((Verdict::Fail, failure))
+    }
+
+    /// Does the steps in order; the first that fails ends them, except for independent checks.
+    pub fn steps(&mut self, steps: &'a [Step]) -> Result<(), (Trouble, &'a Step)> {
+        for (index, step) in steps.iter().enumerate() {
+            if let Err(trouble) = self.step(step) {
+                self.not_reached.extend(steps.iter().skip(index + 1).map(|step| step.text.clone()));
+                return Err(trouble);
+            }
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, step: &'a Step) -> Result<(), (Trouble, &'a Step)> {
+        self.world.note(&format!("line {}: {}", step.at.line, step.text));
+        let outcome = self.verb(step);
+        let lost = self.lost_connection();
+        let outcome = match (outcome, lost) {
+            (Ok(()), Some(lost)) => Err((lost, step)),
+            (Err((trouble, step)), Some(lost)) if trouble.verdict == Some(Verdict::Inconclusive) => {
+                let mut lost = lost;
+                lost.parts.clone_from(&trouble.parts);
+                Err((lost, step))
+            }
+            (outcome, _) => outcome,
+        };
+        if step.covers.is_empty() {
+            return outcome;
+        }
+        let (verdict, failure) = match outcome {
+            Ok(()) => (Verdict::Pass, None),
+            Err((trouble, at)) => {
+                let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
+                (verdict, Some(failure::failure(self, Some(at), trouble, &step.covers)))
+            }
+        };
+        self.checked.push(Check { covers: step.covers.clone(), verdict, failure });
+        Ok(())
+    }
+
+    /// The device ended the connection where nothing in the trial expected it.
+    fn lost_connection(&mut self) -> Option<Trouble> {
+        let lost = self.world.lost?;
+        if self.may_end {
+            return None;
+        }
+        self.world.lost = None;
+        Some(Trouble::device(failure::lost(&lost), Vec::new()).at(lost.tick.frame))
+    }
+}

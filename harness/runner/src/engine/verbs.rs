@@ -1,0 +1,581 @@
+//! What each verb of the suite language does.
+
+use super::access::{Answered, dcp, unexpected};
+use super::block::BlockWatch;
+use super::expect::{Expectation, asks_for_events};
+use super::startup;
+use super::trial::{Done, Run, Trouble};
+use crate::judge::answer::{self, Reply};
+use crate::judge::condition::{self, each_name};
+use crate::judge::rule::time;
+use crate::judge::window::Outcome as Decision;
+use crate::judge::{Tick, Truth};
+use crate::result::{Blame, PartSeen};
+use crate::suite::device::{EventName, NameId, NameKind};
+use crate::suite::expr::{State, Value};
+use crate::suite::model::{
+    Access, Answer, AnswerPart, Condition, ExchangeEntry, Hold, Matcher, Reading, Service, Span, Start, Step, Verb,
+};
+use crate::verdict::Verdict;
+use controllers::profinet_io::{ArState, Broken, Ended, IdentifyBy, Outcome, Request, Reset, Target};
+use station::{Duration, Time};
+use std::mem;
+use wire::profinet::status::AbortReason;
+
+/// The longest that a request may take before it counts as a mistake of ours: every wait of the controller is shorter.
+const LONGEST_REQUEST: Duration = Duration::from_secs(120);
+/// The longest hold of an `until`.
+const LONGEST_HOLD: Duration = Duration::from_secs(600);
+/// The time between two reads of a `read` with `within`.
+const REPEAT: Duration = Duration::from_millis(20);
+/// The time after which a step that waits for a sample of a dead connection gives up.
+const NO_SAMPLE: Duration = Duration::from_millis(500);
+
+type Stepped<'a> = Result<(), (Trouble, &'a Step)>;
+
+impl<'a> Run<'a> {
+    /// Does what a step says.
+    pub fn verb(&mut self, step: &'a Step) -> Stepped<'a> {
+        let done = match &step.verb {
+            Verb::Set(settings) => self.set(settings),
+            Verb::Turn(turn) => self.turn(turn),
+            Verb::Exchange(entries) => self.exchange(entries),
+            Verb::Connect { start, answer, second } => self.connect(start, answer.as_ref(), *second),
+            Verb::Disconnect { second } => self.disconnect(*second),
+            Verb::Write(access) => self.write(access),
+            Verb::Read { access, within } => self.read(access, within.as_ref()),
+            Verb::Send { service, answer, second } => self.send(service, answer.as_ref(), *second),
+            Verb::Expect { condition, within, hold } => self.expect(condition, within, hold),
+            Verb::Wait(span) => self.wait(span),
+            Verb::Save(values) => self.save(values),
+            Verb::Block { steps, times, observe } => return self.block(step, steps, *times, observe),
+            Verb::Either(readings) => return self.either(step, readings),
+        };
+        done.map_err(|trouble| (trouble, step))
+    }
+
+    /// Sends a request and waits for its outcome.
+    pub fn ask(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+        let which = usize::from(second);
+        let now = self.world.now();
+        let busy = |why: String| Trouble::other(Blame::Harness, Verdict::Error, why);
+        let Some(controller) = self.world.controllers.get_mut(which) else {
+            return Err(busy("There is no second controller on this bench.".into()));
+        };
+        controller.request(now, request).map_err(|why| busy(format!("Our controller cannot: {why}.")))?;
+        let mut outcome = None;
+        self.world.run(now + LONGEST_REQUEST, |world| {
+            outcome = world.controllers[which].take_outcome();
+            outcome.is_some()
+        });
+        outcome.ok_or_else(|| busy("Our controller did not come to an end with a request.".into()))
+    }
+
+    /// Begins an action: what is expected afterwards is told apart from what was true before.
+    pub fn action(&mut self) {
+        self.before_action = self.world.last_sample.is_some().then(|| self.world.scene.follower.image.clone());
+        self.world.act();
+    }
+
+    fn turn(&mut self, turn: &'a crate::suite::model::Turn) -> Done {
+        self.action();
+        self.turn_shaft(turn)
+    }
+
+    fn exchange(&mut self, entries: &'a [ExchangeEntry]) -> Done {
+        self.action();
+        for entry in entries {
+            let times = entry.times.eval(&self.world.view(), &State::default()).as_whole();
+            let Some(times) = times.and_then(|times| u64::try_from(times).ok()) else {
+                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The number of cycles is not known."));
+            };
+            if times == 0 {
+                continue;
+            }
+            self.apply_settings(&entry.set)?;
+            self.cycles(times)?;
+        }
+        Ok(())
+    }
+
+    /// Waits until so many cyclic frames have left, the last one seen on the wire.
+    pub fn cycles(&mut self, count: u64) -> Done {
+        let Some(cycle) = self.world.scene.follower.image.cycle() else {
+            return Err(no_connection());
+        };
+        let target = self.world.controllers[0].cycles_sent() + count;
+        let until = self.world.now() + cycle * u32::try_from(count.saturating_mul(4) + 100).unwrap_or(u32::MAX);
+        let mut left = None;
+        let done = self.world.run(until, |world| {
+            if world.controllers[0].cycles_sent() >= target {
+                let seen = *left.get_or_insert(world.outputs_seen);
+                return world.outputs_seen > seen || world.lost.is_some();
+            }
+            world.lost.is_some() || world.controllers[0].state() == ArState::None
+        });
+        if done && self.world.lost.is_none() { Ok(()) } else { Err(no_connection()) }
+    }
+
+    /// Makes a connection, in the place of the own one.
+    pub fn connect(&mut self, start: &'a Start, answer: Option<&'a Answer>, second: bool) -> Done {
+        if !second {
+            self.disconnect(false)?;
+        }
+        self.action();
+        let device = &self.world.manual.device;
+        let whereabouts = self.whereabouts();
+        let (connection, records) = startup::connection(device, start, &whereabouts);
+        if !second {
+            self.module = Some(start.module);
+            self.apply_outputs();
+        }
+        let outcome = self.ask(second, Request::Connect(Box::new(connection)))?;
+        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        self.world.scene.notebook.answers = startup::replies(&self.world.manual.device, &outcome, &records);
+        if outcome.standing && !second {
+            let until = self.world.now() + NO_SAMPLE;
+            self.world.run(until, |world| world.samples > 0 || world.lost.is_some());
+        }
+        match answer {
+            Some(answer) => self.judge_answer(answer),
+            None if outcome.standing => {
+                let refused = outcome.records.iter().map(startup::record).find(|reply| *reply != Reply::Accepted);
+                match refused {
+                    None => Ok(()),
+                    Some(reply) => {
+                        Err(Trouble::device(format!("A start-up record was not taken: {reply}."), Vec::new()))
+                    }
+                }
+            }
+            None => {
+                let why = outcome.failed.map_or_else(|| "it ended".to_owned(), |failed| failed.to_string());
+                Err(Trouble::device(format!("The connection did not come about: {why}."), Vec::new()))
+            }
+        }
+    }
+
+    /// Ends the own connection, if there is one.
+    pub fn disconnect(&mut self, second: bool) -> Done {
+        let which = usize::from(second);
+        if self.world.controllers.get(which).is_none_or(|controller| controller.state() == ArState::None) {
+            return Ok(());
+        }
+        self.action();
+        match self.ask(second, Request::Release)? {
+            Outcome::Ended(Ended::Released(outcome)) => {
+                let reply = startup::control(&outcome);
+                self.world.scene.notebook.answers = vec![(AnswerPart::Whole, reply)];
+                Ok(())
+            }
+            Outcome::Ended(Ended::Aborted | Ended::NoAr) => Ok(()),
+            outcome => Err(unexpected(&outcome)),
+        }
+    }
+
+    fn judge_answer(&mut self, answer: &Answer) -> Done {
+        self.checks += 1;
+        let parts = answer::judge(answer, &self.world.scene.notebook.answers, &self.world.view());
+        if parts.iter().all(|part| part.held) {
+            return Ok(());
+        }
+        Err(Trouble::device("The answer is not the one that is right.", parts).at(self.world.trace.len() as u64))
+    }
+
+    fn write(&mut self, access: &'a Access) -> Done {
+        self.action();
+        let answered = self.access(access, true)?;
+        self.world.scene.notebook.answers = answered.replies;
+        self.judge_answer(access.answer.as_ref().unwrap_or(&Answer::Accepted))
+    }
+
+    fn read(&mut self, access: &'a Access, within: Option<&'a Span>) -> Done {
+        self.action();
+        let began = self.world.now();
+        let deadline = within.map(|within| began + time(within, &self.world.view()) + self.slack);
+        loop {
+            let answered = self.access(access, false)?;
+            let parts = self.read_parts(access, answered);
+            if parts.iter().all(|part| part.held) {
+                self.checks += 1;
+                return Ok(());
+            }
+            let again = self.world.now() + REPEAT;
+            if deadline.is_none_or(|deadline| again > deadline) {
+                self.checks += 1;
+                let what = match deadline {
+                    Some(_) => "The right answer did not come in time.",
+                    None => "The answer is not the one that is right.",
+                };
+                return Err(Trouble::device(what, parts).at(self.world.trace.len() as u64));
+            }
+            self.world.run(again, |_| false);
+        }
+    }
+
+    /// Takes in what was read and compares each name with what is right.
+    fn read_parts(&mut self, access: &Access, answered: Answered) -> Vec<PartSeen> {
+        let notebook = &mut self.world.scene.notebook;
+        for (item, value) in access.items.iter().zip(&answered.values) {
+            notebook.read.retain(|(name, _)| *name != item.name);
+            if !value.is_unknown() {
+                notebook.read.push((item.name, value.clone()));
+            }
+        }
+        notebook.answers = answered.replies;
+        let view = self.world.view();
+        let replies = &self.world.scene.notebook.answers;
+        let whole = replies.iter().find(|(part, _)| *part == AnswerPart::Whole).map(|(_, reply)| reply);
+        let part = |(item, value): (&crate::suite::model::AccessItem, &Value)| {
+            let own = match view.variant.names.get(item.name.0 as usize) {
+                Some(NameKind::Parameter { number, subindex, .. }) => {
+                    let part = AnswerPart::Parameter(*number, *subindex);
+                    replies.iter().find(|(known, _)| *known == part).map(|(_, reply)| reply)
+                }
+                _ => None,
+            };
+            let reply = own.or(whole);
+            let (held, seen) = match (&item.value, reply) {
+                (Matcher::Refused(codes), Some(reply)) => (answer::refuses(reply, codes), reply.to_string()),
+                (matcher, Some(Reply::Accepted)) => {
+                    (condition::matches(matcher, value, &view) == Truth::True, view.show(item.name, value))
+                }
+                (_, reply) => (false, reply.map_or_else(|| "nothing".to_owned(), Reply::to_string)),
+            };
+            PartSeen {
+                text: name_of(item.name, &view),
+                wanted: condition::wanted_of(&item.value, item.name, &view),
+                seen,
+                held,
+            }
+        };
+        access.items.iter().zip(&answered.values).map(part).collect()
+    }
+
+    fn send(&mut self, service: &'a Service, answer: Option<&'a Answer>, second: bool) -> Done {
+        self.action();
+        let to = self.mac;
+        let request = match service {
+            Service::DcpReset { suboption: 5, .. } => Request::DcpReset { to, reset: Reset::Factory },
+            Service::DcpReset { qualifier, .. } => {
+                Request::DcpReset { to, reset: Reset::ToFactory { qualifier: *qualifier } }
+            }
+            Service::DcpSignal => Request::DcpSignal { to },
+            Service::DcpIdentify(name) => {
+                Request::Identify { by: IdentifyBy::Name(name.clone().into_bytes()), wait: Duration::from_secs(1) }
+            }
+            Service::RecordRead { slot, subslot, index, length } => {
+                Request::Read { target: self.target(*slot, *subslot, *index), length: *length }
+            }
+            Service::RecordWrite { slot, subslot, index, bytes } => {
+                Request::Write { target: self.target(*slot, *subslot, *index), data: bytes.clone() }
+            }
+            Service::Lldp { chassis, port } => {
+                Request::Lldp { chassis: chassis.clone().into_bytes(), port: port.clone().into_bytes() }
+            }
+            Service::Abort => Request::Abort { code: AbortReason::RELEASE_RECEIVED },
+            Service::Broken(word) => {
+                let broken = Broken::TABLE.iter().find(|(_, known, _)| known == word).map(|(broken, ..)| *broken);
+                let Some(broken) = broken else {
+                    return Err(Trouble::other(
+                        Blame::Suite,
+                        Verdict::Error,
+                        format!("There is no broken frame {word}."),
+                    ));
+                };
+                Request::Broken { broken, partner: None }
+            }
+            Service::HttpGet { .. } => {
+                return Err(Trouble::other(
+                    Blame::Harness,
+                    Verdict::NotApplicable,
+                    "Web pages are not asked for by this version.",
+                ));
+            }
+        };
+        self.may_end |= matches!(service, Service::DcpReset { .. } | Service::Abort | Service::Broken(_));
+        self.renamed |= matches!(service, Service::DcpReset { .. });
+        let before = self.world.trace.len();
+        let outcome = self.ask(second, request)?;
+        if let Outcome::Broken(broken) = &outcome {
+            self.world.mark_broken(before, |frame| frame.starts_with(broken) || broken.starts_with(frame));
+        }
+        let mut replies = Vec::new();
+        let whole = match &outcome {
+            Outcome::Dcp(outcome) => dcp(outcome),
+            Outcome::Stations(stations) if stations.iter().any(|station| station.mac == to) => Reply::Accepted,
+            Outcome::Stations(_) => Reply::Silent("the device did not answer".into()),
+            Outcome::Record(outcome) => {
+                if let controllers::profinet_io::RecordOutcome::Accepted { data } = outcome {
+                    replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
+                }
+                startup::record(outcome)
+            }
+            Outcome::Sent | Outcome::Ended(_) | Outcome::Broken(_) => Reply::Accepted,
+            outcome => return Err(unexpected(outcome)),
+        };
+        replies.push((AnswerPart::Whole, whole));
+        self.world.scene.notebook.answers = replies;
+        self.judge_answer(answer.unwrap_or(&Answer::Accepted))
+    }
+
+    fn target(&self, slot: u16, subslot: u16, index: u16) -> Target {
+        let submodules = &self.world.manual.device.submodules;
+        let known = submodules.iter().find(|submodule| (submodule.slot, submodule.subslot) == (slot, subslot));
+        Target { api: known.map_or(0, |submodule| submodule.api), slot, subslot, index }
+    }
+
+    fn wait(&mut self, span: &'a Span) -> Done {
+        match span {
+            Span::Cycles(cycles) => self.cycles(*cycles),
+            span => {
+                let until = self.world.now() + time(span, &self.world.view());
+                self.world.run(until, |_| false);
+                Ok(())
+            }
+        }
+    }
+
+    fn save(&mut self, values: &'a [(NameId, crate::suite::expr::Program)]) -> Done {
+        for (name, program) in values {
+            let value = program.eval(&self.world.view(), &State::default());
+            if value.is_unknown() {
+                let what = format!("{} is not known, so it cannot be saved.", program.text());
+                return Err(Trouble::device(what, Vec::new()));
+            }
+            if let Some(NameKind::Saved(index)) = self.kind(*name) {
+                let saved = &mut self.world.scene.notebook.saved;
+                if saved.len() <= *index {
+                    saved.resize(index + 1, Value::Unknown);
+                }
+                saved[*index] = value;
+            }
+        }
+        Ok(())
+    }
+
+    fn expect(&mut self, condition: &'a Condition, within: &'a Span, hold: &'a Hold) -> Done {
+        let by_itself = self.comes_by_itself(condition);
+        if by_itself && self.world.segment.is_model() && matches!(hold, Hold::None) {
+            self.refuse_idle(condition)?;
+        }
+        self.checks += 1;
+        if matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view()) && self.came_already(condition)
+        {
+            return Ok(());
+        }
+        let began = self.world.now();
+        let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
+        let expectation = Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+        self.world.judges.expecting = Some(expectation);
+        if !by_itself {
+            self.world.look_now();
+        }
+        self.until_decided(began);
+        let Some(expectation) = self.world.judges.expecting.take() else { return Ok(()) };
+        decision(&expectation)
+    }
+
+    /// Runs until the expectation at work is decided.
+    fn until_decided(&mut self, began: Time) {
+        loop {
+            let now = self.world.now();
+            let Some(expecting) = &mut self.world.judges.expecting else { return };
+            if expecting.outcome() != Decision::Open {
+                return;
+            }
+            let longest = now.since(began) > LONGEST_HOLD;
+            let until = expecting.wake().unwrap_or(now + NO_SAMPLE + self.world.watchdog);
+            let quiet = self.world.last_sample.map_or(began, |tick| tick.time.max(began));
+            if longest || (expecting.wake().is_none() && now.since(quiet) > NO_SAMPLE + self.world.watchdog) {
+                expecting.give_up();
+                return;
+            }
+            self.world.run(until.max(now + Duration::from_nanos(1)), |world| {
+                world.judges.expecting.as_ref().is_none_or(|expecting| expecting.outcome() != Decision::Open)
+            });
+        }
+    }
+
+    /// Whether the condition only has names that change with a sample or an event, so that there is something to wait for.
+    fn comes_by_itself(&self, condition: &Condition) -> bool {
+        let mut all = true;
+        each_name(condition, &mut |name| {
+            all &= !matches!(
+                self.kind(name),
+                Some(
+                    NameKind::Connection
+                        | NameKind::Answer(_)
+                        | NameKind::Led(_)
+                        | NameKind::Parameter { .. }
+                        | NameKind::Record { .. }
+                        | NameKind::Station(_)
+                        | NameKind::Event(EventName::Lldp)
+                )
+            );
+        });
+        all
+    }
+
+    /// An expectation that was true before the last action cannot tell a device that reacts from one that does not.
+    fn refuse_idle(&self, condition: &'a Condition) -> Done {
+        let (Some(image), Some(last)) = (&self.before_action, self.world.last_sample) else { return Ok(()) };
+        let view = crate::judge::view::View { image, ..self.world.view_at(last) };
+        if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
+            let what = "The expectation was already true before the last action, so it tells nothing; use `for`.";
+            return Err(Trouble::other(Blame::Suite, Verdict::Error, what));
+        }
+        Ok(())
+    }
+
+    /// Looks for an event that came since the last action.
+    fn came_already(&mut self, condition: &Condition) -> bool {
+        let view = self.world.view();
+        let found = self.world.events.iter().position(|event| {
+            let view = crate::judge::view::View { image: &event.image, tick: event.tick, ..view };
+            !event.used && Expectation::holds_at(condition, &view)
+        });
+        if let Some(index) = found {
+            self.world.events[index].used = true;
+        }
+        found.is_some()
+    }
+
+    fn block(
+        &mut self,
+        step: &'a Step,
+        steps: &'a [Step],
+        times: u32,
+        observe: &'a [crate::suite::model::Observation],
+    ) -> Stepped<'a> {
+        for repetition in 0..times {
+            if !observe.is_empty() {
+                let mut watch = BlockWatch::begin(observe, self.world.watchdog * 2);
+                watch.begin_with(&self.world.view());
+                self.world.judges.blocks.push(watch);
+            }
+            let outcome = self.steps(steps);
+            if observe.is_empty() {
+                outcome?;
+                continue;
+            }
+            if outcome.is_ok() {
+                let until = self.world.now() + LONGEST_HOLD;
+                self.world.run(until, |world| {
+                    world.lost.is_some() || world.judges.blocks.last().is_none_or(|block| !block.is_waiting())
+                });
+            }
+            let watch = self.world.judges.blocks.pop();
+            outcome?;
+            let broken = watch.map(|watch| watch.end(&self.world.view())).unwrap_or_default();
+            self.checks += observe.len() as u64;
+            if let Some(first) = broken.into_iter().next() {
+                let what = match times {
+                    1 => first.what,
+                    _ => format!("{} (repetition {} of {times})", first.what, repetition + 1),
+                };
+                let mut trouble = match first.undecided {
+                    true => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
+                    false => Trouble::device(what, first.parts),
+                };
+                trouble.step = Some((first.text, first.at));
+                trouble.frame = first.tick.map(|tick: Tick| tick.frame);
+                let place = |name: &NameId| (*name, super::expect::place_of(*name, &self.world.view()));
+                trouble.places = first.names.iter().map(place).collect();
+                return Err((trouble, step));
+            }
+        }
+        Ok(())
+    }
+
+    fn either(&mut self, step: &'a Step, readings: &'a [Reading]) -> Stepped<'a> {
+        let answers = mem::take(&mut self.world.scene.notebook.answers);
+        self.world.record_from_here();
+        let mut parts = Vec::new();
+        let mut last = None;
+        for reading in readings {
+            self.world.scene.notebook.answers.clone_from(&answers);
+            match self.reading(&reading.steps) {
+                Ok(()) => {
+                    self.world.stop_recording();
+                    self.readings.push((step.text.clone(), reading.name.clone()));
+                    return Ok(());
+                }
+                Err(trouble) => {
+                    for part in &trouble.parts {
+                        parts.push(PartSeen { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
+                    }
+                    last = Some(trouble);
+                }
+            }
+        }
+        self.world.stop_recording();
+        let verdict = last.as_ref().and_then(|trouble| trouble.verdict);
+        let mut trouble = Trouble::device("None of the readings of the manual holds.", parts);
+        trouble.verdict = verdict;
+        trouble.frame = last.and_then(|trouble| trouble.frame);
+        Err((trouble, step))
+    }
+
+    /// A reading is judged as if it stood alone: its expectations look at what was seen from the begin of the step on.
+    fn reading(&mut self, steps: &'a [Step]) -> Done {
+        for step in steps {
+            match &step.verb {
+                Verb::Expect { condition, within, hold } => {
+                    self.checks += 1;
+                    let instant = matches!(hold, Hold::None);
+                    if instant && asks_for_events(condition, &self.world.view()) && self.came_already(condition) {
+                        continue;
+                    }
+                    let began = self.world.recording_began();
+                    let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
+                    let mut expectation =
+                        Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+                    self.world.replay_recording(&mut expectation);
+                    self.world.judges.expecting = Some(expectation);
+                    if !self.comes_by_itself(condition) {
+                        self.world.look_now();
+                    }
+                    self.until_decided(began);
+                    if let Some(expectation) = self.world.judges.expecting.take() {
+                        decision(&expectation)?;
+                    }
+                }
+                _ => self.verb(step).map_err(|(trouble, _)| trouble)?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What an expectation came to.
+fn decision(expectation: &Expectation<'_>) -> Done {
+    let seen = expectation.seen();
+    let parts = seen.map_or_else(Vec::new, |seen| seen.parts.clone());
+    let what = match expectation.outcome() {
+        Decision::Held => return Ok(()),
+        Decision::Starved(_) => {
+            let what = "No samples came while the condition had to stay true.";
+            let mut trouble = Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+            trouble.parts = parts;
+            return Err(trouble);
+        }
+        Decision::Relapsed(_) => "It was true and did not stay so.",
+        Decision::Late(_) => "It did not become true in time.",
+        Decision::Open | Decision::Undecided => "It could not be known in time.",
+    };
+    let mut trouble = Trouble::device(what, parts);
+    if let Some(seen) = seen {
+        trouble.frame = Some(seen.tick.frame);
+        trouble.places.clone_from(&seen.places);
+    }
+    Err(trouble)
+}
+
+/// The trouble with a step that needs a connection where none stands.
+fn no_connection() -> Trouble {
+    Trouble::device("No connection stands, so nothing can be exchanged.", Vec::new())
+}
+
+fn name_of(name: NameId, view: &crate::judge::view::View<'_>) -> String {
+    view.name(name)
+}

@@ -1,0 +1,379 @@
+//! The world of one trial: the segment, what is seen on it, and everybody who judges what is seen.
+
+use super::segment::Segment;
+use crate::judge::follow::{Change, Ending};
+use crate::judge::rule::RuleSet;
+use crate::judge::scene::Scene;
+use crate::judge::view::View;
+use crate::judge::{Tick, TickKind};
+use crate::observe::{Ar, ArId, Observation, Tracker};
+use crate::suite::device::{Device, NameKind};
+use crate::suite::model::{Manual, Variant};
+use bench::Trace;
+use controllers::profinet_io::Controller;
+use station::{Duration, Time};
+use wire::ethernet::Mac;
+
+use super::block::BlockWatch;
+use super::expect::Expectation;
+use crate::judge::image::{Happening, Image};
+
+/// What stands beside a frame that a trial breaks on purpose.
+const BROKEN: &str = "broken on purpose";
+
+/// An event of the own connection, kept because it may be expected by a later step.
+pub struct Kept {
+    /// When and in which frame.
+    pub tick: Tick,
+    /// What was known at that instant.
+    pub image: Image,
+    /// Whether it has answered an expectation; one event answers one.
+    pub used: bool,
+    /// Whether a rule over the block counts it, so that it is no surprise.
+    pub counted: bool,
+}
+
+/// How the own connection ended without our asking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// When and in which frame.
+    pub tick: Tick,
+    /// How.
+    pub ending: Ending,
+}
+
+/// Everybody who judges what is seen.
+pub struct Judges<'a> {
+    /// The rules of the files.
+    pub rules: RuleSet<'a>,
+    /// The rules over blocks that are running, the innermost last.
+    pub blocks: Vec<BlockWatch<'a>>,
+    /// The expectation of the present step.
+    pub expecting: Option<Expectation<'a>>,
+}
+
+/// The world of one trial.
+pub struct World<'a> {
+    /// The manual.
+    pub manual: &'a Manual,
+    /// The variant of the device under test.
+    pub variant: &'a Variant,
+    /// The wire, the device, the stand.
+    pub segment: Box<dyn Segment + 'a>,
+    /// Our controllers, the first one and the second one.
+    pub controllers: Vec<Controller>,
+    /// Addresses of the controllers, in the same order.
+    pub addresses: Vec<Mac>,
+    /// Every frame so far.
+    pub trace: Trace,
+    /// What is known about the own connection, and besides.
+    pub scene: Scene<'a>,
+    /// Who judges.
+    pub judges: Judges<'a>,
+    /// Events since the last action.
+    pub events: Vec<Kept>,
+    /// The last thing seen on the own connection.
+    pub last: Option<Tick>,
+    /// The last sample of the own connection.
+    pub last_sample: Option<Tick>,
+    /// Samples, and output frames, seen on the own connection.
+    pub samples: u64,
+    /// Output frames seen on the own connection.
+    pub outputs_seen: u64,
+    /// The own connection ended and nobody asked for it.
+    pub lost: Option<Lost>,
+    /// Events that came while nobody expected them: text and frame.
+    pub unexpected: Vec<(String, u64)>,
+    /// What could not be read, in a sentence with the frame.
+    pub unreadable: Vec<(String, u64)>,
+    /// The time that a hold may be without samples.
+    pub watchdog: Duration,
+    tracker: Tracker,
+    leds: Vec<usize>,
+    comment: Option<String>,
+    recording: Option<(Time, Vec<(Tick, Image)>)>,
+}
+
+impl<'a> World<'a> {
+    /// A world in which nothing has happened yet.
+    pub fn new(
+        manual: &'a Manual,
+        variant: &'a Variant,
+        segment: Box<dyn Segment + 'a>,
+        controllers: Vec<(Mac, Controller)>,
+    ) -> World<'a> {
+        let device: &Device = &manual.device;
+        let watchdog = Duration::from_secs(1);
+        let mut scene = Scene::new(manual, variant);
+        scene.notebook.leds = vec![None; device.stand.leds.len()];
+        scene.notebook.counters = vec![None; device.stand.counters.len()];
+        let leds = |name: &NameKind| match name {
+            NameKind::Led(led) => Some(*led),
+            _ => None,
+        };
+        let (addresses, controllers) = controllers.into_iter().unzip();
+        World {
+            manual,
+            variant,
+            segment,
+            controllers,
+            addresses,
+            trace: Trace::new(),
+            scene,
+            judges: Judges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
+            events: Vec::new(),
+            last: None,
+            last_sample: None,
+            samples: 0,
+            outputs_seen: 0,
+            lost: None,
+            unexpected: Vec::new(),
+            unreadable: Vec::new(),
+            watchdog,
+            tracker: Tracker::new(),
+            leds: variant.names.iter().filter_map(leds).collect(),
+            comment: None,
+            recording: None,
+        }
+    }
+
+    /// What the clock shows.
+    pub fn now(&self) -> Time {
+        self.segment.now()
+    }
+
+    /// The names at this instant.
+    pub fn view(&self) -> View<'_> {
+        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
+        self.view_at(self.last.map_or(tick, |last| Tick { time: tick.time, ..last }))
+    }
+
+    /// The names with the clock of `tick`.
+    pub fn view_at(&self, tick: Tick) -> View<'_> {
+        self.scene.view(tick)
+    }
+
+    /// Notes `text` beside the next frame, for the capture that a failure leaves.
+    pub fn note(&mut self, text: &str) {
+        self.comment = Some(match self.comment.take() {
+            Some(before) => format!("{before}\n{text}"),
+            None => text.to_owned(),
+        });
+    }
+
+    /// Says beside our own requests since frame `before` that they are wrong on purpose, for whoever reads the capture.
+    pub fn mark_broken(&mut self, before: usize, is_it: impl Fn(&[u8]) -> bool) {
+        let ours = |frame: &[u8]| self.addresses.iter().any(|mac| frame.get(6..12) == Some(&mac.0));
+        let marked: Vec<usize> = (before + 1..=self.trace.len())
+            .filter(|&number| self.trace.get(number).is_some_and(|frame| ours(frame.octets) && is_it(frame.octets)))
+            .collect();
+        for number in marked {
+            self.trace.comment(number, BROKEN);
+        }
+    }
+
+    /// The connections seen so far.
+    pub fn connections(&self) -> &[Ar] {
+        self.tracker.ars()
+    }
+
+    /// Runs until `done` says so, but not beyond `until`; says whether it was done.
+    pub fn run(&mut self, until: Time, mut done: impl FnMut(&mut World<'a>) -> bool) -> bool {
+        loop {
+            if done(self) {
+                return true;
+            }
+            if self.now() >= until && !self.step(until) {
+                return done(self);
+            }
+            if self.now() < until {
+                self.step(until);
+            }
+        }
+    }
+
+    /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
+    pub fn step(&mut self, until: Time) -> bool {
+        let mut seen = std::mem::take(&mut self.trace);
+        let before = seen.len();
+        let comment = &mut self.comment;
+        let worked = self.segment.step(&mut self.controllers, until, &mut |time, frame| {
+            let number = seen.push(time, 0, frame);
+            if let Some(text) = comment.take() {
+                seen.comment(number, &text);
+            }
+        });
+        for number in before + 1..=seen.len() {
+            if let Some(frame) = seen.get(number) {
+                self.see(number as u64, frame.time, frame.octets);
+            }
+        }
+        self.trace = seen;
+        self.look_at_leds();
+        self.let_time_go_by();
+        worked
+    }
+
+    fn see(&mut self, number: u64, time: Time, octets: &[u8]) {
+        self.judges.rules.time(&self.scene.view_at(time, number), time);
+        let mut tracker = std::mem::take(&mut self.tracker);
+        let own = self.addresses.first().copied();
+        tracker.frame(number, time, octets, &mut |ars, observation| {
+            if let Observation::Unreadable { why } = &observation {
+                self.unreadable.push(((*why).to_owned(), number));
+            }
+            let ours = |ar: &Ar| Some(ar.controller.mac) == own;
+            match self.scene.observe(ars, ours, (time, number), &observation) {
+                Some(Change::Opened) => self.opened(ars, self.scene.follower.ar()),
+                Some(Change::Tick(tick)) => self.tick(tick, true),
+                Some(Change::Closed(tick, ending)) => {
+                    self.tick(tick, true);
+                    self.closed(tick, ending);
+                }
+                None => {}
+            }
+        });
+        self.tracker = tracker;
+    }
+
+    fn opened(&mut self, ars: &[Ar], ar: Option<ArId>) {
+        self.samples = 0;
+        self.outputs_seen = 0;
+        self.last_sample = None;
+        self.lost = None;
+        if let Some(ar) = ar.and_then(|ar| ars.get(ar.0 as usize)) {
+            self.watchdog = ar.inputs.watchdog.max(Duration::from_millis(1));
+        }
+        self.judges.rules.cut();
+    }
+
+    fn closed(&mut self, tick: Tick, ending: Ending) {
+        self.judges.rules.cut();
+        self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
+        if ending != Ending::Released {
+            self.lost = Some(Lost { tick, ending });
+        }
+    }
+
+    /// Looks at a frame or an event of the own connection; the rules of the files look at what was `on_the_wire` only, so
+    /// that they mean the same on a capture.
+    fn tick(&mut self, tick: Tick, on_the_wire: bool) {
+        match tick.kind {
+            TickKind::Sample => {
+                self.samples += 1;
+                self.last_sample = Some(tick);
+            }
+            TickKind::BadSample => self.samples = 0,
+            TickKind::Output => self.outputs_seen += 1,
+            TickKind::Event => {
+                if self.scene.follower.image.happening != Happening::Nothing {
+                    self.events.push(Kept {
+                        tick,
+                        image: self.scene.follower.image.clone(),
+                        used: false,
+                        counted: false,
+                    });
+                }
+            }
+        }
+        self.last = Some(tick);
+        if let Some((_, kept)) = &mut self.recording {
+            kept.push((tick, self.scene.follower.image.clone()));
+        }
+        let view = self.scene.view(tick);
+        if on_the_wire {
+            self.judges.rules.tick(&view);
+        }
+        for block in &mut self.judges.blocks {
+            block.tick(&view);
+        }
+        if let Some(expecting) = &mut self.judges.expecting {
+            let satisfied = expecting.tick(&view);
+            if let (true, TickKind::Event, Some(event)) = (satisfied, tick.kind, self.events.last_mut()) {
+                event.used |= expecting.asks_for_events();
+            }
+        }
+        let counted = self.judges.blocks.iter().any(|block| block.counts_events(&view));
+        if let (true, TickKind::Event, Some(event)) = (counted, tick.kind, self.events.last_mut()) {
+            event.counted = true;
+        }
+        self.scene.end_of(tick);
+    }
+
+    /// Looks at how things stand now, although no frame came: answers and the connection itself may be expected.
+    pub fn look_now(&mut self) {
+        self.tick(Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event }, false);
+    }
+
+    /// Keeps everything that is seen from now on, for readings of the manual that are tried one after the other.
+    pub fn record_from_here(&mut self) {
+        self.recording = Some((self.now(), Vec::new()));
+    }
+
+    /// Forgets what was kept.
+    pub fn stop_recording(&mut self) {
+        self.recording = None;
+    }
+
+    /// When keeping began.
+    pub fn recording_began(&self) -> Time {
+        self.recording.as_ref().map_or(self.now(), |(began, _)| *began)
+    }
+
+    /// Shows an expectation everything that was kept.
+    pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
+        let Some((_, kept)) = &self.recording else { return };
+        for (tick, image) in kept {
+            expectation.tick(&View { image, ..self.view_at(*tick) });
+        }
+    }
+
+    fn look_at_leds(&mut self) {
+        let now = self.now();
+        let mut changed = false;
+        for &led in &self.leds {
+            let (name, words) = &self.manual.device.stand.leds[led];
+            let word = self.segment.stand().led(now, name);
+            let number = word.and_then(|word| words.iter().position(|known| known == word)).map(|index| index as i64);
+            changed |= self.scene.notebook.leds[led] != number;
+            self.scene.notebook.leds[led] = number;
+        }
+        if changed {
+            self.tick(Tick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, false);
+        }
+    }
+
+    fn let_time_go_by(&mut self) {
+        let now = self.now();
+        let view = self.scene.view_at(now, self.trace.len() as u64);
+        self.judges.blocks.iter_mut().for_each(|block| block.time(&view, now));
+        if let Some(expecting) = &mut self.judges.expecting {
+            expecting.time(&view, now);
+        }
+    }
+
+    /// Begins an action: events before it do not count for the expectations after it; those that nobody asked for are kept
+    /// as unexpected.
+    pub fn act(&mut self) {
+        for event in self.events.drain(..) {
+            if !event.used && !event.counted {
+                self.unexpected.push((happening(&event.image.happening), event.tick.frame));
+            }
+        }
+    }
+}
+
+/// An event in words.
+pub fn happening(happening: &Happening) -> String {
+    match happening {
+        Happening::Nothing => "nothing".into(),
+        Happening::Alarm(alarm) => {
+            let error = alarm.error.map_or_else(String::new, |error| format!(", channel error 0x{error:04X}"));
+            format!("an alarm of slot {} subslot 0x{:04X}{error}", alarm.slot, alarm.subslot)
+        }
+        Happening::Abort(code) => {
+            format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
+        }
+        Happening::Lldp => "an announcement of the neighbour".into(),
+    }
+}

@@ -1,0 +1,303 @@
+//! What is known about one connection: the last cyclic data, the start parameters seen on the wire, the event of this instant.
+//!
+//! Nothing has a value before it was first seen, after the connection ended, and while the device marks its data as bad.
+
+use crate::observe::{Ar, Direction};
+use crate::suite::device::{Device, RecordField};
+use station::Duration;
+use std::ops::Range;
+use wire::profinet::rt::{ApduStatus, IoxS};
+
+/// The data area of one direction.
+#[derive(Clone, Debug, Default)]
+pub struct Area {
+    octets: Vec<u8>,
+    seen: bool,
+    good: bool,
+    place: Placement,
+}
+
+/// Where an area stood on the wire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Placement {
+    /// Number of the frame.
+    pub frame: u64,
+    /// Where the data area begins in the frame, in octets.
+    pub at: usize,
+}
+
+/// Where the parts of a submodule lie.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Spots {
+    input: Option<Range<usize>>,
+    output: Option<Range<usize>>,
+    input_status: Option<usize>,
+    output_status: Option<usize>,
+    output_consumer: Option<usize>,
+}
+
+/// An alarm as the names `alarm.*` show it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AlarmSeen {
+    /// `alarm.change`: the specifier, where the alarm carries a channel diagnosis.
+    pub change: Option<u8>,
+    /// `alarm.error`: the channel error type.
+    pub error: Option<u16>,
+    /// `alarm.severity`: 0 diagnosis, 1 maintenance required, 2 maintenance demanded.
+    pub severity: Option<u8>,
+    /// `alarm.slot`.
+    pub slot: u16,
+    /// `alarm.subslot`.
+    pub subslot: u16,
+    /// `alarm.channel`.
+    pub channel: Option<u16>,
+    /// `alarm.structure`: the UserStructureIdentifier.
+    pub structure: Option<u16>,
+}
+
+/// What happened at this instant, besides cyclic data.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Happening {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// An alarm came.
+    Alarm(AlarmSeen),
+    /// The connection was ended with an ERR-RTA; its PNIO status as one number, ErrorCode first.
+    Abort(u32),
+    /// The device announced itself to its neighbour.
+    Lldp,
+}
+
+/// What is known about one connection.
+#[derive(Clone, Debug)]
+pub struct Image {
+    signals: Vec<Option<(Direction, Range<usize>)>>,
+    submodules: Vec<Spots>,
+    inputs: Area,
+    outputs: Area,
+    records: Vec<Option<Vec<u8>>>,
+    stands: bool,
+    module: Option<usize>,
+    cycle: Option<Duration>,
+    /// What happened at this instant.
+    pub happening: Happening,
+}
+
+impl Image {
+    /// No connection: everything is unknown.
+    pub fn new(device: &Device) -> Image {
+        Image {
+            signals: vec![None; device.signals.len()],
+            submodules: vec![Spots::default(); device.submodules.len()],
+            inputs: Area::default(),
+            outputs: Area::default(),
+            records: vec![None; device.records.len()],
+            stands: false,
+            module: None,
+            cycle: None,
+            happening: Happening::Nothing,
+        }
+    }
+
+    /// Takes over the layout of a connection that the device has just accepted.
+    pub fn open(&mut self, device: &Device, ar: &Ar) {
+        *self = Image::new(device);
+        self.stands = true;
+        self.cycle = Some(ar.outputs.cycle);
+        for (index, submodule) in device.submodules.iter().enumerate() {
+            let found = ar.submodules.iter().find(|placed| {
+                placed.slot == submodule.slot
+                    && placed.subslot == submodule.subslot
+                    && placed.submodule_ident == submodule.ident
+            });
+            let Some(placed) = found else { continue };
+            self.submodules[index] = Spots {
+                input: placed.input.clone(),
+                output: placed.output.clone(),
+                input_status: placed.input_status,
+                output_status: placed.output_status,
+                output_consumer: placed.output_consumer,
+            };
+            self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
+            self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
+        }
+        self.module = device.modules.iter().position(|module| {
+            let all = |index: &usize| self.submodules[*index] != Spots::default();
+            !module.submodules.is_empty() && module.submodules.iter().all(all)
+        });
+    }
+
+    fn place(&mut self, device: &Device, signals: &[usize], direction: Direction, area: Option<&Range<usize>>) {
+        let Some(area) = area else { return };
+        let mut at = area.start;
+        for &signal in signals {
+            let octets = device.signals[signal].width as usize / 8;
+            if at + octets <= area.end {
+                self.signals[signal] = Some((direction, at..at + octets));
+            }
+            at += octets;
+        }
+    }
+
+    /// Ends the connection: nothing that it carried has a value any more.
+    pub fn close(&mut self) {
+        self.stands = false;
+        self.module = None;
+        self.inputs = Area::default();
+        self.outputs = Area::default();
+        self.records.iter_mut().for_each(|record| *record = None);
+    }
+
+    /// Takes over a start record that the device accepted or refused (then it is not known which values are in force).
+    pub fn record(&mut self, device: &Device, slot: u16, subslot: u16, index: u16, data: &[u8], accepted: bool) {
+        let found = device.records.iter().position(|record| {
+            let at = &device.submodules[record.at];
+            record.start && record.index == index && (at.slot, at.subslot) == (slot, subslot)
+        });
+        if let Some(known) = found.and_then(|found| self.records.get_mut(found)) {
+            *known = accepted.then(|| data.to_vec());
+        }
+    }
+
+    /// Takes over a cyclic frame and says whether its data are good: valid, running, every provider status good.
+    pub fn cyclic(&mut self, direction: Direction, data: &[u8], status: ApduStatus, place: Placement) -> bool {
+        let (area, of): (_, fn(&Spots) -> Option<usize>) = match direction {
+            Direction::ToController => (&mut self.inputs, |spots| spots.input_status),
+            Direction::ToDevice => (&mut self.outputs, |spots| spots.output_status),
+        };
+        let good_status = |at: usize| data.get(at).is_some_and(|&octet| IoxS(octet).is_good());
+        let providers = self.submodules.iter().filter_map(of).all(good_status);
+        area.octets.clear();
+        area.octets.extend_from_slice(data);
+        area.seen = true;
+        area.good = match direction {
+            Direction::ToController => status.data_status.is_valid() && status.data_status.is_run() && providers,
+            Direction::ToDevice => true,
+        };
+        area.place = place;
+        area.good
+    }
+
+    fn area(&self, direction: Direction) -> &Area {
+        match direction {
+            Direction::ToController => &self.inputs,
+            Direction::ToDevice => &self.outputs,
+        }
+    }
+
+    /// Whether the connection stands.
+    pub fn stands(&self) -> bool {
+        self.stands
+    }
+
+    /// Whether a good sample was the last one.
+    pub fn has_good_inputs(&self) -> bool {
+        self.inputs.seen && self.inputs.good
+    }
+
+    /// The module in use (index into `device.modules`), where it is one that the device description knows.
+    pub fn module(&self) -> Option<usize> {
+        self.module
+    }
+
+    /// The time between two frames to the device.
+    pub fn cycle(&self) -> Option<Duration> {
+        self.cycle
+    }
+
+    /// The direction and the number that a signal carries, where it has a value.
+    pub fn signal(&self, signal: usize) -> Option<u64> {
+        let (direction, octets) = self.signals.get(signal)?.as_ref()?;
+        let area = self.area(*direction);
+        if !(self.stands && area.seen && area.good) {
+            return None;
+        }
+        area.octets.get(octets.clone()).map(big_endian)
+    }
+
+    /// Which way a signal goes on this connection.
+    pub fn direction(&self, signal: usize) -> Option<Direction> {
+        self.signals.get(signal)?.as_ref().map(|(direction, _)| *direction)
+    }
+
+    /// Where a signal stood in the last frame: frame number and offset of its first octet in the frame.
+    pub fn place_of(&self, signal: usize) -> Option<(u64, usize)> {
+        let (direction, octets) = self.signals.get(signal)?.as_ref()?;
+        let area = self.area(*direction);
+        area.seen.then_some((area.place.frame, area.place.at + octets.start))
+    }
+
+    /// The data octets of the module in one direction, submodule after submodule.
+    pub fn octets(&self, direction: Direction) -> Option<Vec<u8>> {
+        let area = self.area(direction);
+        if !(self.stands && area.seen && area.good) {
+            return None;
+        }
+        let mut octets = Vec::new();
+        for spots in &self.submodules {
+            let range = match direction {
+                Direction::ToController => &spots.input,
+                Direction::ToDevice => &spots.output,
+            };
+            if let Some(range) = range {
+                octets.extend_from_slice(area.octets.get(range.clone())?);
+            }
+        }
+        Some(octets)
+    }
+
+    /// Octets of input data of the module as the Connect agreed them.
+    pub fn input_length(&self) -> Option<usize> {
+        let length = |spots: &Spots| spots.input.as_ref().map_or(0, Range::len);
+        self.stands.then(|| self.submodules.iter().map(length).sum())
+    }
+
+    /// Our provider status of the outputs: of one submodule, or whether all are good.
+    pub fn output_status(&self, submodule: Option<usize>) -> Option<bool> {
+        self.status(&self.outputs, submodule, |spots| spots.output_status)
+    }
+
+    /// The device's provider status of the inputs.
+    pub fn input_status(&self, submodule: Option<usize>) -> Option<bool> {
+        self.status(&self.inputs, submodule, |spots| spots.input_status)
+    }
+
+    /// The device's consumer status of the outputs.
+    pub fn consumer_status(&self, submodule: Option<usize>) -> Option<bool> {
+        self.status(&self.inputs, submodule, |spots| spots.output_consumer)
+    }
+
+    fn status(&self, area: &Area, submodule: Option<usize>, of: fn(&Spots) -> Option<usize>) -> Option<bool> {
+        if !(self.stands && area.seen) {
+            return None;
+        }
+        let good = |at: usize| area.octets.get(at).map(|&octet| IoxS(octet).is_good());
+        match submodule {
+            Some(submodule) => self.submodules.get(submodule).and_then(of).and_then(good),
+            None => self.submodules.iter().filter_map(of).map(good).try_fold(true, |all, one| Some(all && one?)),
+        }
+    }
+
+    /// The number in a field of a start record, as it was last seen on the wire and accepted.
+    pub fn start_parameter(&self, record: usize, field: &RecordField) -> Option<i128> {
+        let octets = self.records.get(record)?.as_ref()?;
+        field_number(field, octets)
+    }
+}
+
+/// The number in the first 8 octets, most significant first.
+pub fn big_endian(octets: &[u8]) -> u64 {
+    octets.iter().fold(0, |number, &octet| (number << 8) | u64::from(octet))
+}
+
+/// The number that a field of a record has in these octets of the record.
+pub fn field_number(field: &RecordField, octets: &[u8]) -> Option<i128> {
+    let octets = octets.get(field.octet..field.octet + field.octets)?;
+    let number = octets.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
+    let number = match field.bits {
+        Some((low, width)) => (number >> low) & ((1 << width) - 1),
+        None => number,
+    };
+    i128::try_from(number).ok()
+}

@@ -1,0 +1,258 @@
+//! The view of the names at one instant: what a condition sees.
+
+use super::answer::Reply;
+use super::image::{Happening, Image};
+use super::{Tick, TickKind};
+use crate::observe::Direction;
+use crate::suite::device::{Device, EventName, Field, NameId, NameKind};
+use crate::suite::expr::{Env, Shown, State, Type, Value};
+use crate::suite::model::{AnswerPart, Variant};
+use crate::suite::words;
+use station::Time;
+
+/// What a trial knows besides its connection: saved values, answers, what the stand shows. Empty on a capture.
+#[derive(Clone, Debug, Default)]
+pub struct Notebook {
+    /// Values of `save`, by the number of the name.
+    pub saved: Vec<Value>,
+    /// The last answer and its parts.
+    pub answers: Vec<(AnswerPart, Reply)>,
+    /// The last value that each asked name was read with.
+    pub read: Vec<(NameId, Value)>,
+    /// What each LED shows, as the number of its word.
+    pub leds: Vec<Option<i64>>,
+    /// What each counter shows.
+    pub counters: Vec<Option<u64>>,
+    /// The controller's address.
+    pub address: Option<[u8; 4]>,
+    /// By how many steps two looks at a shaft at rest may differ.
+    pub noise: u32,
+}
+
+/// The names of one variant at one instant of one connection.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The device description.
+    pub device: &'a Device,
+    /// The variant whose names are asked for.
+    pub variant: &'a Variant,
+    /// The connection.
+    pub image: &'a Image,
+    /// What the trial knows besides.
+    pub notebook: &'a Notebook,
+    /// The instant.
+    pub tick: Tick,
+}
+
+impl View<'_> {
+    fn kind(&self, name: NameId) -> Option<&NameKind> {
+        self.variant.names.get(name.0 as usize)
+    }
+
+    /// The last answer, or the part of it, that a name stands for.
+    pub fn reply(&self, name: NameId) -> Option<&Reply> {
+        let NameKind::Answer(part) = self.kind(name)? else { return None };
+        self.notebook.answers.iter().find(|(known, _)| known == part).map(|(_, reply)| reply)
+    }
+
+    /// A name as suites write it.
+    pub fn name(&self, name: NameId) -> String {
+        self.variant.paths.get(name.0 as usize).cloned().unwrap_or_default()
+    }
+
+    /// A value of a name as reports show it: hexadecimal and decimal, words, and the bits that are set by name.
+    pub fn show(&self, name: NameId, value: &Value) -> String {
+        let Some(number) = value.as_whole() else { return plain(value) };
+        let table: Option<&[(String, i128)]> = match self.kind(name) {
+            Some(NameKind::Signal { signal, low: 0, width, field: None, circle: None, .. }) => {
+                let signal = &self.device.signals[*signal];
+                return format!("{}{}", hex(number, *width), set_bits(number, &signal.fields));
+            }
+            Some(NameKind::Signal { signal, field: Some(field), .. }) => self
+                .device
+                .signals
+                .get(*signal)
+                .and_then(|signal| signal.fields.get(*field))
+                .map(|field| &field.words[..]),
+            Some(NameKind::Record { record, field: Some(field) } | NameKind::StartParameter { record, field }) => {
+                let record = self.device.records.get(*record);
+                record.and_then(|record| record.fields.get(*field)).map(|field| &field.words[..])
+            }
+            Some(NameKind::Led(led)) => {
+                let words = self.device.stand.leds.get(*led).map(|(_, words)| words);
+                let word = usize::try_from(number).ok().and_then(|number| words?.get(number));
+                return word.cloned().unwrap_or_else(|| number.to_string());
+            }
+            Some(NameKind::Connection) => return builtin(words::CONNECTION, number),
+            Some(NameKind::OutputStatus(_) | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_)) => {
+                return builtin(words::STATUS, number);
+            }
+            Some(NameKind::Event(EventName::AlarmChange)) => return builtin(words::ALARM_CHANGE, number),
+            Some(NameKind::Event(EventName::AlarmSeverity)) => return builtin(words::ALARM_SEVERITY, number),
+            _ => None,
+        };
+        let word = table.and_then(|table| table.iter().find(|(_, value)| *value == number));
+        match (word, value) {
+            (Some((word, _)), _) => word.clone(),
+            (None, Value::Bit(_)) => number.to_string(),
+            (None, _) => hex(number, 0),
+        }
+    }
+
+    fn known(&self, name: NameId) -> Option<Value> {
+        Some(match self.kind(name)? {
+            NameKind::Signal { signal, low, width, signed, field, circle } => {
+                let number = bits(self.image.signal(*signal)?, *low, *width, *signed);
+                let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
+                match circle {
+                    Some(circle) => Value::place(number, circle.eval(self, &State::default()).as_whole()),
+                    None => typed(number, field),
+                }
+            }
+            NameKind::OutputOctets => Value::bytes(self.image.octets(Direction::ToDevice)?),
+            NameKind::InputOctets => Value::bytes(self.image.octets(Direction::ToController)?),
+            NameKind::InputLength => Value::whole(self.image.input_length()? as i128),
+            NameKind::OutputStatus(submodule) => Value::Word(self.image.output_status(*submodule)?.into()),
+            NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
+            NameKind::ConsumerStatus(submodule) => Value::Word(self.image.consumer_status(*submodule)?.into()),
+            NameKind::Connection => Value::Word(self.image.stands().into()),
+            NameKind::Parameter { .. } | NameKind::Record { .. } | NameKind::Station(_) => {
+                self.notebook.read.iter().find(|(read, _)| *read == name)?.1.clone()
+            }
+            NameKind::Led(led) => Value::Word((*self.notebook.leds.get(*led)?)?),
+            NameKind::Counter(counter) => Value::whole((*self.notebook.counters.get(*counter)?)?),
+            NameKind::Event(event) => self.event(*event)?,
+            NameKind::Answer(_) => match self.reply(name)? {
+                Reply::Value(value) => value.clone(),
+                Reply::Accepted | Reply::Refused(_) | Reply::Silent(_) => return None,
+            },
+            NameKind::StartParameter { record, field } => {
+                let field = self.device.records.get(*record)?.fields.get(*field)?;
+                let number = self.image.start_parameter(*record, field)?;
+                match (field.words.is_empty(), field.bits) {
+                    (false, _) => Value::Word(i64::try_from(number).ok()?),
+                    (true, Some((_, 1))) => Value::Bit(number != 0),
+                    (true, _) => Value::whole(number),
+                }
+            }
+            NameKind::Derived(index) => self.variant.derived.get(*index)?.1.eval(self, &State::default()),
+            NameKind::Saved(index) => self.notebook.saved.get(*index)?.clone(),
+            NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
+            NameKind::BenchAddress => Value::Address(self.notebook.address?),
+            NameKind::Constant(value) => value.clone(),
+            NameKind::Cyclic | NameKind::Stand(_) => return None,
+        })
+    }
+
+    /// Events are true at one instant; their parts have a value at that instant only.
+    fn event(&self, name: EventName) -> Option<Value> {
+        let happening = &self.image.happening;
+        let alarm = match happening {
+            Happening::Alarm(alarm) => Some(alarm),
+            Happening::Nothing | Happening::Abort(_) | Happening::Lldp => None,
+        };
+        match name {
+            EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
+            EventName::Abort => Some(Value::Bit(matches!(happening, Happening::Abort(_)))),
+            EventName::Lldp => Some(Value::Bit(*happening == Happening::Lldp)),
+            EventName::AlarmChange => alarm?.change.map(|word| Value::Word(word.into())),
+            EventName::AlarmError => alarm?.error.map(|word| Value::Word(word.into())),
+            EventName::AlarmSeverity => alarm?.severity.map(|word| Value::Word(word.into())),
+            EventName::AlarmSlot => alarm.map(|alarm| Value::whole(alarm.slot)),
+            EventName::AlarmSubslot => alarm.map(|alarm| Value::whole(alarm.subslot)),
+            EventName::AlarmChannel => alarm?.channel.map(Value::whole),
+            EventName::AlarmStructure => alarm?.structure.map(Value::whole),
+            EventName::AbortCode => match happening {
+                // The reason is ErrorCode2, the last octet of the status.
+                Happening::Abort(code) => Some(Value::Word(i64::from(code & 0xFF))),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// A value of no particular name, as reports show it.
+pub fn plain(value: &Value) -> String {
+    match (value, value.as_whole()) {
+        (Value::Bit(_), Some(number)) => number.to_string(),
+        (_, Some(number)) => hex(number, 0),
+        _ => Shown(value, &Type::WHOLE).to_string(),
+    }
+}
+
+fn builtin(table: words::Table, number: i128) -> String {
+    let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
+    word.map_or_else(|| number.to_string(), str::to_owned)
+}
+
+/// `0x00012345 (74565)`; small numbers without the hexadecimal.
+fn hex(number: i128, width: u32) -> String {
+    match (number, width as usize / 4) {
+        (..=-1, _) => number.to_string(),
+        (0..=9, 0) => number.to_string(),
+        (_, 0) => format!("0x{number:X} ({number})"),
+        (_, digits) => format!("0x{number:0digits$X} ({number})"),
+    }
+}
+
+/// The bits that are set, by name: ` [parked, sensor_error]`.
+fn set_bits(number: i128, fields: &[Field]) -> String {
+    let set: Vec<String> = fields
+        .iter()
+        .filter_map(|field| {
+            let value = (number >> field.low) & ((1i128 << field.width) - 1);
+            match (value, field.width) {
+                (0, _) => None,
+                (_, 1) => Some(field.name.clone()),
+                (value, _) => Some(format!("{} {value}", field.name)),
+            }
+        })
+        .collect();
+    if set.is_empty() { String::new() } else { format!(" [{}]", set.join(", ")) }
+}
+
+/// The number in some bits of a signal.
+fn bits(number: u64, low: u32, width: u32, signed: bool) -> i128 {
+    let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
+    let number = number.checked_shr(low).unwrap_or(0) & mask;
+    let negative = signed && width > 0 && number >> (width - 1) & 1 == 1;
+    if negative { i128::from(number) - (1 << width) } else { i128::from(number) }
+}
+
+fn typed(number: i128, field: Option<&Field>) -> Value {
+    match field {
+        Some(field) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
+        Some(field) if field.width == 1 => Value::Bit(number != 0),
+        _ => Value::whole(number),
+    }
+}
+
+impl Env for View<'_> {
+    fn value(&self, name: NameId) -> Value {
+        self.known(name).unwrap_or(Value::Unknown)
+    }
+
+    fn fresh(&self, name: NameId) -> bool {
+        match self.kind(name) {
+            Some(NameKind::Signal { signal, .. }) => match self.image.direction(*signal) {
+                Some(Direction::ToController) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
+                Some(Direction::ToDevice) => self.tick.kind == TickKind::Output,
+                None => false,
+            },
+            Some(NameKind::OutputOctets | NameKind::OutputStatus(_)) => self.tick.kind == TickKind::Output,
+            Some(
+                NameKind::InputOctets | NameKind::InputLength | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_),
+            ) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
+            Some(NameKind::Event(_)) => self.tick.kind == TickKind::Event,
+            _ => true,
+        }
+    }
+
+    fn now(&self) -> Time {
+        self.tick.time
+    }
+
+    fn position_noise(&self) -> u32 {
+        self.notebook.noise
+    }
+}

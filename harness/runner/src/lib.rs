@@ -1,0 +1,27 @@
+//! Conformance and interoperability tests for absolute encoders on PROFINET.
+//!
+//! The rooms of the runner, from the text of a suite to a verdict:
+//!
+//! | module | what it is | what it must not know |
+//! | --- | --- | --- |
+//! | [`suite`] | the language and its loader: YAML to compiled trials and rules | frames, devices at work |
+//! | [`observe`] | frames to observations: connections, cyclic data, alarms | suites, verdicts |
+//! | [`judge`] | conditions, windows and rules over observations | who sends the frames |
+//! | [`engine`] | runs trials against a device under test | the kind of wire, the reports |
+//! | [`replay`] | captures: connections, events, rules that were broken | how trials are run |
+//! | [`verdict`], [`result`] | what a run found, as plain data | how it is shown |
+//! | [`report`] | results as text, and what they come to | suites, engines, files |
+//! | [`ledger`], [`lock`] | known failures; one process for each device | how it is shown |
+//! | [`cli`] | the command line | how anything is judged |
+
+pub mod cli;
+pub mod engine;
+pub mod judge;
+pub mod ledger;
+pub mod lock;
+pub mod observe;
+pub mod replay;
+pub mod report;
+pub mod result;
+pub mod suite;
+pub mod verdict;

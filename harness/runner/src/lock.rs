@@ -1,0 +1,191 @@
+//! One lock for each device under test, so that test processes that run side by side never mix on it.
+//!
+//! A device of this process (a model, a null device) is private and needs none. The lock is that of the operating system on a
+//! file, so it goes with the process that holds it, however that ends.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+/// A device that belongs to this process until this is dropped.
+#[derive(Debug)]
+pub struct Lock {
+    _file: File,
+}
+
+/// Why a device could not be had.
+#[derive(Debug, thiserror::Error)]
+pub enum LockError {
+    /// Another process has it.
+    #[error("{device} is in use by {holder}; it was not free within {} s", waited.as_secs())]
+    Busy {
+        /// The device.
+        device: String,
+        /// The process that has it, as far as it says.
+        holder: Holder,
+        /// How long was waited.
+        waited: Duration,
+    },
+    /// The file of the lock cannot be used.
+    #[error("the lock of {device} cannot be used: {}: {source}", path.display())]
+    File {
+        /// The device.
+        device: String,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+/// The process that has a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Holder(pub Option<u32>);
+
+impl std::fmt::Display for Holder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Some(process) => write!(f, "process {process}"),
+            None => f.write_str("another process"),
+        }
+    }
+}
+
+impl Lock {
+    /// Takes `device`, waiting for at most `patience`; `waiting` is told once whom for.
+    ///
+    /// `device` is the same text in every process that means the same device; the files of the locks lie in `folder`.
+    pub fn take(
+        device: &str,
+        folder: &Path,
+        patience: Duration,
+        waiting: &mut dyn FnMut(Holder),
+    ) -> Result<Lock, LockError> {
+        let path = folder.join(file_name(device));
+        let failed = |source| LockError::File { device: device.to_owned(), path: path.clone(), source };
+        let file = open(&path).map_err(failed)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::Error(source)) => return Err(failed(source)),
+            Err(TryLockError::WouldBlock) => {
+                waiting(holder(&file));
+                if !wait(&file, patience).map_err(failed)? {
+                    let holder = holder(&file);
+                    return Err(LockError::Busy { device: device.to_owned(), holder, waited: patience });
+                }
+            }
+        }
+        // Who has it is a courtesy to those who wait; the lock holds without it.
+        let _ = sign(&file);
+        Ok(Lock { _file: file })
+    }
+}
+
+/// Waits for the lock in a thread of its own, because the wait of the operating system knows no deadline.
+fn wait(file: &File, patience: Duration) -> io::Result<bool> {
+    let (done, answer) = mpsc::channel();
+    let waiter = file.try_clone()?;
+    thread::spawn(move || done.send(waiter.lock()));
+    match answer.recv_timeout(patience) {
+        Ok(locked) => locked.map(|()| true),
+        Err(_) => Ok(false),
+    }
+}
+
+/// Opens the file of a lock; another user's file may be readable only, which is enough.
+fn open(path: &Path) -> io::Result<File> {
+    if path.symlink_metadata().is_ok_and(|found| found.file_type().is_symlink()) {
+        return Err(io::Error::other("it is a symbolic link"));
+    }
+    let writable = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+    writable.or_else(|error| match error.kind() {
+        io::ErrorKind::PermissionDenied => File::open(path),
+        _ => Err(error),
+    })
+}
+
+fn sign(mut file: &File) -> io::Result<()> {
+    file.set_len(0)?;
+    file.rewind()?;
+    writeln!(file, "{}", std::process::id())
+}
+
+fn holder(mut file: &File) -> Holder {
+    let mut text = String::new();
+    let read = file.rewind().and_then(|()| file.take(32).read_to_string(&mut text));
+    Holder(read.ok().and_then(|_| text.trim().parse().ok()))
+}
+
+/// A file name of its own for each device: what can be read of its name, and a sum over all of it.
+fn file_name(device: &str) -> String {
+    let readable: String = device.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(60).collect();
+    let sum = device
+        .bytes()
+        .fold(0xCBF2_9CE4_8422_2325_u64, |sum, octet| (sum ^ u64::from(octet)).wrapping_mul(0x0000_0100_0000_01B3));
+    format!("encspec-{readable}-{sum:016x}.lock")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("encspec-lock-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder for the test");
+        folder
+    }
+
+    fn take(device: &str, folder: &Path, told: &mut Vec<Holder>) -> Result<Lock, LockError> {
+        Lock::take(device, folder, Duration::from_millis(50), &mut |holder| told.push(holder))
+    }
+
+    #[test]
+    fn a_device_belongs_to_one_at_a_time() {
+        let (folder, mut told) = (folder("one"), Vec::new());
+        let first = take("nic:eth0", &folder, &mut told).expect("nobody has it");
+        let second = take("nic:eth0", &folder, &mut told);
+        let me = Holder(Some(std::process::id()));
+        assert!(matches!(second, Err(LockError::Busy { holder, .. }) if holder == me), "{second:?}");
+        assert_eq!(told, [me]);
+        drop(first);
+        take("nic:eth0", &folder, &mut told).expect("it is free again");
+    }
+
+    #[test]
+    fn devices_do_not_share_a_lock() {
+        let (folder, mut told) = (folder("two"), Vec::new());
+        let _first = take("nic:eth0", &folder, &mut told).expect("nobody has it");
+        let _other = take("nic:eth1", &folder, &mut told).expect("nobody has the other");
+        // Names that look alike in a file name are still two devices.
+        let _third = take("nic eth0", &folder, &mut told).expect("nobody has the third");
+        assert_eq!(told, []);
+    }
+
+    #[test]
+    fn who_waits_gets_it_when_it_is_free() {
+        let folder = folder("wait");
+        let first = take("serial:a", &folder, &mut Vec::new()).expect("nobody has it");
+        let mut first = Some(first);
+        // It is given back as soon as somebody is known to wait.
+        let second = Lock::take("serial:a", &folder, Duration::from_secs(30), &mut |_| drop(first.take()));
+        second.expect("it became free");
+    }
+
+    #[test]
+    fn a_link_in_the_way_is_refused() {
+        let folder = folder("link");
+        let target = folder.join("target");
+        std::fs::write(&target, "precious").expect("a file");
+        let link = folder.join(file_name("nic:eth9"));
+        let _ = std::fs::remove_file(&link);
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(&target, &link).expect("a link");
+            assert!(matches!(take("nic:eth9", &folder, &mut Vec::new()), Err(LockError::File { .. })));
+        }
+        assert_eq!(std::fs::read_to_string(&target).expect("the file"), "precious");
+    }
+}

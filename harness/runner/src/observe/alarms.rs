@@ -1,0 +1,112 @@
+//! Alarms, their acknowledgements, and the ERR-RTA that ends a connection.
+
+use super::connect::{Link, met};
+use super::tracker::{Seen, Sink, Tracker};
+use super::{ArId, Direction, Observation, Stage};
+use rustc_hash::FxHasher;
+use std::hash::Hasher;
+use wire::ethernet::Mac;
+use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaPdu};
+use wire::profinet::rpc::Uuid;
+use wire::profinet::rt::FrameId;
+
+/// Octets from the frame id to the variable part: what a repetition may have different.
+const HEAD: usize = 14;
+
+impl Tracker {
+    pub(super) fn alarm(&mut self, seen: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
+        let pdu = match RtaPdu::parse(seen.payload.get(2..).unwrap_or_default()) {
+            Ok(pdu) => pdu,
+            Err(error) => return self.unreadable(error.behind(seen.at() + 2), sink),
+        };
+        let priority = AlarmPriority::from_frame_id(frame_id).unwrap_or(AlarmPriority::Low);
+        let Some((index, direction)) = self.connection_of(seen, &pdu) else { return };
+        let ar = ArId(index);
+        match &pdu.body {
+            RtaBody::Notification(notification) => {
+                if self.is_new(index, direction, priority, &pdu.header, seen) {
+                    sink(&self.ars, Observation::Alarm { ar, priority, notification });
+                }
+            }
+            RtaBody::Acknowledgement(acknowledgement) => {
+                if self.is_new(index, direction, priority, &pdu.header, seen) {
+                    sink(&self.ars, Observation::AlarmAcknowledged { ar, status: acknowledgement.status });
+                }
+            }
+            RtaBody::Error { status, .. } => {
+                let Some(known) = self.ars.get_mut(index as usize) else { return };
+                if known.abort.is_none() {
+                    known.abort = Some((seen.number, u32::from(*status)));
+                    if known.stage.stands() || known.stage == Stage::Starved {
+                        known.stage = Stage::Aborted;
+                    }
+                    sink(&self.ars, Observation::Aborted { ar, direction, status: *status });
+                }
+            }
+            RtaBody::Octets(_) => {}
+        }
+    }
+
+    /// The connection between these two with these alarm references, else the last one between them.
+    fn connection_of(&mut self, seen: &Seen<'_>, pdu: &RtaPdu) -> Option<(u32, Direction)> {
+        let (source, destination) = (seen.header.source, seen.header.destination);
+        let RtaHeader { src_endpoint: src, dst_endpoint: dst, .. } = pdu.header;
+        let find = |pair: (Mac, Mac), references: (u16, u16), exactly: bool| {
+            let found = self.by_pair.get(&pair)?.iter().rev().find(|index| {
+                let known = self.links.get(**index as usize).map(|link| link.alarm_references);
+                !exactly || known == Some((Some(references.0), Some(references.1)))
+            });
+            found.copied()
+        };
+        for exactly in [true, false] {
+            if let Some(index) = find((destination, source), (dst, src), exactly) {
+                return Some((index, Direction::ToController));
+            }
+            if let Some(index) = find((source, destination), (src, dst), exactly) {
+                return Some((index, Direction::ToDevice));
+            }
+        }
+        let direction = match &pdu.body {
+            RtaBody::Notification(_) => Direction::ToController,
+            RtaBody::Acknowledgement(_) => Direction::ToDevice,
+            RtaBody::Error { .. } if self.stations.is_device(destination) => Direction::ToDevice,
+            RtaBody::Error { .. } => Direction::ToController,
+            RtaBody::Octets(_) => return None,
+        };
+        let (controller, device) = match direction {
+            Direction::ToController => (destination, source),
+            Direction::ToDevice => (source, destination),
+        };
+        Some((self.meet(Uuid::NIL, controller, device)?, direction))
+    }
+
+    /// Remembers a connection that was made before the trace began.
+    pub(super) fn meet(&mut self, uuid: Uuid, controller: Mac, device: Mac) -> Option<u32> {
+        let mut ar = met(uuid, controller, device);
+        self.stations.complete(&mut ar.controller);
+        self.stations.complete(&mut ar.device);
+        let index = self.add(ar, Link { macs: (controller, device), ..Link::default() })?;
+        self.stands_between(index, [controller; 2], [device; 2]);
+        Some(index)
+    }
+
+    /// Whether a DATA is no repetition: another sequence number or other octets than the last one of its direction.
+    fn is_new(
+        &mut self,
+        index: u32,
+        direction: Direction,
+        priority: AlarmPriority,
+        header: &RtaHeader,
+        seen: &Seen<'_>,
+    ) -> bool {
+        let place = 2 * usize::from(direction == Direction::ToDevice) + usize::from(priority == AlarmPriority::High);
+        let Some(link) = self.links.get_mut(index as usize) else { return true };
+        let mut hasher = FxHasher::default();
+        hasher.write(seen.payload.get(HEAD..).unwrap_or_default());
+        let now = Some((header.send_seq_num, hasher.finish()));
+        let new = link.last_data[place] != now;
+        link.last_data[place] = now;
+        self.counts.repeated += u64::from(!new);
+        new
+    }
+}

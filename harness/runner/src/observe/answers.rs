@@ -1,0 +1,166 @@
+//! What became of a call.
+
+use super::calls::Asked;
+use super::connect::accepted;
+use super::tracker::{Seen, Sink, Tracker};
+use super::{ArId, Observation, Stage, StartRecord};
+use wire::WireError;
+use wire::profinet::blocks::connect::Connect;
+use wire::profinet::blocks::record::{ReadResponse, WriteRequest, WriteResponse};
+use wire::profinet::rpc::{Header, NdrResponse, PacketType, RejectStatus};
+use wire::profinet::status::PnioStatus;
+
+/// Octets of start records that are kept for one connection.
+const MOST_RECORD_OCTETS: usize = 1 << 16;
+
+impl Tracker {
+    /// Takes in the whole body of a response.
+    pub(super) fn response(
+        &mut self,
+        seen: &Seen<'_>,
+        header: &Header,
+        body: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
+        let Some(asked) = self.calls.answer((header.activity, header.sequence)) else { return Ok(()) };
+        let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
+        let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
+        let outcome = match asked {
+            Asked::Connect(Some(ar)) => self.connect_response(seen, ar, ndr.status, blocks, sink),
+            Asked::Read(ar, target) => self.read_response(ar, target, ndr.status, blocks, sink),
+            Asked::Write(ar, records, several) => self.write_response(ar, &records, several, ndr.status, blocks, sink),
+            Asked::ParameterEnd(ar) => {
+                match ar {
+                    Some(ar) if ndr.status.is_ok() => self.parameters_ended(ar, sink),
+                    ar => self.refused(ar, "end of parameters", ndr.status, sink),
+                }
+                Ok(())
+            }
+            Asked::Release(ar) => {
+                self.refused(ar, "Release", ndr.status, sink);
+                Ok(())
+            }
+            Asked::Control(ar) => {
+                self.refused(ar, "Control", ndr.status, sink);
+                Ok(())
+            }
+            Asked::Connect(None) | Asked::Nothing => Ok(()),
+        };
+        outcome.map_err(|error| error.behind(NdrResponse::LENGTH))
+    }
+
+    fn connect_response(
+        &mut self,
+        seen: &Seen<'_>,
+        id: ArId,
+        status: PnioStatus,
+        blocks: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
+        let index = id.0 as usize;
+        let (Some(ar), Some(link)) = (self.ars.get_mut(index), self.links.get_mut(index)) else { return Ok(()) };
+        if ar.stage != Stage::Asked {
+            return Ok(());
+        }
+        if !status.is_ok() {
+            ar.stage = Stage::Refused;
+            ar.submodules = Vec::new();
+            sink(&self.ars, Observation::ConnectRefused { ar: id, status });
+            return Ok(());
+        }
+        let connect = Connect::parse(blocks)?;
+        accepted(&connect, ar, link);
+        self.stations.complete(&mut ar.device);
+        let (controllers, devices) = ([link.macs.0, ar.controller.mac], [seen.header.source, ar.device.mac]);
+        self.stands_between(id.0, controllers, devices);
+        sink(&self.ars, Observation::Connected { ar: id });
+        Ok(())
+    }
+
+    fn read_response(
+        &mut self,
+        ar: Option<ArId>,
+        target: (u32, u16, u16, u16),
+        status: PnioStatus,
+        blocks: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
+        let response = if status.is_ok() { ReadResponse::parse(blocks)? } else { ReadResponse::default() };
+        let data = response.record();
+        sink(&self.ars, Observation::Record { ar, written: false, target, data, status });
+        Ok(())
+    }
+
+    fn write_response(
+        &mut self,
+        ar: Option<ArId>,
+        records: &[WriteRequest],
+        several: bool,
+        status: PnioStatus,
+        blocks: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
+        let answers = if status.is_ok() { WriteResponse::parse_all(blocks)? } else { Vec::new() };
+        let answers = answers.get(usize::from(several)..).unwrap_or_default();
+        for (place, record) in records.iter().enumerate() {
+            let header = &record.header;
+            let target = (header.api, header.slot_number, header.subslot_number, header.index);
+            // A device that leaves an answer out has not said that it refuses the record.
+            let status =
+                if status.is_ok() { answers.get(place).map_or(status, |answer| answer.status) } else { status };
+            self.keep(ar, target, &record.data, status.is_ok());
+            sink(&self.ars, Observation::Record { ar, written: true, target, data: &record.data, status });
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, ar: Option<ArId>, target: (u32, u16, u16, u16), data: &[u8], accepted: bool) {
+        let Some(index) = ar.map(|ar| ar.0 as usize) else { return };
+        let (Some(ar), Some(link)) = (self.ars.get_mut(index), self.links.get_mut(index)) else { return };
+        let cost = data.len() + size_of::<StartRecord>();
+        if ar.stage == Stage::Connected && link.record_octets + cost <= MOST_RECORD_OCTETS {
+            link.record_octets += cost;
+            ar.start_records.push(StartRecord { target, data: data.to_vec(), accepted });
+        }
+    }
+
+    fn parameters_ended(&mut self, id: ArId, sink: Sink<'_>) {
+        if let Some(ar) = self.ars.get_mut(id.0 as usize).filter(|ar| ar.stage == Stage::Connected) {
+            ar.stage = Stage::Parameterised;
+        }
+        sink(&self.ars, Observation::ParameterEnd { ar: id });
+    }
+
+    fn refused(&mut self, ar: Option<ArId>, service: &'static str, status: PnioStatus, sink: Sink<'_>) {
+        if !status.is_ok() {
+            sink(&self.ars, Observation::CallFailed { ar, service, why: &status.to_string() });
+        }
+    }
+
+    /// A call that failed in RPC, before PROFINET could answer it.
+    pub(super) fn failed(&mut self, header: &Header, body: &[u8], sink: Sink<'_>) -> Result<(), WireError> {
+        let Some(asked) = self.calls.answer((header.activity, header.sequence)) else { return Ok(()) };
+        let status = RejectStatus::parse(header.order(), body)?;
+        let (ar, service) = match asked {
+            Asked::Connect(ar) => (ar, "Connect"),
+            Asked::Release(ar) => (ar, "Release"),
+            Asked::ParameterEnd(ar) => (ar, "end of parameters"),
+            Asked::Control(ar) => (ar, "Control"),
+            Asked::Read(ar, _) => (ar, "Read"),
+            Asked::Write(ar, ..) => (ar, "Write"),
+            Asked::Nothing => (None, "call"),
+        };
+        if service == "Connect"
+            && let Some(ar) = ar.and_then(|ar| self.ars.get_mut(ar.0 as usize))
+        {
+            ar.stage = Stage::Refused;
+        }
+        let kind = if header.packet_type == PacketType::REJECT { "reject" } else { "fault" };
+        let why = match status.word() {
+            Some(word) => format!("{kind}: {word} ({:#010x})", status.0),
+            None => format!("{kind}: {:#010x}", status.0),
+        };
+        sink(&self.ars, Observation::CallFailed { ar, service, why: &why });
+        Ok(())
+    }
+}

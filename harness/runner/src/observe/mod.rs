@@ -1,0 +1,186 @@
+//! From frames to observations: which connections there are, what their cyclic frames carry, what was asked and answered.
+//!
+//! The same for a virtual wire, a live bench and a capture: whoever sees frames hands them to [`Tracker::frame`] and is told
+//! what each one means. This room must not know suites, names or verdicts, and it sends nothing.
+
+mod alarms;
+mod answers;
+mod ar;
+mod calls;
+mod connect;
+mod counts;
+mod describe;
+mod repeated;
+mod requests;
+mod services;
+mod stations;
+mod tracker;
+
+pub use ar::{Ar, ArId, Party, Placed, Role, Stage, StartRecord, Stream};
+pub use counts::{Counts, RpcKind};
+pub use describe::describe;
+pub use tracker::{Stray, Tracker};
+
+use wire::ethernet::Mac;
+use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
+use wire::profinet::dcp::Dcp;
+use wire::profinet::rt::ApduStatus;
+use wire::profinet::status::PnioStatus;
+
+/// Which way a frame of a connection goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// From the controller to the device: outputs.
+    ToDevice,
+    /// From the device to the controller: inputs.
+    ToController,
+}
+
+/// What a frame means. One frame may mean several things, and most mean one.
+#[derive(Clone, Debug)]
+pub enum Observation<'a> {
+    /// A cyclic frame of a known connection.
+    Cyclic {
+        /// The connection.
+        ar: ArId,
+        /// Which way.
+        direction: Direction,
+        /// The data area, as long as the Connect agreed.
+        data: &'a [u8],
+        /// Where the data area begins in the frame, in octets.
+        at: usize,
+        /// Cycle counter, data status, transfer status.
+        status: ApduStatus,
+    },
+    /// The device accepted a connection.
+    Connected {
+        /// The connection; its layout is known from here on.
+        ar: ArId,
+    },
+    /// The device refused a connection.
+    ConnectRefused {
+        /// The connection that was not made.
+        ar: ArId,
+        /// Why.
+        status: PnioStatus,
+    },
+    /// A record was written or read, with the device's answer.
+    Record {
+        /// The connection; `None` for an implicit read.
+        ar: Option<ArId>,
+        /// Whether it was written.
+        written: bool,
+        /// API, slot, subslot, index.
+        target: (u32, u16, u16, u16),
+        /// What was written, or what the answer brought.
+        data: &'a [u8],
+        /// The answer.
+        status: PnioStatus,
+    },
+    /// The device took the end of the parameters.
+    ParameterEnd {
+        /// The connection.
+        ar: ArId,
+    },
+    /// The device said that it is ready.
+    ApplicationReady {
+        /// The connection.
+        ar: ArId,
+    },
+    /// An alarm, seen for the first time (repetitions are not shown again).
+    Alarm {
+        /// The connection.
+        ar: ArId,
+        /// High or low.
+        priority: AlarmPriority,
+        /// What it says.
+        notification: &'a AlarmNotification,
+    },
+    /// An alarm was acknowledged by the application of the other side.
+    AlarmAcknowledged {
+        /// The connection.
+        ar: ArId,
+        /// The answer.
+        status: PnioStatus,
+    },
+    /// The connection was ended with an ERR-RTA.
+    Aborted {
+        /// The connection.
+        ar: ArId,
+        /// Who sent it.
+        direction: Direction,
+        /// Why.
+        status: PnioStatus,
+    },
+    /// A call was refused that has no observation of its own for that, or it failed in RPC before PROFINET could answer.
+    CallFailed {
+        /// The connection, where the call names one.
+        ar: Option<ArId>,
+        /// What was asked for.
+        service: &'static str,
+        /// The PNIO status or the status of RPC, in words.
+        why: &'a str,
+    },
+    /// The connection was released: seen in the request, since its data mean nothing from then on.
+    Released {
+        /// The connection.
+        ar: ArId,
+    },
+    /// No cyclic frame of this direction came for longer than the watchdog; the connection counts as ended.
+    Starved {
+        /// The connection.
+        ar: ArId,
+        /// The direction that fell silent.
+        direction: Direction,
+    },
+    /// A DCP frame.
+    Dcp {
+        /// From.
+        source: Mac,
+        /// To.
+        destination: Mac,
+        /// What it says.
+        pdu: &'a Dcp,
+    },
+    /// An LLDP frame.
+    Lldp {
+        /// From.
+        source: Mac,
+    },
+    /// A PROFINET frame that could not be read.
+    Unreadable {
+        /// Which part, at which octet, and why.
+        why: &'a str,
+    },
+}
+
+impl Observation<'_> {
+    /// The connection that it belongs to.
+    pub fn ar(&self) -> Option<ArId> {
+        match self {
+            Observation::Cyclic { ar, .. }
+            | Observation::Connected { ar }
+            | Observation::ConnectRefused { ar, .. }
+            | Observation::ParameterEnd { ar }
+            | Observation::ApplicationReady { ar }
+            | Observation::Alarm { ar, .. }
+            | Observation::AlarmAcknowledged { ar, .. }
+            | Observation::Aborted { ar, .. }
+            | Observation::Released { ar }
+            | Observation::Starved { ar, .. } => Some(*ar),
+            Observation::Record { ar, .. } | Observation::CallFailed { ar, .. } => *ar,
+            Observation::Dcp { .. } | Observation::Lldp { .. } | Observation::Unreadable { .. } => None,
+        }
+    }
+}
+
+/// Most octets of a text of a station that are shown.
+const LONGEST_TEXT: usize = 240;
+
+/// A text that a station chose, safe to show: what is not printable ASCII is escaped, and it ends after 240 octets.
+pub fn escaped(octets: &[u8]) -> String {
+    match octets.get(..LONGEST_TEXT) {
+        Some(begin) if octets.len() > LONGEST_TEXT => format!("{}..", begin.escape_ascii()),
+        _ => octets.escape_ascii().to_string(),
+    }
+}

@@ -1,0 +1,156 @@
+//! What a call asks for.
+
+use super::calls::Asked;
+use super::connect::{asked, ids};
+use super::tracker::{Seen, Sink, Tracker};
+use super::{ArId, Direction, Observation, Stage};
+use rustc_hash::FxHasher;
+use std::hash::Hasher;
+use wire::WireError;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::connect::Connect;
+use wire::profinet::blocks::control::Control;
+use wire::profinet::blocks::record::{ReadRequest, WriteRequest};
+use wire::profinet::rpc::{Header, NdrRequest, Opnum, Uuid};
+
+impl Tracker {
+    /// Takes in the whole body of a request.
+    pub(super) fn request(
+        &mut self,
+        seen: &Seen<'_>,
+        header: &Header,
+        body: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
+        let key = (header.activity, header.sequence);
+        let mut hasher = FxHasher::default();
+        hasher.write(body);
+        let (hash, ars) = (hasher.finish(), &self.ars);
+        let over = |ar: ArId| {
+            let known = ars.get(ar.0 as usize);
+            known.is_none_or(|ar| !matches!(ar.stage, Stage::Asked | Stage::Refused) && !ar.stage.stands())
+        };
+        if self.calls.is_repetition(key, hash, seen.time, over) {
+            self.counts.repeated += 1;
+            return Ok(());
+        }
+        let outcome = self.asked(seen, header, body, sink);
+        // What cannot be read is remembered too, lest its repetitions be told again.
+        let (asked, outcome) = match outcome {
+            Ok(asked) => (asked, Ok(())),
+            Err(error) => (Asked::Nothing, Err(error)),
+        };
+        self.calls.ask(key, hash, seen.time, asked);
+        outcome
+    }
+
+    fn asked(&mut self, seen: &Seen<'_>, header: &Header, body: &[u8], sink: Sink<'_>) -> Result<Asked, WireError> {
+        let (ndr, blocks) = NdrRequest::parse(header.order(), body)?;
+        let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
+        let asked = match header.opnum {
+            Opnum::CONNECT => self.connect_request(seen, header, blocks),
+            Opnum::READ | Opnum::READ_IMPLICIT => self.read_request(seen, header, blocks),
+            Opnum::WRITE => self.write_request(seen, header, blocks),
+            Opnum::CONTROL | Opnum::RELEASE => self.control_request(seen, header, blocks, sink),
+            _ => Ok(Asked::Nothing),
+        };
+        asked.map_err(|error| error.behind(NdrRequest::LENGTH))
+    }
+
+    fn connect_request(&mut self, seen: &Seen<'_>, header: &Header, blocks: &[u8]) -> Result<Asked, WireError> {
+        self.calls.forget(header.activity);
+        let connect = Connect::parse(blocks)?;
+        let macs = (seen.header.source, seen.header.destination);
+        let at = (seen.number, seen.time);
+        let Some((mut ar, link)) = asked(&connect, macs, header.object, at) else { return Ok(Asked::Nothing) };
+        self.make_way(ar.controller.mac, ar.device.mac);
+        self.stations.complete(&mut ar.controller);
+        self.stations.complete(&mut ar.device);
+        Ok(Asked::Connect(self.add(ar, link).map(ArId)))
+    }
+
+    fn read_request(&mut self, seen: &Seen<'_>, header: &Header, blocks: &[u8]) -> Result<Asked, WireError> {
+        let record = ReadRequest::parse(blocks)?.header;
+        let target = (record.api, record.slot_number, record.subslot_number, record.index);
+        Ok(Asked::Read(self.connection(record.ar_uuid, seen, header, Direction::ToDevice), target))
+    }
+
+    fn write_request(&mut self, seen: &Seen<'_>, header: &Header, blocks: &[u8]) -> Result<Asked, WireError> {
+        let request = WriteRequest::parse(blocks)?;
+        let ar = self.connection(request.header.ar_uuid, seen, header, Direction::ToDevice);
+        let several = request.records().transpose()?;
+        Ok(match several {
+            Some(records) => Asked::Write(ar, records, true),
+            None => Asked::Write(ar, vec![request], false),
+        })
+    }
+
+    fn control_request(
+        &mut self,
+        seen: &Seen<'_>,
+        header: &Header,
+        blocks: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<Asked, WireError> {
+        let block = Control::parse(blocks)?.block;
+        let kind = block.header.kind;
+        let direction = match kind {
+            BlockType::APPLICATION_READY_REQ | BlockType::PLUG_APPLICATION_READY_REQ => Direction::ToController,
+            _ => Direction::ToDevice,
+        };
+        let known = self.connection(block.ar_uuid, seen, header, direction);
+        let Some((id, ar)) = known.and_then(|id| Some((id, self.ars.get_mut(id.0 as usize)?))) else {
+            return Ok(Asked::Control(None));
+        };
+        match (header.opnum, kind) {
+            (Opnum::RELEASE, _) | (_, BlockType::RELEASE_REQ) => {
+                let first = ar.release_frame.replace(seen.number).is_none();
+                if ar.stage.stands() {
+                    ar.stage = Stage::Released;
+                }
+                if first {
+                    // From here on its data mean nothing any more, whatever the device answers.
+                    sink(&self.ars, Observation::Released { ar: id });
+                }
+                Ok(Asked::Release(known))
+            }
+            (_, BlockType::PRM_END_REQ) => {
+                ar.parameter_end_frame.get_or_insert(seen.number);
+                Ok(Asked::ParameterEnd(known))
+            }
+            (_, BlockType::APPLICATION_READY_REQ) => {
+                ar.application_ready_frame.get_or_insert(seen.number);
+                if ar.stage.stands() {
+                    ar.stage = Stage::Ready;
+                }
+                sink(&self.ars, Observation::ApplicationReady { ar: id });
+                Ok(Asked::Control(known))
+            }
+            _ => Ok(Asked::Control(known)),
+        }
+    }
+
+    /// The last connection with this UUID; one that was made before the trace began is remembered from here on.
+    fn connection(&mut self, uuid: Uuid, seen: &Seen<'_>, header: &Header, direction: Direction) -> Option<ArId> {
+        if uuid.is_nil() {
+            return None;
+        }
+        if let Some(&index) = self.by_uuid.get(&uuid) {
+            return Some(ArId(index));
+        }
+        let (source, destination) = (seen.header.source, seen.header.destination);
+        let (controller, device) = match direction {
+            Direction::ToDevice => (source, destination),
+            Direction::ToController => (destination, source),
+        };
+        let index = self.meet(uuid, controller, device)?;
+        if let Some(ar) = self.ars.get_mut(index as usize) {
+            let called = match direction {
+                Direction::ToDevice => &mut ar.device,
+                Direction::ToController => &mut ar.controller,
+            };
+            called.ids = called.ids.or(ids(header.object));
+        }
+        Some(ArId(index))
+    }
+}

@@ -1,0 +1,430 @@
+//! The tracker: frames in, observations out, and what is remembered between two frames.
+//!
+//! Cyclic frames are the hot path: one hash look-up by sender, receiver and frame id, and no allocation. Calls, alarms and DCP
+//! have files of their own; they share what is remembered here.
+
+use super::calls::Calls;
+use super::connect::Link;
+use super::counts::Counts;
+use super::repeated::Repeated;
+use super::stations::Stations;
+use super::{Ar, ArId, Direction, Observation, Stage, Stream};
+use rustc_hash::FxHashMap;
+use station::Time;
+use wire::WireError;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::profinet::rpc::{Reassembler, Uuid};
+use wire::profinet::rt::{CyclicFrame, FrameId, FrameKind};
+
+/// Who is told what a frame means.
+pub(super) type Sink<'a> = &'a mut dyn FnMut(&[Ar], Observation<'_>);
+
+/// Connections that are remembered; whatever more there are in one trace is counted and not followed.
+const MOST_CONNECTIONS: usize = 10_000;
+/// Cyclic streams without a connection that are counted one by one.
+const MOST_STRAYS: usize = 1_024;
+/// Frames with the same cycle counter that are no further apart than this are one frame, seen twice.
+const MIRROR_NS: u64 = 1_000_000;
+/// Nanoseconds of one step of the cycle counter.
+pub(super) const COUNTER_STEP_NS: u64 = 31_250;
+
+/// Turns frames into observations and remembers the connections.
+#[derive(Debug)]
+pub struct Tracker {
+    pub(super) ars: Vec<Ar>,
+    /// What is known of each connection besides, in the same order.
+    pub(super) links: Vec<Link>,
+    /// The last connection of each UUID.
+    pub(super) by_uuid: FxHashMap<Uuid, u32>,
+    /// The last connections between a controller and a device.
+    pub(super) by_pair: FxHashMap<(Mac, Mac), Vec<u32>>,
+    pub(super) calls: Calls,
+    pub(super) fragments: Reassembler,
+    pub(super) stations: Stations,
+    pub(super) counts: Counts,
+    routes: FxHashMap<StreamKey, Route>,
+    strays: FxHashMap<StreamKey, Stray>,
+    /// Connections that may starve.
+    standing: Vec<u32>,
+    /// No stream starves before this.
+    earliest: u64,
+    repeated: Repeated,
+}
+
+/// The sender and the frame id in one word, the receiver in the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct StreamKey(u64, u64);
+
+/// Where a cyclic frame belongs.
+#[derive(Clone, Copy, Debug)]
+struct Route {
+    ar: u32,
+    direction: Direction,
+    /// Steps of the cycle counter from one frame to the next.
+    step: u32,
+    /// Nanoseconds within which the same cycle counter is the same frame.
+    window: u64,
+}
+
+/// A cyclic stream whose connection was not seen to be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stray {
+    /// Who sends it.
+    pub source: Mac,
+    /// Who is to receive it.
+    pub destination: Mac,
+    /// Its frame id.
+    pub frame_id: u16,
+    /// Frames seen.
+    pub frames: u64,
+    /// Number of the first frame.
+    pub first_frame: u64,
+    /// When it was seen.
+    pub first_time: Time,
+}
+
+impl StreamKey {
+    #[inline]
+    fn new(source: Mac, destination: Mac, frame_id: u16) -> StreamKey {
+        StreamKey(word(source) << 16 | u64::from(frame_id), word(destination))
+    }
+}
+
+#[inline]
+fn word(Mac([a, b, c, d, e, f]): Mac) -> u64 {
+    u64::from_be_bytes([0, 0, a, b, c, d, e, f])
+}
+
+impl Default for Tracker {
+    fn default() -> Tracker {
+        Tracker::new()
+    }
+}
+
+impl Tracker {
+    /// Has seen nothing.
+    pub fn new() -> Tracker {
+        Tracker {
+            ars: Vec::new(),
+            links: Vec::new(),
+            by_uuid: FxHashMap::default(),
+            by_pair: FxHashMap::default(),
+            calls: Calls::default(),
+            fragments: Reassembler::new(32, 1 << 16),
+            stations: Stations::default(),
+            counts: Counts::default(),
+            routes: FxHashMap::default(),
+            strays: FxHashMap::default(),
+            standing: Vec::new(),
+            earliest: u64::MAX,
+            repeated: Repeated::default(),
+        }
+    }
+
+    /// The connections seen so far; an [`ArId`] is an index into them.
+    pub fn ars(&self) -> &[Ar] {
+        &self.ars
+    }
+
+    /// How many frames of which kind were seen.
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Cyclic streams whose connection was not seen to be made, by their first frame.
+    pub fn strays(&self) -> Vec<Stray> {
+        let mut strays: Vec<Stray> = self.strays.values().copied().collect();
+        strays.sort_by_key(|stray| (stray.first_frame, stray.frame_id));
+        strays
+    }
+
+    /// Takes in one frame, from its destination address on, and tells `sink` what it means.
+    ///
+    /// `number` is the number of the frame in the trace, from 1. Times may go backwards. What is silent for longer than its
+    /// watchdog is told before the frame itself.
+    pub fn frame(&mut self, number: u64, time: Time, octets: &[u8], sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+        self.counts.frames += 1;
+        self.time(time, sink);
+        let Ok((header, payload)) = FrameHeader::parse(octets) else {
+            self.counts.other += 1;
+            return;
+        };
+        let seen = Seen { number, time, octets, header, payload };
+        match header.ether_type {
+            EtherType::PROFINET => self.profinet(&seen, sink),
+            EtherType::IPV4 => self.datagram(&seen, sink),
+            EtherType::LLDP if !self.is_repeated(&seen) => {
+                sink(&self.ars, Observation::Lldp { source: header.source });
+            }
+            _ => self.counts.other += 1,
+        }
+    }
+
+    /// Lets time go by: tells what has been silent for longer than its watchdog.
+    ///
+    /// A frame that is late by less than one cycle is forgiven, since it may be the clock of the capture that was late.
+    #[inline]
+    pub fn time(&mut self, now: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+        if now.as_nanos() > self.earliest {
+            self.starve(now.as_nanos(), sink);
+        }
+    }
+
+    fn profinet(&mut self, seen: &Seen<'_>, sink: Sink<'_>) {
+        self.counts.profinet += 1;
+        let frame_id = match FrameId::peek(seen.payload) {
+            Ok(frame_id) => frame_id,
+            Err(error) => return self.unreadable(error.behind(seen.at()), sink),
+        };
+        if frame_id.is_cyclic() {
+            return self.cyclic(seen, frame_id, sink);
+        }
+        match frame_id.kind() {
+            FrameKind::AlarmHigh | FrameKind::AlarmLow if !self.is_repeated(seen) => self.alarm(seen, frame_id, sink),
+            FrameKind::DcpHello
+            | FrameKind::DcpGetSet
+            | FrameKind::DcpIdentifyRequest
+            | FrameKind::DcpIdentifyResponse
+                if !self.is_repeated(seen) =>
+            {
+                self.dcp(seen, sink);
+            }
+            _ => {}
+        }
+    }
+
+    fn cyclic(&mut self, seen: &Seen<'_>, frame_id: FrameId, sink: Sink<'_>) {
+        self.counts.cyclic += 1;
+        let key = StreamKey::new(seen.header.source, seen.header.destination, frame_id.0);
+        let Some(&route) = self.routes.get(&key) else { return self.stray(key, seen, frame_id) };
+        let Some(ar) = self.ars.get_mut(route.ar as usize) else { return };
+        let stands = ar.stage.stands();
+        let stream = match route.direction {
+            Direction::ToController => &mut ar.inputs,
+            Direction::ToDevice => &mut ar.outputs,
+        };
+        let frame = CyclicFrame::parse(seen.payload, stream.data_length);
+        let counter = frame.ok().map(|frame| frame.status.cycle_counter);
+        if !stream.take(&route, seen.number, seen.time, counter) {
+            self.counts.repeated += 1;
+            return;
+        }
+        if stands && let Some(deadline) = stream.deadline() {
+            self.earliest = self.earliest.min(deadline);
+        }
+        match frame {
+            Ok(frame) if stands => sink(
+                &self.ars,
+                Observation::Cyclic {
+                    ar: ArId(route.ar),
+                    direction: route.direction,
+                    data: frame.data,
+                    at: seen.at() + CyclicFrame::DATA_OFFSET,
+                    status: frame.status,
+                },
+            ),
+            Ok(_) => {}
+            Err(error) => self.unreadable(error.behind(seen.at()), sink),
+        }
+    }
+
+    #[cold]
+    fn stray(&mut self, key: StreamKey, seen: &Seen<'_>, FrameId(frame_id): FrameId) {
+        if let Some(stray) = self.strays.get_mut(&key) {
+            stray.frames += 1;
+        } else if self.strays.len() < MOST_STRAYS {
+            let (source, destination) = (seen.header.source, seen.header.destination);
+            let (first_frame, first_time) = (seen.number, seen.time);
+            self.strays.insert(key, Stray { source, destination, frame_id, frames: 1, first_frame, first_time });
+        }
+    }
+
+    #[cold]
+    fn starve(&mut self, now: u64, sink: Sink<'_>) {
+        self.earliest = u64::MAX;
+        let mut place = 0;
+        while let Some(&index) = self.standing.get(place) {
+            let Some(ar) = self.ars.get_mut(index as usize).filter(|ar| ar.stage.stands()) else {
+                self.standing.remove(place);
+                continue;
+            };
+            let deadlines = [Direction::ToController, Direction::ToDevice]
+                .map(|direction| (ar.stream(direction).deadline().unwrap_or(u64::MAX), direction));
+            let (deadline, direction) = if deadlines[1].0 < deadlines[0].0 { deadlines[1] } else { deadlines[0] };
+            if now > deadline {
+                ar.stage = Stage::Starved;
+                self.standing.remove(place);
+                sink(&self.ars, Observation::Starved { ar: ArId(index), direction });
+            } else {
+                self.earliest = self.earliest.min(deadline);
+                place += 1;
+            }
+        }
+    }
+
+    /// Remembers a connection; `None` where there are too many.
+    pub(super) fn add(&mut self, ar: Ar, link: Link) -> Option<u32> {
+        if self.ars.len() >= MOST_CONNECTIONS {
+            self.counts.connections_left_out += 1;
+            return None;
+        }
+        let index = self.ars.len() as u32;
+        self.by_uuid.insert(ar.uuid, index);
+        self.ars.push(ar);
+        self.links.push(link);
+        Some(index)
+    }
+
+    /// Takes the routes of ended connections between these two away, since a new one is asked for: what comes is not theirs.
+    pub(super) fn make_way(&mut self, controller: Mac, device: Mac) {
+        for &index in self.by_pair.get(&(controller, device)).into_iter().flatten() {
+            let Some(ar) = self.ars.get(index as usize).filter(|ar| !ar.stage.stands()) else { continue };
+            self.routes.remove(&StreamKey::new(device, controller, ar.inputs.frame_id));
+            self.routes.remove(&StreamKey::new(controller, device, ar.outputs.frame_id));
+        }
+    }
+
+    /// From now on the connection stands between these addresses: its cyclic frames and alarms are known.
+    pub(super) fn stands_between(&mut self, index: u32, controllers: [Mac; 2], devices: [Mac; 2]) {
+        let Some(ar) = self.ars.get_mut(index as usize) else { return };
+        self.standing.push(index);
+        for (controller, device) in controllers.into_iter().flat_map(|one| devices.map(|other| (one, other))) {
+            let pair = self.by_pair.entry((controller, device)).or_default();
+            if pair.last() != Some(&index) {
+                pair.push(index);
+            }
+            if pair.len() > 8 {
+                pair.remove(0);
+            }
+            let ends = [
+                (Direction::ToController, device, controller, &mut ar.inputs),
+                (Direction::ToDevice, controller, device, &mut ar.outputs),
+            ];
+            for (direction, source, destination, stream) in ends {
+                if !FrameId(stream.frame_id).is_cyclic() {
+                    continue;
+                }
+                let key = StreamKey::new(source, destination, stream.frame_id);
+                self.routes.insert(key, Route::new(index, direction, stream));
+                // Frames may come before the answer that says where they belong.
+                if let Some(early) = self.strays.remove(&key)
+                    && ar.connect_frame.is_some_and(|connect| connect < early.first_frame)
+                {
+                    stream.frames += early.frames;
+                    stream.first_frame = Some(early.first_frame);
+                }
+            }
+        }
+    }
+
+    /// Whether the same octets were seen less than a millisecond ago: mirror ports show frames twice.
+    pub(super) fn is_repeated(&mut self, seen: &Seen<'_>) -> bool {
+        let repeated = self.repeated.is(seen.time, &seen.header, seen.payload);
+        self.counts.repeated += u64::from(repeated);
+        repeated
+    }
+
+    #[cold]
+    pub(super) fn unreadable(&mut self, error: WireError, sink: Sink<'_>) {
+        self.counts.unreadable += 1;
+        sink(&self.ars, Observation::Unreadable { why: &error.to_string() });
+    }
+}
+
+/// A frame as it is handed from room to room.
+pub(super) struct Seen<'a> {
+    pub number: u64,
+    pub time: Time,
+    pub octets: &'a [u8],
+    pub header: FrameHeader,
+    pub payload: &'a [u8],
+}
+
+impl Seen<'_> {
+    /// Where the payload begins in the frame.
+    #[inline]
+    pub fn at(&self) -> usize {
+        self.octets.len() - self.payload.len()
+    }
+}
+
+impl Route {
+    fn new(ar: u32, direction: Direction, stream: &Stream) -> Route {
+        let cycle = u64::try_from(stream.cycle.as_nanos()).unwrap_or(u64::MAX);
+        // A counter that stands still is seen again one cycle later, a mirrored frame at once.
+        let window = if cycle == 0 { MIRROR_NS } else { MIRROR_NS.min(cycle / 2) };
+        Route { ar, direction, step: (cycle / COUNTER_STEP_NS) as u32, window }
+    }
+}
+
+impl Stream {
+    /// Counts a frame; false where it was counted before.
+    #[inline]
+    fn take(&mut self, route: &Route, number: u64, time: Time, counter: Option<u16>) -> bool {
+        if let Some(last) = self.last {
+            let gap = time.as_nanos().saturating_sub(last.as_nanos());
+            if let (Some(before), Some(counter)) = (self.last_counter, counter) {
+                let steps = u64::from(counter.wrapping_sub(before));
+                let backwards = steps > 0xF000;
+                if (steps == 0 || backwards) && gap < route.window {
+                    return false;
+                }
+                self.lost += lost(route.step.into(), steps, gap);
+            }
+            self.max_gap_ns = self.max_gap_ns.max(gap);
+        }
+        self.first_frame.get_or_insert(number);
+        self.frames += 1;
+        self.last = Some(time);
+        self.last_counter = counter;
+        true
+    }
+
+    /// When the stream will have been silent for too long, in nanoseconds; never before its first frame.
+    #[inline]
+    fn deadline(&self) -> Option<u64> {
+        let last = self.last.filter(|_| !self.watchdog.is_zero())?;
+        Some((last + self.watchdog + self.cycle).as_nanos())
+    }
+}
+
+/// Frames missing between two whose counters are `steps` apart, where `step` is right; the counter wraps every 2.048 s.
+#[inline]
+fn lost(step: u64, steps: u64, gap: u64) -> u64 {
+    let elapsed = gap / COUNTER_STEP_NS;
+    if step == 0 || steps == step && elapsed < 0x8000 {
+        return 0;
+    }
+    let steps = match elapsed.saturating_sub(steps) {
+        more if more >= 0x8000 => steps + (more + 0x8000) / 0x1_0000 * 0x1_0000,
+        _ if steps > 0xF000 && elapsed < 0x8000 => return 0,
+        _ => steps,
+    };
+    ((steps + step / 2) / step).saturating_sub(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lost;
+    use rstest::rstest;
+
+    // 64 steps are 2 ms. The counter has 16 bits of 31.25 us.
+    #[rstest]
+    #[case::next(64, 64, 2_000_000, 0)]
+    #[case::one_left_out(64, 128, 4_000_000, 1)]
+    #[case::jitter_of_the_counter(64, 70, 2_200_000, 0)]
+    #[case::stands_still(64, 0, 2_000_000, 0)]
+    #[case::goes_back(64, 0xFFC0, 2_000_000, 0)]
+    #[case::two_seconds(64, 0xFFC0, 2_046_000_000, 1022)]
+    #[case::a_whole_turn(64, 64, 2_050_000_000, 1024)]
+    #[case::without_times(64, 640, 0, 9)]
+    #[case::unknown_cycle(0, 640, 0, 0)]
+    fn missing_frames_are_counted_by_the_counter(
+        #[case] step: u64,
+        #[case] steps: u64,
+        #[case] gap: u64,
+        #[case] missing: u64,
+    ) {
+        assert_eq!(lost(step, steps, gap), missing);
+    }
+}

@@ -1,0 +1,254 @@
+//! What happened in a capture, for people: one entry for each thing, a bounded number of each kind.
+
+use super::dcp::Stations;
+use super::report::{Event, EventKind, Finding};
+use crate::observe::{Ar, ArId, Direction, Observation, Party, Role, Stage, Tracker};
+use station::{Duration, Time};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
+use wire::profinet::status::PnioStatus;
+
+/// Events of one kind that are told one by one.
+const MOST_OF_A_KIND: u64 = 1_000;
+/// Unreadable frames that are told one by one: they say little more than the first ones do.
+const MOST_UNREADABLE: u64 = 20;
+
+/// What happened so far.
+#[derive(Debug, Default)]
+pub(super) struct Events {
+    list: Vec<Event>,
+    /// How many of each kind there were, and the last of those that were not told: its frame and time.
+    kinds: BTreeMap<EventKind, Kind>,
+    stations: Stations,
+    findings: Vec<Finding>,
+    first: Option<Time>,
+    now: (u64, Time),
+    cut: Option<(usize, u32)>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Kind {
+    seen: u64,
+    left_out: u64,
+    last: (u64, Time),
+}
+
+impl Events {
+    /// A frame begins; `cut` says how many octets of how many the capture kept, where it did not keep all.
+    pub fn begin(&mut self, number: u64, time: Time, cut: Option<(usize, u32)>) {
+        self.first.get_or_insert(time);
+        self.now = (number, time);
+        self.cut = cut;
+    }
+
+    /// A packet that is no Ethernet frame.
+    pub fn other_link(&mut self, number: u64, time: Time, link: u16) {
+        self.begin(number, time, None);
+        if !self.kinds.contains_key(&EventKind::OtherLink) {
+            self.add(
+                EventKind::OtherLink,
+                format!("packets of link type {link} are no Ethernet frames and are not read"),
+            );
+        }
+    }
+
+    /// Takes in what the tracker says of the frame.
+    pub fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+        let ar = |id: &ArId| ars.get(id.0 as usize);
+        match observation {
+            Observation::Cyclic { .. } | Observation::Lldp { .. } => {}
+            Observation::Connected { ar: id } => {
+                if let Some(ar) = ar(id) {
+                    self.add(EventKind::Connect, connected(ar));
+                }
+            }
+            Observation::ConnectRefused { ar: id, status } => {
+                let text =
+                    format!("{} is refused by {}: {}", who(ar(id), Direction::ToDevice), device(ar(id)), words(status));
+                self.add(EventKind::ConnectRefused, text);
+            }
+            Observation::Record { written, target: (_, slot, subslot, index), status, ar: id, .. }
+                if !status.is_ok() =>
+            {
+                let (kind, verb) =
+                    if *written { (EventKind::WriteRefused, "writing") } else { (EventKind::ReadRefused, "reading") };
+                let by = id.as_ref().map_or_else(|| "the device".to_owned(), |id| device(ar(id)));
+                let place = format!("record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}");
+                self.add(kind, format!("{by} refuses {verb} {place}: {}", words(status)));
+            }
+            Observation::Record { .. } => {}
+            Observation::ParameterEnd { ar: id } => {
+                self.add(EventKind::ParameterEnd, format!("{} took the end of the parameters", device(ar(id))));
+            }
+            Observation::ApplicationReady { ar: id } => {
+                self.add(EventKind::ApplicationReady, format!("{} is ready", device(ar(id))));
+            }
+            Observation::Alarm { ar: id, priority, notification } => {
+                self.add(EventKind::Alarm, alarm(ar(id), *priority, notification));
+            }
+            Observation::AlarmAcknowledged { ar: id, status } if !status.is_ok() => {
+                let text = format!("{} refuses an alarm: {}", who(ar(id), Direction::ToDevice), words(status));
+                self.add(EventKind::AlarmRefused, text);
+            }
+            Observation::AlarmAcknowledged { .. } => {}
+            Observation::CallFailed { ar: id, service, why } => {
+                let by = id.as_ref().map_or_else(|| "the other side".to_owned(), |id| device(ar(id)));
+                self.add(EventKind::CallFailed, format!("{service} failed at {by}: {why}"));
+            }
+            Observation::Aborted { ar: id, direction, status } => {
+                let text = format!("{} ends the connection: {}", who(ar(id), *direction), words(status));
+                self.add(EventKind::Abort, text);
+            }
+            Observation::Released { ar: id } => {
+                let text =
+                    format!("{} releases the connection to {}", who(ar(id), Direction::ToDevice), device(ar(id)));
+                self.add(EventKind::Release, text);
+            }
+            Observation::Starved { ar: id, direction } => {
+                let watchdog = ar(id).map_or(Duration::ZERO, |ar| ar.stream(*direction).watchdog);
+                let text = format!(
+                    "{} has been silent for longer than its watchdog of {}",
+                    who(ar(id), *direction),
+                    span(watchdog)
+                );
+                self.add(EventKind::Starved, text);
+            }
+            Observation::Dcp { source, destination, pdu } => {
+                let told = self.stations.observe(self.now.0, *source, *destination, pdu);
+                told.events.into_iter().for_each(|(kind, text)| self.add(kind, text));
+                self.findings.extend(told.finding);
+            }
+            Observation::Unreadable { why } => {
+                let mut text = (*why).to_owned();
+                if let Some((kept, whole)) = self.cut {
+                    let _ = write!(text, " (the capture kept {kept} of its {whole} octets)");
+                }
+                self.add(EventKind::Unreadable, text);
+            }
+        }
+    }
+
+    fn add(&mut self, kind: EventKind, text: String) {
+        let most = if kind == EventKind::Unreadable { MOST_UNREADABLE } else { MOST_OF_A_KIND };
+        let of = self.kinds.entry(kind).or_default();
+        of.seen += 1;
+        if of.seen > most {
+            of.left_out += 1;
+            of.last = self.now;
+            return;
+        }
+        let (frame, time) = self.now;
+        self.list.push(Event { frame, time: seconds(self.first, time), kind, text });
+    }
+
+    /// All events by frame, and what they show to be wrong.
+    pub fn end(mut self, tracker: &Tracker) -> (Vec<Event>, Vec<Finding>) {
+        for ar in tracker.ars().iter().filter(|ar| ar.stage == Stage::Asked) {
+            let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
+            let text =
+                format!("nobody answers {}, who asks for a connection to {}", name(&ar.controller), name(&ar.device));
+            self.now = (frame, time);
+            self.add(EventKind::ConnectUnanswered, text);
+        }
+        for stray in tracker.strays() {
+            let text = format!(
+                "{} cyclic frames 0x{:04X} from {} to {} belong to no connection that was seen to be made",
+                stray.frames, stray.frame_id, stray.source, stray.destination
+            );
+            self.now = (stray.first_frame, stray.first_time);
+            self.add(EventKind::Unassigned, text);
+        }
+        let first = self.first;
+        for (kind, of) in self.kinds.iter().filter(|(_, of)| of.left_out > 0) {
+            let text = format!("{} more events of this kind up to here", of.left_out);
+            self.list.push(Event { frame: of.last.0, time: seconds(first, of.last.1), kind: *kind, text });
+        }
+        self.list.sort_by_key(|event| event.frame);
+        (self.list, self.findings)
+    }
+}
+
+/// Seconds since the first frame.
+fn seconds(first: Option<Time>, time: Time) -> f64 {
+    let nanos = |time: Time| i128::from(time.as_nanos());
+    (nanos(time) - first.map_or(0, nanos)) as f64 / 1e9
+}
+
+/// The sender of a direction.
+fn who(ar: Option<&Ar>, direction: Direction) -> String {
+    match direction {
+        Direction::ToDevice => {
+            ar.map_or_else(|| "the controller".to_owned(), |ar| format!("controller {}", name(&ar.controller)))
+        }
+        Direction::ToController => device(ar),
+    }
+}
+
+fn device(ar: Option<&Ar>) -> String {
+    ar.map_or_else(|| "the device".to_owned(), |ar| format!("device {}", name(&ar.device)))
+}
+
+fn name(party: &Party) -> String {
+    match &party.station {
+        Some(station) => format!("'{station}' ({})", party.mac),
+        None => party.mac.to_string(),
+    }
+}
+
+fn connected(ar: &Ar) -> String {
+    let mut text = format!("{} is connected to {}", who(Some(ar), Direction::ToDevice), device(Some(ar)));
+    match ar.role {
+        Role::Access => text.push_str(" for access to records"),
+        Role::Exchange => {
+            let _ = write!(
+                text,
+                ": {} submodules, every {} in (0x{:04X}) and {} out (0x{:04X}), watchdog {}",
+                ar.submodules.len(),
+                span(ar.inputs.cycle),
+                ar.inputs.frame_id,
+                span(ar.outputs.cycle),
+                ar.outputs.frame_id,
+                span(ar.outputs.watchdog),
+            );
+        }
+    }
+    text
+}
+
+fn alarm(ar: Option<&Ar>, priority: AlarmPriority, alarm: &AlarmNotification) -> String {
+    let kind = alarm.alarm_type.word().map_or_else(|| format!("0x{:04X}", alarm.alarm_type.0), str::to_owned);
+    let priority = match priority {
+        AlarmPriority::Low => "low",
+        AlarmPriority::High => "high",
+    };
+    let mut text = format!(
+        "{} sends the {priority} alarm {kind} for slot {} subslot 0x{:04X}",
+        device(ar),
+        alarm.slot,
+        alarm.subslot
+    );
+    for channel in alarm.items.iter().flat_map(|item| item.channels()) {
+        let error = channel.error_type.word().map_or_else(|| format!("0x{:04X}", channel.error_type.0), str::to_owned);
+        let (severity, change) = (channel.properties.severity().word(), channel.properties.change().word());
+        let _ = write!(text, ", channel 0x{:04X}: {error} ({severity}, {change})", channel.channel);
+    }
+    text
+}
+
+/// A PNIO status as a sentence with its numbers.
+fn words(status: &PnioStatus) -> String {
+    match status.sentence() {
+        Some(sentence) => format!("{} [{status}]", sentence.trim_end_matches('.')),
+        None => status.to_string(),
+    }
+}
+
+/// `8 ms`, `31.25 us`.
+pub(super) fn span(duration: Duration) -> String {
+    let nanos = duration.as_nanos();
+    match nanos {
+        0..1_000_000 => format!("{} us", nanos as f64 / 1e3),
+        _ => format!("{} ms", nanos as f64 / 1e6),
+    }
+}

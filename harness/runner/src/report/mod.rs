@@ -1,0 +1,59 @@
+//! Reports: each reads a [`RunResult`] and gives text; none of them computes a verdict of its own.
+//!
+//! What a result weighs (green, neutral, red) is decided once, in `status`, so that console, JSON, JUnit, TAP and the exit
+//! status agree. This room must not know suites, engines, files or terminals.
+
+mod console;
+mod json;
+mod junit;
+mod status;
+mod tap;
+mod text;
+mod words;
+
+pub use console::{Look, console, one};
+pub use json::json;
+pub use junit::junit;
+pub use status::{ExitStatus, Light, light, reasons, status};
+pub use tap::tap;
+pub use text::text;
+pub use words::{level, printable, reproduce};
+
+use crate::result::RunResult;
+
+/// The formats that `--report FORMAT=FILE` knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// What the terminal shows, without colours and with every case listed.
+    Console,
+    /// The contract for other tools.
+    Json,
+    /// For continuous integration.
+    Junit,
+    /// Test Anything Protocol, version 14.
+    Tap,
+    /// Requirement by requirement in the order of the manual, the same on every run.
+    Text,
+}
+
+impl Format {
+    /// Every format with its word on the command line.
+    pub const ALL: [(&'static str, Format); 5] = [
+        ("console", Format::Console),
+        ("json", Format::Json),
+        ("junit", Format::Junit),
+        ("tap", Format::Tap),
+        ("text", Format::Text),
+    ];
+
+    /// The report of `result` in this format, ending in a line feed.
+    pub fn write(self, result: &RunResult) -> String {
+        match self {
+            Format::Console => console(result, Look { colour: false, verbose: true }),
+            Format::Json => json(result),
+            Format::Junit => junit(result),
+            Format::Tap => tap(result),
+            Format::Text => text(result),
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Words that every report uses, and text from devices made harmless.
+
+use crate::result::{CaseResult, DeviceRun, RunResult};
+use crate::suite::model::Level;
+use std::fmt::Write as _;
+
+/// The word of a level: `must`, `should`, `info`.
+pub fn level(level: Level) -> &'static str {
+    match level {
+        Level::Must => "must",
+        Level::Should => "should",
+        Level::Info => "info",
+    }
+}
+
+/// Whether a character could steer a terminal or turn the direction of writing.
+fn steers(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+}
+
+/// JSON with every character written as a number that could steer a terminal; what it says stays the same.
+pub(super) fn printable_json(json: &str) -> String {
+    let mut shown = String::with_capacity(json.len());
+    for c in json.chars() {
+        // Outside of texts JSON has no such character but the line feed; all of them have four hexadecimal digits.
+        match steers(c) && c != '\n' {
+            true => shown.push_str(&format!("\\u{:04x}", u32::from(c))),
+            false => shown.push(c),
+        }
+    }
+    shown
+}
+
+/// The text with every character escaped that could steer a terminal or turn the direction of writing.
+pub fn printable(text: &str) -> String {
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if steers(c) { shown.extend(c.escape_default()) } else { shown.push(c) }
+    }
+    shown
+}
+
+/// The line that runs `case` alone on the same device.
+pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
+    let mut line = String::from("encspec run");
+    let mut add = |argument: &str| {
+        // Writing into a String cannot fail.
+        let _ = write!(line, " {}", quoted(argument));
+    };
+    result.repeat.iter().for_each(|argument| add(argument));
+    add("--dut");
+    add(&run.dut.spec);
+    if run.dut.kind != "model" {
+        add("--device");
+        add(&format!("{}/{}", run.dut.device, run.dut.variant));
+    }
+    for bug in &run.bugs {
+        add("--bug");
+        add(bug);
+    }
+    add(&case.id);
+    add("--exact");
+    line
+}
+
+/// An argument as a POSIX shell takes it.
+fn quoted(argument: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+@%".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        return argument.to_owned();
+    }
+    format!("'{}'", printable(argument).replace('\'', "'\\''"))
+}
+
+/// `n` things, in the singular or the plural.
+pub(super) fn count(n: usize, one: &str, many: &str) -> String {
+    if n == 1 { format!("1 {one}") } else { format!("{n} {many}") }
+}

@@ -1,0 +1,309 @@
+//! `read`, `write` and `send`: which service carries them, and what is changed against the right request.
+
+use super::answer::{Asked, may_accept, only};
+use super::codes::Service as From;
+use super::device::NameKind;
+use super::device_yaml::{named, plain};
+use super::error::{Mistake, Read};
+use super::expr::{Type, Value};
+use super::frame::{Frame, literal};
+use super::model::{Access, AccessItem, Answer, AnswerPart, Instead, Matcher, Service, Via};
+use super::names::{Name, Verbs};
+use super::start::octets;
+use super::yaml::Node;
+use controllers::profinet_io::Broken;
+use wire::profidrive::Format;
+use wire::profinet::dcp::ResetMode;
+
+/// The keys of `instead` beside `read` and `write` of parameters, of records, of the station.
+pub(super) const INSTEAD_PARAMETERS: &[&str] = &[
+    "reference",
+    "request",
+    "do_id",
+    "count",
+    "attribute",
+    "elements",
+    "subindex",
+    "format",
+    "values",
+    "length",
+    "bytes",
+];
+/// Likewise for records.
+pub(super) const INSTEAD_RECORD: &[&str] = &["slot", "subslot", "api", "index", "length", "bytes"];
+/// Likewise for the station.
+pub(super) const INSTEAD_STATION: &[&str] = &["value", "qualifier"];
+
+/// The services of `send` with their fields.
+pub(super) const SERVICES: &[(&str, &[&str])] = &[
+    ("dcp_reset", &["mode"]),
+    ("dcp_signal", &[]),
+    ("dcp_identify", &["name"]),
+    ("record_read", &["slot", "subslot", "index", "length"]),
+    ("record_write", &["slot", "subslot", "index", "bytes"]),
+    ("lldp", &["chassis", "port"]),
+    ("abort", &[]),
+    ("broken", &["frame"]),
+    ("http_get", &["path"]),
+];
+
+/// Services that exist on PROFIBUS.
+const PROFIBUS_SERVICES: &[&str] = &[
+    "set_slave_address",
+    "global_control",
+    "fdl_status",
+    "set_prm",
+    "chk_cfg",
+    "data_exchange",
+    "read_inputs",
+    "read_outputs",
+];
+
+impl Frame<'_, '_> {
+    /// A `read` or a `write`: its items, and the service that all of them share.
+    pub(super) fn access(
+        &self,
+        node: &Node,
+        write: bool,
+        instead: Option<&Node>,
+        answer: Option<&Node>,
+        second: bool,
+    ) -> Read<Access> {
+        let (verb, word) = if write { (Verbs::WRITE, "write") } else { (Verbs::READ, "read") };
+        let entries = node.entries(word)?;
+        if entries.is_empty() {
+            return Err(node.wrong(format!("an empty `{word}`")));
+        }
+        let mut via = None;
+        let mut names = Vec::new();
+        for (key, _) in entries {
+            let name = self.name(key, verb, word)?;
+            let of = via_of(&name);
+            if via.is_some_and(|via| via != of) {
+                return Err(key
+                    .wrong(format!("one `{word}` asks one service: parameters, one record, or the station"))
+                    .help("write a step of its own"));
+            }
+            via = Some(of);
+            names.push(name);
+        }
+        let via = via.unwrap_or(Via::Parameters);
+        let asked: Vec<(u16, u16)> = names.iter().filter_map(|name| parameter(&name.kind)).collect();
+        let asked = match via {
+            Via::Parameters => Asked::Parameters(&asked),
+            Via::Record(_) => Asked::Whole(From::Record),
+            Via::Station | Via::Stand => Asked::Whole(From::Station),
+        };
+        let from = match via {
+            Via::Parameters => From::Parameters,
+            Via::Record(_) => From::Record,
+            Via::Station | Via::Stand => From::Station,
+        };
+        let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
+        let mut items = Vec::new();
+        for (name, (key, value)) in names.into_iter().zip(entries) {
+            let matcher = match write {
+                true => super::matcher::written(self, value, &name.ty)?,
+                false => self.matcher(value, &name.ty, Some(from))?,
+            };
+            self.exists(key, &name, write, &matcher, answer.as_ref())?;
+            items.push(AccessItem { name: name.id, value: matcher });
+        }
+        let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via))?;
+        Ok(Access { via, items, instead, answer, second })
+    }
+
+    /// A parameter that the device lacks is asked for only to be refused, and so is a write to one that is read only.
+    fn exists(&self, key: &Node, name: &Name, write: bool, matcher: &Matcher, answer: Option<&Answer>) -> Read<()> {
+        let NameKind::Parameter { parameter, number, subindex, .. } = name.kind else {
+            if let (NameKind::Station(_), true) | (NameKind::Record { .. }, true) = (&name.kind, write) {
+                return Ok(());
+            }
+            return Ok(());
+        };
+        let own = answer.map(|answer| match answer {
+            Answer::Parts(parts) => parts
+                .iter()
+                .find(|(part, _)| *part == AnswerPart::Parameter(number, subindex))
+                .map(|(_, answer)| answer),
+            answer => Some(answer),
+        });
+        let refusal = match (write, matcher, own.flatten()) {
+            (false, Matcher::Refused(codes), _) | (true, _, Some(Answer::Refused(codes))) => Some(codes.as_slice()),
+            _ => None,
+        };
+        let device = self.names.device();
+        let Some(known) = parameter.and_then(|index| device.parameters.get(index)) else {
+            return match refusal {
+                Some(codes) if only(codes, &["unknown_parameter"]) => Ok(()),
+                _ => {
+                    let all: Vec<String> =
+                        device.parameters.iter().map(|parameter| format!("P{}", parameter.number)).collect();
+                    let mistake =
+                        Mistake::unknown(key.spot, "parameter", &format!("P{number}"), all.iter().map(String::as_str));
+                    Err(mistake.help("a parameter that the device lacks may only be `{ refused: unknown_parameter }`"))
+                }
+            };
+        };
+        let element = if known.elements.is_empty() {
+            subindex == 0
+        } else {
+            subindex == 0 || known.elements.iter().any(|(_, index)| *index == subindex)
+        };
+        if !element && !refusal.is_some_and(|codes| only(codes, &["no_such_subindex", "no_array"])) {
+            let names: Vec<&str> = known.elements.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(key.wrong(format!("P{number} has no element {subindex}")).help(match names.is_empty() {
+                true => "it is no array; an element that does not exist may only be refused with `no_array` or `no_such_subindex`".to_owned(),
+                false => format!("its elements are {}", names.join(", ")),
+            }));
+        }
+        if write && !known.writable && own.flatten().is_none_or(may_accept) {
+            return Err(key
+                .wrong(format!("P{number} can only be read"))
+                .help("say which answer is right: `answer: { refused: read_only }`"));
+        }
+        Ok(())
+    }
+
+    fn instead(&self, node: &Node, via: Via) -> Read<Vec<Instead>> {
+        let known = match via {
+            Via::Parameters => INSTEAD_PARAMETERS,
+            Via::Record(_) => INSTEAD_RECORD,
+            Via::Station | Via::Stand => INSTEAD_STATION,
+        };
+        let mut list = Vec::new();
+        for (key, value) in node.entries("instead")? {
+            let name = key.text("a key")?;
+            if !known.contains(&name) {
+                return Err(Mistake::unknown(key.spot, "key of instead", name, known.iter().copied()));
+            }
+            list.push(match name {
+                "reference" => Instead::Reference(self.number(value, "a reference")?),
+                "request" => Instead::Request(self.number(value, "a request")?),
+                "do_id" => Instead::DoId(self.number(value, "a DO-ID")?),
+                "count" => Instead::Count(self.number(value, "a number of parameters")?),
+                "attribute" => Instead::Attribute(self.number(value, "an attribute")?),
+                "elements" => Instead::Elements(self.number(value, "a number of elements")?),
+                "subindex" => Instead::Subindex(self.number(value, "a subindex")?),
+                "format" => Instead::Format(self.format(value)?),
+                "values" => Instead::Values(self.number(value, "a number of values")?),
+                "length" => Instead::Length(self.number(value, "a length")?),
+                "bytes" => Instead::Bytes(octets(value)?),
+                "slot" => Instead::Slot(self.number(value, "a slot")?),
+                "subslot" => Instead::Subslot(self.number(value, "a subslot")?),
+                "api" => Instead::Api(self.number(value, "an API")?),
+                "index" => Instead::Index(self.number(value, "an index")?),
+                "qualifier" => Instead::Qualifier(self.number(value, "a qualifier")?),
+                _ => Instead::StationValue(octets(value)?),
+            });
+        }
+        if list.is_empty() { Err(node.wrong("an empty `instead`")) } else { Ok(list) }
+    }
+
+    fn format(&self, node: &Node) -> Read<u8> {
+        match node.plain() {
+            Some(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => match Format::by_word(text) {
+                Some(format) => Ok(format.0),
+                None => {
+                    Err(Mistake::unknown(node.spot, "format", text, Format::TABLE.iter().map(|(_, word, _)| *word)))
+                }
+            },
+            _ => self.number(node, "a format"),
+        }
+    }
+
+    /// The service of `send` and what its answer can consist of.
+    pub(super) fn service(&self, node: &Node) -> Read<(Service, Asked<'static>)> {
+        let entries = named(node, "send")?;
+        let [(name, fields)] = entries.as_slice() else {
+            return Err(node.wrong("one `send` sends one service"));
+        };
+        let Some((_, keys)) = SERVICES.iter().find(|(known, _)| known == name) else {
+            if PROFIBUS_SERVICES.contains(name) {
+                return Err(node.wrong(format!("`{name}` exists on PROFIBUS only")));
+            }
+            let spot = node.mapping().and_then(|entries| entries.first()).map_or(node.spot, |(key, _)| key.spot);
+            return Err(Mistake::unknown(spot, "service", name, SERVICES.iter().map(|(name, _)| *name)));
+        };
+        for (key, _) in fields.entries("a service")? {
+            let field = key.text("a field")?;
+            if !keys.contains(&field) {
+                return Err(Mistake::unknown(key.spot, &format!("field of {name}"), field, keys.iter().copied()));
+            }
+        }
+        let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
+        let text = |key: &str| match literal(field(key)?, &Type::Text)? {
+            Value::Text(text) => Ok(text.to_string()),
+            _ => Err(fields.wrong(format!("`{key}` is a text"))),
+        };
+        let service = match *name {
+            "dcp_reset" => reset(field("mode")?)?,
+            "dcp_signal" => Service::DcpSignal,
+            "dcp_identify" => Service::DcpIdentify(text("name")?),
+            "record_read" => Service::RecordRead {
+                slot: self.number(field("slot")?, "a slot")?,
+                subslot: self.number(field("subslot")?, "a subslot")?,
+                index: self.number(field("index")?, "an index")?,
+                length: self.number(field("length")?, "a length")?,
+            },
+            "record_write" => Service::RecordWrite {
+                slot: self.number(field("slot")?, "a slot")?,
+                subslot: self.number(field("subslot")?, "a subslot")?,
+                index: self.number(field("index")?, "an index")?,
+                bytes: octets(field("bytes")?)?,
+            },
+            "lldp" => Service::Lldp { chassis: text("chassis")?, port: text("port")? },
+            "abort" => Service::Abort,
+            "http_get" => Service::HttpGet { path: text("path")? },
+            _ => {
+                let frame = field("frame")?;
+                let word = plain(frame, "a frame")?;
+                match Broken::by_word(word) {
+                    Some(_) => Service::Broken(word.to_owned()),
+                    None => {
+                        let known: Vec<&str> = Broken::TABLE.iter().map(|(_, word, _)| *word).collect();
+                        return Err(Mistake::unknown(frame.spot, "broken frame", word, known));
+                    }
+                }
+            }
+        };
+        let asked = match service {
+            Service::HttpGet { .. } => Asked::Web,
+            Service::RecordRead { .. } | Service::RecordWrite { .. } => Asked::Whole(From::Record),
+            Service::Broken(_) => Asked::Whole(From::Last),
+            _ => Asked::Whole(From::Station),
+        };
+        Ok((service, asked))
+    }
+}
+
+/// Words for what a reset by DCP resets; `factory` is the older service, which does not say.
+fn reset(node: &Node) -> Read<Service> {
+    let word = plain(node, "a mode")?;
+    if word == "factory" {
+        return Ok(Service::DcpReset { suboption: 5, qualifier: 0 });
+    }
+    match ResetMode::by_word(word) {
+        Some(mode) => Ok(Service::DcpReset { suboption: 6, qualifier: mode.0 << 1 }),
+        None => {
+            let known: Vec<&str> = ResetMode::TABLE.iter().map(|(_, word, _)| *word).chain(["factory"]).collect();
+            Err(Mistake::unknown(node.spot, "mode", word, known))
+        }
+    }
+}
+
+fn via_of(name: &Name) -> Via {
+    match name.kind {
+        NameKind::Record { record, .. } => Via::Record(record),
+        NameKind::Station(_) => Via::Station,
+        NameKind::Parameter { .. } => Via::Parameters,
+        _ => Via::Stand,
+    }
+}
+
+fn parameter(kind: &NameKind) -> Option<(u16, u16)> {
+    match kind {
+        NameKind::Parameter { number, subindex, .. } => Some((*number, *subindex)),
+        _ => None,
+    }
+}

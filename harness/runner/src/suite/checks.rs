@@ -1,0 +1,53 @@
+//! Whether the steps of a case look at anything, and at more than a dead device can show.
+
+use super::answer::dead_gives;
+use super::model::{Answer, Condition, Matcher, Observation, RuleBody, Step, Test, Verb};
+
+/// Whether `test` holds for a step or one inside it.
+pub(super) fn any_step(steps: &[Step], test: &dyn Fn(&Step) -> bool) -> bool {
+    steps.iter().any(|step| {
+        test(step)
+            || match &step.verb {
+                Verb::Block { steps, .. } => any_step(steps, test),
+                Verb::Either(readings) => readings.iter().any(|reading| any_step(&reading.steps, test)),
+                _ => false,
+            }
+    })
+}
+
+/// Whether a step can fail the trial by what it looks at.
+pub(super) fn is_check(step: &Step) -> bool {
+    match &step.verb {
+        Verb::Expect { .. } | Verb::Read { .. } | Verb::Send { .. } => true,
+        Verb::Write(access) => access.answer.is_some(),
+        Verb::Connect { answer, .. } => answer.is_some(),
+        Verb::Block { observe, .. } => !observe.is_empty(),
+        _ => false,
+    }
+}
+
+/// Whether a step asks for something that a device that is dead or absent does not do.
+pub(super) fn wants_life(step: &Step) -> bool {
+    let answered = |answer: &Option<Answer>| answer.as_ref().is_none_or(|answer| !dead_gives(answer));
+    match &step.verb {
+        Verb::Expect { condition, .. } => !gone(condition),
+        Verb::Read { .. } => true,
+        Verb::Write(access) => answered(&access.answer),
+        Verb::Send { answer, .. } | Verb::Connect { answer, .. } => answered(answer),
+        Verb::Block { observe, .. } => observe.iter().any(|rule| match rule {
+            Observation::Rule { body: RuleBody::Always(condition), .. } => !gone(condition),
+            Observation::Rule { .. } | Observation::Count { .. } => false,
+            Observation::Sequence { .. } => true,
+        }),
+        _ => false,
+    }
+}
+
+/// `connection: none` alone.
+fn gone(condition: &Condition) -> bool {
+    condition.parts.iter().all(|part| match &part.test {
+        Test::Name(_, Matcher::Equal(_)) => part.text.replace(' ', "") == "connection:none",
+        Test::Expression(program) => program.text().replace(' ', "") == "connection==none",
+        Test::Name(..) => false,
+    })
+}

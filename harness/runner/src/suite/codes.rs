@@ -1,0 +1,87 @@
+//! Words of refusals: which table a service has, and which numbers a word stands for.
+
+use super::device_yaml::plain;
+use super::error::{Mistake, Read};
+use super::frame::Frame;
+use super::model::Code;
+use super::yaml::Node;
+use wire::profidrive::ErrorNumber;
+use wire::profinet::dcp::BlockError;
+use wire::profinet::status::{CmrpcError, ErrorDecode, Finder, RecordError};
+
+/// What refuses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Service {
+    /// Base mode parameter access, or the records that carry it.
+    Parameters,
+    /// A record.
+    Record,
+    /// DCP.
+    Station,
+    /// A start-up.
+    Connect,
+    /// It is not known beforehand: the last answer.
+    Last,
+}
+
+/// The tables of a service, each with the name it has in messages.
+pub(super) fn tables(service: Service) -> Vec<(&'static str, Vec<(&'static str, Code)>)> {
+    let parameter =
+        || ErrorNumber::TABLE.iter().map(|(code, word, _)| (*word, Code::Parameter(code.0, (*word).to_owned())));
+    let record = || {
+        RecordError::TABLE.iter().map(|(code, word, _)| {
+            (*word, Code::Pnio { decode: ErrorDecode::PNIORW.0, code1: code.0, code2: None, word: (*word).to_owned() })
+        })
+    };
+    let finder = || {
+        Finder::TABLE.iter().map(|(code, word, _)| {
+            (*word, Code::Pnio { decode: ErrorDecode::PNIO.0, code1: code.0, code2: None, word: (*word).to_owned() })
+        })
+    };
+    let cmrpc = || {
+        CmrpcError::TABLE.iter().map(|(code, word, _)| {
+            let (decode, code1) = (ErrorDecode::PNIO.0, Finder::CMRPC.0);
+            (*word, Code::Pnio { decode, code1, code2: Some(code.0), word: (*word).to_owned() })
+        })
+    };
+    let dcp = || {
+        BlockError::TABLE
+            .iter()
+            .filter(|(code, ..)| code.0 != 0)
+            .map(|(code, word, _)| (*word, Code::Dcp(code.0, (*word).to_owned())))
+    };
+    let pnio = || ("PNIO status", record().chain(finder()).chain(cmrpc()).collect());
+    match service {
+        Service::Parameters => vec![("PROFIdrive", parameter().collect()), pnio()],
+        Service::Record => vec![pnio()],
+        Service::Station => vec![("DCP", dcp().collect())],
+        Service::Connect => vec![("PNIO status", cmrpc().chain(finder()).chain(record()).collect())],
+        Service::Last => vec![("PROFIdrive", parameter().collect()), pnio(), ("DCP", dcp().collect())],
+    }
+}
+
+/// The code that a word of a suite stands for.
+pub(super) fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read<Code> {
+    let word = plain(node, "a code")?;
+    if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
+        return Err(node
+            .wrong("a code is a word, not a number")
+            .help("give the number a word under `codes` of device.yaml"));
+    }
+    let own = frame.names.device().codes.iter().find(|(table, _)| table == "parameter_error");
+    if let (Some((_, words)), Service::Parameters | Service::Last) = (own, service)
+        && let Some((word, number)) = words.iter().find(|(known, _)| known == word)
+    {
+        frame.names.mark("code", &format!("parameter_error.{word}"));
+        return Ok(Code::Parameter(u16::try_from(*number).unwrap_or(u16::MAX), word.clone()));
+    }
+    let tables = tables(service);
+    let mut all = tables.iter().flat_map(|(_, words)| words);
+    match all.find(|(known, _)| *known == word) {
+        Some((_, code)) => Ok(code.clone()),
+        None => {
+            let known: Vec<&str> = tables.iter().flat_map(|(_, words)| words).map(|(word, _)| *word).collect();
+            Err(Mistake::unknown(node.spot, "code", word, known))
+        }
+    }
+}

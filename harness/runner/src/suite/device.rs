@@ -1,0 +1,434 @@
+//! What a device is, as `device.yaml` says it, with every name resolved.
+//!
+//! This is data about devices, so a new encoder needs no change here.
+
+use super::expr::{Program, Value, WordTable};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A name as conditions and steps use it: an index into [`super::model::Variant::names`].
+pub use super::expr::NameId;
+
+/// A place in a suite file.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Location {
+    /// The file, as it is shown to people.
+    pub file: Arc<PathBuf>,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1.
+    pub column: u32,
+}
+
+/// Where a datum comes from that the manual does not print.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Origin {
+    /// The manual prints it.
+    #[default]
+    Manual,
+    /// A vendor's GSDML or GSD.
+    Description,
+    /// Ours, for the reference device only; never a finding about a live device.
+    Invented,
+}
+
+/// The bus that a device speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Bus {
+    /// PROFINET IO.
+    Profinet,
+    /// PROFIBUS DP.
+    Profibus,
+}
+
+/// A device as its manual describes it.
+#[derive(Debug)]
+pub struct Device {
+    /// The name of the folder.
+    pub name: String,
+    /// The bus.
+    pub bus: Bus,
+    /// The title for people.
+    pub title: String,
+    /// Who it is.
+    pub identity: Identity,
+    /// The variants, by name.
+    pub variants: Vec<String>,
+    /// The times that the manual gives.
+    pub timing: Timing,
+    /// What goes over the cyclic exchange.
+    pub signals: Vec<Signal>,
+    /// Submodules (PROFINET).
+    pub submodules: Vec<Submodule>,
+    /// Modules: what one connection consists of.
+    pub modules: Vec<Module>,
+    /// Records (PROFINET).
+    pub records: Vec<Record>,
+    /// Parameters of the base mode parameter access.
+    pub parameters: Vec<Parameter>,
+    /// Code tables of the manual: table (`channel_error`, ...), word, number.
+    pub codes: Vec<(String, Vec<(String, u32)>)>,
+    /// What a stand can do with it.
+    pub stand: StandNames,
+    /// Device-independent names and the names they stand for, in order of preference.
+    pub roles: Vec<(String, Vec<String>)>,
+}
+
+/// Who a device is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Vendor ID of PI.
+    pub vendor_id: u16,
+    /// Device ID of the vendor.
+    pub device_id: u16,
+    /// Type of station, as DCP shows it.
+    pub station_type: String,
+    /// Where the device ID comes from.
+    pub device_id_origin: Origin,
+}
+
+/// The times that a manual gives.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Timing {
+    /// The deadline of an expectation without `within`.
+    pub reaction: Duration,
+    /// From Connect to the first good sample, at most.
+    pub start: Duration,
+    /// From power to an answer, at most.
+    pub power_up: Duration,
+    /// Saving, at most.
+    pub save: Duration,
+}
+
+/// Who sends a signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum From {
+    /// The controller: an output.
+    Controller,
+    /// The device: an input.
+    Device,
+}
+
+/// A value in the cyclic data; most significant octet first.
+#[derive(Debug)]
+pub struct Signal {
+    /// Its name in the manual.
+    pub name: String,
+    /// Who sends it.
+    pub from: From,
+    /// Width in bits: 8, 16, 32 or 64.
+    pub width: u32,
+    /// Whether it is a two's complement.
+    pub signed: bool,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// The size of the circle it is a place on, as written; compiled for each variant by the loader.
+    pub position_in: Option<String>,
+    /// Its bits and bit groups.
+    pub fields: Vec<Field>,
+}
+
+/// Bits of a signal, of a parameter element or of a record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// The lowest bit, 0 is the least significant of the whole.
+    pub low: u32,
+    /// How many bits.
+    pub width: u32,
+    /// Whether it is a two's complement.
+    pub signed: bool,
+    /// Words for its numbers.
+    pub words: Vec<(String, i128)>,
+    /// The same words as the type of the name.
+    pub table: Option<Arc<WordTable>>,
+    /// For a sign of life: the first and the last number that it counts through by itself.
+    pub counts: Option<(u32, u32)>,
+}
+
+/// A submodule (PROFINET).
+#[derive(Debug)]
+pub struct Submodule {
+    /// Its name.
+    pub name: String,
+    /// Slot number.
+    pub slot: u16,
+    /// Subslot number.
+    pub subslot: u16,
+    /// API.
+    pub api: u32,
+    /// Ident number.
+    pub ident: u32,
+    /// Where the ident number comes from.
+    pub ident_origin: Origin,
+    /// Octets of output data.
+    pub output_octets: u16,
+    /// Octets of input data.
+    pub input_octets: u16,
+    /// Signals in the output data in order (indices into `signals`).
+    pub outputs: Vec<usize>,
+    /// Signals in the input data in order.
+    pub inputs: Vec<usize>,
+}
+
+/// A module: what one connection consists of.
+#[derive(Debug)]
+pub struct Module {
+    /// Its name.
+    pub name: String,
+    /// Ident number.
+    pub ident: u32,
+    /// Where the ident number comes from.
+    pub ident_origin: Origin,
+    /// Its submodules (indices into `submodules`), without those of the device access point.
+    pub submodules: Vec<usize>,
+}
+
+/// A record (PROFINET).
+#[derive(Debug)]
+pub struct Record {
+    /// Its name.
+    pub name: String,
+    /// Index.
+    pub index: u16,
+    /// The submodule it is read from and written to (index into `submodules`).
+    pub at: usize,
+    /// Its length.
+    pub octets: usize,
+    /// Whether it is part of the start-up.
+    pub start: bool,
+    /// Its fields; the order is that of the file.
+    pub fields: Vec<RecordField>,
+    /// Where the layout comes from.
+    pub origin: Origin,
+}
+
+/// A field of a record.
+#[derive(Clone, Debug)]
+pub struct RecordField {
+    /// Its name.
+    pub name: String,
+    /// First octet.
+    pub octet: usize,
+    /// Number of octets that the field lies in.
+    pub octets: usize,
+    /// For bits in one octet: the lowest bit and how many.
+    pub bits: Option<(u32, u32)>,
+    /// Words for its numbers.
+    pub words: Vec<(String, i128)>,
+    /// The same words as the type of the name.
+    pub table: Option<Arc<WordTable>>,
+    /// Its default for each variant; text fields have none.
+    pub default: Vec<i128>,
+    /// Lowest and highest number that the manual allows.
+    pub range: (Option<i128>, Option<i128>),
+    /// Whether the octets are text.
+    pub text: bool,
+    /// Where the layout comes from.
+    pub origin: Origin,
+}
+
+/// The type of a parameter's elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ParameterType {
+    /// Width in bits: 8, 16, 32 or 64.
+    pub width: u32,
+    /// Whether it is a two's complement.
+    pub signed: bool,
+    /// Whether the elements are octets of a text.
+    pub text: bool,
+    /// For octets and texts, which are one value: how many octets there are, 0 where the manual does not say.
+    pub octets: Option<usize>,
+    /// The format octets that PROFIdrive has for it: the one to write with first.
+    pub formats: &'static [u8],
+}
+
+/// A parameter of the base mode parameter access.
+#[derive(Debug)]
+pub struct Parameter {
+    /// Its number.
+    pub number: u16,
+    /// The type of its elements.
+    pub kind: ParameterType,
+    /// Whether it can be written.
+    pub writable: bool,
+    /// Its default for each variant, where the manual gives one.
+    pub default: Option<Vec<i128>>,
+    /// Whether a write changes the device for good.
+    pub permanent: bool,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// Names of its elements and their subindices; empty where it is no array.
+    pub elements: Vec<(String, u16)>,
+    /// Names of bits, for an element (by name) or, with an empty name, for the whole.
+    pub bits: Vec<(String, Vec<Field>)>,
+}
+
+/// What a stand can do with a device.
+#[derive(Debug, Default)]
+pub struct StandNames {
+    /// Faults and what each means.
+    pub faults: Vec<(String, String)>,
+    /// Buttons and where each is.
+    pub buttons: Vec<(String, String)>,
+    /// Coding switches with their lowest and highest position.
+    pub switches: Vec<(String, u32, u32)>,
+    /// LEDs and the words for what each can show.
+    pub leds: Vec<(String, Vec<String>)>,
+    /// Counters.
+    pub counters: Vec<(String, String)>,
+}
+
+/// What a name is and how it is reached.
+#[derive(Clone, Debug)]
+pub enum NameKind {
+    /// A signal, its bit or field; with the program for the size of its circle, where it is a place on one.
+    Signal {
+        /// Index into `device.signals`.
+        signal: usize,
+        /// The bits (`low`, `width`, `signed`) of the signal that are meant.
+        low: u32,
+        /// How many bits.
+        width: u32,
+        /// Whether they are a two's complement.
+        signed: bool,
+        /// Index of the field, where one is named.
+        field: Option<usize>,
+        /// The size of the circle.
+        circle: Option<Program>,
+    },
+    /// `io.outputs`, the output data of the module as octets.
+    OutputOctets,
+    /// `io.inputs`, the input data of the module as octets.
+    InputOctets,
+    /// `io.input_length`, octets of input data of the module.
+    InputLength,
+    /// `io.cyclic`: `running` or `paused`.
+    Cyclic,
+    /// `io.output_status`: our IOPS, of one submodule or of all.
+    OutputStatus(Option<usize>),
+    /// `io.input_status`: the device's IOPS.
+    InputStatus(Option<usize>),
+    /// `io.consumer_status`: the device's IOCS.
+    ConsumerStatus(Option<usize>),
+    /// `connection`: `data` or `none`.
+    Connection,
+    /// A parameter, an element of it, or bits of an element.
+    Parameter {
+        /// Index into `device.parameters`, or `None` for a number that the device lacks.
+        parameter: Option<usize>,
+        /// Its number.
+        number: u16,
+        /// The subindex.
+        subindex: u16,
+        /// Lowest bit and number of bits, where bits are meant.
+        bits: Option<(u32, u32)>,
+    },
+    /// A field of a record (indices into `device.records` and its fields).
+    Record {
+        /// The record.
+        record: usize,
+        /// The field; `None` for the record as octets.
+        field: Option<usize>,
+    },
+    /// A DCP value of the station.
+    Station(StationName),
+    /// Something that the stand sets.
+    Stand(StandName),
+    /// `led.x` (index into `device.stand.leds`).
+    Led(usize),
+    /// `counter.x` (index into `device.stand.counters`).
+    Counter(usize),
+    /// An event or a part of one.
+    Event(EventName),
+    /// `answer` and its parts.
+    Answer(super::model::AnswerPart),
+    /// A start parameter in force (indices into `device.records` and its fields).
+    StartParameter {
+        /// The record.
+        record: usize,
+        /// The field.
+        field: usize,
+    },
+    /// A value of `derived`, index into [`super::model::Variant::derived`].
+    Derived(usize),
+    /// A saved value, index into [`super::model::Trial::saved`].
+    Saved(usize),
+    /// `cycle`, a duration.
+    Cycle,
+    /// `bench.address`, the controller's IP address.
+    BenchAddress,
+    /// A value that is known at load time.
+    Constant(Value),
+}
+
+/// A DCP value of the station.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StationName {
+    /// `station.name`.
+    Name,
+    /// `station.ip`.
+    Ip,
+    /// `station.mask`.
+    Mask,
+    /// `station.gateway`.
+    Gateway,
+    /// `station.vendor_id`.
+    VendorId,
+    /// `station.device_id`.
+    DeviceId,
+    /// `station.type`.
+    Type,
+}
+
+/// Something that a stand sets (indices into [`StandNames`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StandName {
+    /// `power`: `up`, `down`.
+    Power,
+    /// `link`: `up`, `down`.
+    Link,
+    /// `shaft.speed`, in rpm.
+    ShaftSpeed,
+    /// `shaft.counts`, the raw place.
+    ShaftCounts,
+    /// `supply.voltage`.
+    SupplyVoltage,
+    /// `supply.temperature`.
+    Temperature,
+    /// `fault.x`: `present`, `absent`.
+    Fault(usize),
+    /// `button.x`: `pressed`, `released`.
+    Button(usize),
+    /// `switch.x`.
+    Switch(usize),
+}
+
+/// An event or a part of one: true, or there, at one instant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EventName {
+    /// `alarm`.
+    Alarm,
+    /// `alarm.change`: `appears`, `disappears`, `all_disappear`.
+    AlarmChange,
+    /// `alarm.error`: a word of `codes.channel_error`.
+    AlarmError,
+    /// `alarm.severity`: `diagnosis`, `maintenance_required`, `maintenance_demanded`.
+    AlarmSeverity,
+    /// `alarm.slot`.
+    AlarmSlot,
+    /// `alarm.subslot`.
+    AlarmSubslot,
+    /// `alarm.channel`.
+    AlarmChannel,
+    /// `alarm.structure`: the UserStructureIdentifier.
+    AlarmStructure,
+    /// `abort`.
+    Abort,
+    /// `abort.code`.
+    AbortCode,
+    /// `lldp`.
+    Lldp,
+}

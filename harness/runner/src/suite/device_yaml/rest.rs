@@ -1,0 +1,256 @@
+//! Records, parameters, code tables, the stand and the roles of a device.
+
+use super::super::device::{Field, Parameter, ParameterType, Record, RecordField, StandNames, Submodule};
+use super::super::error::{Mistake, Read};
+use super::super::expr::Type;
+use super::super::keys::{self, Keyed, TYPES};
+use super::super::yaml::Node;
+use super::cyclic::words_of;
+use super::{Reader, flag, label, labels, named, origin, pair, plain, whole, word};
+
+impl<'n> Reader<'n> {
+    pub(super) fn records(&mut self, submodules: &[Submodule]) -> Vec<Record> {
+        let mut records = Vec::new();
+        for (name, node) in self.entries("records") {
+            self.declare("record", name, node.spot);
+            let record = self.record(name, node, submodules);
+            records.extend(self.mistakes.keep(record));
+        }
+        records
+    }
+
+    fn record(&mut self, name: &str, node: &Node, submodules: &[Submodule]) -> Read<Record> {
+        let keyed = Keyed::new(node, &keys::RECORD)?;
+        let at = keyed.must("at")?;
+        let place = plain(at, "a submodule")?;
+        let Some(index) = submodules.iter().position(|submodule| submodule.name == place) else {
+            return Err(Mistake::unknown(
+                at.spot,
+                "submodule",
+                place,
+                submodules.iter().map(|submodule| submodule.name.as_str()),
+            ));
+        };
+        let octets: usize = whole(keyed.must("octets")?, "a length")?;
+        let start = flag(keyed, "start")?;
+        let mut fields = Vec::new();
+        for (field, node) in named(keyed.must("fields")?, "fields")? {
+            self.declare("field", &format!("{name}.{field}"), node.spot);
+            fields.push(self.record_field(field, node, octets)?);
+        }
+        Ok(Record {
+            name: name.to_owned(),
+            index: whole(keyed.must("index")?, "an index")?,
+            at: index,
+            octets,
+            start,
+            fields,
+            origin: origin(keyed)?,
+        })
+    }
+
+    fn record_field(&mut self, name: &str, node: &Node, octets: usize) -> Read<RecordField> {
+        let keyed = Keyed::new(node, &keys::RECORD_FIELD)?;
+        let (first, last) = match (keyed.get("octet"), keyed.get("octets")) {
+            (Some(octet), None) => whole::<usize>(octet, "an octet").map(|octet| (octet, octet))?,
+            (None, Some(pair_of)) => pair(pair_of, "octets")?,
+            _ => return Err(node.wrong("a field has either `octet` or `octets`")),
+        };
+        if last >= octets {
+            return Err(node.wrong(format!("octet {last} is beyond the {octets} octets of the record")));
+        }
+        let bits = match (keyed.get("bit"), keyed.get("bits")) {
+            (None, None) => None,
+            (Some(bit), None) => Some((whole::<u32>(bit, "a bit")?, 1)),
+            (None, Some(bits)) => pair::<u32>(bits, "bits").map(|(low, high)| Some((low, high - low + 1)))?,
+            _ => return Err(node.wrong("a field has `bit` or `bits`, not both")),
+        };
+        if bits.is_some_and(|(low, width)| first != last || low + width > 8) {
+            return Err(node.wrong("bits are counted 0 to 7 in one octet"));
+        }
+        let count = last - first + 1;
+        let text = flag(keyed, "text")? || count > 8;
+        let table = keyed.get("words").map(|node| self.table(node)).transpose()?;
+        let width = bits.map_or(count as u32 * 8, |(_, width)| width);
+        let ty = match &table {
+            Some(table) => Type::Word(table.clone()),
+            None => Type::whole(width, false),
+        };
+        let number =
+            |key: &str| -> Read<Option<i128>> { keyed.get(key).map(|node| whole::<i128>(node, key)).transpose() };
+        let default = match keyed.get("default") {
+            None => Vec::new(),
+            Some(node) if text => return Err(node.wrong("a text has no default")),
+            Some(node) => self.default(node, &ty)?,
+        };
+        let range = (number("from")?, number("to")?);
+        let origin = origin(keyed)?;
+        let words = words_of(table.as_deref());
+        Ok(RecordField {
+            name: name.to_owned(),
+            octet: first,
+            octets: count,
+            bits,
+            words,
+            table,
+            default,
+            range,
+            text,
+            origin,
+        })
+    }
+
+    pub(super) fn parameters(&mut self) -> Vec<Parameter> {
+        let mut parameters: Vec<Parameter> = Vec::new();
+        for (name, node) in self.entries("parameters") {
+            self.declare("parameter", name, node.spot);
+            let parameter = self.parameter(name, node);
+            parameters.extend(self.mistakes.keep(parameter));
+        }
+        parameters
+    }
+
+    fn parameter(&mut self, name: &str, node: &Node) -> Read<Parameter> {
+        let keyed = Keyed::new(node, &keys::PARAMETER)?;
+        let Some(number) = parameter_number(name) else {
+            return Err(node
+                .wrong(format!("`{name}` is no parameter"))
+                .help("a parameter is `P` and its number, as P65000"));
+        };
+        let octets = keyed.get("octets").map(|node| whole::<usize>(node, "a length")).transpose()?;
+        let kind = parameter_type(word(keyed.must("type")?, "type", TYPES)?, octets);
+        let writable = word(keyed.must("access")?, "access", &["read", "read_write"])? == "read_write";
+        let default =
+            keyed.get("default").map(|node| self.default(node, &Type::whole(kind.width, kind.signed))).transpose()?;
+        let mut elements: Vec<(String, u16)> = Vec::new();
+        if let Some(node) = keyed.get("elements") {
+            for (element, index) in named(node, "elements")? {
+                self.declare("element", &format!("{name}.{element}"), index.spot);
+                let subindex = whole(index, "a subindex")?;
+                if let Some((known, _)) = elements.iter().find(|(_, known)| *known == subindex) {
+                    return Err(index.wrong(format!("the subindex {subindex} is `{known}` already")));
+                }
+                elements.push((element.to_owned(), subindex));
+            }
+        }
+        let mut bits: Vec<(String, Vec<Field>)> = Vec::new();
+        if let Some(node) = keyed.get("bits") {
+            if elements.is_empty() {
+                bits.push((String::new(), self.fields(node, kind.width, name)?));
+            } else {
+                for (key, of) in node.entries("bits")? {
+                    let element = plain(key, "an element")?;
+                    if !elements.iter().any(|(known, _)| known == element) {
+                        return Err(Mistake::unknown(
+                            key.spot,
+                            "element",
+                            element,
+                            elements.iter().map(|(name, _)| name.as_str()),
+                        ));
+                    }
+                    bits.push((element.to_owned(), self.fields(of, kind.width, &format!("{name}.{element}"))?));
+                }
+            }
+        }
+        let permanent = flag(keyed, "permanent")?;
+        Ok(Parameter { number, kind, writable, default, permanent, origin: origin(keyed)?, elements, bits })
+    }
+
+    pub(super) fn codes(&mut self) -> Vec<(String, Vec<(String, u32)>)> {
+        let mut codes = Vec::new();
+        for (table, node) in self.entries("codes") {
+            let known = ["channel_error", "diagnosis_error", "parameter_error"];
+            if !known.contains(&table) {
+                self.mistakes.note(Mistake::unknown(node.spot, "code table", table, known));
+                continue;
+            }
+            let mut words = Vec::new();
+            for (word, number) in self.mistakes.keep(named(node, "codes")).unwrap_or_default() {
+                self.declare("code", &format!("{table}.{word}"), number.spot);
+                words.extend(self.mistakes.keep(whole(number, "a code")).map(|number| (word.to_owned(), number)));
+            }
+            codes.push((table.to_owned(), words));
+        }
+        codes
+    }
+
+    pub(super) fn stand(&mut self) -> Read<StandNames> {
+        let mut names = StandNames::default();
+        let Some(node) = self.top.get("stand") else { return Ok(names) };
+        let keyed = Keyed::new(node, &keys::STAND)?;
+        let mut all = |key: &str, kind: &str| -> Read<Vec<(&str, &Node)>> {
+            let list = keyed.get(key).map_or(Ok(Vec::new()), |node| named(node, key))?;
+            list.iter().for_each(|(name, node)| self.declare(kind, name, node.spot));
+            Ok(list)
+        };
+        let texts = |list: Vec<(&str, &Node)>| -> Read<Vec<(String, String)>> {
+            list.into_iter().map(|(name, node)| Ok((name.to_owned(), node.text("a sentence")?.to_owned()))).collect()
+        };
+        names.faults = texts(all("faults", "fault")?)?;
+        names.buttons = texts(all("buttons", "button")?)?;
+        names.counters = texts(all("counters", "counter")?)?;
+        for (name, node) in all("switches", "switch")? {
+            let (low, high) = pair(node, "a switch")?;
+            names.switches.push((name.to_owned(), low, high));
+        }
+        for (name, node) in all("leds", "led")? {
+            names.leds.push((name.to_owned(), labels(node, "an LED")?));
+        }
+        Ok(names)
+    }
+
+    pub(super) fn roles(&mut self) -> Read<Vec<(String, Vec<String>)>> {
+        let mut roles = Vec::new();
+        for (name, node) in self.entries("roles") {
+            label(node, name)?;
+            self.declare("role", name, node.spot);
+            let names: Read<Vec<String>> = node
+                .items("a role")?
+                .iter()
+                .map(|item| {
+                    let name = plain(item, "a name")?;
+                    let known = self.top.get("signals").is_some_and(|signals| signals.get(name).is_some());
+                    if known {
+                        Ok(name.to_owned())
+                    } else {
+                        Err(Mistake::unknown(
+                            item.spot,
+                            "signal",
+                            name,
+                            self.entries("signals").iter().map(|(name, _)| *name).collect::<Vec<_>>(),
+                        ))
+                    }
+                })
+                .collect();
+            roles.push((name.to_owned(), names?));
+        }
+        Ok(roles)
+    }
+}
+
+/// The number of `P65000`; without leading zeros.
+pub(in super::super) fn parameter_number(name: &str) -> Option<u16> {
+    let digits = name.strip_prefix('P')?;
+    let good = !digits.is_empty()
+        && digits.bytes().all(|octet| octet.is_ascii_digit())
+        && (digits == "0" || !digits.starts_with('0'));
+    if good { digits.parse().ok() } else { None }
+}
+
+/// Width, sign and formats of a type; the form by size is written first, as controllers do.
+fn parameter_type(word: &str, octets: Option<usize>) -> ParameterType {
+    let (width, signed, text, formats): (u32, bool, bool, &'static [u8]) = match word {
+        "u8" => (8, false, false, &[0x41, 0x05]),
+        "u16" => (16, false, false, &[0x42, 0x06]),
+        "u32" => (32, false, false, &[0x43, 0x07]),
+        "u64" => (64, false, false, &[0x38]),
+        "i8" => (8, true, false, &[0x41, 0x02]),
+        "i16" => (16, true, false, &[0x42, 0x03]),
+        "i32" => (32, true, false, &[0x43, 0x04]),
+        "i64" => (64, true, false, &[0x37]),
+        "text" => (8, false, true, &[0x41, 0x09]),
+        _ => (8, false, false, &[0x41, 0x0A]),
+    };
+    let octets = octets.or(if word == "text" || word == "bytes" { Some(0) } else { None });
+    ParameterType { width, signed, text, octets, formats }
+}

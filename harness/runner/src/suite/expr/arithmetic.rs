@@ -1,0 +1,175 @@
+//! What the signs and functions between values give: their types when a text is compiled, their values when it runs.
+
+use super::ast::Binary;
+use super::types::NumberType;
+use super::{Number, Type, Value};
+
+/// The functions of one observation, with the leading minus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Function {
+    Negate,
+    Abs,
+    Min,
+    Max,
+    Floor,
+    Round,
+}
+
+/// How long a computed text may be, in octets.
+const MAX_TEXT: usize = 65_536;
+
+/// The type of `left sign right`, or why there is none and what to write instead.
+pub(super) fn binary_type(sign: Binary, left: &Type, right: &Type) -> Result<Type, (String, &'static str)> {
+    use Binary::{Add, Div, Mod, Mul, Shl, Shr, Sub};
+    let whole = |ty: &Type| matches!(ty, Type::Number(NumberType { whole: true, .. }) | Type::Place(_));
+    let steps = left.is_noisy() || right.is_noisy();
+    let number = |whole| Ok(Type::Number(NumberType { whole, steps, limits: None }));
+    match (sign, left, right) {
+        (Add | Sub | Mul | Mod, Type::Number(a), Type::Number(b)) => number(a.whole && b.whole),
+        (Div, Type::Number(_), Type::Number(_)) => number(false),
+        (Add | Sub, Type::Place(circle), Type::Number(by)) | (Add, Type::Number(by), Type::Place(circle)) => {
+            match by.whole {
+                true => Ok(Type::Place(*circle)),
+                false => Err(("a place moves by whole steps only".to_owned(), "use `floor` or `round` on the number")),
+            }
+        }
+        (Sub, Type::Place(a), Type::Place(b)) if a == b => number(true),
+        (Sub, Type::Place(_), Type::Place(_)) => Err((
+            "these are places on different circles".to_owned(),
+            "shift or multiply one of them first, so that it is a number",
+        )),
+        (Add, Type::Place(_), Type::Place(_)) => {
+            Err(("two places cannot be added".to_owned(), "add a number to a place, or subtract two places"))
+        }
+        (Sub, Type::Number(_), Type::Place(_)) => Err((
+            "a place cannot be taken from a number".to_owned(),
+            "write place - number (a place) or place - place (the way between them)",
+        )),
+        (Shl | Shr, a, b) if whole(a) && whole(b) && !matches!(b, Type::Place(_)) => number(true),
+        (Shl | Shr, Type::Number(_) | Type::Place(_), Type::Number(_)) => {
+            Err(("only whole numbers can be shifted".to_owned(), "use `floor` or `round` on the number"))
+        }
+        (Mul | Mod, Type::Place(_), Type::Number(by)) | (Mul, Type::Number(by), Type::Place(_)) => number(by.whole),
+        (Div, Type::Place(_), Type::Number(_)) => number(false),
+        (Add | Sub | Mod, Type::Time, Type::Time) => Ok(Type::Time),
+        (Add | Sub | Mod, Type::Cycles, Type::Cycles) => Ok(Type::Cycles),
+        (Div, Type::Time, Type::Time) | (Div, Type::Cycles, Type::Cycles) => number(false),
+        (Mul | Div, Type::Time, Type::Number(_)) | (Mul, Type::Number(_), Type::Time) => Ok(Type::Time),
+        (Mul | Div, Type::Cycles, Type::Number(_)) | (Mul, Type::Number(_), Type::Cycles) => Ok(Type::Cycles),
+        (Add, Type::Text, Type::Text) => Ok(Type::Text),
+        (Mul, Type::Text, Type::Number(times)) if times.whole => Ok(Type::Text),
+        (_, Type::Bit, _) | (_, _, Type::Bit) => Err((
+            format!("{left} and {right} cannot be computed with"),
+            "a bit is a condition: use `and`, `or`, `not` or `==`",
+        )),
+        (_, Type::Word(_), _) | (_, _, Type::Word(_)) => Err((
+            format!("{left} and {right} cannot be computed with"),
+            "words can only be compared with `==`, `!=` and `in`",
+        )),
+        (_, Type::Time, Type::Cycles) | (_, Type::Cycles, Type::Time) => {
+            Err(("cycles are counted, they are no time".to_owned(), "multiply a number with the duration `cycle`"))
+        }
+        _ => Err((
+            format!("{left} and {right} do not go together here"),
+            "use two numbers, two durations, a place and a number, or texts with `+` and `*`",
+        )),
+    }
+}
+
+/// The value of `left sign right`; unknown if an operand is, or if it cannot be computed.
+pub(super) fn binary_value(sign: Binary, left: &Value, right: &Value) -> Value {
+    use Binary::{Add, Div, Mod, Mul, Sub};
+    let place = |place: Option<super::Place>| place.map_or(Value::Unknown, Value::Place);
+    match (sign, left, right) {
+        (_, Value::Number(a), Value::Number(b)) => some(numbers(sign, *a, *b), Value::Number),
+        (Add, Value::Place(a), Value::Number(b)) | (Add, Value::Number(b), Value::Place(a)) => {
+            place(b.as_whole().and_then(|by| a.moved(by)))
+        }
+        (Sub, Value::Place(a), Value::Number(b)) => place(b.negated().as_whole().and_then(|by| a.moved(by))),
+        (Sub, Value::Place(a), Value::Place(b)) => a.way_from(*b).map_or(Value::Unknown, Value::whole),
+        (_, Value::Place(a), Value::Number(b)) => some(numbers(sign, Number::whole(a.at), *b), Value::Number),
+        (Mul, Value::Number(a), Value::Place(b)) => some(a.times(Number::whole(b.at)), Value::Number),
+        (Div, Value::Time(a), Value::Time(b)) | (Div, Value::Cycles(a), Value::Cycles(b)) => {
+            some(a.divided_by(*b), Value::Number)
+        }
+        (Add | Sub | Mod, Value::Time(a), Value::Time(b)) => some(numbers(sign, *a, *b), Value::Time),
+        (Add | Sub | Mod, Value::Cycles(a), Value::Cycles(b)) => some(numbers(sign, *a, *b), Value::Cycles),
+        (Mul | Div, Value::Time(a), Value::Number(b)) => some(numbers(sign, *a, *b), Value::Time),
+        (Mul | Div, Value::Cycles(a), Value::Number(b)) => some(numbers(sign, *a, *b), Value::Cycles),
+        (Mul, Value::Number(a), Value::Time(b)) => some(a.times(*b), Value::Time),
+        (Mul, Value::Number(a), Value::Cycles(b)) => some(a.times(*b), Value::Cycles),
+        (Add, Value::Text(a), Value::Text(b)) if a.len() + b.len() <= MAX_TEXT => Value::text(format!("{a}{b}")),
+        (Mul, Value::Text(text), Value::Number(times)) => repeated(text, *times),
+        _ => Value::Unknown,
+    }
+}
+
+/// The type of a function's value for its arguments, or why there is none and what to write instead.
+pub(super) fn function_type(function: Function, argument: &Type) -> Result<Type, (String, &'static str)> {
+    match (function, argument) {
+        (Function::Floor | Function::Round, Type::Number(kind)) => {
+            Ok(Type::Number(NumberType { whole: true, limits: None, ..*kind }))
+        }
+        (Function::Floor | Function::Round, Type::Time | Type::Cycles) => Err((
+            format!("{argument} has no fraction to take away"),
+            "divide it by a duration first: `floor(cycle / 1ms)`",
+        )),
+        (Function::Floor | Function::Round, _) | (_, Type::Place(_)) if matches!(argument, Type::Place(_)) => Err((
+            "a place on a circle has no size".to_owned(),
+            "take the way between two places, `position - before`, or the rest of a division, `position mod 4096`",
+        )),
+        (_, Type::Number(kind)) => Ok(Type::Number(NumberType { limits: None, ..*kind })),
+        (_, Type::Time | Type::Cycles) => Ok(argument.clone()),
+        _ => Err((format!("{argument} is no number"), "use a number or a duration here")),
+    }
+}
+
+/// The value of a function; unknown if an argument is.
+pub(super) fn function_value(function: Function, arguments: &mut dyn Iterator<Item = Value>) -> Value {
+    let Some(first) = arguments.next() else { return Value::Unknown };
+    let each = |compute: fn(Number) -> Number| match &first {
+        Value::Number(number) => Value::Number(compute(*number)),
+        Value::Time(nanos) => Value::Time(compute(*nanos)),
+        Value::Cycles(cycles) => Value::Cycles(compute(*cycles)),
+        _ => Value::Unknown,
+    };
+    match function {
+        Function::Negate => each(Number::negated),
+        Function::Abs => each(Number::abs),
+        Function::Floor => each(Number::floor),
+        Function::Round => each(Number::round),
+        Function::Min => arguments.fold(first, |best, next| picked(best, next, Number::min)),
+        Function::Max => arguments.fold(first, |best, next| picked(best, next, Number::max)),
+    }
+}
+
+fn picked(best: Value, next: Value, pick: fn(Number, Number) -> Number) -> Value {
+    match (best, next) {
+        (Value::Number(a), Value::Number(b)) => Value::Number(pick(a, b)),
+        (Value::Time(a), Value::Time(b)) => Value::Time(pick(a, b)),
+        (Value::Cycles(a), Value::Cycles(b)) => Value::Cycles(pick(a, b)),
+        _ => Value::Unknown,
+    }
+}
+
+fn numbers(sign: Binary, a: Number, b: Number) -> Option<Number> {
+    match sign {
+        Binary::Add => a.plus(b),
+        Binary::Sub => a.minus(b),
+        Binary::Mul => a.times(b),
+        Binary::Div => a.divided_by(b),
+        Binary::Mod => a.modulo(b),
+        Binary::Shl => a.shifted_left(b),
+        Binary::Shr => a.shifted_right(b),
+    }
+}
+
+fn some(number: Option<Number>, value: fn(Number) -> Value) -> Value {
+    number.map_or(Value::Unknown, value)
+}
+
+fn repeated(text: &str, times: Number) -> Value {
+    let times = times.as_whole().and_then(|times| usize::try_from(times).ok());
+    let fits = times.filter(|times| times.checked_mul(text.len()).is_some_and(|length| length <= MAX_TEXT));
+    fits.map_or(Value::Unknown, |times| Value::text(text.repeat(times)))
+}

@@ -1,0 +1,62 @@
+//! The tree of an expression, as it is written: no names are looked up yet, no types known.
+
+use super::Number;
+use std::ops::Range;
+
+/// A node of the tree, where it stands, and how deep it is.
+#[derive(Debug)]
+pub(super) struct Ast<'t> {
+    pub(super) kind: Node<'t>,
+    pub(super) span: Range<usize>,
+    /// The number of nodes on the longest way down, this one included.
+    pub(super) depth: u32,
+}
+
+/// What a node is.
+#[derive(Debug)]
+pub(super) enum Node<'t> {
+    Number(Number),
+    Time(Number),
+    Cycles(Number),
+    Text(&'t str),
+    Name(&'t str),
+    Negate(Box<Ast<'t>>),
+    Not(Box<Ast<'t>>),
+    And(Vec<Ast<'t>>),
+    Or(Vec<Ast<'t>>),
+    Binary(Binary, Box<Ast<'t>>, Box<Ast<'t>>),
+    Compare(Comparison, Box<Ast<'t>>, Box<Ast<'t>>, Option<Box<Deviation<'t>>>),
+    In(Box<Ast<'t>>, Vec<Ast<'t>>),
+    Call(&'t str, Range<usize>, Vec<Ast<'t>>),
+    If(Box<Ast<'t>>, Box<Ast<'t>>, Box<Ast<'t>>),
+}
+
+/// What stands after `+/-`.
+#[derive(Debug)]
+pub(super) struct Deviation<'t> {
+    pub(super) amount: Ast<'t>,
+    pub(super) percent: bool,
+}
+
+/// The signs between two values that give a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Binary {
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Mod,
+    Shl,
+    Shr,
+}
+
+/// The signs between two values that give a condition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Comparison {
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+}

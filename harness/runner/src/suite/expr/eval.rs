@@ -1,0 +1,241 @@
+//! Evaluation: compiled expressions over the values of one observation. It cannot fail; what is not known stays so.
+
+use super::arithmetic::{Function, binary_value, function_value};
+use super::ast::Binary;
+use super::compare::{Order, equal, order};
+use super::program::{Cell, History, Slot};
+use super::{Env, NameId, Number, Value};
+use std::borrow::Cow;
+
+/// A compiled expression; its types have been proved to fit.
+#[derive(Clone, Debug)]
+pub(super) enum Expr {
+    Const(Value),
+    Name(NameId),
+    /// The number of a [`Slot`].
+    History(usize),
+    Not(Box<Expr>),
+    And(Box<[Expr]>),
+    Or(Box<[Expr]>),
+    Equal(Box<Equality>),
+    Order(Box<Ordered>),
+    In(Box<Among>),
+    Binary(Binary, Box<[Expr; 2]>),
+    Call(Function, Box<[Expr]>),
+    /// Condition, then, else.
+    If(Box<[Expr; 3]>),
+}
+
+/// `left == right +/- tolerance`, or `!=`.
+#[derive(Clone, Debug)]
+pub(super) struct Equality {
+    pub(super) left: Expr,
+    pub(super) right: Expr,
+    pub(super) tolerance: Option<Tolerance>,
+    pub(super) noisy: bool,
+    pub(super) negated: bool,
+}
+
+/// `left < right` and the like.
+#[derive(Clone, Debug)]
+pub(super) struct Ordered {
+    pub(super) sign: Order,
+    pub(super) left: Expr,
+    pub(super) right: Expr,
+    pub(super) noisy: bool,
+}
+
+/// `value in [list]`.
+#[derive(Clone, Debug)]
+pub(super) struct Among {
+    pub(super) value: Expr,
+    pub(super) list: Box<[Expr]>,
+    pub(super) noisy: bool,
+}
+
+/// What stands after `+/-`.
+#[derive(Clone, Debug)]
+pub(super) struct Tolerance {
+    pub(super) amount: Expr,
+    pub(super) percent: bool,
+}
+
+/// One observation and what is remembered of those before.
+#[derive(Clone, Copy)]
+pub(super) struct Machine<'a> {
+    pub(super) env: &'a dyn Env,
+    pub(super) cells: &'a [Cell],
+    pub(super) slots: &'a [Slot],
+}
+
+impl<'a> Machine<'a> {
+    pub(super) fn value(&self, expr: &'a Expr) -> Cow<'a, Value> {
+        Cow::Owned(match expr {
+            Expr::Const(value) => return Cow::Borrowed(value),
+            Expr::Name(name) => self.env.value(*name),
+            Expr::History(index) => return self.history(*index),
+            Expr::Binary(sign, sides) => {
+                let [left, right] = sides.as_ref();
+                binary_value(*sign, &self.value(left), &self.value(right))
+            }
+            Expr::Call(function, arguments) => {
+                function_value(*function, &mut arguments.iter().map(|argument| self.value(argument).into_owned()))
+            }
+            Expr::If(parts) => {
+                let [condition, then, other] = parts.as_ref();
+                return match self.truth(condition) {
+                    Some(true) => self.value(then),
+                    Some(false) => self.value(other),
+                    None => Cow::Owned(Value::Unknown),
+                };
+            }
+            Expr::Not(_) | Expr::And(_) | Expr::Or(_) | Expr::Equal(_) | Expr::Order(_) | Expr::In(_) => {
+                Value::from_truth(self.truth(expr))
+            }
+        })
+    }
+
+    pub(super) fn truth(&self, expr: &'a Expr) -> Option<bool> {
+        match expr {
+            Expr::Not(inner) => self.truth(inner).map(|truth| !truth),
+            Expr::And(parts) => all(parts.iter().map(|part| self.truth(part))),
+            Expr::Or(parts) => any(parts.iter().map(|part| self.truth(part))),
+            Expr::Equal(compare) => {
+                let (left, right) = (self.value(&compare.left), self.value(&compare.right));
+                let equal = self.equal(&left, &right, compare.tolerance.as_ref(), compare.noisy)?;
+                Some(equal != compare.negated)
+            }
+            Expr::Order(compare) => {
+                let (left, right) = (self.value(&compare.left), self.value(&compare.right));
+                order(compare.sign, &left, &right, self.noise(compare.noisy))
+            }
+            Expr::In(among) => {
+                let value = self.value(&among.value);
+                any(among.list.iter().map(|entry| self.equal(&value, &self.value(entry), None, among.noisy)))
+            }
+            Expr::Const(_) | Expr::Name(_) | Expr::History(_) | Expr::Binary(..) | Expr::Call(..) | Expr::If(_) => {
+                self.value(expr).truth()
+            }
+        }
+    }
+
+    pub(super) fn equal(
+        &self,
+        left: &Value,
+        right: &Value,
+        tolerance: Option<&'a Tolerance>,
+        noisy: bool,
+    ) -> Option<bool> {
+        let width = match tolerance.map(|tolerance| self.tolerance(tolerance, right)) {
+            None => None,
+            Some(Value::Number(width) | Value::Time(width) | Value::Cycles(width)) if !width.is_negative() => {
+                Some(width)
+            }
+            // A tolerance that is unknown or below zero decides nothing.
+            Some(_) => return None,
+        };
+        equal(left, right, width, self.noise(noisy))
+    }
+
+    /// The width of a tolerance around `center`, of the same kind as what it is measured on.
+    pub(super) fn tolerance(&self, tolerance: &'a Tolerance, center: &Value) -> Value {
+        let amount = self.value(&tolerance.amount);
+        if !tolerance.percent {
+            return amount.into_owned();
+        }
+        let Value::Number(percent) = *amount else { return Value::Unknown };
+        let part = |of: &Number| of.abs().times(percent)?.divided_by(Number::whole(100));
+        match center {
+            Value::Number(number) => part(number).map_or(Value::Unknown, Value::Number),
+            Value::Time(nanos) => part(nanos).map_or(Value::Unknown, Value::Time),
+            Value::Cycles(cycles) => part(cycles).map_or(Value::Unknown, Value::Cycles),
+            _ => Value::Unknown,
+        }
+    }
+
+    fn noise(&self, noisy: bool) -> u32 {
+        if noisy { self.env.position_noise() } else { 0 }
+    }
+
+    fn history(&self, index: usize) -> Cow<'a, Value> {
+        let unknown = Cow::Owned(Value::Unknown);
+        let (Some(slot), Some(cell)) = (self.slots.get(index), self.cells.get(index)) else {
+            // Nothing was observed before: only what is false by itself is known.
+            return match self.slots.get(index) {
+                Some(slot) => Cow::Owned(Value::from_truth(self.edge(slot, None))),
+                None => unknown,
+            };
+        };
+        match cell {
+            Cell::Truth(before) => Cow::Owned(Value::from_truth(self.edge(slot, *before))),
+            Cell::Image { present, before } => match slot.function {
+                History::Changes => {
+                    let now = self.value(&slot.argument);
+                    let same = equal(&now, present, None, self.noise(slot.noisy));
+                    Cow::Owned(Value::from_truth(same.map(|same| !same)))
+                }
+                _ if self.value(&slot.argument).is_unknown() => unknown,
+                _ if self.is_fresh(slot) => Cow::Borrowed(present),
+                _ => Cow::Borrowed(before),
+            },
+            Cell::Last(Some(last)) => {
+                Cow::Owned(Value::nanos(i128::from(super::number::nanos(self.env.now().since(*last)))))
+            }
+            Cell::Last(None) => unknown,
+        }
+    }
+
+    fn edge(&self, slot: &'a Slot, before: Option<bool>) -> Option<bool> {
+        match slot.function {
+            History::Rises => all([self.truth(&slot.argument), before.map(|before| !before)].into_iter()),
+            History::Falls => all([self.truth(&slot.argument).map(|now| !now), before].into_iter()),
+            History::Changes | History::Prev | History::Since => None,
+        }
+    }
+
+    fn is_fresh(&self, slot: &Slot) -> bool {
+        slot.names.iter().any(|name| self.env.fresh(*name))
+    }
+
+    /// What the slot `index` remembers after this observation; `None` if what it has stays.
+    pub(super) fn remember(&self, index: usize, slot: &'a Slot) -> Option<Cell> {
+        match self.cells.get(index)? {
+            Cell::Truth(_) => Some(Cell::Truth(self.truth(&slot.argument))),
+            Cell::Last(_) => match self.truth(&slot.argument) {
+                Some(true) => Some(Cell::Last(Some(self.env.now()))),
+                Some(false) => None,
+                // It may have been true here, so the last time is no longer certain.
+                None => Some(Cell::Last(None)),
+            },
+            Cell::Image { present, .. } => {
+                let now = self.value(&slot.argument);
+                match (now.is_unknown(), present.is_unknown()) {
+                    (true, _) => Some(Cell::Image { present: Value::Unknown, before: Value::Unknown }),
+                    (false, true) => Some(Cell::Image { present: now.into_owned(), before: Value::Unknown }),
+                    (false, false) if self.is_fresh(slot) => {
+                        Some(Cell::Image { present: now.into_owned(), before: present.clone() })
+                    }
+                    (false, false) => None,
+                }
+            }
+        }
+    }
+}
+
+/// Whether all are true: false if one is false, else unknown if one is unknown.
+pub(super) fn all(truths: impl Iterator<Item = Option<bool>>) -> Option<bool> {
+    let mut result = Some(true);
+    for truth in truths {
+        match truth {
+            Some(false) => return truth,
+            Some(true) => {}
+            None => result = None,
+        }
+    }
+    result
+}
+
+/// Whether one is true: true if one is true, else unknown if one is unknown.
+pub(super) fn any(truths: impl Iterator<Item = Option<bool>>) -> Option<bool> {
+    all(truths.map(|truth| truth.map(|truth| !truth))).map(|none| !none)
+}

@@ -1,0 +1,69 @@
+//! What a condition came to, part by part, for the report of a failure.
+
+use super::eval::{Expr, Machine};
+use super::{Env, Program, Shown, State, Type, Value};
+use std::ops::Range;
+
+/// A part of a condition; all parts have to be true.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// As it is written.
+    pub text: String,
+    /// Whether it is true; `None` if unknown.
+    pub truth: Option<bool>,
+    /// What it was computed from, in the order written, each once.
+    pub operands: Vec<Operand>,
+}
+
+/// A name, a look back, or a side of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operand {
+    /// As it is written.
+    pub text: String,
+    /// Its value as a suite would write it, whole numbers also in hexadecimal: `4660 (0x1234)`.
+    pub value: String,
+}
+
+/// What is kept of the text for [`Program::explain`].
+#[derive(Clone, Debug)]
+pub(super) struct Note {
+    pub(super) part: Leaf,
+    pub(super) operands: Box<[Leaf]>,
+}
+
+/// A piece of the text with its meaning.
+#[derive(Clone, Debug)]
+pub(super) struct Leaf {
+    pub(super) span: Range<usize>,
+    pub(super) expr: Expr,
+    pub(super) ty: Type,
+}
+
+impl Program {
+    /// The parts that `and` joins at the top, each with what it came to at the observation `env`.
+    ///
+    /// A program that is no condition is one part without a truth, whose operands say what it was computed from.
+    pub fn explain(&self, env: &dyn Env, state: &State) -> Vec<Part> {
+        let machine = self.machine(env, state);
+        let mut parts = Vec::with_capacity(self.notes.len());
+        for Note { part, operands } in &self.notes {
+            let operand = |leaf| Operand { text: self.text_of(leaf), value: shown(leaf, machine) };
+            let operands = operands.iter().map(operand).collect();
+            parts.push(Part { text: self.text_of(part), truth: machine.truth(&part.expr), operands });
+        }
+        parts
+    }
+
+    fn text_of(&self, leaf: &Leaf) -> String {
+        self.text.get(leaf.span.clone()).unwrap_or_default().trim().to_owned()
+    }
+}
+
+fn shown<'p>(leaf: &'p Leaf, machine: Machine<'p>) -> String {
+    let value = machine.value(&leaf.expr);
+    let decimal = Shown(&value, &leaf.ty).to_string();
+    match (&*value, value.as_whole()) {
+        (Value::Number(_) | Value::Place(_), Some(whole)) if whole > 9 => format!("{decimal} (0x{whole:X})"),
+        _ => decimal,
+    }
+}

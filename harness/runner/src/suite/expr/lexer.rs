@@ -1,0 +1,146 @@
+//! The text of an expression as a row of tokens.
+
+use super::literal::{quantity, unit_of_time};
+use super::{ExprError, Number};
+use std::ops::Range;
+
+/// A token and where it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Token<'t> {
+    pub(super) kind: Kind<'t>,
+    pub(super) span: Range<usize>,
+}
+
+/// What a token is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind<'t> {
+    Number(Number),
+    /// A duration in nanoseconds.
+    Time(Number),
+    Cycles(Number),
+    /// What stands between the quotes.
+    Text(&'t str),
+    /// A name with its points, or a word of the language.
+    Name(&'t str),
+    Symbol(Symbol),
+    End,
+}
+
+macro_rules! symbols {
+    ($($text:literal $name:ident)*) => {
+        /// A sign of the language.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(super) enum Symbol { $($name),* }
+
+        /// Every sign as it is written; a longer one stands before those it begins with.
+        const SYMBOLS: &[(&str, Symbol)] = &[$(($text, Symbol::$name)),*];
+    };
+}
+
+symbols! {
+    "+/-" PlusMinus  "==" Equal  "!=" NotEqual  "<=" LessEqual  ">=" GreaterEqual  "<<" Left  ">>" Right
+    "<" Less  ">" Greater  "+" Plus  "-" Minus  "*" Times  "/" Divide  "%" Percent
+    "(" Open  ")" Close  "[" OpenList  "]" CloseList  "," Comma
+}
+
+/// What people write who come from another language, and what it is here.
+const FOREIGN: &[(&str, &str)] = &[
+    ("&&", "write `and`"),
+    ("||", "write `or`"),
+    ("=", "write `==` to compare"),
+    ("!", "write `not`"),
+    ("\u{b1}", "write `+/-`"),
+    ("\u{2264}", "write `<=`"),
+    ("\u{2265}", "write `>=`"),
+    ("\u{2260}", "write `!=`"),
+    ("'", "write a text in double quotes"),
+    ("&", "name the bit in `device.yaml` and use its name"),
+    ("|", "write `or` between conditions"),
+    ("^", "write `<<` for a power of two"),
+    ("{", "write conditions with `and`, or as a mapping without `=`"),
+];
+
+/// Splits `text` into tokens; the last one is always [`Kind::End`].
+pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, ExprError> {
+    let mut tokens: Vec<Token<'_>> = Vec::new();
+    let mut at = 0;
+    while let Some(rest) = text.get(at..) {
+        let Some(first) = rest.chars().next() else { break };
+        let length = match first {
+            ' ' | '\t' | '\n' | '\r' => {
+                at += 1;
+                continue;
+            }
+            '"' => rest.get(1..).and_then(|inside| inside.find('"')).map(|end| end + 2),
+            _ if first.is_ascii_alphanumeric() || first == '_' => Some(word_length(rest)),
+            _ => SYMBOLS.iter().find(|(sign, _)| rest.starts_with(sign)).map(|(sign, _)| sign.len()),
+        };
+        let Some(length) = length else { return Err(no_token(text, at, first)) };
+        let span = at..at + length;
+        at = span.end;
+        let word = text.get(span.clone()).unwrap_or_default();
+        let kind = match first {
+            '"' => Kind::Text(word.trim_matches('"')),
+            '0'..='9' => amount(word, &span)?,
+            _ if first.is_ascii_alphabetic() || first == '_' => Kind::Name(name(word, &span)?),
+            _ => symbol(word).ok_or_else(|| no_token(text, span.start, first))?,
+        };
+        match (kind, tokens.last_mut()) {
+            (Kind::Name("cycles"), Some(Token { kind: kind @ Kind::Number(_), span: before })) => {
+                if let Kind::Number(count) = *kind {
+                    *kind = Kind::Cycles(count);
+                }
+                before.end = span.end;
+            }
+            _ => tokens.push(Token { kind, span }),
+        }
+    }
+    tokens.push(Token { kind: Kind::End, span: text.len()..text.len() });
+    Ok(tokens)
+}
+
+fn word_length(rest: &str) -> usize {
+    let part = |octet: u8| octet.is_ascii_alphanumeric() || octet == b'_' || octet == b'.';
+    rest.bytes().position(|octet| !part(octet)).unwrap_or(rest.len())
+}
+
+fn symbol(word: &str) -> Option<Kind<'_>> {
+    SYMBOLS.iter().find(|(sign, _)| *sign == word).map(|&(_, symbol)| Kind::Symbol(symbol))
+}
+
+fn amount<'t>(word: &'t str, span: &Range<usize>) -> Result<Kind<'t>, ExprError> {
+    let (number, unit) = quantity(word).map_err(|error| ExprError { span: span.clone(), ..error })?;
+    if unit.is_empty() {
+        return Ok(Kind::Number(number));
+    }
+    if unit == "cycles" {
+        return Err(
+            ExprError::new(span.clone(), format!("`{word}` has no space")).help(format!("write `{number} cycles`"))
+        );
+    }
+    let nanos = number.times(Number::whole(unit_of_time(unit, span.clone())?));
+    let too_long = || ExprError::new(span.clone(), format!("`{word}` is too long")).help("write a shorter duration");
+    nanos.map(Kind::Time).ok_or_else(too_long)
+}
+
+fn name<'t>(word: &'t str, span: &Range<usize>) -> Result<&'t str, ExprError> {
+    match word.split('.').all(|part| part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')) {
+        true => Ok(word),
+        false => Err(ExprError::new(span.clone(), format!("`{word}` is no name"))
+            .help("each part of a name begins with a letter, and a point stands only between two parts")),
+    }
+}
+
+fn no_token(text: &str, at: usize, first: char) -> ExprError {
+    let rest = text.get(at..).unwrap_or_default();
+    if first == '"' {
+        return ExprError::new(at..text.len(), "this text has no end").help("close it with a `\"`");
+    }
+    match FOREIGN.iter().find(|(sign, _)| rest.starts_with(sign)) {
+        Some((sign, help)) => {
+            ExprError::new(at..at + sign.len(), format!("`{sign}` is no sign of this language")).help(*help)
+        }
+        None => ExprError::new(at..at + first.len_utf8(), format!("`{first}` is no sign of this language"))
+            .help("leave it out, or put a text in double quotes"),
+    }
+}

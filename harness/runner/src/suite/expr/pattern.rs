@@ -1,0 +1,144 @@
+//! Octets of which some may be anything.
+
+use super::ExprError;
+use std::fmt;
+
+/// Octets to compare with: written `80 00 .. *`, where `..` is any octet and `*` any number of octets.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BytePattern {
+    items: Vec<Item>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Item {
+    Octet(u8),
+    AnyOctet,
+    AnyRest,
+}
+
+impl BytePattern {
+    /// Reads `text`: two capital digits each, one space between; an empty text is no octets.
+    pub(super) fn parse(text: &str) -> Result<BytePattern, ExprError> {
+        let mut items = Vec::new();
+        let mut at = 0;
+        for word in text.split(' ').filter(|_| !text.is_empty()) {
+            let span = at..at + word.len();
+            at = span.end + 1;
+            let item = match word {
+                ".." => Item::AnyOctet,
+                "*" if items.last() == Some(&Item::AnyRest) => {
+                    return Err(ExprError::new(span, "the second `*` in a row says nothing").help("leave it out"));
+                }
+                "*" => Item::AnyRest,
+                "" => return Err(ExprError::new(span, "a space too many").help("write one space between two octets")),
+                _ => Item::Octet(octet(word).ok_or_else(|| {
+                    ExprError::new(span, format!("`{word}` is no octet"))
+                        .help("write two capital hexadecimal digits each, with one space between: \"80 0A\"")
+                })?),
+            };
+            items.push(item);
+        }
+        Ok(BytePattern { items })
+    }
+
+    /// The octets themselves, if no part of them is left open.
+    pub fn exact(&self) -> Option<Vec<u8>> {
+        let octet = |item: &Item| match item {
+            Item::Octet(octet) => Some(*octet),
+            Item::AnyOctet | Item::AnyRest => None,
+        };
+        self.items.iter().map(octet).collect()
+    }
+
+    /// Whether `octets` are such octets.
+    pub fn matches(&self, octets: &[u8]) -> bool {
+        let (mut item, mut octet) = (0, 0);
+        // Where the last `*` stands, and the first octet that it has not swallowed yet.
+        let mut rest: Option<(usize, usize)> = None;
+        loop {
+            let fits = match (self.items.get(item), octets.get(octet)) {
+                (None, None) => return true,
+                (Some(Item::AnyRest), _) => {
+                    rest = Some((item, octet));
+                    item += 1;
+                    continue;
+                }
+                (Some(Item::AnyOctet), Some(_)) => true,
+                (Some(Item::Octet(wanted)), Some(seen)) => wanted == seen,
+                (None, Some(_)) | (Some(_), None) => false,
+            };
+            match rest {
+                _ if fits => (item, octet) = (item + 1, octet + 1),
+                Some((star, swallowed)) if swallowed < octets.len() => {
+                    rest = Some((star, swallowed + 1));
+                    (item, octet) = (star + 1, swallowed + 1);
+                }
+                _ => return false,
+            }
+        }
+    }
+}
+
+fn octet(word: &str) -> Option<u8> {
+    let capital = word.len() == 2 && word.bytes().all(|digit| matches!(digit, b'0'..=b'9' | b'A'..=b'F'));
+    u8::from_str_radix(word, 16).ok().filter(|_| capital)
+}
+
+/// As it is written in a suite.
+impl fmt::Display for BytePattern {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, item) in self.items.iter().enumerate() {
+            f.write_str(if index == 0 { "" } else { " " })?;
+            match item {
+                Item::Octet(octet) => write!(f, "{octet:02X}")?,
+                Item::AnyOctet => f.write_str("..")?,
+                Item::AnyRest => f.write_str("*")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    #[rstest]
+    #[case("", &[], true)]
+    #[case("", &[1], false)]
+    #[case("80 00", &[0x80, 0x00], true)]
+    #[case("80 00", &[0x80], false)]
+    #[case("80 00", &[0x80, 0x00, 0x00], false)]
+    #[case(".. 82", &[0x17, 0x82], true)]
+    #[case(".. 82", &[0x82], false)]
+    #[case("*", &[], true)]
+    #[case("80 *", &[0x80], true)]
+    #[case("80 *", &[0x80, 1, 2], true)]
+    #[case("80 *", &[0x81, 1, 2], false)]
+    #[case("* 81 40 36", &[1, 2, 0x81, 0x40, 0x36], true)]
+    #[case("* 81 40 36", &[0x81, 0x40, 0x81, 0x40, 0x36], true)]
+    #[case("* 81 40 36", &[0x81, 0x40, 0x36, 0], false)]
+    #[case("01 * 02 * 03", &[1, 2, 2, 9, 3], true)]
+    #[case("01 * 02 * 03", &[1, 9, 3], false)]
+    #[case("* ..", &[], false)]
+    fn an_open_part_stands_for_anything(#[case] pattern: &str, #[case] octets: &[u8], #[case] matches: bool) {
+        let pattern = BytePattern::parse(pattern).expect("a pattern");
+        assert_eq!(pattern.matches(octets), matches, "{pattern}");
+    }
+
+    #[rstest]
+    #[case("80  00", 3)]
+    #[case(" 80", 0)]
+    #[case("80 ", 3)]
+    #[case("80 0a", 3)]
+    #[case("8000", 0)]
+    #[case("80 0", 3)]
+    #[case("+1", 0)]
+    #[case("0é", 0)]
+    #[case("* *", 2)]
+    #[case("...", 0)]
+    fn anything_else_is_refused_where_it_stands(#[case] pattern: &str, #[case] at: usize) {
+        assert_eq!(BytePattern::parse(pattern).expect_err("no pattern").span.start, at);
+    }
+}

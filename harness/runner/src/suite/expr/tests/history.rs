@@ -1,0 +1,144 @@
+//! Functions that look back.
+
+use super::{Program, Seen, State, Value, condition};
+use rstest::rstest;
+
+const T: Option<bool> = Some(true);
+const F: Option<bool> = Some(false);
+const U: Option<bool> = None;
+
+/// Runs a condition over observations: first evaluated, then advanced.
+fn run(text: &str, trace: impl IntoIterator<Item = Seen>) -> Vec<Option<bool>> {
+    let program = condition(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    let mut state = State::default();
+    trace.into_iter().map(|seen| step(&program, &seen, &mut state)).collect()
+}
+
+fn step(program: &Program, seen: &Seen, state: &mut State) -> Option<bool> {
+    let truth = program.truth(seen, state);
+    assert_eq!(truth, program.truth(seen, state), "looking twice changes nothing");
+    state.advance(program, seen);
+    truth
+}
+
+fn bits(bits: &str) -> Vec<Seen> {
+    let seen = |bit| match bit {
+        '0' | '1' => Seen::now(&[("a", Value::Bit(bit == '1'))]),
+        _ => Seen::now(&[]),
+    };
+    bits.chars().map(seen).collect()
+}
+
+/// A sample of the sign of life, or with a sign behind it an observation that carries none but leaves it as it is.
+fn life(number: Option<i64>) -> Seen {
+    number.map_or_else(|| Seen::now(&[]), |number| Seen::now(&[("ZSW2_ENC.sign_of_life", Value::whole(number))]))
+}
+
+#[rstest]
+#[case("rises(a)", "0110100", &[F, T, F, F, T, F, F])]
+#[case("falls(a)", "0110100", &[U, F, F, T, F, T, F])]
+#[case("rises(a)", "1?101", &[U, F, U, F, T])]
+#[case("falls(a)", "1?001", &[F, U, U, F, F])]
+#[case("rises(a)", "?01", &[U, F, T])]
+#[case("not rises(a)", "01", &[T, F])]
+#[case("rises(not a)", "110", &[F, F, T])]
+#[case("changes(a)", "0110?00", &[U, T, F, T, U, U, F])]
+#[case("prev(a)", "0110?01", &[U, F, T, T, U, U, F])]
+#[case("rises(a) or a", "111", &[T, T, T])]
+fn the_frame_before_must_be_known(#[case] text: &str, #[case] trace: &str, #[case] expected: &[Option<bool>]) {
+    assert_eq!(run(text, bits(trace)), expected);
+}
+
+#[test]
+fn only_what_is_false_by_itself_is_known_at_the_first_frame() {
+    assert_eq!(run("rises(a)", bits("0")), [F]);
+    assert_eq!(run("rises(a)", bits("1")), [U]);
+    assert_eq!(run("falls(a)", bits("1")), [F]);
+    assert_eq!(run("falls(a)", bits("0")), [U]);
+}
+
+#[test]
+fn prev_stays_between_two_images_and_changes_is_true_once() {
+    let trace =
+        || [life(Some(4)), life(Some(5)), life(Some(5)).stale(), life(Some(5)).stale(), life(Some(6)), life(Some(6))];
+    assert_eq!(run("prev(ZSW2_ENC.sign_of_life) == 4", trace()), [U, T, T, T, F, F]);
+    assert_eq!(run("prev(ZSW2_ENC.sign_of_life) == 5", trace()), [U, F, F, F, T, F]);
+    assert_eq!(run("changes(ZSW2_ENC.sign_of_life)", trace()), [U, T, F, F, T, F]);
+    assert_eq!(run("(ZSW2_ENC.sign_of_life - prev(ZSW2_ENC.sign_of_life)) mod 15 == 1", trace()), [U, T, T, T, T, F]);
+}
+
+#[test]
+fn a_value_known_when_the_look_begins_is_the_last_one() {
+    let trace = || [life(Some(4)).stale(), life(Some(5))];
+    assert_eq!(run("changes(ZSW2_ENC.sign_of_life)", trace()), [U, T]);
+    assert_eq!(run("prev(ZSW2_ENC.sign_of_life) == 4", trace()), [U, T]);
+}
+
+#[test]
+fn the_sign_of_life_counts_one_to_fifteen() {
+    let when = "changes(ZSW2_ENC.sign_of_life) and prev(ZSW2_ENC.sign_of_life) != 0";
+    let then = "ZSW2_ENC.sign_of_life == prev(ZSW2_ENC.sign_of_life) mod 15 + 1";
+    let trace = || [0, 1, 14, 15, 1, 0].map(|number| life(Some(number)));
+    assert_eq!(run(when, trace()), [U, F, T, T, T, T]);
+    assert_eq!(run(then, trace()), [U, T, F, T, T, F]);
+}
+
+#[test]
+fn a_gap_leaves_no_last_value() {
+    let trace = || [life(Some(4)), life(None), life(Some(6)), life(Some(7))];
+    assert_eq!(run("changes(ZSW2_ENC.sign_of_life)", trace()), [U, U, U, T]);
+    assert_eq!(run("prev(ZSW2_ENC.sign_of_life) == 6", trace()), [U, U, U, T]);
+}
+
+#[test]
+fn since_measures_from_the_last_earlier_time() {
+    let trace = |bits_at: &[(char, u64)]| -> Vec<Seen> {
+        bits_at.iter().flat_map(|&(bit, at)| bits(&bit.to_string()).into_iter().map(move |seen| seen.at(at))).collect()
+    };
+    let seen = [('0', 10), ('1', 20), ('0', 30), ('1', 50), ('1', 60)];
+    assert_eq!(run("since(a) == 10ns", trace(&seen)), [U, U, T, F, T]);
+    assert_eq!(run("since(a) == 30ns", trace(&seen)), [U, U, F, T, F]);
+    // Where it cannot be known whether it was true, the last time is no longer certain.
+    let gap = [('1', 10), ('?', 20), ('0', 30), ('1', 40), ('0', 50)];
+    assert_eq!(run("since(a) == 10ns", trace(&gap)), [U, T, U, U, T]);
+}
+
+#[test]
+fn functions_that_look_back_may_stand_inside_each_other() {
+    let stamp = |number: i64, at: u64| Seen::now(&[("time_stamp", Value::whole(number))]).at(at);
+    let second = 1_000_000_000;
+    let trace =
+        [stamp(7, 0), stamp(8, second), stamp(8, second + 5), stamp(9, 2 * second), stamp(10, 2 * second + second / 2)];
+    let text = "since(changes(time_stamp)) == 1s +/- 2%";
+    assert_eq!(run(text, trace), [U, U, F, T, F]);
+    let rule = "time_stamp == (prev(time_stamp) + 1) mod 65536 and since(changes(time_stamp)) == 1s +/- 2%";
+    let trace = [stamp(65534, 0), stamp(65535, second), stamp(0, 2 * second)];
+    assert_eq!(run(rule, trace), [U, U, T]);
+    assert_eq!(run("rises(changes(a))", bits("00110")), [U, F, T, F, T]);
+}
+
+#[test]
+fn noise_of_a_place_at_rest_is_no_change() {
+    let at = |at: i64| Seen::now(&[("position", Value::place(at, Some(8000)))]).noise(1);
+    assert_eq!(run("changes(position)", [at(0), at(7999), at(1), at(1)]), [U, F, T, F]);
+}
+
+#[test]
+fn forgetting_begins_anew() {
+    let program = condition("changes(a) and since(a) < 1s").expect("a condition");
+    let mut state = State::default();
+    let trace = bits("010");
+    trace.iter().for_each(|seen| state.advance(&program, seen));
+    assert!(program.truth(&trace[1], &state).is_some());
+    state.forget();
+    assert_eq!(program.truth(&trace[1], &state), U);
+}
+
+#[test]
+fn a_state_of_another_program_is_replaced_not_trusted() {
+    let (one, other) = (condition("rises(a)").expect("one"), condition("changes(a) and prev(a)").expect("other"));
+    let mut state = State::default();
+    state.advance(&one, &bits("1")[0]);
+    state.advance(&other, &bits("1")[0]);
+    assert_eq!(other.truth(&bits("0")[0], &state), T);
+}

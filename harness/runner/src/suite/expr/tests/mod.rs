@@ -1,0 +1,175 @@
+//! Every rule of section 2 of the suite language, each in a table that can fail.
+
+mod examples;
+mod history;
+mod literals;
+mod messages;
+mod places;
+mod soup;
+mod truth;
+mod values;
+
+use super::{Allow, Circle, Env, ExprError, Found, NameId, Program, Scope, State, Target, Type, Value, WordTable};
+use station::Time;
+use std::collections::HashMap;
+
+/// The names of the tests; a [`NameId`] is an index into `names`.
+pub(super) struct Names {
+    names: Vec<(String, Type)>,
+    other: HashMap<&'static str, Found>,
+}
+
+/// Two circles: `position` and `G1_XIST2` lie on the first, `G1_XIST1` on the second.
+const CIRCLES: [Circle; 2] = [Circle(0), Circle(1)];
+
+impl Names {
+    pub(super) fn new() -> Names {
+        let switch = WordTable::new("switch", [("disabled", 0), ("enabled", 1)]);
+        let inverted = WordTable::new("inverted_switch", [("enabled", 0), ("disabled", 1)]);
+        let errors = WordTable::new("channel_error", [("memory", 0x9000), ("position", 0x900A)]);
+        let led = WordTable::plain("led.encoder", ["dark", "red", "green_flashing"]);
+        let units = WordTable::new("speed_unit", [("steps_per_second", 0), ("rpm", 3)]);
+        let bits = "G1_ZSW.sensor_error G1_ZSW.parked G1_ZSW.transmit_absolute_value G1_ZSW.home_position_executed \
+            G1_STW.request_home_position G1_STW.park STW2_ENC.control_by_plc alarm diag.fixed_one io.diagnosis_pending a b c";
+        let wide = "G1_ZSW MT_POS ST_POS total_range hardware_range units_per_revolution P65000";
+        let mut names: Vec<(String, Type)> = Vec::new();
+        names.extend(bits.split_whitespace().map(|name| (name.to_owned(), Type::Bit)));
+        names.extend(wide.split_whitespace().map(|name| (name.to_owned(), Type::whole(32, false))));
+        names.extend(
+            [
+                ("position", Type::Place(CIRCLES[0])),
+                ("before", Type::Place(CIRCLES[0])),
+                ("place", Type::Place(CIRCLES[0])),
+                ("G1_XIST2", Type::Place(CIRCLES[0])),
+                ("G1_XIST1", Type::Place(CIRCLES[1])),
+                ("ZSW2_ENC.sign_of_life", Type::whole(4, false)),
+                ("time_stamp", Type::whole(16, false)),
+                ("NIST_B", Type::whole(32, true)),
+                ("supply.voltage", Type::FRACTION),
+                ("cycle", Type::Time),
+                ("station.name", Type::Text),
+                ("station.ip", Type::Address),
+                ("io.inputs", Type::Bytes),
+                ("class_4", Type::Word(switch.clone())),
+                ("scaling", Type::Word(switch.clone())),
+                ("round_axis", Type::Word(switch.clone())),
+                ("class_2", Type::Word(switch)),
+                ("g1_xist1_preset_control", Type::Word(inverted)),
+                ("alarm.error", Type::Word(errors.clone())),
+                ("diag.errors", Type::Set(errors)),
+                ("led.encoder", Type::Word(led)),
+                ("speed_unit", Type::Word(units)),
+                ("connection", Type::Word(WordTable::plain("connection", ["none", "data"]))),
+            ]
+            .map(|(name, ty)| (name.to_owned(), ty)),
+        );
+        let other = HashMap::from([
+            ("shift", Found::Constant(Value::whole(1000), Type::WHOLE)),
+            ("shown", Found::Constant(Value::whole(1500), Type::WHOLE)),
+            ("long", Found::Constant(Value::whole(-33860), Type::WHOLE)),
+            ("after", Found::Constant(Value::whole(0x1334), Type::WHOLE)),
+            ("short", Found::Constant(Value::whole(32767), Type::WHOLE)),
+            ("xist1_shift", Found::Constant(Value::whole(2), Type::WHOLE)),
+            ("name", Found::Constant(Value::text("enc-1"), Type::Text)),
+            ("unit", Found::Word("rpm".to_owned())),
+            (
+                "power",
+                Found::Refused {
+                    message: "`power` can only be set".to_owned(),
+                    help: Some("look at `connection`".to_owned()),
+                },
+            ),
+        ]);
+        Names { names, other }
+    }
+}
+
+impl Scope for Names {
+    fn lookup(&self, path: &str) -> Option<Found> {
+        let known = self.names.iter().zip(0..).find(|((name, _), _)| name == path);
+        known.map(|((_, ty), id)| Found::Name(NameId(id), ty.clone())).or_else(|| self.other.get(path).cloned())
+    }
+
+    fn known(&self, visit: &mut dyn FnMut(&str)) {
+        self.names.iter().for_each(|(name, _)| visit(name));
+    }
+}
+
+/// One observation.
+#[derive(Default)]
+pub(super) struct Seen {
+    values: HashMap<NameId, Value>,
+    fresh: Vec<NameId>,
+    now: Time,
+    noise: u32,
+}
+
+impl Seen {
+    /// These names have these values and were carried by this observation; everything else is unknown.
+    pub(super) fn now(values: &[(&str, Value)]) -> Seen {
+        let names = Names::new();
+        let id = |path: &str| match names.lookup(path) {
+            Some(Found::Name(id, _)) => id,
+            other => panic!("{path} is {other:?}"),
+        };
+        let values: HashMap<NameId, Value> = values.iter().map(|(path, value)| (id(path), value.clone())).collect();
+        Seen { fresh: values.keys().copied().collect(), values, ..Seen::default() }
+    }
+
+    /// An observation that carries none of them, with their values as before.
+    pub(super) fn stale(self) -> Seen {
+        Seen { fresh: Vec::new(), ..self }
+    }
+
+    pub(super) fn at(self, nanos: u64) -> Seen {
+        Seen { now: Time::from_nanos(nanos), ..self }
+    }
+
+    pub(super) fn noise(self, noise: u32) -> Seen {
+        Seen { noise, ..self }
+    }
+}
+
+impl Env for Seen {
+    fn value(&self, name: NameId) -> Value {
+        self.values.get(&name).cloned().unwrap_or(Value::Unknown)
+    }
+    fn fresh(&self, name: NameId) -> bool {
+        self.fresh.contains(&name)
+    }
+    fn now(&self) -> Time {
+        self.now
+    }
+    fn position_noise(&self) -> u32 {
+        self.noise
+    }
+}
+
+pub(super) fn condition(text: &str) -> Result<Program, ExprError> {
+    Program::condition(text, &Names::new(), Allow::TRACE)
+}
+
+pub(super) fn value(text: &str) -> Result<Program, ExprError> {
+    Program::value(text, None, &Names::new(), Allow::VALUE)
+}
+
+pub(super) fn target(text: &str, wanted: &str) -> Result<Target, ExprError> {
+    Target::compile(text, &ty(wanted), &Names::new(), Allow::TRACE)
+}
+
+pub(super) fn ty(name: &str) -> Type {
+    match Names::new().lookup(name) {
+        Some(Found::Name(_, ty) | Found::Constant(_, ty)) => ty,
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+/// What the condition comes to where only `values` were seen.
+pub(super) fn truth(text: &str, values: &[(&str, Value)]) -> Option<bool> {
+    condition(text).unwrap_or_else(|error| panic!("{text}: {error}")).truth(&Seen::now(values), &State::default())
+}
+
+/// What the value comes to where only `values` were seen.
+pub(super) fn computed(text: &str, values: &[(&str, Value)]) -> Value {
+    value(text).unwrap_or_else(|error| panic!("{text}: {error}")).eval(&Seen::now(values), &State::default())
+}

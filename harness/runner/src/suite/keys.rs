@@ -1,0 +1,322 @@
+//! The closed key sets of suite files: name, whether it must be there, what stands behind it, and one sentence.
+//!
+//! The loader refuses what is not in these tables and `encspec schema` is made from them, so they cannot drift apart.
+
+use super::error::{Mistake, Read};
+use super::yaml::Node;
+
+/// What stands behind a key, as far as a schema can say it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Shape {
+    /// Free text.
+    Text,
+    /// A name that is declared here.
+    Label,
+    /// A name that is declared elsewhere.
+    Name,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A number.
+    Number,
+    /// Only `true`; a flag that is not set is left out.
+    Flag,
+    /// A duration or a number of cycles.
+    Duration,
+    /// A condition.
+    Condition,
+    /// A condition, or a mapping of names and what they have to be.
+    Checks,
+    /// Whatever the place asks for.
+    Any,
+    /// A mapping of names and values.
+    Values,
+    /// A list.
+    List(&'static Shape),
+    /// A mapping with names of its own, all values alike.
+    Map(&'static Shape),
+    /// A mapping with these keys.
+    Keys(&'static KeySet),
+    /// A step: one verb and its modifiers.
+    Step,
+    /// A bit, a pair of bits, or a mapping.
+    Bits,
+}
+
+/// A key.
+#[derive(Debug)]
+pub(super) struct Key {
+    pub name: &'static str,
+    pub required: bool,
+    pub shape: Shape,
+    pub sentence: &'static str,
+}
+
+/// A closed set of keys.
+#[derive(Debug)]
+pub(super) struct KeySet {
+    /// What has these keys, with its article.
+    pub what: &'static str,
+    pub keys: &'static [Key],
+}
+
+macro_rules! key_sets {
+    ($($name:ident $what:literal { $($key:literal $must:ident $shape:expr, $sentence:literal;)* })*) => {
+        $(#[doc = $what]
+        pub(super) static $name: KeySet = KeySet {
+            what: $what,
+            keys: &[$(Key { name: $key, required: key_sets!(@$must), shape: $shape, sentence: $sentence }),*],
+        };)*
+
+        /// Every key set, by the name of its table.
+        pub(super) static ALL: &[(&str, &KeySet)] = &[$((stringify!($name), &$name)),*];
+    };
+    (@must) => { true };
+    (@may) => { false };
+}
+
+use Shape::*;
+
+key_sets! {
+    TOPIC "a topic file" {
+        "suite" must Label, "The name of the file.";
+        "defaults" may Keys(&DEFAULTS), "What all cases of the file begin with.";
+        "cases" may List(&Keys(&CASE)), "The cases.";
+        "rules" may List(&Keys(&RULE)), "Rules that hold on every trace.";
+    }
+    USE "a topic file that uses a common suite" {
+        "suite" must Label, "The name of the file.";
+        "use" must Name, "The common suite.";
+        "defaults" may Keys(&DEFAULTS), "What all cases of the file begin with.";
+        "give" may Values, "What the common suite takes.";
+        "covers" may Map(&List(&Name)), "For each case and rule of the common suite the requirements that it covers here.";
+        "omit" may Map(&Text), "Cases and rules of the common suite that are left out, with the reason.";
+    }
+    COMMON "a common suite" {
+        "common" must Label, "The name of the file.";
+        "why" must Text, "One sentence.";
+        "takes" may Map(&Keys(&TAKES)), "What a manual has to give.";
+        "cases" may List(&Keys(&CASE)), "The cases.";
+        "rules" may List(&Keys(&RULE)), "Rules that hold on every trace.";
+    }
+    TAKES "an entry of takes" {
+        "is" must Word(TAKEN), "What is taken.";
+        "why" must Text, "One sentence.";
+    }
+    PROCEDURES "a file of procedures" {
+        "procedures" must Map(&Keys(&PROCEDURE)), "Named steps.";
+    }
+    PROCEDURE "a procedure" {
+        "takes" must List(&Label), "Names that are replaced in the steps by what `give` says.";
+        "steps" must List(&Step), "The steps; none of them does another procedure.";
+    }
+    DEFAULTS "defaults" {
+        "start" may Values, "Merged key by key with the start of each case.";
+        "within" may Duration, "The deadline of expectations that have none.";
+        "given" may List(&Step), "Goes before what the case is given.";
+        "finally" may List(&Step), "Goes after the case's own.";
+    }
+    CASE "a case" {
+        "id" must Label, "Unique in the file.";
+        "why" must Text, "One sentence.";
+        "covers" may List(&Name), "The requirements.";
+        "variants" may List(&Name), "The variants it runs on, all by default.";
+        "catches" may List(&Name), "Bugs of the reference device that must make this case fail.";
+        "start" may Values, "The connection it begins with, or `none`.";
+        "with" may List(&Values), "A table: each entry is a trial.";
+        "given" may List(&Step), "Brings the device where the test begins.";
+        "steps" must List(&Step), "The test.";
+        "finally" may List(&Step), "Runs always.";
+    }
+    RULE "a rule" {
+        "id" must Label, "Unique in the file.";
+        "why" must Text, "One sentence.";
+        "covers" may List(&Name), "The requirements.";
+        "variants" may List(&Name), "The variants it is judged on, all by default.";
+        "catches" may List(&Name), "Bugs of the reference device that must break this rule.";
+        "always" may Condition, "True at every sample at which it is known.";
+        "when" may Condition, "The premise.";
+        "then" may Checks, "What follows from the premise.";
+        "within" may Duration, "The deadline after the premise.";
+        "for" may Duration, "How long it stays true.";
+        "until" may Condition, "It stays true up to the first sample at which this is true.";
+    }
+    OBSERVED "an observed rule" {
+        "always" may Condition, "True at every sample at which it is known.";
+        "when" may Condition, "The premise.";
+        "then" may Checks, "What follows from the premise.";
+        "within" may Duration, "The deadline after the premise.";
+        "for" may Duration, "How long it stays true.";
+        "until" may Condition, "It stays true up to the first sample at which this is true.";
+        "count" may Condition, "The number of frames or events at which this is true is counted.";
+        "sequence" may List(&Condition), "The values of these, one after the other, equal neighbours taken as one.";
+        "is" may Any, "The right number, or the right sequence.";
+    }
+    EXCHANGED "an entry of exchange" {
+        "set" may Values, "What is set at its begin.";
+        "expect" may Checks, "What the answer of each cycle shows (PROFIBUS).";
+        "times" may Number, "How many cycles, one by default; 0 leaves the entry out.";
+    }
+    TURN "a turn" {
+        "revolutions" may Number, "How far in revolutions, clockwise positive.";
+        "counts" may Number, "How far in hardware steps.";
+        "degrees" may Number, "How far in degrees.";
+        "rpm" may Number, "How fast, 60 by default.";
+    }
+
+    DEVICE "device.yaml" {
+        "device" must Label, "The name of the folder.";
+        "bus" must Word(&["profinet", "profibus"]), "The bus.";
+        "title" must Text, "The title for people.";
+        "identity" must Keys(&IDENTITY), "Who it is.";
+        "variants" must List(&Label), "The variants.";
+        "timing" must Keys(&TIMING), "The times that the manual gives.";
+        "constants" may Map(&Any), "One number, or one for each variant.";
+        "words" may Map(&Map(&Number)), "Tables of words and their numbers.";
+        "derived" may Map(&Condition), "Expressions over start parameters and constants.";
+        "signals" must Map(&Keys(&SIGNAL)), "What goes over the cyclic exchange.";
+        "submodules" must Map(&Keys(&SUBMODULE)), "Submodules.";
+        "modules" must Map(&Keys(&MODULE)), "What one connection consists of.";
+        "records" may Map(&Keys(&RECORD)), "Records.";
+        "parameters" may Map(&Keys(&PARAMETER)), "Parameters of the base mode parameter access.";
+        "codes" may Map(&Map(&Number)), "Code tables of the manual.";
+        "stand" may Keys(&STAND), "What a stand can do with it.";
+        "roles" may Map(&List(&Name)), "Device-independent names.";
+    }
+    IDENTITY "identity" {
+        "vendor_id" must Number, "Vendor ID of PI.";
+        "device_id" must Number, "Device ID of the vendor.";
+        "station_type" must Text, "Type of station as DCP shows it.";
+    }
+    SOURCED "a datum with its origin" {
+        "value" must Any, "The datum.";
+        "from_source" must Word(ORIGINS), "Where it comes from.";
+    }
+    TIMING "timing" {
+        "reaction" must Duration, "The deadline of an expectation without `within`.";
+        "start" must Duration, "From Connect to the first good sample, at most.";
+        "power_up" must Duration, "From power to an answer, at most.";
+        "save" must Duration, "Saving, at most.";
+    }
+    SIGNAL "a signal" {
+        "from" must Word(&["controller", "device"]), "Who sends it.";
+        "width" must Number, "In bits: 8, 16, 32 or 64.";
+        "signed" may Flag, "It is a two's complement.";
+        "position_in" may Condition, "The size of the circle on which it is a place.";
+        "fields" may Map(&Bits), "Its bits and groups of bits.";
+        "from_source" may Word(ORIGINS), "Where it comes from if the manual does not print it.";
+    }
+    FIELD "a field of a signal or element" {
+        "bit" may Number, "Its bit; 0 is the lowest.";
+        "bits" may List(&Number), "Its lowest and its highest bit.";
+        "signed" may Flag, "It is a two's complement.";
+        "words" may Name, "The table of its words.";
+        "counts" may List(&Number), "The first and the last number that it counts through by itself.";
+    }
+    SUBMODULE "a submodule" {
+        "slot" must Number, "Slot number.";
+        "subslot" must Number, "Subslot number.";
+        "api" may Number, "API, 0 by default.";
+        "ident" must Number, "Ident number.";
+        "octets" may Keys(&OCTETS), "Lengths of its cyclic data.";
+        "outputs" may List(&Name), "Signals of its output data in order.";
+        "inputs" may List(&Name), "Signals of its input data in order.";
+        "from_source" may Word(ORIGINS), "Where its ident comes from if the manual does not print it.";
+    }
+    OCTETS "octets" {
+        "out" must Number, "Octets of output data.";
+        "in" must Number, "Octets of input data.";
+    }
+    MODULE "a module" {
+        "ident" must Number, "Ident number.";
+        "submodules" must List(&Name), "Its submodules.";
+        "from_source" may Word(ORIGINS), "Where its ident comes from if the manual does not print it.";
+    }
+    RECORD "a record" {
+        "index" must Number, "Index.";
+        "at" must Name, "The submodule it is read from and written to.";
+        "octets" must Number, "Its length.";
+        "start" may Flag, "It is part of the start-up.";
+        "fields" must Map(&Keys(&RECORD_FIELD)), "Its fields.";
+        "from_source" may Word(ORIGINS), "Where its layout comes from if the manual does not print it.";
+    }
+    RECORD_FIELD "a field of a record" {
+        "octet" may Number, "The octet it lies in.";
+        "octets" may List(&Number), "Its first and its last octet.";
+        "bit" may Number, "Its bit in the octet.";
+        "bits" may List(&Number), "Its lowest and its highest bit in the octet.";
+        "words" may Name, "The table of its words.";
+        "text" may Flag, "Its octets are text.";
+        "default" may Any, "Its documented default.";
+        "from" may Any, "The lowest number that the manual allows.";
+        "to" may Any, "The highest number that the manual allows.";
+        "from_source" may Word(ORIGINS), "Where its place comes from if the manual does not print it.";
+    }
+    PARAMETER "a parameter" {
+        "type" must Word(TYPES), "The type of its elements.";
+        "octets" may Number, "For bytes and text: how many.";
+        "access" must Word(&["read", "read_write"]), "Whether it can be written.";
+        "default" may Any, "Its default.";
+        "permanent" may Flag, "A write changes the device for good.";
+        "elements" may Map(&Number), "Names and subindices of its elements.";
+        "bits" may Map(&Any), "Names of bits, of the parameter or of an element.";
+        "from_source" may Word(ORIGINS), "Where it comes from if the manual does not print it.";
+    }
+    STAND "stand" {
+        "faults" may Map(&Text), "Conditions of the encoder that the manual describes.";
+        "buttons" may Map(&Text), "Buttons and where each is.";
+        "switches" may Map(&List(&Number)), "Coding switches with their lowest and highest position.";
+        "leds" may Map(&List(&Label)), "LEDs and what each can show.";
+        "counters" may Map(&Text), "Counters.";
+    }
+}
+
+/// What a common suite can take.
+pub(super) const TAKEN: &[&str] = &["parameter", "number", "word", "role"];
+/// Where a datum can come from that the manual does not print.
+pub(super) const ORIGINS: &[&str] = &["description", "invented"];
+/// Types of parameters.
+pub(super) const TYPES: &[&str] = &["u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64", "bytes", "text"];
+
+impl KeySet {
+    /// The names of the keys.
+    pub(super) fn names(&self) -> impl Iterator<Item = &'static str> + Clone {
+        self.keys.iter().map(|key| key.name)
+    }
+}
+
+/// A mapping whose keys were found to be in their set.
+#[derive(Clone, Copy)]
+pub(super) struct Keyed<'n> {
+    pub node: &'n Node,
+}
+
+impl<'n> Keyed<'n> {
+    /// Checks the keys of `node` against `set`.
+    pub(super) fn new(node: &'n Node, set: &'static KeySet) -> Read<Keyed<'n>> {
+        for (key, _) in node.entries(set.what)? {
+            let name = key.text("a key")?;
+            if !set.names().any(|known| known == name) {
+                return Err(Mistake::unknown(key.spot, &format!("key of {}", set.what), name, set.names()));
+            }
+        }
+        match set.keys.iter().find(|key| key.required && node.get(key.name).is_none()) {
+            Some(key) => Err(node.wrong(format!("{} needs the key `{}`", set.what, key.name)).help(key.sentence)),
+            None => Ok(Keyed { node }),
+        }
+    }
+
+    /// The value of a key that may be missing.
+    pub(super) fn get(&self, key: &str) -> Option<&'n Node> {
+        self.node.get(key)
+    }
+
+    /// The value of a key that the set requires.
+    pub(super) fn must(&self, key: &str) -> Read<&'n Node> {
+        self.node.get(key).ok_or_else(|| self.node.wrong(format!("the key `{key}` is missing")))
+    }
+
+    /// The key's own node, to point at.
+    pub(super) fn key(&self, key: &str) -> Option<&'n Node> {
+        self.node.mapping()?.iter().map(|(name, _)| name).find(|name| name.scalar() == Some(key))
+    }
+}

@@ -1,0 +1,227 @@
+//! The plain lists of a manual: `requirements.yaml` and `bugs.yaml`.
+
+use super::error::{Mistake, Mistakes, Read, Spot};
+use super::model::{Bug, Class, Level, Requirement, Source};
+use super::source::Files;
+use super::yaml::from_yaml;
+use rustc_hash::FxHashMap;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RequirementsFile {
+    requirements: Vec<RequirementEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RequirementEntry {
+    id: String,
+    cites: String,
+    statement: String,
+    level: LevelWord,
+    source: SourceWord,
+    channel: Channel,
+    variants: Option<Vec<String>>,
+    ambiguity: Option<String>,
+    class: Option<ClassWord>,
+    reason: Option<String>,
+    reading: Option<String>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum LevelWord {
+    Must,
+    Should,
+    Info,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum SourceWord {
+    Manual,
+    Profile,
+    Convention,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Channel {
+    Cyclic,
+    Acyclic,
+    Startup,
+    Record,
+    Dcp,
+    Alarm,
+    Web,
+    Model,
+    Diagnosis,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum ClassWord {
+    Implicit,
+    Untestable,
+    OutOfScope,
+    Contradictory,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BugsFile {
+    bugs: BTreeMap<String, BugEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BugEntry {
+    why: String,
+    breaks: Vec<String>,
+}
+
+/// Reads the requirements; those with a mistake are left out.
+pub(super) fn requirements(
+    file: u16,
+    text: &str,
+    variants: &[String],
+    files: &Files,
+    mistakes: &Mistakes,
+) -> Vec<Requirement> {
+    let Some(read) = mistakes.keep(from_yaml::<RequirementsFile>(file, text)) else { return Vec::new() };
+    let mut spots = Spots::new(file, text);
+    let mut known = FxHashMap::default();
+    let mut list = Vec::with_capacity(read.requirements.len());
+    for entry in read.requirements {
+        let spot = spots.after("id:", &entry.id);
+        if known.insert(entry.id.clone(), spot).is_some() {
+            mistakes.note(Mistake::new(spot, format!("duplicate id `{}`", entry.id)));
+            continue;
+        }
+        list.extend(mistakes.keep(requirement(entry, spot, variants, files)));
+    }
+    if list.is_empty() {
+        mistakes.note(Mistake::new(Spot { file, line: 1, column: 1, width: 0 }, "there are no requirements"));
+    }
+    list
+}
+
+fn requirement(entry: RequirementEntry, spot: Spot, variants: &[String], files: &Files) -> Read<Requirement> {
+    let wrong = |message: &str| Err(Mistake::new(spot, format!("{}: {message}", entry.id)));
+    let applies = match &entry.variants {
+        None => (0..variants.len()).collect(),
+        Some(names) => {
+            let index = |name: &String| {
+                let found = variants.iter().position(|known| known == name);
+                found.ok_or_else(|| Mistake::unknown(spot, "variant", name, variants.iter().map(String::as_str)))
+            };
+            names.iter().map(index).collect::<Read<Vec<usize>>>()?
+        }
+    };
+    if applies.is_empty() {
+        return wrong("it applies to no variant");
+    }
+    if entry.level == LevelWord::Must && (entry.source != SourceWord::Manual || entry.ambiguity.is_some()) {
+        return wrong("only what the manual says without ambiguity is `must`");
+    }
+    let class = match (entry.class, entry.reason, entry.reading) {
+        (None, None, None) => Class::Testable,
+        (Some(ClassWord::Implicit), Some(reason), None) => Class::Implicit(reason),
+        (Some(ClassWord::Untestable), Some(reason), None) => Class::Untestable(reason),
+        (Some(ClassWord::OutOfScope), Some(reason), None) => Class::OutOfScope(reason),
+        (Some(ClassWord::Contradictory), None, Some(reading)) => Class::Contradictory(reading),
+        (Some(ClassWord::Contradictory), ..) => return wrong("`contradictory` needs the `reading` that was chosen"),
+        (Some(_), ..) => return wrong("its class needs a `reason`, and nothing else"),
+        (None, ..) => return wrong("`reason` and `reading` go with a `class`"),
+    };
+    Ok(Requirement {
+        level: match entry.level {
+            LevelWord::Must => Level::Must,
+            LevelWord::Should => Level::Should,
+            LevelWord::Info => Level::Info,
+        },
+        source: match entry.source {
+            SourceWord::Manual => Source::Manual,
+            SourceWord::Profile => Source::Profile,
+            SourceWord::Convention => Source::Convention,
+        },
+        channel: match entry.channel {
+            Channel::Cyclic => "cyclic",
+            Channel::Acyclic => "acyclic",
+            Channel::Startup => "startup",
+            Channel::Record => "record",
+            Channel::Dcp => "dcp",
+            Channel::Alarm => "alarm",
+            Channel::Web => "web",
+            Channel::Model => "model",
+            Channel::Diagnosis => "diagnosis",
+        }
+        .to_owned(),
+        id: entry.id,
+        cites: entry.cites,
+        statement: entry.statement,
+        variants: applies,
+        ambiguity: entry.ambiguity,
+        class,
+        at: files.location(spot),
+    })
+}
+
+/// Reads the bugs; each breaks requirements that exist.
+pub(super) fn bugs(
+    file: u16,
+    text: &str,
+    requirements: &FxHashMap<String, (usize, Vec<usize>)>,
+    files: &Files,
+    mistakes: &Mistakes,
+) -> Vec<(Bug, Spot)> {
+    let Some(read) = mistakes.keep(from_yaml::<BugsFile>(file, text)) else { return Vec::new() };
+    let mut list = Vec::new();
+    for (name, entry) in read.bugs {
+        let spot = Spots::new(file, text).after("", &format!("{name}:"));
+        let breaks = entry.breaks.iter().map(|id| match requirements.get(id) {
+            Some((index, _)) => Ok(*index),
+            None => {
+                let mut known: Vec<&str> = requirements.keys().map(String::as_str).collect();
+                known.sort_unstable();
+                let mut at = Spots::new(file, text);
+                at.after("", &format!("{name}:"));
+                Err(Mistake::unknown(at.after("", id), "requirement", id, known))
+            }
+        });
+        let breaks = breaks.collect::<Read<Vec<usize>>>();
+        let breaks = breaks.and_then(|breaks| {
+            if breaks.is_empty() { Err(Mistake::new(spot, format!("`{name}` breaks nothing"))) } else { Ok(breaks) }
+        });
+        let Some(breaks) = mistakes.keep(breaks) else { continue };
+        list.push((Bug { name, why: entry.why, breaks, at: files.location(spot) }, spot));
+    }
+    list.sort_by_key(|(_, spot)| *spot);
+    list
+}
+
+/// Finds words in the order of a file, for lists whose reader keeps no places.
+struct Spots<'t> {
+    file: u16,
+    lines: std::iter::Enumerate<std::str::Lines<'t>>,
+}
+
+impl<'t> Spots<'t> {
+    fn new(file: u16, text: &'t str) -> Spots<'t> {
+        Spots { file, lines: text.lines().enumerate() }
+    }
+
+    /// The next line that has `key` and then `word`; the search goes on after it.
+    fn after(&mut self, key: &str, word: &str) -> Spot {
+        for (index, line) in self.lines.by_ref() {
+            let place = line.find(key).and_then(|start| Some(start + line.get(start..)?.find(word)?));
+            if let Some(place) = place {
+                let column = line.get(..place).map_or(0, |before| before.chars().count()) as u32 + 1;
+                return Spot { file: self.file, line: index as u32 + 1, column, width: word.chars().count() as u32 };
+            }
+        }
+        Spot { file: self.file, line: 1, column: 1, width: 0 }
+    }
+}

@@ -1,0 +1,36 @@
+//! The suite language: what a device must do, read from YAML and checked to the last letter.
+//!
+//! [`load`] gives manuals whose names are resolved and whose conditions are compiled ([`model`]). Everything that can be
+//! wrong is found here, with file, line and column; the engine meets no mistake of a suite.
+
+mod access;
+mod answer;
+mod base;
+mod case;
+mod checks;
+mod codes;
+pub mod device;
+mod device_yaml;
+mod error;
+pub mod expr;
+mod frame;
+mod keys;
+mod lists;
+mod load;
+mod matcher;
+pub mod model;
+mod names;
+mod rule;
+mod schema;
+mod source;
+mod start;
+mod step;
+mod table;
+pub mod words;
+mod yaml;
+
+pub use error::{LoadError, LoadErrors};
+pub use load::{Checker, load};
+pub use schema::schema;
+pub use source::Sources;
+pub(crate) use yaml::read_plain;

@@ -1,0 +1,86 @@
+//! Which names there are, for suggestions and for the schema.
+
+use super::Names;
+
+impl Names<'_> {
+    /// Every constant, start parameter and derived value.
+    pub(super) fn values(&self, visit: &mut dyn FnMut(&str)) {
+        self.described.constants.iter().for_each(|(name, _)| visit(name));
+        self.described.derived.iter().for_each(|(name, _)| visit(name));
+        let starts = self.device().records.iter().filter(|record| record.start);
+        starts.flat_map(|record| &record.fields).for_each(|field| visit(&field.name));
+    }
+
+    /// Every name there is, for suggestions.
+    pub(in super::super) fn known(&self, visit: &mut dyn FnMut(&str)) {
+        let device = self.device();
+        for signal in &device.signals {
+            visit(&signal.name);
+            signal.fields.iter().for_each(|field| visit(&format!("{}.{}", signal.name, field.name)));
+        }
+        for record in &device.records {
+            record.fields.iter().for_each(|field| visit(&format!("{}.{}", record.name, field.name)));
+        }
+        for parameter in &device.parameters {
+            visit(&format!("P{}", parameter.number));
+            parameter.elements.iter().for_each(|(name, _)| visit(&format!("P{}.{name}", parameter.number)));
+            for (of, fields) in &parameter.bits {
+                let dot = if of.is_empty() { "" } else { "." };
+                fields.iter().for_each(|field| visit(&format!("P{}{dot}{of}.{}", parameter.number, field.name)));
+            }
+        }
+        let stand = &device.stand;
+        stand.faults.iter().for_each(|(name, _)| visit(&format!("fault.{name}")));
+        stand.buttons.iter().for_each(|(name, _)| visit(&format!("button.{name}")));
+        stand.switches.iter().for_each(|(name, ..)| visit(&format!("switch.{name}")));
+        stand.leds.iter().for_each(|(name, _)| visit(&format!("led.{name}")));
+        stand.counters.iter().for_each(|(name, _)| visit(&format!("counter.{name}")));
+        device.roles.iter().for_each(|(name, _)| visit(&format!("role.{name}")));
+        BUILT_IN.iter().for_each(|(name, _)| visit(name));
+        self.values(visit);
+    }
+}
+
+/// Names that every device on PROFINET has, with what each is.
+pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
+    ("io.outputs", "the output data as octets"),
+    ("io.inputs", "the input data as octets"),
+    ("io.input_length", "octets of input data"),
+    ("io.cyclic", "whether we send cyclic frames: running, paused"),
+    ("io.output_status", "our provider status: good, bad; also of one submodule"),
+    ("io.input_status", "the device's provider status: good, bad"),
+    ("io.consumer_status", "the device's consumer status: good, bad"),
+    ("connection", "data or none, as our controller sees it"),
+    ("station.name", "the name of the station"),
+    ("station.ip", "its address"),
+    ("station.mask", "its subnet mask"),
+    ("station.gateway", "its gateway"),
+    ("station.vendor_id", "its vendor ID"),
+    ("station.device_id", "its device ID"),
+    ("station.type", "its type"),
+    ("shaft.speed", "revolutions per minute, clockwise positive"),
+    ("shaft.counts", "the raw place in hardware steps"),
+    ("power", "up, down"),
+    ("link", "up, down"),
+    ("supply.voltage", "in volts"),
+    ("supply.temperature", "in degrees Celsius"),
+    ("alarm", "an alarm came"),
+    ("alarm.change", "appears, disappears, all_disappear, disappears_others_remain"),
+    ("alarm.error", "a word of codes.channel_error"),
+    ("alarm.severity", "diagnosis, maintenance_required, maintenance_demanded"),
+    ("alarm.slot", "its slot"),
+    ("alarm.subslot", "its subslot"),
+    ("alarm.channel", "its channel"),
+    ("alarm.structure", "its UserStructureIdentifier"),
+    ("abort", "the device aborted the connection"),
+    ("abort.code", "why, as a word"),
+    ("lldp", "the device announced itself to its neighbour"),
+    ("answer", "the last answer"),
+    ("answer.bytes", "the octets of the last response"),
+    ("bench.address", "the controller's address"),
+    ("cycle", "the time between two cyclic frames"),
+    ("timing.reaction", "the default deadline"),
+    ("timing.start", "from Connect to the first good sample"),
+    ("timing.power_up", "from power to an answer"),
+    ("timing.save", "saving"),
+];

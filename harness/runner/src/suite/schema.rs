@@ -1,0 +1,124 @@
+//! JSON Schema of suite files, made from the tables that the loader reads by, and the lists of words that go with it.
+
+use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION, SERVICES};
+use super::answer::MODULE_STATES;
+use super::codes::{Service, tables};
+use super::keys::{ALL, KeySet, Shape};
+use super::names::BUILT_IN;
+use super::start::{INSTEAD, SETTINGS};
+use super::step::VERBS;
+use controllers::profinet_io::Broken;
+use serde_json::{Map, Value, json};
+
+/// The JSON Schema (draft 2020-12) of all suite files.
+///
+/// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES` and `DEVICE`.
+/// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
+/// services, codes of refusals, damaged frames.
+pub fn schema() -> Value {
+    let mut defs: Map<String, Value> = ALL.iter().map(|(name, set)| ((*name).to_owned(), key_set(set))).collect();
+    defs.insert("STEP".to_owned(), step());
+    let files =
+        ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE"].map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "encspec suite files",
+        "anyOf": files,
+        "$defs": defs,
+        "x-encspec": words(),
+    })
+}
+
+fn key_set(set: &'static KeySet) -> Value {
+    let properties: Map<String, Value> = set
+        .keys
+        .iter()
+        .map(|key| {
+            let mut schema = shape(key.shape);
+            if let Value::Object(schema) = &mut schema {
+                schema.insert("description".to_owned(), key.sentence.into());
+            }
+            (key.name.to_owned(), schema)
+        })
+        .collect();
+    let required: Vec<&str> = set.keys.iter().filter(|key| key.required).map(|key| key.name).collect();
+    json!({ "description": set.what, "type": "object", "properties": properties, "required": required, "additionalProperties": false })
+}
+
+fn shape(shape: Shape) -> Value {
+    let reference = |set: &'static KeySet| {
+        let name = ALL.iter().find(|(_, known)| std::ptr::eq(*known, set)).map_or("", |(name, _)| name);
+        json!({ "$ref": format!("#/$defs/{name}") })
+    };
+    match shape {
+        Shape::Text | Shape::Label | Shape::Name => json!({ "type": "string" }),
+        Shape::Word(words) => json!({ "enum": words }),
+        Shape::Number => json!({ "type": ["number", "string", "object"] }),
+        Shape::Flag => json!({ "const": true }),
+        Shape::Duration => json!({ "type": ["string", "number"] }),
+        Shape::Condition => json!({ "type": ["string", "number"] }),
+        Shape::Checks => json!({ "type": ["string", "object"] }),
+        Shape::Any => json!({}),
+        Shape::Values => json!({ "type": ["object", "string"] }),
+        Shape::List(item) => {
+            json!({ "anyOf": [{ "type": "array", "items": self::shape(*item) }, { "type": "string", "pattern": "^=" }] })
+        }
+        Shape::Map(value) => json!({ "type": "object", "additionalProperties": self::shape(*value) }),
+        Shape::Keys(set) => reference(set),
+        Shape::Step => json!({ "$ref": "#/$defs/STEP" }),
+        Shape::Bits => {
+            json!({ "anyOf": [{ "type": "integer" }, { "type": "array", "items": { "type": "integer" } }, { "$ref": "#/$defs/FIELD" }] })
+        }
+    }
+}
+
+/// A step is exactly one of the verbs with the modifiers of that verb.
+fn step() -> Value {
+    let one = VERBS.iter().map(|(verb, modifiers, sentence)| {
+        let mut properties = Map::new();
+        properties.insert((*verb).to_owned(), json!({ "description": sentence }));
+        for modifier in *modifiers {
+            properties.insert((*modifier).to_owned(), json!({}));
+        }
+        json!({ "type": "object", "properties": properties, "required": [verb], "additionalProperties": false })
+    });
+    json!({ "description": "a step", "oneOf": one.collect::<Vec<_>>() })
+}
+
+fn words() -> Value {
+    let sentences = |list: &[(&str, &str)]| -> Value {
+        list.iter().map(|(word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect::<Map<_, _>>().into()
+    };
+    let codes = |service: Service| -> Value {
+        let words = tables(service).into_iter().flat_map(|(_, words)| words).map(|(word, _)| word);
+        words.collect::<Vec<_>>().into()
+    };
+    let verbs: Map<String, Value> = VERBS
+        .iter()
+        .map(|(verb, modifiers, sentence)| ((*verb).to_owned(), json!({ "does": sentence, "modifiers": modifiers })))
+        .collect();
+    let services: Map<String, Value> =
+        SERVICES.iter().map(|(service, fields)| ((*service).to_owned(), json!(fields))).collect();
+    let broken: Map<String, Value> =
+        Broken::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
+    json!({
+        "verbs": verbs,
+        "names": sentences(BUILT_IN),
+        "start": sentences(SETTINGS),
+        "instead": {
+            "start": sentences(INSTEAD),
+            "parameters": INSTEAD_PARAMETERS,
+            "record": INSTEAD_RECORD,
+            "station": INSTEAD_STATION,
+        },
+        "services": services,
+        "broken": broken,
+        "module_diff": MODULE_STATES,
+        "codes": {
+            "parameters": codes(Service::Parameters),
+            "records": codes(Service::Record),
+            "station": codes(Service::Station),
+            "connect": codes(Service::Connect),
+        },
+    })
+}

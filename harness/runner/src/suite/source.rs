@@ -1,0 +1,145 @@
+//! Where the text of the suites comes from: the binary itself or a folder.
+//!
+//! This room knows files, and nothing of what stands in them.
+
+use super::device::Location;
+use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
+
+/// The text of all suite files, by their path below the folder `suites`.
+#[derive(Clone, Debug)]
+pub struct Sources {
+    /// What is put in front of a path when it is shown.
+    shown: PathBuf,
+    files: BTreeMap<String, Cow<'static, str>>,
+}
+
+impl Sources {
+    /// The suites that the binary carries.
+    pub fn embedded() -> Sources {
+        let files = EMBEDDED.iter().map(|&(path, text)| (path.to_owned(), Cow::Borrowed(text))).collect();
+        Sources { shown: PathBuf::from("suites"), files }
+    }
+
+    /// No suites at all; [`Sources::with`] adds files.
+    pub fn none() -> Sources {
+        Sources { shown: PathBuf::from("suites"), files: BTreeMap::new() }
+    }
+
+    /// The suites in a folder that is laid out as `suites/` of this project is; only files ending in `.yaml` are read.
+    ///
+    /// Fails if the folder or a file in it cannot be read, or is no UTF-8.
+    pub fn folder(path: &Path) -> Result<Sources, LoadErrors> {
+        let mut files = BTreeMap::new();
+        let failed = |path: &Path, error: io::Error| {
+            let at = Location { file: Arc::new(path.to_owned()), line: 0, column: 0 };
+            LoadErrors(vec![LoadError { at, width: 0, line: String::new(), message: error.to_string(), help: None }])
+        };
+        let list = |folder: &Path| -> Result<Vec<PathBuf>, LoadErrors> {
+            let entries = fs::read_dir(folder).map_err(|error| failed(folder, error))?;
+            let paths: Result<Vec<PathBuf>, io::Error> = entries.map(|entry| Ok(entry?.path())).collect();
+            paths.map_err(|error| failed(folder, error))
+        };
+        for folder in list(path)?.into_iter().filter(|path| path.is_dir()) {
+            for file in list(&folder)?.into_iter().filter(|path| path.extension().is_some_and(|end| end == "yaml")) {
+                let text = fs::read_to_string(&file).map_err(|error| failed(&file, error))?;
+                let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+                if let (Some(folder), Some(file)) = (name(&folder), name(&file)) {
+                    files.insert(format!("{folder}/{file}"), Cow::Owned(text));
+                }
+            }
+        }
+        Ok(Sources { shown: path.to_owned(), files })
+    }
+
+    /// The same suites with the text of one file replaced or added; `path` is below `suites`, with `/`.
+    #[must_use]
+    pub fn with(mut self, path: &str, text: impl Into<String>) -> Sources {
+        self.files.insert(path.to_owned(), Cow::Owned(text.into()));
+        self
+    }
+
+    /// Every file: its path below `suites`, and its text.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.files.iter().map(|(path, text)| (path.as_str(), text.as_ref()))
+    }
+
+    /// The folders that hold a manual: those with a `device.yaml`, in the order of their names.
+    pub fn manuals(&self) -> Vec<String> {
+        self.files.keys().filter_map(|path| path.strip_suffix("/device.yaml")).map(str::to_owned).collect()
+    }
+
+    /// The names (without `.yaml`) of the files in a folder, in order.
+    pub(super) fn names_in(&self, folder: &str) -> Vec<String> {
+        let name = |path: &String| {
+            let (of, name) = path.split_once('/')?;
+            (of == folder).then(|| name.strip_suffix(".yaml").map(str::to_owned))?
+        };
+        self.files.keys().filter_map(name).collect()
+    }
+}
+
+/// The files that were opened while a manual is loaded; a [`Spot`] names them by number.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Files(Vec<(Arc<PathBuf>, Cow<'static, str>)>);
+
+impl Files {
+    /// Opens `<folder>/<name>.yaml` of `sources`; none if there is no such file.
+    pub(super) fn open(&mut self, sources: &Sources, folder: &str, name: &str) -> Option<(u16, Cow<'static, str>)> {
+        let path = format!("{folder}/{name}.yaml");
+        let text = sources.files.get(&path)?.clone();
+        let number = self.0.len();
+        self.0.push((Arc::new(sources.shown.join(path)), text.clone()));
+        Some((u16::try_from(number).ok()?, text))
+    }
+
+    /// The place of `spot` as it is kept in the suites.
+    pub(super) fn location(&self, spot: Spot) -> Location {
+        let file = self.0.get(usize::from(spot.file)).map(|(path, _)| Arc::clone(path)).unwrap_or_default();
+        Location { file, line: spot.line, column: spot.column }
+    }
+
+    /// The mistake with its line.
+    fn error(&self, mistake: Mistake) -> LoadError {
+        let spot = mistake.spot;
+        let text = self.0.get(usize::from(spot.file)).map_or("", |(_, text)| text);
+        let line = (spot.line as usize).checked_sub(1).and_then(|line| text.lines().nth(line)).unwrap_or_default();
+        LoadError {
+            at: self.location(spot),
+            width: spot.width.max(1) as usize,
+            line: line.to_owned(),
+            message: mistake.message,
+            help: mistake.help,
+        }
+    }
+
+    /// All mistakes with their lines.
+    pub(super) fn errors(&self, mistakes: &Mistakes) -> LoadErrors {
+        LoadErrors(mistakes.take().into_iter().map(|mistake| self.error(mistake)).collect())
+    }
+}
+
+impl Sources {
+    /// The error that there is no such manual, or none at all.
+    pub(super) fn no_manual(&self, only: Option<&str>) -> LoadError {
+        let known = self.manuals();
+        let message = match only {
+            Some(name) => format!("there is no manual `{name}`"),
+            None => "there is no manual here: no folder has a device.yaml".to_owned(),
+        };
+        let help = match only.and_then(|name| super::expr::nearest(name, known.iter().map(String::as_str))) {
+            Some(meant) => Some(format!("did you mean `{meant}`?")),
+            None if known.is_empty() => None,
+            None => Some(format!("there are {}", known.join(", "))),
+        };
+        let at = Location { file: Arc::new(self.shown.clone()), line: 0, column: 0 };
+        LoadError { at, width: 0, line: String::new(), message, help }
+    }
+}

@@ -1,0 +1,585 @@
+//! What the loader refuses, each with the place and the words of the message.
+//!
+//! A small manual that loads is changed in one place at a time, so each test fails if its mistake is let through.
+
+use encspec::suite::{LoadErrors, Sources, load};
+use rstest::rstest;
+
+const DEVICE: &str = "\
+device: probe
+bus: profinet
+title: A probe
+identity: { vendor_id: 0x0239, device_id: { value: 1, from_source: invented }, station_type: PROBE }
+variants: [one, two]
+timing: { reaction: 100ms, start: 10s, power_up: 10s, save: 5s }
+constants: { steps: { one: 4096, two: 8192 } }
+words: { switch: { disabled: 0, enabled: 1 } }
+derived: { circle: if scaling == enabled then range else steps }
+signals:
+  STW: { from: controller, width: 16, fields: { park: 14, life: { bits: [12, 15], counts: [1, 15] }, mode: { bit: 0, words: switch } } }
+  ZSW: { from: device, width: 16, fields: { parked: 14, error: 15 } }
+  POS: { from: device, width: 32, position_in: circle }
+  SPD: { from: device, width: 16, signed: true }
+submodules:
+  dap: { slot: 0, subslot: 1, ident: 1 }
+  pap: { slot: 1, subslot: 1, api: 0x3D00, ident: 2 }
+  long: { slot: 1, subslot: 2, ident: 81, octets: { out: 2, in: 8 }, outputs: [STW], inputs: [ZSW, POS, SPD] }
+  short: { slot: 1, subslot: 2, ident: 82, octets: { out: 2, in: 4 }, outputs: [STW], inputs: [SPD, ZSW] }
+modules:
+  long: { ident: 1, submodules: [pap, long] }
+  short: { ident: 1, submodules: [pap, short] }
+records:
+  bf00: { index: 0xBF00, at: pap, octets: 5, start: true, fields: { scaling: { octet: 0, bit: 3, words: switch, default: disabled }, range: { octets: [1, 4], default: =steps } } }
+parameters:
+  P922: { type: u16, access: read }
+  P971: { type: u16, access: read_write, permanent: true }
+  P1000: { type: u32, access: read, elements: { faults: 2 }, bits: { faults: { memory: 5 } } }
+codes: { channel_error: { memory: 0x9000 } }
+stand: { faults: { memory: it cannot be read }, leds: { bus: [dark, red] } }
+roles: { position: [POS] }
+";
+
+const PROCEDURES: &str = "\
+procedures:
+  leave:
+    takes: [bit]
+    steps:
+      - set: { STW.park: =bit }
+";
+
+const REQUIREMENTS: &str = "\
+requirements:
+  - { id: PRB-1, cites: p. 1, statement: One., level: must, source: manual, channel: cyclic }
+  - { id: PRB-2, cites: p. 2, statement: Two., level: should, source: manual, channel: cyclic, variants: [one] }
+";
+
+const BUGS: &str = "\
+bugs:
+  stuck:
+    why: It never parks.
+    breaks: [PRB-1]
+";
+
+const TOPIC: &str = "\
+suite: topic
+defaults: { start: { module: long } }
+cases:
+  - id: first
+    why: It parks.
+    covers: [PRB-1]
+    catches: [stuck]
+    with:
+      - { row: on, value: 1, word: enabled }
+      - { row: off, value: 0, word: disabled }
+    given:
+      - set: { STW.life: held }
+    steps:
+      - save: { before: POS }
+      - set: { STW.park: =value, STW.mode: =word }
+      - expect: { ZSW.parked: =value, POS: = before + value +/- 1 }
+        within: 50 cycles
+        for: =timing.save
+      - read: { P922: 81, P1000.faults.memory: 0 }
+      - do: leave
+        give: { bit: 0 }
+      - exchange: [ { set: { STW.life: counting }, times: 3 } ]
+      - write: { P971: 1 }
+        answer: { refused: limit }
+  - id: second
+    why: Only on one.
+    covers: [PRB-2]
+    variants: [one]
+    start: none
+    steps:
+      - connect: { module: short, scaling: enabled, range: 100 }
+        answer: { bf00: accepted, connection: data }
+      - expect: { led.bus: dark, alarm.error: { not: memory } }
+      - observe: [ { count: rises(ZSW.parked), is: 1 } ]
+        steps:
+          - wait: 20ms
+rules:
+  - id: never-both
+    why: They exclude each other.
+    covers: [PRB-1]
+    always: not (ZSW.parked and ZSW.error)
+  - id: parks
+    why: It follows.
+    covers: [PRB-1]
+    when: rises(STW.park) and scaling == disabled
+    then: ZSW.parked
+    within: 200ms
+";
+
+const COMMON: &str = "\
+common: shared
+why: For all.
+takes:
+  asked: { is: parameter, why: any }
+  right: { is: number, why: what it reads }
+cases:
+  - id: reads
+    why: It reads.
+    steps:
+      - read: { =asked: =right }
+  - id: reads-again
+    why: It reads twice.
+    steps:
+      - read: { =asked: =right }
+      - read: { =asked: =right }
+";
+
+const USES: &str = "\
+suite: shared
+use: shared
+defaults: { start: { module: long } }
+give: { asked: P922, right: 81 }
+covers: { reads: [PRB-1] }
+omit: { reads-again: once is enough }
+";
+
+const FILES: [(&str, &str); 7] = [
+    ("probe/device.yaml", DEVICE),
+    ("probe/procedures.yaml", PROCEDURES),
+    ("probe/requirements.yaml", REQUIREMENTS),
+    ("probe/bugs.yaml", BUGS),
+    ("probe/topic.yaml", TOPIC),
+    ("probe/shared.yaml", USES),
+    ("common/shared.yaml", COMMON),
+];
+
+fn sources() -> Sources {
+    FILES.iter().fold(Sources::none(), |sources, (path, text)| sources.with(path, *text))
+}
+
+/// Loads the manual with `old` replaced by `new` in one file, at its first place.
+fn changed(path: &str, old: &str, new: &str) -> Result<(), LoadErrors> {
+    let text = FILES.iter().find(|(known, _)| *known == path).map_or("", |(_, text)| text);
+    assert!(text.contains(old), "{path} has {old:?}");
+    load(&sources().with(path, text.replacen(old, new, 1)), None).map(|_| ())
+}
+
+#[test]
+fn the_small_manual_loads() {
+    if let Err(errors) = load(&sources(), None) {
+        panic!("{errors}");
+    }
+}
+
+#[rstest]
+// keys and verbs
+#[case("probe/topic.yaml", "expect: { ZSW", "expcet: { ZSW", "expcet:", "unknown verb `expcet`")]
+#[case("probe/topic.yaml", "    why: It parks.", "    wyh: It parks.", "wyh: It parks.", "unknown key of a case `wyh`")]
+#[case("probe/topic.yaml", "    why: It parks.\n", "", "id: first", "a case needs the key `why`")]
+#[case(
+    "probe/topic.yaml",
+    "    why: It parks.",
+    "    why: It parks.\n    why: Again.",
+    "why: Again.",
+    "duplicate key `why`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "within: 50 cycles",
+    "withn: 50 cycles",
+    "withn: 50 cycles",
+    "unknown modifier of expect `withn`"
+)]
+#[case("probe/topic.yaml", "- wait: 20ms", "- { wait: 20ms, save: { x: POS } }", "{", "a step has exactly one verb")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- { within: 20ms }", "{", "a step without a verb")]
+#[case("probe/topic.yaml", "give: { bit: 0 }", "times: 2", "times: 2", "unknown modifier of do `times`")]
+#[case("probe/topic.yaml", "times: 3", "tims: 3", "tims: 3", "unknown key of an entry of exchange `tims`")]
+#[case(
+    "probe/topic.yaml",
+    "        answer: { refused: limit }",
+    "        to: 126",
+    "to: 126",
+    "`to` exists on PROFIBUS only"
+)]
+// names, words, codes
+#[case(
+    "probe/topic.yaml",
+    "ZSW.parked: =value",
+    "ZSW.praked: =value",
+    "ZSW.praked: =value",
+    "unknown field `praked` of ZSW"
+)]
+#[case("probe/topic.yaml", "P922: 81", "P923: 81", "P923: 81", "unknown parameter `P923`")]
+#[case(
+    "probe/topic.yaml",
+    "P1000.faults.memory",
+    "P1000.fault.memory",
+    "P1000.fault.memory: 0",
+    "unknown element `fault` of P1000"
+)]
+#[case("probe/topic.yaml", "P1000.faults.memory: 0", "P1000.2: 0", "P1000.2: 0", "the element 2 of P1000 has a name")]
+#[case("probe/topic.yaml", "P1000.faults.memory: 0", "P1000.7: 0", "P1000.7: 0", "P1000 has no element 7")]
+#[case("probe/topic.yaml", "word: enabled", "word: enabld", "enabld", "`enabld` is no word of `switch`")]
+#[case("probe/topic.yaml", "STW.life: held", "STW.life: hold", "hold", "unknown way to count `hold`")]
+#[case("probe/topic.yaml", "refused: limit", "refused: limits", "limits", "unknown code `limits`")]
+#[case("probe/topic.yaml", "refused: limit", "refused: 2", "2", "a code is a word, not a number")]
+#[case("probe/topic.yaml", "{ not: memory }", "{ not: memry }", "memry", "`memry` is no word of `channel_error`")]
+#[case("probe/topic.yaml", "module: short", "module: shrot", "shrot", "unknown module `shrot`")]
+#[case("probe/topic.yaml", "range: 100", "rnage: 100", "rnage: 100", "unknown start parameter `rnage`")]
+#[case("probe/topic.yaml", "bf00: accepted", "bf01: accepted", "bf01: accepted", "unknown stage of a start-up `bf01`")]
+#[case("probe/topic.yaml", "connection: data", "connection: date", "date", "unknown word for state `date`")]
+#[case("probe/topic.yaml", "led.bus: dark", "led.bus: green", "green", "`green` is no word of `led.bus`")]
+#[case("probe/topic.yaml", "variants: [one]", "variants: [won]", "won", "unknown variant `won`")]
+#[case("probe/topic.yaml", "do: leave", "do: leaf", "leaf", "unknown procedure `leaf`")]
+#[case("probe/topic.yaml", "catches: [stuck]", "catches: [stick]", "stick", "unknown bug `stick`")]
+#[case("probe/topic.yaml", "covers: [PRB-1]", "covers: [PRB-3]", "PRB-3", "unknown requirement `PRB-3`")]
+#[case("probe/topic.yaml", "covers: [PRB-1]", "covers: [PRB-2]", "PRB-2", "PRB-2 does not apply to the variant two")]
+#[case("probe/topic.yaml", "suite: topic", "suite: topics", "topics", "this is the file `topic`")]
+// a name with the wrong verb, a name that the module lacks
+#[case("probe/topic.yaml", "set: { STW.park", "set: { ZSW.parked", "ZSW.parked: =value", "`ZSW.parked` has no `set`")]
+#[case("probe/topic.yaml", "read: { P922: 81", "read: { POS: 81", "POS: 81", "`POS` has no `read`")]
+#[case("probe/topic.yaml", "led.bus: dark", "POS: 1", "POS: 1", "`POS` is not in the module `short`")]
+#[case("probe/topic.yaml", "led.bus: dark", "power: up", "power: up", "`power` has no `expect`")]
+#[case(
+    "probe/topic.yaml",
+    "P971: 1 }\n        answer: { refused: limit }",
+    "P922: 1 }",
+    "P922",
+    "P922 can only be read"
+)]
+#[case("probe/topic.yaml", "P971: 1", "P971: 1, bf00.range: 5", "bf00.range: 5", "one `write` asks one service")]
+// literals
+#[case("probe/topic.yaml", "P922: 81", "P922: 65536", "65536", "65536 is out of range")]
+#[case("probe/topic.yaml", "P922: 81", "P922: 8_1", "8_1", "has a `_` in a number")]
+#[case("probe/topic.yaml", "P922: 81", "P922: 081", "081", "has a leading zero")]
+#[case("probe/topic.yaml", "P922: 81", "P922: '81'", "'81'", "a whole number stands without quotes")]
+#[case("probe/topic.yaml", "scaling: enabled", "scaling: on", "on", "`on` is a word of YAML itself")]
+#[case("probe/topic.yaml", "wait: 20ms", "wait: 20", "20", "`20` has no unit")]
+#[case("probe/topic.yaml", "wait: 20ms", "wait: 20msec", "20msec", "`msec` is no unit")]
+#[case("probe/topic.yaml", "range: 100", "range: 4294967296", "4294967296", "4294967296 is out of range")]
+// expressions
+#[case("probe/topic.yaml", "before + value", "before + vlaue", "vlaue +/- 1", "there is no name `vlaue`")]
+#[case(
+    "probe/topic.yaml",
+    "always: not (ZSW.parked and ZSW.error)",
+    "always: not (ZSW.parked and ZSW.error",
+    "",
+    "`)`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "always: not (ZSW.parked and ZSW.error)",
+    "always: not (ZSW.parked and POS)",
+    "POS)",
+    "a condition is wanted here"
+)]
+#[case("probe/topic.yaml", "scaling == disabled", "scaling == disabeld", "disabeld", "disabeld")]
+#[case("probe/topic.yaml", "=timing.save", "=timing.sav", "timing.sav", "timing")]
+#[case(
+    "probe/topic.yaml",
+    "when: rises(STW.park) and scaling == disabled",
+    "when: 1 == 1",
+    "1 == 1",
+    "the premise is always true"
+)]
+// tables, procedures, common suites
+#[case("probe/topic.yaml", "STW.mode: =word", "STW.mode: enabled", "enabled", "the column `word` is never used")]
+#[case(
+    "probe/topic.yaml",
+    "value: 0, word: disabled",
+    "value: 0",
+    "{ row: off",
+    "this row has other columns than the first"
+)]
+#[case("probe/topic.yaml", "row: off", "row: on", "{ row: on, value: 0", "two rows are called `on`")]
+#[case(
+    "probe/topic.yaml",
+    "row: off, value: 0, word: disabled",
+    "row: off, value: 1, word: enabled",
+    "{ row: off",
+    "this trial is the same as `topic/first[on]`"
+)]
+#[case("probe/topic.yaml", "value: 1", "POS: 1", "POS: 1", "`POS` is a name of the device")]
+#[case("probe/topic.yaml", "id: second", "id: first", "first", "duplicate id `first`")]
+#[case("probe/topic.yaml", "give: { bit: 0 }", "give: { bti: 0 }", "bti", "unknown entry of give `bti`")]
+#[case("probe/topic.yaml", "        give: { bit: 0 }\n", "", "leave", "`leave` has to be given `bit`")]
+#[case("probe/procedures.yaml", "=bit", "1", "takes: [bit", "`bit` is taken and never used")]
+#[case(
+    "common/shared.yaml",
+    "takes:",
+    "takes:\n  more: { is: word, why: none }",
+    "{",
+    "`more` is taken and never used"
+)]
+#[case(
+    "probe/shared.yaml",
+    "give: { asked: P922, right: 81 }",
+    "give: { asked: P922 }",
+    "shared",
+    "has to be given `right`"
+)]
+#[case("probe/shared.yaml", "asked: P922", "asekd: P922", "asekd", "unknown entry of give `asekd`")]
+#[case("probe/shared.yaml", "asked: P922", "asked: Q922", "Q922", "is not what the common suite takes here")]
+#[case("probe/shared.yaml", "use: shared", "use: sharde", "sharde", "unknown common suite `sharde`")]
+#[case(
+    "probe/shared.yaml",
+    "omit: { reads-again: once is enough }",
+    "omit: {}",
+    "shared",
+    "`reads-again` is neither in `covers` nor in `omit`"
+)]
+#[case("probe/shared.yaml", "reads: [PRB-1]", "read: [PRB-1]", "read:", "unknown case of the common suite `read`")]
+// what only goes with something else
+#[case(
+    "probe/topic.yaml",
+    "times: 3 }",
+    "times: 3, expect: { POS: 1 } }",
+    "expect: {",
+    "`expect` in `exchange` exists on PROFIBUS only"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { expect: ZSW.parked, for: 1s, until: ZSW.error }",
+    "ZSW.error",
+    "`until` replaces `for`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- either: { one: [ { read: { P922: 1 } } ] }",
+    "{ one",
+    "`either` has two or more readings"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- either: { one: [ { read: { P922: 1 } } ], two: [ { wait: 1s } ] }",
+    "{ wait",
+    "a reading has only `expect` and `read`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { read: { P922: 1 }, as: third }",
+    "third",
+    "`as` is `second` or left out"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { times: 0, steps: [ { wait: 1s } ] }",
+    "0",
+    "a block that is never done"
+)]
+#[case("probe/topic.yaml", "- wait: 20ms", "- turn: { counts: 1, degrees: 2 }", "{ counts", "a turn has one of")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- save: { POS: 1 }", "POS", "`POS` is a name already")]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { connect: { module: long, cycle: 3ms } }",
+    "3ms",
+    "no send clock and reduction make this cycle"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { connect: { module: long, watchdog: 3ms } }",
+    "3ms",
+    "a watchdog is a whole number of cycles"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- connect: { module: long, instead: { lenght: 3 } }",
+    "lenght",
+    "unknown key of instead `lenght`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { read: { P922: 1 }, instead: { atribute: 3 } }",
+    "atribute",
+    "unknown key of instead `atribute`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { read: { P922: { refused: any } }, instead: { format: wrod } }",
+    "wrod",
+    "unknown format `wrod`"
+)]
+#[case("probe/topic.yaml", "- wait: 20ms", "- read: { P1: 5 }", "P1", "unknown parameter `P1`")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- read: { P922: { form: 1, to: 2 } }", "form", "unknown matcher `form`")]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- send: { dcp_rseet: { mode: factory } }",
+    "dcp_rseet",
+    "unknown service `dcp_rseet`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- send: { dcp_reset: { mode: factroy } }",
+    "factroy",
+    "unknown mode `factroy`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- send: { broken: { frame: dcp_cut } }",
+    "dcp_cut",
+    "unknown broken frame `dcp_cut`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- send: { fdl_status: {} }",
+    "{ fdl_status",
+    "`fdl_status` exists on PROFIBUS only"
+)]
+#[case("probe/topic.yaml", "is: 1 } ]", "si: 1 } ]", "si", "unknown key of an observed rule `si`")]
+#[case(
+    "probe/topic.yaml",
+    "{ count: rises(ZSW.parked), is: 1 }",
+    "{ sequence: [ZSW.parked, ZSW.error], is: [[0, 0], [1]] }",
+    "[1]",
+    "there are 2 names, and here 1 values"
+)]
+#[case("probe/topic.yaml", "- wait: 20ms", "- write: { station.name: probe }", "probe", "a text stands in quotes")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- write: { station.ip: 192.168.0.300 }", "192.168.0.300", "is no address")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- set: { io.outputs: \"4 0\" }", "4 0", "")]
+#[case(
+    "probe/procedures.yaml",
+    "- set: { STW.park: =bit }",
+    "- set: { STW.park: =bit }\n      - do: leave",
+    "leave",
+    "a procedure does no other procedure"
+)]
+// empty things
+#[case("probe/topic.yaml", "set: { STW.life: held }", "set: {}", "{}", "an empty `set`")]
+#[case("probe/topic.yaml", "          - wait: 20ms", "          []", "[]", "a block is empty")]
+#[case(
+    "probe/topic.yaml",
+    "expect: { led.bus: dark, alarm.error: { not: memory } }",
+    "expect: {}",
+    "{}",
+    "an empty condition"
+)]
+#[case("probe/topic.yaml", "covers: [PRB-1]\n    catches", "catches", "id: first", "`topic/first[on]` covers nothing")]
+#[case("probe/topic.yaml", "within: 200ms", "for: 200ms", "id: parks", "a rule has to say `within`")]
+// device.yaml
+#[case("probe/device.yaml", "device: probe", "device: prob", "prob", "this is the folder `probe`")]
+#[case("probe/device.yaml", "bus: profinet", "bus: profibus", "profibus", "PROFIBUS suites are not loaded")]
+#[case("probe/device.yaml", "octets: { out: 2, in: 8 }", "octets: { out: 2, in: 6 }", "{", "the inputs have 8 octets")]
+#[case("probe/device.yaml", "inputs: [ZSW, POS, SPD]", "inputs: [ZSW, POZ, SPD]", "POZ", "unknown signal `POZ`")]
+#[case("probe/device.yaml", "outputs: [STW]", "outputs: [ZSW]", "ZSW", "`ZSW` goes the other way")]
+#[case("probe/device.yaml", "submodules: [pap, long]", "submodules: [pap, lng]", "lng", "unknown submodule `lng`")]
+#[case("probe/device.yaml", "park: 14", "park: 16", "16", "bit 16 is beyond the 16 bits")]
+#[case("probe/device.yaml", "{ octets: [1, 4]", "{ octets: [1, 5]", "{", "octet 5 is beyond the 5 octets")]
+#[case("probe/device.yaml", "default: =steps", "default: =setps", "setps", "there is no name `setps`")]
+#[case("probe/device.yaml", "default: disabled", "default: disable", "disable", "`disable` is no word of `switch`")]
+#[case(
+    "probe/device.yaml",
+    "{ one: 4096, two: 8192 }",
+    "{ one: 4096 }",
+    "{",
+    "there is no value for the variant `two`"
+)]
+#[case("probe/device.yaml", "signed: true", "signed: yes", "yes", "`signed` is `true` or left out")]
+#[case("probe/device.yaml", "then range else", "then rnage else", "rnage else steps", "there is no name `rnage`")]
+#[case("probe/device.yaml", "position_in: circle", "position_in: cirle", "cirle", "there is no name `cirle`")]
+#[case(
+    "probe/device.yaml",
+    "from_source: invented",
+    "from_source: invnted",
+    "invnted",
+    "unknown word for from_source `invnted`"
+)]
+#[case("probe/device.yaml", "position: [POS]", "position: [PSO]", "PSO", "unknown signal `PSO`")]
+#[case("probe/device.yaml", "type: u16", "type: u17", "u17", "unknown word for type `u17`")]
+#[case("probe/device.yaml", "constants: { steps", "constants: { POS", "POS: {", "`POS` is a name already")]
+#[case("probe/device.yaml", "range: { octets", "shaft: { octets", "shaft: {", "`shaft` is a name already")]
+// the lists
+#[case("probe/requirements.yaml", "level: should", "level: shuold", "shuold", "unknown variant `shuold`")]
+#[case(
+    "probe/requirements.yaml",
+    "source: manual,",
+    "source: profile,",
+    "PRB-1",
+    "only what the manual says without ambiguity is `must`"
+)]
+#[case("probe/requirements.yaml", "id: PRB-2", "id: PRB-1", "PRB-1", "duplicate id `PRB-1`")]
+#[case("probe/bugs.yaml", "breaks: [PRB-1]", "breaks: [PRB-9]", "PRB-9", "unknown requirement `PRB-9`")]
+#[case(
+    "probe/bugs.yaml",
+    "  stuck:",
+    "  lazy: { why: It is., breaks: [PRB-1] }\n  stuck:",
+    "lazy:",
+    "no case catches the bug `lazy`"
+)]
+fn refused(#[case] path: &str, #[case] old: &str, #[case] new: &str, #[case] points_at: &str, #[case] message: &str) {
+    let errors = changed(path, old, new).expect_err("the change is a mistake");
+    let first = &errors.0[0];
+    let at: String = first.line.chars().skip(first.at.column as usize - 1).collect();
+    let good = first.at.file.ends_with(path) && at.starts_with(points_at) && first.message.contains(message);
+    assert!(good, "wanted {path}: {message}, at {points_at}\n{errors}");
+}
+
+/// A case passes on a dead device if it waits for silence only.
+#[rstest]
+#[case("- expect: { connection: none }")]
+#[case("- send: { dcp_signal: {} }\n        answer: none")]
+#[case("- wait: 1s\n      - observe: [ { always: connection == none } ]\n        steps: [ { wait: 1s } ]")]
+fn dead_device(#[case] step: &str) {
+    let topic = format!(
+        "suite: more\ndefaults: {{ start: {{ module: long }} }}\ncases:\n  - id: dead\n    why: Nothing.\n    covers: [PRB-1]\n    steps:\n      {step}\n"
+    );
+    let errors = load(&sources().with("probe/more.yaml", topic), None).expect_err("nothing alive is asked for");
+    assert!(errors.to_string().contains("a dead device passes `more/dead`"), "{errors}");
+}
+
+#[test]
+fn a_case_without_a_check_is_refused() {
+    let topic = "suite: more\ndefaults: { start: { module: long } }\ncases:\n  - id: idle\n    why: It looks at nothing.\n    covers: [PRB-1]\n    steps:\n      - wait: 1s\n";
+    let errors = load(&sources().with("probe/more.yaml", topic), None).expect_err("nothing is checked");
+    assert!(errors.to_string().contains("`more/idle` checks nothing"), "{errors}");
+}
+
+#[test]
+fn the_line_is_shown_and_the_nearest_word_suggested() {
+    let errors = changed("probe/topic.yaml", "ZSW.parked: =value", "ZSW.praked: =value").expect_err("misspelt");
+    let shown = "suites/probe/topic.yaml:16:19: unknown field `praked` of ZSW\n   \
+                 | - expect: { ZSW.praked: =value, POS: = before + value +/- 1 }\n   \
+                 |             ^^^^^^^^^^\n   \
+                 = did you mean `parked`?";
+    assert_eq!(errors.to_string(), shown);
+}
+
+#[test]
+fn all_mistakes_of_a_file_come_at_once() {
+    let text =
+        TOPIC.replacen("ZSW.parked", "ZSW.praked", 1).replacen("P922", "P923", 1).replacen("wait: 20ms", "wait: 20", 1);
+    let errors = load(&sources().with("probe/topic.yaml", text), None).expect_err("three mistakes");
+    let lines: Vec<u32> = errors.0.iter().map(|error| error.at.line).collect();
+    assert_eq!(lines, [16, 19, 36], "{errors}");
+}
+
+#[rstest]
+#[case("a: &b 1", "suites have no anchors")]
+#[case("a: !b 1", "suites have no tags")]
+#[case("a: [1, 2", "this is no YAML")]
+#[case("a: 1\n---\nb: 2", "a second one begins")]
+#[case("", "the file is empty")]
+fn yaml_that_is_refused(#[case] text: &str, #[case] message: &str) {
+    let errors = load(&sources().with("probe/topic.yaml", text), None).expect_err("no suite");
+    assert!(errors.to_string().contains(message), "{errors}");
+}
+
+#[test]
+fn an_unknown_manual_is_named() {
+    let errors = load(&sources(), Some("prboe")).expect_err("there is none");
+    assert_eq!(errors.to_string(), "suites: there is no manual `prboe`\n   = did you mean `probe`?");
+}
+
+#[test]
+fn what_nothing_uses_is_listed() {
+    let manuals = load(&sources(), None).expect("it loads");
+    let unused: Vec<&str> = manuals[0].unused.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(unused, ["signal `SPD`", "fault `memory`", "role `position`"]);
+}

@@ -1,0 +1,91 @@
+//! A rule means the same on a virtual wire and on a capture of it: every trial is recorded, written as pcapng, read back and
+//! judged again.
+
+use bench::capture::{Item, LinkType};
+use bench::{CaptureReader, PcapngWriter, Trace};
+use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
+use encspec::replay::judge_rules;
+use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::{Sources, load};
+use station::Time;
+use wire::ethernet::Mac;
+
+const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
+
+fn manuals() -> Vec<Manual> {
+    load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"))
+}
+
+fn virtually(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[String]) -> TrialOutcome {
+    let kind = DutKind::Model { bugs: bugs.to_vec() };
+    let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+    run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
+}
+
+/// The frames as somebody reads them who has nothing but the file.
+fn through_a_file(trace: &Trace) -> Vec<(u64, Time, Vec<u8>)> {
+    let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
+    let interface = writer.interface("virtual", LinkType::ETHERNET).expect("a vector takes everything");
+    for frame in trace.iter() {
+        writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes everything");
+    }
+    let file = writer.finish().expect("a vector takes everything");
+    let mut reader = CaptureReader::new(file.as_slice()).expect("our own captures can be read");
+    let mut frames = Vec::new();
+    while let Some(item) = reader.next() {
+        match item {
+            Item::Packet(packet) => frames.push((packet.number as u64, packet.time, packet.captured.to_vec())),
+            Item::Damage(damage) => panic!("our own capture is damaged: {damage:?}"),
+        }
+    }
+    frames
+}
+
+fn compare(manual: &Manual, index: usize, trial: &Trial, bugs: &[String]) -> usize {
+    let variant = &manual.variants[index];
+    let seen = virtually(manual, variant, trial, bugs);
+    let frames = through_a_file(&seen.trace);
+    assert_eq!(frames.len(), seen.trace.len());
+    let frames = frames.iter().map(|(number, time, octets)| (*number, *time, octets.as_slice()));
+    let replayed = judge_rules(frames, manual, index, |ar| ar.controller.mac == CONTROLLER);
+    let mut decided = 0;
+    for (rule, (virtually, replayed)) in variant.rules.iter().zip(seen.rules.iter().zip(&replayed)) {
+        let place = format!("{} in {} of {} with {bugs:?}", rule.id, trial.id, variant.name);
+        assert_eq!(virtually.decided.premises, replayed.decided.premises, "decided premises of {place}");
+        let (one, other) = (virtually.broken.as_ref().map(|(violation, _)| violation), replayed.violation.as_ref());
+        assert_eq!(one.map(|of| of.tick), other.map(|of| of.tick), "violation of {place}");
+        decided += usize::from(replayed.decided.premises > 0);
+    }
+    decided
+}
+
+#[test]
+fn rules_say_the_same_of_a_trial_and_of_its_capture() {
+    let mut decided = 0;
+    for manual in manuals() {
+        for (index, variant) in manual.variants.iter().enumerate() {
+            for trial in &variant.trials {
+                decided += compare(&manual, index, trial, &[]);
+            }
+        }
+    }
+    assert!(decided > 1000, "only {decided} rules were decided: the comparison looked at nothing");
+}
+
+#[test]
+fn rules_that_are_broken_are_broken_in_the_capture_too() {
+    for manual in manuals() {
+        for (index, variant) in manual.variants.iter().enumerate() {
+            for rule in variant.rules.iter().filter(|rule| !rule.catches.is_empty()) {
+                let trial = variant.trials.iter().find(|trial| {
+                    let seen = virtually(&manual, variant, trial, &rule.catches[..1]);
+                    let position = variant.rules.iter().position(|known| known.id == rule.id);
+                    position.is_some_and(|position| seen.rules[position].broken.is_some())
+                });
+                if let Some(trial) = trial {
+                    compare(&manual, index, trial, &rule.catches[..1]);
+                }
+            }
+        }
+    }
+}
