@@ -29,7 +29,17 @@ const WHOLE: &str = "the run as a whole";
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     match tests(&arguments) {
-        Ok(tests) => libtest_mimic::run(&arguments, tests).exit_code(),
+        Ok(tests) => {
+            let conclusion = libtest_mimic::run(&arguments, tests);
+            let looked_at = conclusion.num_passed + conclusion.num_failed + conclusion.num_ignored;
+            match (looked_at, &arguments.filter) {
+                (0, Some(filter)) if !arguments.list => {
+                    eprintln!("encspec: the filter {filter:?} matches no test, so nothing was looked at");
+                    ExitCode::from(2)
+                }
+                _ => conclusion.exit_code(),
+            }
+        }
         Err((message, status)) => {
             eprintln!("encspec: {message}");
             ExitCode::from(status)

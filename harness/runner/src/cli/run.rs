@@ -159,7 +159,13 @@ impl Request {
             gate_must: self.gate_must,
         };
         something_is_meant(&options, manuals)?;
+        let nobody = devices.here.iter().find(|device| device.kind_word() == "null");
         let ledger = match &self.ledger {
+            Some(_) if nobody.is_some() => {
+                return Err(Stop::usage(
+                    "a ledger of known failures does not go with null devices, which have to fail",
+                ));
+            }
             Some(path) => Ledger::read(path, manuals).map_err(|error| Stop::usage(error.to_string()))?,
             None => Ledger::default(),
         };

@@ -5,7 +5,7 @@ use super::trial::{Run, Trouble};
 use crate::judge::answer::{Refusal, Reply};
 use crate::judge::image::field_number;
 use crate::result::Blame;
-use crate::suite::device::{Device, NameKind, RecordField, StationName};
+use crate::suite::device::{Device, NameKind, ParameterType, RecordField, StationName};
 use crate::suite::expr::{State, Value};
 use crate::suite::model::{Access, AnswerPart, Instead, Matcher, Via};
 use crate::verdict::Verdict;
@@ -18,6 +18,7 @@ use wire::profidrive::{
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Element, Value as DcpValue};
 use wire::profinet::rt::FrameId;
+use wire::profinet::status::ErrorCode;
 
 /// The drive object of an encoder: the first and only one.
 const DO_ID: u8 = 1;
@@ -121,10 +122,13 @@ impl<'a> Run<'a> {
             ParameterOutcome::OtherReference { sent, answer } => {
                 let seen = answer.first().copied().unwrap_or_default();
                 let why = format!("the answer carries reference {seen}, the request had {sent}");
-                return Answered::whole(Reply::Refused(Refusal::Rpc(why)), items);
+                return Answered::whole(Reply::Wrong(why), items);
             }
-            ParameterOutcome::WriteRefused(status) | ParameterOutcome::ReadRefused(status) => {
-                return Answered::whole(Reply::Refused(Refusal::Pnio(status)), items);
+            ParameterOutcome::WriteRefused(status) => {
+                return Answered::whole(startup::refused(&status, ErrorCode::WRITE_RESPONSE), items);
+            }
+            ParameterOutcome::ReadRefused(status) => {
+                return Answered::whole(startup::refused(&status, ErrorCode::READ_RESPONSE), items);
             }
             ParameterOutcome::NotReady(status, wait) => {
                 return Answered::whole(Reply::Silent(format!("{wait}; last {status}")), items);
@@ -136,7 +140,7 @@ impl<'a> Run<'a> {
             Ok(response) => response,
             Err(error) => {
                 let why = format!("the answer cannot be read: {error}");
-                let mut answered = Answered::whole(Reply::Refused(Refusal::Rpc(why)), items);
+                let mut answered = Answered::whole(Reply::Wrong(why), items);
                 answered.replies.push(bytes);
                 return answered;
             }
@@ -149,38 +153,27 @@ impl<'a> Run<'a> {
                 "the answer carries response id 0x{:02X}, the request 0x{:02X}",
                 response.header.id.0, wanted.0
             );
-            let mut answered = Answered::whole(Reply::Refused(Refusal::Rpc(why)), items);
+            let mut answered = Answered::whole(Reply::Wrong(why), items);
             answered.replies.push(bytes);
             return answered;
         }
         let mut replies = vec![bytes];
-        let mut first_refusal = None;
+        let mut whole = None;
         for (index, &(number, subindex)) in addressed.iter().enumerate() {
-            let entry = response.values.get(index);
-            let error = entry.and_then(ParameterValue::error).or_else(|| {
-                let only = response.values.first().filter(|_| negative && response.values.len() == 1);
-                only.and_then(ParameterValue::error)
-            });
-            let reply = match error {
-                Some(error) => Reply::Refused(Refusal::Parameter(error.number.0)),
-                None if !write && entry.is_none() => {
-                    Reply::Refused(Refusal::Rpc("the answer lacks this parameter".into()))
-                }
-                None => Reply::Accepted,
-            };
-            if let Reply::Refused(refusal) = &reply {
-                first_refusal.get_or_insert(refusal.clone());
+            let reply = self.parameter_reply(access, (number, subindex), write, &response, index);
+            if reply != Reply::Accepted {
+                whole.get_or_insert(reply.clone());
             }
             replies.push((AnswerPart::Parameter(number, subindex), reply));
         }
-        if negative && first_refusal.is_none() {
+        if negative && whole.is_none() {
             let error = response.values.iter().find_map(ParameterValue::error);
-            first_refusal = Some(match error {
-                Some(error) => Refusal::Parameter(error.number.0),
-                None => Refusal::Rpc(format!("a negative answer, response id 0x{:02X}", response.header.id.0)),
+            whole = Some(match error {
+                Some(error) => Reply::Refused(Refusal::Parameter(error.number.0)),
+                None => Reply::Wrong(format!("a negative answer without an error, id 0x{:02X}", response.header.id.0)),
             });
         }
-        replies.insert(0, (AnswerPart::Whole, first_refusal.map_or(Reply::Accepted, Reply::Refused)));
+        replies.insert(0, (AnswerPart::Whole, whole.unwrap_or(Reply::Accepted)));
         let values = access
             .items
             .iter()
@@ -195,6 +188,42 @@ impl<'a> Run<'a> {
             })
             .collect();
         Answered { replies, values }
+    }
+
+    /// What the answer says of the parameter that was addressed as number `index`.
+    fn parameter_reply(
+        &self,
+        access: &Access,
+        (number, subindex): (u16, u16),
+        write: bool,
+        response: &Response,
+        index: usize,
+    ) -> Reply {
+        let negative = response.header.id.is_negative();
+        let entry = response.values.get(index);
+        let error = entry.and_then(ParameterValue::error).or_else(|| {
+            let only = response.values.first().filter(|_| negative && response.values.len() == 1);
+            only.and_then(ParameterValue::error)
+        });
+        match (error, entry) {
+            (Some(error), _) => Reply::Refused(Refusal::Parameter(error.number.0)),
+            (None, None) if !write => Reply::Wrong("the answer lacks this parameter".into()),
+            (None, Some(entry)) if !write && access.instead.is_empty() => {
+                let parameters = &self.world.manual.device.parameters;
+                let known = parameters.iter().find(|parameter| parameter.number == number);
+                match known.filter(|known| !is_octets(known.kind)) {
+                    Some(known) if entry.format.width() != Some(known.kind.width as usize / 8) || entry.count != 1 => {
+                        let format = entry.format.word().unwrap_or("unknown");
+                        Reply::Wrong(format!(
+                            "P{number}.{subindex} comes as {} value(s) of format {format} (0x{:02X})",
+                            entry.count, entry.format.0
+                        ))
+                    }
+                    _ => Reply::Accepted,
+                }
+            }
+            (None, _) => Reply::Accepted,
+        }
     }
 
     /// The target of the base mode parameter access: the submodule of the module in use that the records stand at.
@@ -249,8 +278,9 @@ impl<'a> Run<'a> {
         let request = if write { Request::Write { target, data } } else { Request::Read { target, length } };
         let outcome = self.ask(access.second, request)?;
         let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        let mut answered = Answered::whole(startup::record(&outcome), access.items.len());
-        answered.replies.push((AnswerPart::Record(record), startup::record(&outcome)));
+        let reply = startup::record(&outcome, write);
+        let mut answered = Answered::whole(reply.clone(), access.items.len());
+        answered.replies.push((AnswerPart::Record(record), reply));
         if let (RecordOutcome::Accepted { data }, false) = (&outcome, write) {
             answered.replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
             answered.values = access
@@ -364,7 +394,7 @@ pub fn dcp(outcome: &DcpOutcome) -> Reply {
     match outcome {
         DcpOutcome::Accepted | DcpOutcome::Values(_) => Reply::Accepted,
         DcpOutcome::Refused(errors) => Reply::Refused(Refusal::Dcp(errors.first().map_or(0, |(_, error)| error.0))),
-        DcpOutcome::NotSupported => Reply::Refused(Refusal::Rpc("the service is not supported".into())),
+        DcpOutcome::NotSupported => Reply::Refused(Refusal::NotSupported),
         DcpOutcome::NoAnswer(wait) => Reply::Silent(wait.to_string()),
     }
 }
@@ -468,7 +498,7 @@ fn reformat(value: &mut ParameterValue, format: Format) {
 /// The value of a parameter, an element of it, or bits of an element.
 fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, value: &ParameterValue) -> Value {
     let kind = parameter.and_then(|index| device.parameters.get(index)).map(|parameter| parameter.kind);
-    if kind.is_some_and(|kind| kind.text || kind.octets.is_some()) {
+    if kind.is_some_and(is_octets) {
         return match kind.is_some_and(|kind| kind.text) {
             true => Value::text(String::from_utf8_lossy(&value.data).into_owned()),
             false => Value::bytes(value.data.as_slice()),
@@ -484,10 +514,15 @@ fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, val
     }
 }
 
+/// Whether the elements of a parameter are octets, which are one value.
+fn is_octets(kind: ParameterType) -> bool {
+    kind.text || kind.octets.is_some()
+}
+
 /// The value of a field of a record.
 fn field_value(field: &RecordField, data: &[u8]) -> Value {
     if field.text {
-        let octets = data.get(field.octet..field.octet + field.octets).unwrap_or_default();
+        let Some(octets) = data.get(field.octet..field.octet + field.octets) else { return Value::Unknown };
         return Value::text(String::from_utf8_lossy(octets).trim_end().to_owned());
     }
     match field_number(field, data) {

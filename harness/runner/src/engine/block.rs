@@ -6,19 +6,42 @@ use crate::judge::view::View;
 use crate::judge::{Tick, Truth};
 use crate::result::PartSeen;
 use crate::suite::device::Location;
-use crate::suite::expr::{NameId, State, Value};
+use crate::suite::expr::{Env, NameId, State, Value, equal};
 use crate::suite::model::{Observation, SequenceEntry};
 use station::{Duration, Time};
 
 /// The observations of one repetition of a block.
 pub struct BlockWatch<'a> {
     watches: Vec<Watch<'a>>,
+    closed: bool,
 }
 
 enum Watch<'a> {
     Rule { of: &'a Observation, rule: Box<RuleWatch<'a>> },
-    Count { of: &'a Observation, state: State, count: u64, last: Option<Tick> },
-    Sequence { of: &'a Observation, states: Vec<State>, values: Vec<(Tick, Vec<Value>)> },
+    Count { of: &'a Observation, state: State, counted: Counted },
+    Sequence { of: &'a Observation, states: Vec<State>, passed: Passed },
+}
+
+/// What a count has seen.
+#[derive(Default)]
+struct Counted {
+    /// Frames and events at which the condition was true.
+    held: u64,
+    /// At which it was known.
+    known: u64,
+    /// At which it was not, so that it may have been true.
+    unknown: u64,
+    /// The last one at which it was true.
+    last: Option<Tick>,
+}
+
+/// What a sequence has seen.
+#[derive(Default)]
+struct Passed {
+    /// The known values, equal neighbours taken as one.
+    values: Vec<(Tick, Vec<Value>)>,
+    /// How many of them came before the first instant at which the values were not known any more.
+    gap: Option<usize>,
 }
 
 /// An observation that was broken.
@@ -45,26 +68,43 @@ impl<'a> BlockWatch<'a> {
     pub fn begin(observations: &'a [Observation], watchdog: Duration) -> BlockWatch<'a> {
         let watch = |of: &'a Observation| match of {
             Observation::Rule { body, .. } => Watch::Rule { of, rule: Box::new(RuleWatch::new(body, watchdog)) },
-            Observation::Count { .. } => Watch::Count { of, state: State::default(), count: 0, last: None },
+            Observation::Count { .. } => Watch::Count { of, state: State::default(), counted: Counted::default() },
             Observation::Sequence { names, .. } => {
-                Watch::Sequence { of, states: vec![State::default(); names.len()], values: Vec::new() }
+                Watch::Sequence { of, states: vec![State::default(); names.len()], passed: Passed::default() }
             }
         };
-        BlockWatch { watches: observations.iter().map(watch).collect() }
+        BlockWatch { watches: observations.iter().map(watch).collect(), closed: false }
     }
 
-    /// Looks at how things stand at the begin of the block: sequences begin with these values.
+    /// Looks at how things stand at the begin of the block: sequences begin with these values, and a change in the first
+    /// frame of the block is seen.
     pub fn begin_with(&mut self, view: &View<'_>) {
         for watch in &mut self.watches {
-            if let Watch::Sequence { .. } = watch {
-                watch.tick(view);
+            match watch {
+                Watch::Rule { rule, .. } => rule.begin_with(view),
+                Watch::Count { of: Observation::Count { condition, .. }, state, .. } => state.advance(condition, view),
+                Watch::Sequence { .. } | Watch::Count { .. } => {
+                    watch.tick(view);
+                }
             }
         }
     }
 
-    /// Looks at a frame or an event.
-    pub fn tick(&mut self, view: &View<'_>) {
-        self.watches.iter_mut().for_each(|watch| watch.tick(view));
+    /// Ends the block itself: nothing new is judged, counted or noted; only open windows go on.
+    pub fn close(&mut self) {
+        self.closed = true;
+        for watch in &mut self.watches {
+            if let Watch::Rule { rule, .. } = watch {
+                rule.close();
+            }
+        }
+    }
+
+    /// Looks at a frame or an event; says whether an observation spoke of the event that happens at this tick.
+    pub fn tick(&mut self, view: &View<'_>) -> bool {
+        let closed = self.closed;
+        let watches = self.watches.iter_mut().filter(|watch| !closed || matches!(watch, Watch::Rule { .. }));
+        watches.fold(false, |speaks, watch| watch.tick(view) | speaks)
     }
 
     /// Lets time go by without a frame.
@@ -76,11 +116,13 @@ impl<'a> BlockWatch<'a> {
         }
     }
 
-    /// Ends what is open where the connection ends.
+    /// Ends what is open where the connection ends, and forgets what came before.
     pub fn cut(&mut self) {
         for watch in &mut self.watches {
-            if let Watch::Rule { rule, .. } = watch {
-                rule.cut();
+            match watch {
+                Watch::Rule { rule, .. } => rule.cut(),
+                Watch::Count { state, .. } => state.forget(),
+                Watch::Sequence { states, .. } => states.iter_mut().for_each(State::forget),
             }
         }
     }
@@ -90,49 +132,35 @@ impl<'a> BlockWatch<'a> {
         self.watches.iter().any(|watch| matches!(watch, Watch::Rule { rule, .. } if rule.is_waiting()))
     }
 
-    /// Whether one of its counts looks at events, so that they are expected while it runs.
-    pub fn counts_events(&self, view: &View<'_>) -> bool {
-        self.watches.iter().any(|watch| match watch {
-            Watch::Count { of: Observation::Count { condition, .. }, .. } => condition.names().any(|name| {
-                matches!(view.variant.names.get(name.0 as usize), Some(crate::suite::device::NameKind::Event(_)))
-            }),
-            _ => false,
-        })
-    }
-
-    /// The observations that were broken, or that nothing was seen for.
+    /// The observations that were broken, then those that nothing can be said about.
     pub fn end(self, view: &View<'_>) -> Vec<Broken> {
-        self.watches.into_iter().filter_map(|watch| watch.end(view)).collect()
+        let mut broken: Vec<Broken> = self.watches.into_iter().filter_map(|watch| watch.end(view)).collect();
+        broken.sort_by_key(|broken| broken.undecided);
+        broken
     }
 }
 
 impl Watch<'_> {
-    fn tick(&mut self, view: &View<'_>) {
+    fn tick(&mut self, view: &View<'_>) -> bool {
         match self {
-            Watch::Rule { rule, .. } => rule.tick(view),
-            Watch::Count { of, state, count, last } => {
-                if let Observation::Count { condition, .. } = of {
-                    if condition.truth(view, state) == Some(true) {
-                        *count += 1;
-                        *last = Some(view.tick);
-                    }
-                    state.advance(condition, view);
-                }
+            Watch::Rule { rule, .. } => return rule.tick(view),
+            Watch::Count { of: Observation::Count { condition, .. }, state, counted } => {
+                let truth = condition.truth(view, state);
+                state.advance(condition, view);
+                counted.add(truth, view.tick);
+                return truth == Some(true) && condition.names().any(|name| view.is_happening(name));
             }
-            Watch::Sequence { of, states, values } => {
-                if let Observation::Sequence { names, .. } = of {
-                    let now: Vec<Value> =
-                        names.iter().zip(states.iter()).map(|(program, state)| program.eval(view, state)).collect();
-                    for (program, state) in names.iter().zip(states) {
-                        state.advance(program, view);
-                    }
-                    let known = !now.iter().any(Value::is_unknown);
-                    if known && values.last().is_none_or(|(_, last)| *last != now) {
-                        values.push((view.tick, now));
-                    }
+            Watch::Sequence { of: Observation::Sequence { names, .. }, states, passed } => {
+                let now: Vec<Value> =
+                    names.iter().zip(states.iter()).map(|(program, state)| program.eval(view, state)).collect();
+                for (program, state) in names.iter().zip(states) {
+                    state.advance(program, view);
                 }
+                passed.add(now, view);
             }
+            Watch::Count { .. } | Watch::Sequence { .. } => {}
         }
+        false
     }
 
     fn end(self, view: &View<'_>) -> Option<Broken> {
@@ -160,39 +188,59 @@ impl Watch<'_> {
                     undecided: true,
                 })
             }
-            Watch::Count { of: Observation::Count { text, at, condition, is }, count, last, .. } => {
-                let held = condition::matches(is, &Value::whole(count), view) == Truth::True;
-                (!held).then(|| Broken {
-                    text: text.clone(),
-                    at: at.clone(),
-                    what: "The number is not right.".into(),
-                    parts: vec![PartSeen {
-                        text: condition.text().to_owned(),
-                        wanted: condition::wanted_text(is, view),
-                        seen: count.to_string(),
-                        held,
-                    }],
-                    tick: last,
-                    names: condition.names().collect(),
-                    undecided: false,
-                })
-            }
-            Watch::Sequence { of: Observation::Sequence { text, at, names, is }, values, .. } => {
-                let seen: Vec<&[Value]> = values.iter().map(|(_, values)| &values[..]).collect();
-                let wrong = first_difference(is, &seen)?;
+            Watch::Count { of: Observation::Count { text, at, condition, is }, counted, .. } => {
+                let right = counted.judge(|count| condition::matches(is, &Value::whole(count), view));
+                let what = match right {
+                    Truth::True => return None,
+                    Truth::False => "The number is not right.".into(),
+                    Truth::Unknown => format!(
+                        "The number is not certain: of {} frames and events the condition was known at {}.",
+                        counted.known + counted.unknown,
+                        counted.known
+                    ),
+                };
                 Some(Broken {
                     text: text.clone(),
                     at: at.clone(),
-                    what: format!("The order is not right from entry {} on.", wrong + 1),
+                    what,
+                    parts: vec![PartSeen {
+                        text: condition.text().to_owned(),
+                        wanted: condition::wanted_text(is, view),
+                        seen: counted.held.to_string(),
+                        held: false,
+                    }],
+                    tick: counted.last,
+                    names: condition.names().collect(),
+                    undecided: right == Truth::Unknown,
+                })
+            }
+            Watch::Sequence { of: Observation::Sequence { text, at, names, is }, passed, .. } => {
+                let seen: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
+                let known = passed.gap.unwrap_or(seen.len());
+                let open = passed.gap.is_some() || seen.is_empty();
+                let order = Order { wanted: is, seen: &seen[..known], open, noise: view.position_noise() };
+                let wrong = order.first_difference();
+                let undecided = wrong.is_none();
+                let (what, wrong) = match wrong {
+                    Some(wrong) => (format!("The order is not right from entry {} on.", wrong + 1), wrong),
+                    None if !open => return None,
+                    None => {
+                        (format!("The order is not certain: after {known} entries the values were not known."), known)
+                    }
+                };
+                Some(Broken {
+                    text: text.clone(),
+                    at: at.clone(),
+                    undecided,
+                    what,
                     parts: vec![PartSeen {
                         text: names.iter().map(|name| name.text()).collect::<Vec<_>>().join(", "),
                         wanted: is.iter().map(show_entry).collect::<Vec<_>>().join(" "),
                         seen: seen.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
                         held: false,
                     }],
-                    tick: values.get(wrong).or(values.last()).map(|(tick, _)| *tick),
+                    tick: passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick),
                     names: names.iter().flat_map(|name| name.names()).collect(),
-                    undecided: false,
                 })
             }
             Watch::Rule { .. } | Watch::Count { .. } | Watch::Sequence { .. } => None,
@@ -200,24 +248,80 @@ impl Watch<'_> {
     }
 }
 
-/// The first place at which what was seen is not what is right; `None` if all of it is.
-fn first_difference(wanted: &[SequenceEntry], seen: &[&[Value]]) -> Option<usize> {
-    let mut furthest = 0;
-    (!fits(wanted, seen, 0, &mut furthest)).then_some(furthest)
+impl Counted {
+    fn add(&mut self, truth: Option<bool>, tick: Tick) {
+        match truth {
+            Some(held) => {
+                self.known += 1;
+                self.held += u64::from(held);
+                self.last = if held { Some(tick) } else { self.last };
+            }
+            None => self.unknown += 1,
+        }
+    }
+
+    /// Whether the number is right, whatever the condition was where it was not known.
+    fn judge(&self, is_right: impl Fn(u64) -> Truth) -> Truth {
+        if self.known == 0 {
+            return Truth::Unknown;
+        }
+        let first = is_right(self.held);
+        let certain = (self.held + 1..=self.held + self.unknown).all(|count| is_right(count) == first);
+        if certain { first } else { Truth::Unknown }
+    }
 }
 
-fn fits(wanted: &[SequenceEntry], seen: &[&[Value]], at: usize, furthest: &mut usize) -> bool {
-    *furthest = (*furthest).max(at);
-    match wanted.split_first() {
-        None => at == seen.len(),
-        Some((SequenceEntry::Values(values), rest)) => {
-            seen.get(at).is_some_and(|seen| seen == values) && fits(rest, seen, at + 1, furthest)
+impl Passed {
+    fn add(&mut self, now: Vec<Value>, view: &View<'_>) {
+        if now.iter().any(Value::is_unknown) {
+            if !self.values.is_empty() {
+                self.gap.get_or_insert(self.values.len());
+            }
+        } else if self.values.last().is_none_or(|(_, last)| !same(last, &now, view.position_noise())) {
+            self.values.push((view.tick, now));
         }
-        Some((SequenceEntry::Either(runs), rest)) => runs.iter().any(|run| {
-            let fit =
-                run.iter().enumerate().all(|(index, values)| seen.get(at + index).is_some_and(|seen| seen == values));
-            fit && fits(rest, seen, at + run.len(), furthest)
-        }),
+    }
+}
+
+/// Whether values are equal, by the rules of `==`; the noise is given to places only.
+fn same(seen: &[Value], wanted: &[Value], noise: u32) -> bool {
+    let equal = |(seen, wanted): (&Value, &Value)| {
+        let noise = if matches!((seen, wanted), (Value::Place(_), _) | (_, Value::Place(_))) { noise } else { 0 };
+        equal(seen, wanted, None, noise) == Some(true)
+    };
+    seen.len() == wanted.len() && seen.iter().zip(wanted).all(equal)
+}
+
+/// What a sequence wants, and what was seen for certain.
+struct Order<'a> {
+    wanted: &'a [SequenceEntry],
+    seen: &'a [&'a [Value]],
+    /// Whether anything may have come after what was seen.
+    open: bool,
+    noise: u32,
+}
+
+impl Order<'_> {
+    /// The first place at which what was seen is not what is right; `None` if all of it is.
+    fn first_difference(&self) -> Option<usize> {
+        let mut furthest = 0;
+        (!self.fits(self.wanted, 0, &mut furthest)).then_some(furthest)
+    }
+
+    fn fits(&self, wanted: &[SequenceEntry], at: usize, furthest: &mut usize) -> bool {
+        *furthest = (*furthest).max(at);
+        match wanted.split_first() {
+            None => at >= self.seen.len(),
+            Some((SequenceEntry::Values(values), rest)) => self.is(at, values) && self.fits(rest, at + 1, furthest),
+            Some((SequenceEntry::Either(runs), rest)) => runs.iter().any(|run| {
+                let fit = run.iter().enumerate().all(|(index, values)| self.is(at + index, values));
+                fit && self.fits(rest, at + run.len(), furthest)
+            }),
+        }
+    }
+
+    fn is(&self, at: usize, wanted: &[Value]) -> bool {
+        self.seen.get(at).map_or(self.open, |seen| same(seen, wanted, self.noise))
     }
 }
 

@@ -1,9 +1,9 @@
 //! An expectation at work: `expect` with its window, told of every frame and event.
 
 use crate::judge::condition::{Memory, each_name};
-use crate::judge::rule::{stay, time};
+use crate::judge::rule::{length, stay};
 use crate::judge::view::View;
-use crate::judge::window::{Outcome, Window};
+use crate::judge::window::{Outcome, Stay, Window};
 use crate::judge::{Tick, Truth};
 use crate::result::PartSeen;
 use crate::suite::device::NameKind;
@@ -38,7 +38,9 @@ pub struct Expectation<'a> {
 }
 
 impl<'a> Expectation<'a> {
-    /// Opens the window of an `expect` at `opened`.
+    /// Opens the window of an `expect` at `opened`, with `view` as how things stand before the first frame.
+    ///
+    /// It is undecided from the begin if its length cannot be known.
     pub fn open(
         condition: &'a Condition,
         within: &Span,
@@ -46,15 +48,38 @@ impl<'a> Expectation<'a> {
         (opened, slack, watchdog): (Time, Duration, Duration),
         view: &View<'_>,
     ) -> Expectation<'a> {
-        Expectation {
+        let (length, held) = (length(within, view), stay(hold, view));
+        let known = length.is_some() && held.is_some();
+        let window = Window::open(opened, length.unwrap_or_default(), slack, held.unwrap_or(Stay::No), watchdog);
+        let mut expectation = Expectation {
             condition,
             hold,
             memory: Memory::default(),
             end: Memory::default(),
-            window: Window::open(opened, time(within, view), slack, stay(hold, view), watchdog),
+            window,
             events: asks_for_events(condition, view),
             latest: None,
             decisive: None,
+        };
+        if !known {
+            expectation.latest = Some(expectation.look(view));
+            expectation.window.cut();
+        }
+        expectation.begin_with(view);
+        expectation
+    }
+
+    /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
+    pub fn begin_with(&mut self, view: &View<'_>) {
+        self.memory.forget();
+        self.end.forget();
+        self.advance(view);
+    }
+
+    fn advance(&mut self, view: &View<'_>) {
+        self.memory.advance(self.condition, view);
+        if let Hold::Until(end) = self.hold {
+            self.end.advance(end, view);
         }
     }
 
@@ -105,10 +130,7 @@ impl<'a> Expectation<'a> {
                 }
             }
         }
-        self.memory.advance(self.condition, view);
-        if let Hold::Until(end) = self.hold {
-            self.end.advance(end, view);
-        }
+        self.advance(view);
         satisfied
     }
 

@@ -78,13 +78,8 @@ pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
 
 fn next(blame: Blame, place: Option<&Place>) -> String {
     match (blame, place) {
-        (Blame::Device, Some(place)) => {
-            format!(
-                "Compare frame {} with the clause; the capture beside the report has the step as its comment.",
-                place.frame
-            )
-        }
-        (Blame::Device, None) => "Compare the answer with the clause; the capture has the step as its comment.".into(),
+        (Blame::Device, Some(place)) => format!("Compare frame {} with the clause.", place.frame),
+        (Blame::Device, None) => "Compare the answer with the clause.".into(),
         (Blame::Environment, _) => "Mend the bench and run it again: nothing was found out about the device.".into(),
         (Blame::Harness, _) => "This is a mistake of encspec: please report it with the capture.".into(),
         (Blame::Suite, _) => "This is a mistake of the suite: please report it.".into(),

@@ -75,10 +75,9 @@ fn device(
     options: &RunOptions,
     progress: Progress<'_>,
 ) -> Result<DeviceRun, BenchError> {
-    let rules: Vec<usize> =
-        (0..variant.rules.len()).filter(|&rule| selects(options, manual, &variant.rules[rule].id)).collect();
+    let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
     let mut trials: Vec<&Trial> = variant.trials.iter().filter(|trial| selects(options, manual, &trial.id)).collect();
-    let only_rules = trials.is_empty() && !rules.is_empty();
+    let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
     if only_rules {
         trials = variant.trials.iter().collect();
     }
@@ -90,9 +89,15 @@ fn device(
     });
     let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
     let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
-    let judged = rules.into_iter().map(|rule| rule_result(manual, &variant.rules[rule], rule, &outcomes, filtered));
-    let judged: Vec<CaseResult> =
-        judged.filter(|rule| !filtered || only_rules || rule.verdict != Verdict::NotRun).collect();
+    // Every rule is judged on every trial that ran; a broken one is told whatever the filter says.
+    let mut judged = Vec::new();
+    for (index, rule) in variant.rules.iter().enumerate() {
+        let result = rule_result(manual, rule, index, &outcomes, filtered);
+        let asked_for = is_selected(rule) && (only_rules || !filtered || result.verdict != Verdict::NotRun);
+        if asked_for || result.verdict == Verdict::Fail {
+            judged.push(result);
+        }
+    }
     let mut cases = Vec::new();
     if !only_rules {
         cases.extend(outcomes.into_iter().map(|outcome| outcome.case));
@@ -200,7 +205,7 @@ fn one(
     let mut run = Run::new(world, trial, &place);
     run.world.scene.notebook.address = Some(CONTROLLER.1.octets());
     let decided = run.run();
-    Ok(outcome(run, decided, options))
+    Ok(outcome(run, decided, dut, options))
 }
 
 fn controllers(id: &str) -> Vec<(wire::ethernet::Mac, Controller)> {
@@ -224,7 +229,9 @@ fn controllers(id: &str) -> Vec<(wire::ethernet::Mac, Controller)> {
         .collect()
 }
 
-fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, options: &RunOptions) -> TrialOutcome {
+fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
+    let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
+    let repeat = format!("--dut {dut}{bugs}");
     let manual = run.world.manual;
     let trial = run.trial;
     let main = match (&decided, run.checks) {
@@ -255,7 +262,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, options: &RunOptio
     }
     for requirement in check_covers(trial) {
         if !reached.contains(&requirement) {
-            add(requirement, if main == Verdict::Pass { Verdict::NotApplicable } else { main });
+            add(requirement, if main == Verdict::Pass { Verdict::NotApplicable } else { Verdict::NotRun });
         }
     }
     if let Some((_, failure)) = decided {
@@ -268,7 +275,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, options: &RunOptio
     let objections = run.world.segment.objections();
     let rules = run.world.judges.rules.iter().map(|(of, rule)| {
         let broken = rule.violation().map(|violation| {
-            let failure = rule_failure(&run.world, of, violation, trial);
+            let failure = rule_failure(&run.world, of, violation, trial, &repeat);
             (violation.clone(), failure)
         });
         RuleSeen { decided: rule.decided(), broken }
@@ -309,7 +316,7 @@ fn level(manual: &Manual, covers: &[Covered], verdict: Verdict) -> Level {
     failed.or_else(|| covers.iter().map(of).min()).unwrap_or(Level::Must)
 }
 
-fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &Trial) -> Failure {
+fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &Trial, repeat: &str) -> Failure {
     let place = violation.names.iter().find_map(|name| super::expect::place_of(*name, &world.view()));
     let (octet, bit) = place.map_or((None, None), |(_, octet, bit)| (Some(octet), bit));
     let frame = violation.tick.frame;
@@ -322,7 +329,7 @@ fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &T
         parts: violation.parts.clone(),
         place: Some(crate::result::Place { frame, octet, bit, filter: format!("frame.number == {frame}") }),
         trace: failure::trace(world, frame),
-        next: format!("Run the trial alone: encspec run '{}' --exact", trial.id),
+        next: format!("Run the trial alone: encspec run {repeat} '{}' --exact", trial.id),
     }
 }
 

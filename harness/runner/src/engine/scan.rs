@@ -16,17 +16,15 @@ pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
     }
 }
 
-/// The names that the expectations and observations of a trial look at.
-pub fn names(trial: &Trial) -> Vec<NameId> {
+/// The names that the expectations and observations of some steps look at.
+pub fn names(steps: &[Step]) -> Vec<NameId> {
     let mut names = Vec::new();
     let mut add = |name: NameId| names.push(name);
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
-        each_step(steps, &mut |step| match &step.verb {
-            Verb::Expect { condition, .. } => each_name(condition, &mut add),
-            Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed(observation, &mut add)),
-            _ => {}
-        });
-    }
+    each_step(steps, &mut |step| match &step.verb {
+        Verb::Expect { condition, .. } => each_name(condition, &mut add),
+        Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed(observation, &mut add)),
+        _ => {}
+    });
     names
 }
 

@@ -12,7 +12,7 @@ use station::Duration;
 use std::sync::Arc;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::status::PnioStatus;
+use wire::profinet::status::{ErrorCode, PnioStatus};
 
 /// Where the device under test is, and what it is given.
 #[derive(Clone, Debug)]
@@ -133,16 +133,18 @@ pub fn put(record: &Record, field: usize, value: i128, octets: &mut [u8]) {
     }
 }
 
-fn refused(status: &PnioStatus) -> Reply {
-    Reply::Refused(Refusal::Pnio(*status))
+/// A refusal, which has to say of which service it is.
+pub fn refused(status: &PnioStatus, of: ErrorCode) -> Reply {
+    match status.error_code == of {
+        true => Reply::Refused(Refusal::Pnio(*status)),
+        false => Reply::Wrong(format!("{status} is no answer of this service")),
+    }
 }
 
 /// What a call came to that was not answered by the service itself.
 pub fn failed(error: &CallError) -> Reply {
     match error {
-        CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => {
-            Reply::Refused(Refusal::Rpc(error.to_string()))
-        }
+        CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => Reply::Wrong(error.to_string()),
         CallError::NoAnswer(_) | CallError::ArEnded => Reply::Silent(error.to_string()),
     }
 }
@@ -150,25 +152,26 @@ pub fn failed(error: &CallError) -> Reply {
 fn connect(outcome: &ConnectOutcome) -> Reply {
     match outcome {
         ConnectOutcome::Accepted => Reply::Accepted,
-        ConnectOutcome::Refused(status) => refused(status),
+        ConnectOutcome::Refused(status) => refused(status, ErrorCode::CONNECT_RESPONSE),
         ConnectOutcome::Failed(error) => failed(error),
     }
 }
 
-/// What Control or Release came to.
-pub fn control(outcome: &ControlOutcome) -> Reply {
+/// What Control (or Release, by its code) came to.
+pub fn control(outcome: &ControlOutcome, of: ErrorCode) -> Reply {
     match outcome {
         ControlOutcome::Accepted => Reply::Accepted,
-        ControlOutcome::Refused(status) => refused(status),
+        ControlOutcome::Refused(status) => refused(status, of),
         ControlOutcome::Failed(error) => failed(error),
     }
 }
 
 /// What an access to a record came to.
-pub fn record(outcome: &RecordOutcome) -> Reply {
+pub fn record(outcome: &RecordOutcome, written: bool) -> Reply {
+    let of = if written { ErrorCode::WRITE_RESPONSE } else { ErrorCode::READ_RESPONSE };
     match outcome {
         RecordOutcome::Accepted { .. } => Reply::Accepted,
-        RecordOutcome::Refused(status) => refused(status),
+        RecordOutcome::Refused(status) => refused(status, of),
         RecordOutcome::Failed(error) => failed(error),
     }
 }
@@ -180,10 +183,10 @@ pub fn replies(device: &Device, start: &StartUp, records: &[usize]) -> Vec<(Answ
         replies.push((AnswerPart::Connect, connect(outcome)));
     }
     for (outcome, &index) in start.records.iter().zip(records) {
-        replies.push((AnswerPart::Record(index), record(outcome)));
+        replies.push((AnswerPart::Record(index), record(outcome, true)));
     }
     if let Some(outcome) = &start.parameter_end {
-        replies.push((AnswerPart::ParameterEnd, control(outcome)));
+        replies.push((AnswerPart::ParameterEnd, control(outcome, ErrorCode::CONTROL_RESPONSE)));
     }
     let ready = match start.application_ready {
         Some(true) => Reply::Accepted,
@@ -191,7 +194,9 @@ pub fn replies(device: &Device, start: &StartUp, records: &[usize]) -> Vec<(Answ
     };
     replies.push((AnswerPart::ApplicationReady, ready));
     let word = |word: &str| Reply::Value(Value::Text(Arc::from(word)));
-    for (index, submodule) in device.submodules.iter().enumerate() {
+    // Only an accepted Connect says by its silence that a submodule is as expected.
+    let connected = start.connect == Some(ConnectOutcome::Accepted);
+    for (index, submodule) in device.submodules.iter().enumerate().filter(|_| connected) {
         let state = match &start.module_diff {
             Some(diff) => module_state(diff, submodule.slot, submodule.subslot),
             None => "proper",

@@ -9,7 +9,7 @@ use crate::judge::image::Image;
 use crate::result::{Blame, Failure, PartSeen};
 use crate::suite::device::{EventName, Location, NameKind, StandName};
 use crate::suite::expr::NameId;
-use crate::suite::model::{Step, Trial};
+use crate::suite::model::{Step, Trial, Verb};
 use crate::verdict::Verdict;
 use controllers::profinet_io::{
     DcpOutcome, DeviceAddress, IdentifyBy, Outcome, RecordOutcome, Request, StationSeen, Target,
@@ -19,7 +19,7 @@ use std::ops::{Deref, DerefMut};
 use wire::ethernet::Mac;
 use wire::profinet::blocks::im::Im0;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Element, Value};
+use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
 
 /// How long answers to an Identify are collected.
 const IDENTIFY: Duration = Duration::from_millis(1300);
@@ -148,8 +148,12 @@ pub struct Run<'a> {
     pub reference: u8,
     /// What was known at the last sample before the last action.
     pub before_action: Option<Image>,
-    /// Whether the trial itself has done or expects something that may end the connection.
+    /// Whether the trial has done something that may end the connection since it was made, or asks for its end now.
     pub may_end: bool,
+    /// Whether a reading of the manual is being tried: it begins no action of its own.
+    pub in_reading: bool,
+    /// Whether the test itself runs, not what goes before and after it.
+    pub in_test: bool,
     /// Checks with requirements of their own.
     pub checked: Vec<Check>,
     /// Readings that the device took.
@@ -167,12 +171,6 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// A trial that has not begun.
     pub fn new(world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
-        let expects_end = |name: &NameKind| {
-            matches!(name, NameKind::Connection | NameKind::Event(EventName::Abort | EventName::AbortCode))
-        };
-        let may_end = super::scan::names(trial)
-            .iter()
-            .any(|name| world.variant.names.get(name.0 as usize).is_some_and(expects_end));
         Run {
             outputs: OutputImage::new(&world.manual.device),
             mac: place.mac.unwrap_or_default(),
@@ -183,7 +181,9 @@ impl<'a> Run<'a> {
             paused: false,
             reference: 0,
             before_action: None,
-            may_end,
+            may_end: false,
+            in_reading: false,
+            in_test: false,
             checked: Vec::new(),
             readings: Vec::new(),
             checks: 0,
@@ -220,7 +220,8 @@ impl<'a> Run<'a> {
             (verdict, failure::failure(self, step, trouble, &[]))
         });
         let finally = self.steps(&trial.finally).map_err(|(trouble, step)| (trouble, Some(step)));
-        let cleaned = finally.and_then(|()| self.clean_up().map_err(|trouble| (trouble, None)));
+        let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
+        let cleaned = finally.and(cleaned);
         let decided = decided.or_else(|| {
             let (trouble, step) = cleaned.err()?;
             Some((Verdict::Inconclusive, failure::failure(self, step, trouble.before_the_test(), &[])))
@@ -234,7 +235,10 @@ impl<'a> Run<'a> {
             self.start(start).map_err(|trouble| (trouble.before_the_test(), None))?;
         }
         self.steps(&trial.given).map_err(|(trouble, step)| (trouble.before_the_test(), Some(step)))?;
-        self.steps(&trial.steps).map_err(|(trouble, step)| (trouble, Some(step)))
+        self.in_test = true;
+        let tested = self.steps(&trial.steps).map_err(|(trouble, step)| (trouble, Some(step)));
+        self.in_test = false;
+        tested
     }
 
     /// The device answers and is what the bench claims; anything else says nothing about it.
@@ -292,10 +296,30 @@ impl<'a> Run<'a> {
             self.world.controllers[0].outputs_mut().pause(false);
             self.paused = false;
         }
-        self.disconnect(true)?;
-        self.disconnect(false)?;
-        self.put_stand_back()?;
-        self.still_lives()
+        let parts = [
+            self.disconnect(true),
+            self.disconnect(false),
+            self.put_stand_back(),
+            self.still_lives(),
+            self.give_name_back(),
+        ];
+        parts.into_iter().collect()
+    }
+
+    /// Gives the station its name back, where the trial may have changed it.
+    fn give_name_back(&mut self) -> Done {
+        if !self.renamed {
+            return Ok(());
+        }
+        let name = Value::NameOfStation(self.place.name.clone().into_bytes());
+        let blocks = vec![Block::set(BlockQualifier::PERMANENT, name)];
+        match self.ask(false, Request::DcpSet { to: self.mac, blocks })? {
+            Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
+            outcome => {
+                let what = format!("The station did not take its old name back: {outcome:?}.");
+                Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+            }
+        }
     }
 
     fn still_lives(&mut self) -> Done {
@@ -334,9 +358,7 @@ impl<'a> Run<'a> {
     fn unexpected(&mut self) -> Option<(Verdict, Failure)> {
         self.world.act();
         let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
-            (Some((what, frame)), _) if !self.may_end || what.contains("alarm") => {
-                (format!("The device sent {what}, which no step expected."), *frame)
-            }
+            (Some((what, frame)), _) => (format!("The device sent {what}, which no step expected."), *frame),
             (_, Some((why, frame))) => (format!("A frame cannot be read: {why}."), *frame),
             _ => return None,
         };
@@ -347,7 +369,12 @@ impl<'a> Run<'a> {
     /// Does the steps in order; the first that fails ends them, except for independent checks.
     pub fn steps(&mut self, steps: &'a [Step]) -> Result<(), (Trouble, &'a Step)> {
         for (index, step) in steps.iter().enumerate() {
-            if let Err(trouble) = self.step(step) {
+            let outcome = self.step(step).and_then(|()| {
+                let asked_for = self.asks_for_the_end(&steps[index + 1..]);
+                self.may_end |= asked_for && self.world.lost.is_some();
+                self.lost_connection().map_or(Ok(()), |lost| Err((lost, step)))
+            });
+            if let Err(trouble) = outcome {
                 self.not_reached.extend(steps.iter().skip(index + 1).map(|step| step.text.clone()));
                 return Err(trouble);
             }
@@ -357,10 +384,15 @@ impl<'a> Run<'a> {
 
     fn step(&mut self, step: &'a Step) -> Result<(), (Trouble, &'a Step)> {
         self.world.note(&format!("line {}: {}", step.at.line, step.text));
+        let may_end = self.may_end;
+        self.may_end |= self.asks_for_the_end(std::slice::from_ref(step));
         let outcome = self.verb(step);
-        let lost = self.lost_connection();
+        let lost = if outcome.is_err() { self.lost_connection() } else { None };
+        // What a step asked for is over with it, unless the end came; what it did may still end the connection.
+        if self.world.lost.is_none() && !may_end && self.asks_for_the_end(std::slice::from_ref(step)) {
+            self.may_end = false;
+        }
         let outcome = match (outcome, lost) {
-            (Ok(()), Some(lost)) => Err((lost, step)),
             (Err((trouble, step)), Some(lost)) if trouble.verdict == Some(Verdict::Inconclusive) => {
                 let mut lost = lost;
                 lost.parts.clone_from(&trouble.parts);
@@ -368,7 +400,7 @@ impl<'a> Run<'a> {
             }
             (outcome, _) => outcome,
         };
-        if step.covers.is_empty() {
+        if step.covers.is_empty() || (!self.in_test && outcome.is_err()) {
             return outcome;
         }
         let (verdict, failure) = match outcome {
@@ -380,6 +412,24 @@ impl<'a> Run<'a> {
         };
         self.checked.push(Check { covers: step.covers.clone(), verdict, failure });
         Ok(())
+    }
+
+    /// Whether the next expectation among `steps`, before another connection, asks for the end of this one.
+    fn asks_for_the_end(&self, steps: &[Step]) -> bool {
+        let is_end = |name: &NameId| {
+            let kind = self.kind(*name);
+            matches!(kind, Some(NameKind::Connection | NameKind::Event(EventName::Abort | EventName::AbortCode)))
+        };
+        for step in steps {
+            match &step.verb {
+                Verb::Connect { .. } | Verb::Disconnect { .. } => return false,
+                Verb::Expect { .. } | Verb::Block { .. } | Verb::Either(_) => {
+                    return super::scan::names(std::slice::from_ref(step)).iter().any(is_end);
+                }
+                _ => {}
+            }
+        }
+        false
     }
 
     /// The device ended the connection where nothing in the trial expected it.

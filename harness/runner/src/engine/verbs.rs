@@ -4,10 +4,10 @@ use super::access::{Answered, dcp, unexpected};
 use super::block::BlockWatch;
 use super::expect::{Expectation, asks_for_events};
 use super::startup;
-use super::trial::{Done, Run, Trouble};
+use super::trial::{Check, Done, Run, Trouble};
 use crate::judge::answer::{self, Reply};
 use crate::judge::condition::{self, each_name};
-use crate::judge::rule::time;
+use crate::judge::rule::length;
 use crate::judge::window::Outcome as Decision;
 use crate::judge::{Tick, Truth};
 use crate::result::{Blame, PartSeen};
@@ -20,7 +20,7 @@ use crate::verdict::Verdict;
 use controllers::profinet_io::{ArState, Broken, Ended, IdentifyBy, Outcome, Request, Reset, Target};
 use station::{Duration, Time};
 use std::mem;
-use wire::profinet::status::AbortReason;
+use wire::profinet::status::{AbortReason, ErrorCode};
 
 /// The longest that a request may take before it counts as a mistake of ours: every wait of the controller is shorter.
 const LONGEST_REQUEST: Duration = Duration::from_secs(120);
@@ -73,6 +73,9 @@ impl<'a> Run<'a> {
 
     /// Begins an action: what is expected afterwards is told apart from what was true before.
     pub fn action(&mut self) {
+        if self.in_reading {
+            return;
+        }
         self.before_action = self.world.last_sample.is_some().then(|| self.world.scene.follower.image.clone());
         self.world.act();
     }
@@ -132,6 +135,9 @@ impl<'a> Run<'a> {
         let outcome = self.ask(second, Request::Connect(Box::new(connection)))?;
         let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         self.world.scene.notebook.answers = startup::replies(&self.world.manual.device, &outcome, &records);
+        if !second {
+            self.may_end = false;
+        }
         if outcome.standing && !second {
             let until = self.world.now() + NO_SAMPLE;
             self.world.run(until, |world| world.samples > 0 || world.lost.is_some());
@@ -139,7 +145,10 @@ impl<'a> Run<'a> {
         match answer {
             Some(answer) => self.judge_answer(answer),
             None if outcome.standing => {
-                let refused = outcome.records.iter().map(startup::record).find(|reply| *reply != Reply::Accepted);
+                let refused = {
+                    let mut replies = outcome.records.iter().map(|outcome| startup::record(outcome, true));
+                    replies.find(|reply| *reply != Reply::Accepted)
+                };
                 match refused {
                     None => Ok(()),
                     Some(reply) => {
@@ -163,7 +172,7 @@ impl<'a> Run<'a> {
         self.action();
         match self.ask(second, Request::Release)? {
             Outcome::Ended(Ended::Released(outcome)) => {
-                let reply = startup::control(&outcome);
+                let reply = startup::control(&outcome, ErrorCode::RELEASE_RESPONSE);
                 self.world.scene.notebook.answers = vec![(AnswerPart::Whole, reply)];
                 Ok(())
             }
@@ -191,7 +200,10 @@ impl<'a> Run<'a> {
     fn read(&mut self, access: &'a Access, within: Option<&'a Span>) -> Done {
         self.action();
         let began = self.world.now();
-        let deadline = within.map(|within| began + time(within, &self.world.view()) + self.slack);
+        let deadline = match within {
+            Some(within) => Some(began + self.length(within)? + self.slack),
+            None => None,
+        };
         loop {
             let answered = self.access(access, false)?;
             let parts = self.read_parts(access, answered);
@@ -308,9 +320,10 @@ impl<'a> Run<'a> {
                 if let controllers::profinet_io::RecordOutcome::Accepted { data } = outcome {
                     replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
                 }
-                startup::record(outcome)
+                startup::record(outcome, matches!(service, Service::RecordWrite { .. }))
             }
-            Outcome::Sent | Outcome::Ended(_) | Outcome::Broken(_) => Reply::Accepted,
+            // Nobody answers these, so that they say nothing about the device.
+            Outcome::Sent | Outcome::Ended(_) | Outcome::Broken(_) => return Ok(()),
             outcome => return Err(unexpected(outcome)),
         };
         replies.push((AnswerPart::Whole, whole));
@@ -324,11 +337,17 @@ impl<'a> Run<'a> {
         Target { api: known.map_or(0, |submodule| submodule.api), slot, subslot, index }
     }
 
+    /// A span as time; one that cannot be known is a mistake of the suite.
+    fn length(&self, span: &Span) -> Result<Duration, Trouble> {
+        let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The length is not known.");
+        length(span, &self.world.view()).ok_or_else(unknown)
+    }
+
     fn wait(&mut self, span: &'a Span) -> Done {
         match span {
             Span::Cycles(cycles) => self.cycles(*cycles),
             span => {
-                let until = self.world.now() + time(span, &self.world.view());
+                let until = self.world.now() + self.length(span)?;
                 self.world.run(until, |_| false);
                 Ok(())
             }
@@ -355,7 +374,7 @@ impl<'a> Run<'a> {
 
     fn expect(&mut self, condition: &'a Condition, within: &'a Span, hold: &'a Hold) -> Done {
         let by_itself = self.comes_by_itself(condition);
-        if by_itself && self.world.segment.is_model() && matches!(hold, Hold::None) {
+        if self.world.segment.is_model() && matches!(hold, Hold::None) {
             self.refuse_idle(condition)?;
         }
         self.checks += 1;
@@ -396,15 +415,44 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Whether the condition only has names that change with a sample or an event, so that there is something to wait for.
+    /// Whether the condition has a name that comes with the cyclic frames, so that there is a sample to wait for.
     fn comes_by_itself(&self, condition: &Condition) -> bool {
-        let mut all = true;
+        let mut any = false;
         each_name(condition, &mut |name| {
-            all &= !matches!(
+            any |= matches!(
                 self.kind(name),
                 Some(
-                    NameKind::Connection
-                        | NameKind::Answer(_)
+                    NameKind::Signal { .. }
+                        | NameKind::InputOctets
+                        | NameKind::OutputOctets
+                        | NameKind::InputLength
+                        | NameKind::InputStatus(_)
+                        | NameKind::OutputStatus(_)
+                        | NameKind::ConsumerStatus(_)
+                        | NameKind::Event(
+                            EventName::Alarm
+                                | EventName::AlarmChange
+                                | EventName::AlarmError
+                                | EventName::AlarmSeverity
+                                | EventName::AlarmSlot
+                                | EventName::AlarmSubslot
+                                | EventName::AlarmChannel
+                                | EventName::AlarmStructure
+                        )
+                )
+            );
+        });
+        any
+    }
+
+    /// Whether the condition has a name whose value at the last sample is not kept: asked names and LEDs.
+    fn asks_beyond_the_sample(&self, condition: &Condition) -> bool {
+        let mut any = false;
+        each_name(condition, &mut |name| {
+            any |= matches!(
+                self.kind(name),
+                Some(
+                    NameKind::Answer(_)
                         | NameKind::Led(_)
                         | NameKind::Parameter { .. }
                         | NameKind::Record { .. }
@@ -413,11 +461,14 @@ impl<'a> Run<'a> {
                 )
             );
         });
-        all
+        any
     }
 
     /// An expectation that was true before the last action cannot tell a device that reacts from one that does not.
     fn refuse_idle(&self, condition: &'a Condition) -> Done {
+        if !self.comes_by_itself(condition) || self.asks_beyond_the_sample(condition) {
+            return Ok(());
+        }
         let (Some(image), Some(last)) = (&self.before_action, self.world.last_sample) else { return Ok(()) };
         let view = crate::judge::view::View { image, ..self.world.view_at(last) };
         if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
@@ -459,6 +510,9 @@ impl<'a> Run<'a> {
                 continue;
             }
             if outcome.is_ok() {
+                if let Some(block) = self.world.judges.blocks.last_mut() {
+                    block.close();
+                }
                 let until = self.world.now() + LONGEST_HOLD;
                 self.world.run(until, |world| {
                     world.lost.is_some() || world.judges.blocks.last().is_none_or(|block| !block.is_waiting())
@@ -491,11 +545,14 @@ impl<'a> Run<'a> {
         let answers = mem::take(&mut self.world.scene.notebook.answers);
         self.world.record_from_here();
         let mut parts = Vec::new();
-        let mut last = None;
+        let mut last: Option<Trouble> = None;
+        self.in_reading = true;
         for reading in readings {
             self.world.scene.notebook.answers.clone_from(&answers);
+            let used: Vec<bool> = self.world.events.iter().map(|event| event.used).collect();
             match self.reading(&reading.steps) {
                 Ok(()) => {
+                    self.in_reading = false;
                     self.world.stop_recording();
                     self.readings.push((step.text.clone(), reading.name.clone()));
                     return Ok(());
@@ -504,10 +561,17 @@ impl<'a> Run<'a> {
                     for part in &trouble.parts {
                         parts.push(PartSeen { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
                     }
-                    last = Some(trouble);
+                    // Each reading is judged as if it stood alone: what it asked for is there for the next one.
+                    let before = used.into_iter().chain(std::iter::repeat(false));
+                    self.world.events.iter_mut().zip(before).for_each(|(event, used)| event.used = used);
+                    // A reading that the device did not follow weighs more than one that could not be judged.
+                    if last.as_ref().is_none_or(|last| last.verdict.is_some()) {
+                        last = Some(trouble);
+                    }
                 }
             }
         }
+        self.in_reading = false;
         self.world.stop_recording();
         let verdict = last.as_ref().and_then(|trouble| trouble.verdict);
         let mut trouble = Trouble::device("None of the readings of the manual holds.", parts);
@@ -522,15 +586,17 @@ impl<'a> Run<'a> {
             match &step.verb {
                 Verb::Expect { condition, within, hold } => {
                     self.checks += 1;
-                    let instant = matches!(hold, Hold::None);
-                    if instant && asks_for_events(condition, &self.world.view()) && self.came_already(condition) {
+                    let for_event = matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view());
+                    if for_event && self.came_already(condition) {
                         continue;
                     }
                     let began = self.world.recording_began();
                     let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
                     let mut expectation =
                         Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
-                    self.world.replay_recording(&mut expectation);
+                    if !for_event {
+                        self.world.replay_recording(&mut expectation);
+                    }
                     self.world.judges.expecting = Some(expectation);
                     if !self.comes_by_itself(condition) {
                         self.world.look_now();
@@ -542,6 +608,9 @@ impl<'a> Run<'a> {
                 }
                 _ => self.verb(step).map_err(|(trouble, _)| trouble)?,
             }
+        }
+        for step in steps.iter().filter(|step| !step.covers.is_empty()) {
+            self.checked.push(Check { covers: step.covers.clone(), verdict: Verdict::Pass, failure: None });
         }
         Ok(())
     }

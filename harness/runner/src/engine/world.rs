@@ -29,7 +29,7 @@ pub struct Kept {
     pub image: Image,
     /// Whether it has answered an expectation; one event answers one.
     pub used: bool,
-    /// Whether a rule over the block counts it, so that it is no surprise.
+    /// Whether a rule over the block spoke of it when it came, so that it is no surprise.
     pub counted: bool,
 }
 
@@ -91,7 +91,31 @@ pub struct World<'a> {
     tracker: Tracker,
     leds: Vec<usize>,
     comment: Option<String>,
-    recording: Option<(Time, Vec<(Tick, Image)>)>,
+    recording: Option<Recording>,
+}
+
+/// What was seen from the begin of a step on.
+struct Recording {
+    began: Time,
+    /// How things stood then.
+    before: Moment,
+    kept: Vec<Moment>,
+}
+
+/// What was known at one tick.
+struct Moment {
+    tick: Tick,
+    image: Image,
+    leds: Vec<Option<i64>>,
+}
+
+/// Where a tick comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Source {
+    /// A frame: everybody looks.
+    Wire,
+    /// The stand: the rules of the files do not look, so that they mean the same on a capture.
+    Stand,
 }
 
 impl<'a> World<'a> {
@@ -225,9 +249,9 @@ impl<'a> World<'a> {
             let ours = |ar: &Ar| Some(ar.controller.mac) == own;
             match self.scene.observe(ars, ours, (time, number), &observation) {
                 Some(Change::Opened) => self.opened(ars, self.scene.follower.ar()),
-                Some(Change::Tick(tick)) => self.tick(tick, true),
+                Some(Change::Tick(tick)) => self.tick(tick, Source::Wire),
                 Some(Change::Closed(tick, ending)) => {
-                    self.tick(tick, true);
+                    self.tick(tick, Source::Wire);
                     self.closed(tick, ending);
                 }
                 None => {}
@@ -245,6 +269,7 @@ impl<'a> World<'a> {
             self.watchdog = ar.inputs.watchdog.max(Duration::from_millis(1));
         }
         self.judges.rules.cut();
+        self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
     }
 
     fn closed(&mut self, tick: Tick, ending: Ending) {
@@ -255,9 +280,9 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Looks at a frame or an event of the own connection; the rules of the files look at what was `on_the_wire` only, so
-    /// that they mean the same on a capture.
-    fn tick(&mut self, tick: Tick, on_the_wire: bool) {
+    /// Looks at a frame or an event of the own connection, or at a change of the stand.
+    fn tick(&mut self, tick: Tick, from: Source) {
+        let happens = tick.kind == TickKind::Event && self.scene.follower.image.happening != Happening::Nothing;
         match tick.kind {
             TickKind::Sample => {
                 self.samples += 1;
@@ -265,49 +290,45 @@ impl<'a> World<'a> {
             }
             TickKind::BadSample => self.samples = 0,
             TickKind::Output => self.outputs_seen += 1,
-            TickKind::Event => {
-                if self.scene.follower.image.happening != Happening::Nothing {
-                    self.events.push(Kept {
-                        tick,
-                        image: self.scene.follower.image.clone(),
-                        used: false,
-                        counted: false,
-                    });
-                }
-            }
+            TickKind::Event => {}
         }
         self.last = Some(tick);
-        if let Some((_, kept)) = &mut self.recording {
-            kept.push((tick, self.scene.follower.image.clone()));
+        let moment = self.recording.is_some().then(|| self.moment(tick));
+        if let (Some(recording), Some(moment)) = (&mut self.recording, moment) {
+            recording.kept.push(moment);
         }
         let view = self.scene.view(tick);
-        if on_the_wire {
+        if from == Source::Wire {
             self.judges.rules.tick(&view);
         }
-        for block in &mut self.judges.blocks {
-            block.tick(&view);
-        }
-        if let Some(expecting) = &mut self.judges.expecting {
-            let satisfied = expecting.tick(&view);
-            if let (true, TickKind::Event, Some(event)) = (satisfied, tick.kind, self.events.last_mut()) {
-                event.used |= expecting.asks_for_events();
-            }
-        }
-        let counted = self.judges.blocks.iter().any(|block| block.counts_events(&view));
-        if let (true, TickKind::Event, Some(event)) = (counted, tick.kind, self.events.last_mut()) {
-            event.counted = true;
+        let counted = self.judges.blocks.iter_mut().fold(false, |counted, block| block.tick(&view) | counted);
+        let expected = self.judges.expecting.as_mut();
+        let used = expected.is_some_and(|expecting| expecting.tick(&view) && expecting.asks_for_events());
+        if happens {
+            self.events.push(Kept { tick, image: self.scene.follower.image.clone(), used, counted });
         }
         self.scene.end_of(tick);
     }
 
-    /// Looks at how things stand now, although no frame came: answers and the connection itself may be expected.
+    fn moment(&self, tick: Tick) -> Moment {
+        Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook.leds.clone() }
+    }
+
+    /// Shows the expectation at work how things stand now, although nothing was seen: answers and the connection itself
+    /// may be expected. Nobody else looks, since nothing happened.
     pub fn look_now(&mut self) {
-        self.tick(Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event }, false);
+        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
+        let view = self.scene.view(tick);
+        if let Some(expecting) = &mut self.judges.expecting {
+            expecting.tick(&view);
+        }
     }
 
     /// Keeps everything that is seen from now on, for readings of the manual that are tried one after the other.
     pub fn record_from_here(&mut self) {
-        self.recording = Some((self.now(), Vec::new()));
+        let began = self.now();
+        let before = self.moment(self.view().tick);
+        self.recording = Some(Recording { began, before, kept: Vec::new() });
     }
 
     /// Forgets what was kept.
@@ -317,14 +338,22 @@ impl<'a> World<'a> {
 
     /// When keeping began.
     pub fn recording_began(&self) -> Time {
-        self.recording.as_ref().map_or(self.now(), |(began, _)| *began)
+        self.recording.as_ref().map_or(self.now(), |recording| recording.began)
     }
 
-    /// Shows an expectation everything that was kept.
+    /// Shows an expectation everything that was kept, and before that how things stood when keeping began.
     pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
-        let Some((_, kept)) = &self.recording else { return };
-        for (tick, image) in kept {
-            expectation.tick(&View { image, ..self.view_at(*tick) });
+        let Some(Recording { before, kept, .. }) = &self.recording else { return };
+        let mut notebook = self.scene.notebook.clone();
+        let mut show = |moment: &Moment, look: &mut dyn FnMut(&View<'_>)| {
+            notebook.leds.clone_from(&moment.leds);
+            look(&View { image: &moment.image, notebook: &notebook, ..self.view_at(moment.tick) });
+        };
+        show(before, &mut |view| expectation.begin_with(view));
+        for moment in kept {
+            show(moment, &mut |view| {
+                expectation.tick(view);
+            });
         }
     }
 
@@ -339,7 +368,7 @@ impl<'a> World<'a> {
             self.scene.notebook.leds[led] = number;
         }
         if changed {
-            self.tick(Tick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, false);
+            self.tick(Tick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, Source::Stand);
         }
     }
 
@@ -356,7 +385,8 @@ impl<'a> World<'a> {
     /// as unexpected.
     pub fn act(&mut self) {
         for event in self.events.drain(..) {
-            if !event.used && !event.counted {
+            let alarm = matches!(event.image.happening, Happening::Alarm(_));
+            if alarm && !event.used && !event.counted {
                 self.unexpected.push((happening(&event.image.happening), event.tick.frame));
             }
         }

@@ -20,8 +20,8 @@ pub enum Refusal {
     Pnio(PnioStatus),
     /// A DCP block error.
     Dcp(u8),
-    /// The RPC layer refused, in words.
-    Rpc(String),
+    /// DCP says that it does not know the service.
+    NotSupported,
 }
 
 /// What came back for a request, or for a part of one.
@@ -31,6 +31,8 @@ pub enum Reply {
     Accepted,
     /// It was refused.
     Refused(Refusal),
+    /// Something came that is no answer to it: another reference, an unreadable one, a wrong kind. No suite asks for that.
+    Wrong(String),
     /// Nobody answered; which wait ran out.
     Silent(String),
     /// A value came (octets, a word, a number).
@@ -65,7 +67,7 @@ impl fmt::Display for Refusal {
                 Some(word) => write!(f, "DCP block error {error} ({word})"),
                 None => write!(f, "DCP block error {error}"),
             },
-            Refusal::Rpc(why) => f.write_str(why),
+            Refusal::NotSupported => f.write_str("the service is not supported"),
         }
     }
 }
@@ -75,6 +77,7 @@ impl fmt::Display for Reply {
         match self {
             Reply::Accepted => f.write_str("accepted"),
             Reply::Refused(refusal) => write!(f, "refused: {refusal}"),
+            Reply::Wrong(why) => write!(f, "no proper answer: {why}"),
             Reply::Silent(wait) => write!(f, "no answer ({wait})"),
             Reply::Value(value) => write!(f, "{}", super::view::plain(value)),
         }
@@ -98,7 +101,7 @@ pub fn refused(codes: &[Code]) -> String {
 pub fn refuses(reply: &Reply, codes: &[Code]) -> bool {
     match reply {
         Reply::Refused(refusal) => codes.is_empty() || codes.iter().any(|code| refusal.is(code)),
-        Reply::Accepted | Reply::Silent(_) | Reply::Value(_) => false,
+        Reply::Accepted | Reply::Wrong(_) | Reply::Silent(_) | Reply::Value(_) => false,
     }
 }
 

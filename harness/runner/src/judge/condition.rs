@@ -113,6 +113,7 @@ fn name_truth(name: NameId, matcher: &Matcher, view: &View<'_>, cursor: &mut Cur
     match (view.reply(name), matcher) {
         (Some(reply), Matcher::Refused(codes)) => Truth::from(answer::refuses(reply, codes)),
         (Some(reply), Matcher::Accepted) => Truth::from(*reply == answer::Reply::Accepted),
+        (Some(answer::Reply::Accepted | answer::Reply::Refused(_)), Matcher::Any) => Truth::True,
         _ => matches_at(matcher, &view.value(name), view, cursor),
     }
 }

@@ -1,12 +1,12 @@
 //! Rules: what has to hold on every connection, or over a block of steps.
 
-use super::condition::Memory;
+use super::condition::{Memory, each_name};
 use super::view::View;
 use super::window::{Outcome, Stay, Window};
 use super::{Tick, TickKind, Truth};
 use crate::result::{Decided, PartSeen};
 use crate::suite::expr::{NameId, State, Value};
-use crate::suite::model::{Hold, Rule, RuleBody, Span};
+use crate::suite::model::{Condition, Hold, Rule, RuleBody, Span};
 use station::{Duration, Time};
 
 /// A rule that was broken: where, and what was wanted and seen there.
@@ -24,6 +24,14 @@ pub struct Violation {
     pub names: Vec<NameId>,
 }
 
+/// Open windows that will all be decided alike, with the first tick that opened one.
+#[derive(Debug)]
+struct Open {
+    window: Window,
+    trigger: Tick,
+    count: u64,
+}
+
 /// A rule at work on one connection after the other.
 #[derive(Debug)]
 pub struct RuleWatch<'a> {
@@ -31,7 +39,8 @@ pub struct RuleWatch<'a> {
     premise: State,
     condition: Memory,
     end: Memory,
-    open: Vec<(Window, Tick)>,
+    open: Vec<Open>,
+    closed: bool,
     last: Option<Tick>,
     decided: Decided,
     violation: Option<Violation>,
@@ -47,6 +56,7 @@ impl<'a> RuleWatch<'a> {
             condition: Memory::default(),
             end: Memory::default(),
             open: Vec::new(),
+            closed: false,
             last: None,
             decided: Decided::default(),
             violation: None,
@@ -69,16 +79,32 @@ impl<'a> RuleWatch<'a> {
         self.violation.is_none() && !self.open.is_empty()
     }
 
-    /// Looks at a frame or an event.
-    pub fn tick(&mut self, view: &View<'_>) {
-        if self.violation.is_some() {
-            return;
+    /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
+    pub fn begin_with(&mut self, view: &View<'_>) {
+        if let RuleBody::When { premise, .. } = self.body {
+            self.premise.advance(premise, view);
+        }
+        self.advance(view);
+    }
+
+    /// Lets nothing new begin: premises open no window any more, `always` is not judged; open windows go on.
+    pub fn close(&mut self) {
+        self.closed = true;
+    }
+
+    /// Looks at a frame or an event; says whether the rule spoke of the event that happens at this tick.
+    pub fn tick(&mut self, view: &View<'_>) -> bool {
+        if self.violation.is_some() || self.closed && self.open.is_empty() {
+            return false;
         }
         self.decided.looked_at += 1;
+        let mut speaks = false;
         match self.body {
             RuleBody::Always(condition) => {
                 if view.tick.kind.is_judged() {
-                    match self.condition.truth(condition, view) {
+                    let truth = self.condition.truth(condition, view);
+                    speaks = truth != Truth::Unknown && names_happening(condition, view);
+                    match truth {
                         Truth::True => self.decided.premises += 1,
                         Truth::Unknown => self.decided.undecided += 1,
                         Truth::False => {
@@ -88,60 +114,76 @@ impl<'a> RuleWatch<'a> {
                         }
                     }
                 }
-                self.condition.advance(condition, view);
             }
             RuleBody::When { premise, then, within, hold } => {
-                if premise.truth(view, &self.premise) == Some(true) {
-                    let window = Window::open(
-                        view.tick.time,
-                        time(within, view),
-                        Duration::ZERO,
-                        stay(hold, view),
-                        self.watchdog,
-                    );
-                    let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
-                    self.open.push((window, view.tick));
+                if !self.closed && premise.truth(view, &self.premise) == Some(true) {
+                    speaks = premise.names().any(|name| view.is_happening(name));
+                    self.open_window(within, hold, view);
                 }
                 self.premise.advance(premise, view);
                 if !self.open.is_empty() {
-                    self.look(view, then, hold);
-                }
-                self.condition.advance(then, view);
-                if let Hold::Until(end) = hold {
-                    self.end.advance(end, view);
+                    speaks |= self.look(view, then, hold) == Truth::True && names_happening(then, view);
                 }
             }
         }
+        self.advance(view);
         self.last = Some(view.tick);
+        speaks
     }
 
-    fn look(&mut self, view: &View<'_>, then: &crate::suite::model::Condition, hold: &Hold) {
+    fn advance(&mut self, view: &View<'_>) {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        self.condition.advance(condition, view);
+        if let RuleBody::When { hold: Hold::Until(end), .. } = self.body {
+            self.end.advance(end, view);
+        }
+    }
+
+    /// Opens the window of a premise; without knowing how long it is nothing can be decided.
+    fn open_window(&mut self, within: &Span, hold: &Hold, view: &View<'_>) {
+        let (Some(within), Some(stay)) = (length(within, view), stay(hold, view)) else {
+            self.decided.undecided += 1;
+            return;
+        };
+        let window = Window::open(view.tick.time, within, Duration::ZERO, stay, self.watchdog).of_rule();
+        let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
+        self.open.push(Open { window, trigger: view.tick, count: 1 });
+    }
+
+    fn look(&mut self, view: &View<'_>, then: &Condition, hold: &Hold) -> Truth {
         let truth = self.condition.truth(then, view);
         let end = match hold {
             Hold::Until(end) => self.end.truth(end, view),
             Hold::None | Hold::For(_) => Truth::False,
         };
-        for (window, _) in &mut self.open {
-            window.tick(view.tick, truth, end);
+        for open in &mut self.open {
+            open.window.tick(view.tick, truth, end);
         }
         self.settle(|condition| condition.parts(then, view), view.tick);
+        // A premise that stays true opens a window at every frame: those without a difference are kept as one.
+        self.open.dedup_by(|later, earlier| {
+            let like = later.window.is_like(&earlier.window);
+            earlier.count += if like { later.count } else { 0 };
+            like
+        });
+        truth
     }
 
     /// Takes the decided windows out; the first broken one is kept as the violation.
     fn settle(&mut self, parts: impl Fn(&Memory) -> Vec<PartSeen>, tick: Tick) {
         let mut broken = None;
         let decided = &mut self.decided;
-        self.open.retain(|(window, trigger)| {
+        self.open.retain(|Open { window, trigger, count }| {
             match window.outcome() {
                 Outcome::Open => return true,
-                Outcome::Held => decided.premises += 1,
-                Outcome::Undecided | Outcome::Starved(_) => decided.undecided += 1,
+                Outcome::Held => decided.premises += count,
+                Outcome::Undecided | Outcome::Starved(_) => decided.undecided += count,
                 Outcome::Late(at) => {
-                    decided.premises += 1;
+                    decided.premises += count;
                     broken.get_or_insert(("it did not come in time", at.unwrap_or(tick), *trigger));
                 }
                 Outcome::Relapsed(at) => {
-                    decided.premises += 1;
+                    decided.premises += count;
                     broken.get_or_insert(("it did not stay", at, *trigger));
                 }
             }
@@ -158,8 +200,8 @@ impl<'a> RuleWatch<'a> {
         if self.open.is_empty() {
             return;
         }
-        for (window, _) in &mut self.open {
-            window.time(now);
+        for open in &mut self.open {
+            open.window.time(now);
         }
         if let (RuleBody::When { then, .. }, Some(last)) = (self.body, self.last) {
             self.settle(|condition| condition.parts(then, view), last);
@@ -168,7 +210,7 @@ impl<'a> RuleWatch<'a> {
 
     /// Ends what is open where a connection or the trace ends or has a gap, and forgets what came before.
     pub fn cut(&mut self) {
-        self.decided.undecided += self.open.len() as u64;
+        self.decided.undecided += self.open.iter().map(|open| open.count).sum::<u64>();
         self.open.clear();
         self.premise.forget();
         self.condition.forget();
@@ -178,7 +220,7 @@ impl<'a> RuleWatch<'a> {
     fn break_with(&mut self, how: String, tick: Tick, trigger: Option<Tick>, parts: Vec<PartSeen>) {
         let mut names = Vec::new();
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
-        super::condition::each_name(condition, &mut |name| names.push(name));
+        each_name(condition, &mut |name| names.push(name));
         self.violation = Some(Violation { tick, trigger, how, parts, names });
     }
 }
@@ -200,7 +242,9 @@ impl<'a> RuleSet<'a> {
     pub fn tick(&mut self, view: &View<'_>) {
         let Some(module) = view.image.module() else { return };
         let rules = self.rules.iter().zip(&mut self.watches);
-        rules.filter(|(rule, _)| rule.modules.contains(&module)).for_each(|(_, watch)| watch.tick(view));
+        rules.filter(|(rule, _)| rule.modules.contains(&module)).for_each(|(_, watch)| {
+            watch.tick(view);
+        });
     }
 
     /// Lets time go by without a frame.
@@ -219,28 +263,31 @@ impl<'a> RuleSet<'a> {
     }
 }
 
-/// A span as time, with the cycle and the values of this instant.
-pub fn time(span: &Span, view: &View<'_>) -> Duration {
-    let computed = |value: Value| match value {
-        Value::Time(nanos) => nanos.as_whole().and_then(|nanos| u64::try_from(nanos).ok()).map(Duration::from_nanos),
-        Value::Cycles(cycles) => {
-            let cycles = cycles.as_whole().and_then(|cycles| u32::try_from(cycles).ok())?;
-            view.image.cycle().map(|cycle| cycle * cycles)
-        }
-        _ => None,
-    };
+/// Whether a condition names the event that happens at the instant of `view`.
+fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
+    let mut found = false;
+    each_name(condition, &mut |name| found |= view.is_happening(name));
+    found
+}
+
+/// A span as time, with the cycle and the values of this instant; `None` if it cannot be known.
+pub fn length(span: &Span, view: &View<'_>) -> Option<Duration> {
     match span {
-        Span::Time(time) => *time,
-        Span::Cycles(cycles) => view.image.cycle().unwrap_or_default() * u32::try_from(*cycles).unwrap_or(u32::MAX),
-        Span::Computed(program) => computed(program.eval(view, &State::default())).unwrap_or_default(),
+        Span::Time(time) => Some(*time),
+        Span::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(*cycles).unwrap_or(u32::MAX)),
+        Span::Computed(program) => match program.eval(view, &State::default()) {
+            Value::Time(nanos) => u64::try_from(nanos.as_whole()?).ok().map(Duration::from_nanos),
+            Value::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(cycles.as_whole()?).ok()?),
+            _ => None,
+        },
     }
 }
 
-/// A hold with its length as time.
-pub fn stay(hold: &Hold, view: &View<'_>) -> Stay {
-    match hold {
+/// A hold with its length as time; `None` if that cannot be known.
+pub fn stay(hold: &Hold, view: &View<'_>) -> Option<Stay> {
+    Some(match hold {
         Hold::None => Stay::No,
-        Hold::For(span) => Stay::For(time(span, view)),
+        Hold::For(span) => Stay::For(length(span, view)?),
         Hold::Until(_) => Stay::Until,
-    }
+    })
 }

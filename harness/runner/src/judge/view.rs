@@ -49,6 +49,17 @@ impl View<'_> {
         self.variant.names.get(name.0 as usize)
     }
 
+    /// Whether a name speaks of the event that happens at this instant.
+    pub fn is_happening(&self, name: NameId) -> bool {
+        let Some(NameKind::Event(event)) = self.kind(name) else { return false };
+        match self.image.happening {
+            Happening::Nothing => false,
+            Happening::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
+            Happening::Lldp => *event == EventName::Lldp,
+            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode | EventName::Lldp),
+        }
+    }
+
     /// The last answer, or the part of it, that a name stands for.
     pub fn reply(&self, name: NameId) -> Option<&Reply> {
         let NameKind::Answer(part) = self.kind(name)? else { return None };
@@ -124,7 +135,7 @@ impl View<'_> {
             NameKind::Event(event) => self.event(*event)?,
             NameKind::Answer(_) => match self.reply(name)? {
                 Reply::Value(value) => value.clone(),
-                Reply::Accepted | Reply::Refused(_) | Reply::Silent(_) => return None,
+                Reply::Accepted | Reply::Refused(_) | Reply::Wrong(_) | Reply::Silent(_) => return None,
             },
             NameKind::StartParameter { record, field } => {
                 let field = self.device.records.get(*record)?.fields.get(*field)?;

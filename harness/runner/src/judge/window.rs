@@ -29,7 +29,7 @@ pub enum Outcome {
     Relapsed(Tick),
     /// No samples came for longer than the watchdog while it had to stay true.
     Starved(Time),
-    /// The condition could not be known at the tick that had to decide.
+    /// The condition of a rule could not be known where it had to be, or the connection ended before it was.
     Undecided,
 }
 
@@ -38,7 +38,6 @@ pub enum Outcome {
 /// The clock of the window starts at `opened`; it is told of every tick and of time going by.
 #[derive(Clone, Debug)]
 pub struct Window {
-    opened: Time,
     deadline: Time,
     next_sample_decides: bool,
     next_event_decides: bool,
@@ -46,7 +45,8 @@ pub struct Window {
     watchdog: Duration,
     phase: Phase,
     last: Option<Tick>,
-    seen_unknown: bool,
+    last_truth: Truth,
+    unknown_is_late: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,9 +59,10 @@ enum Phase {
 impl Window {
     /// A window that opens at `opened`: the condition has to be true at a sample not later than `within` after that
     /// (zero: at the very next sample), then to `stay`. A hold without samples for longer than `watchdog` is starved.
+    ///
+    /// It is the window of an `expect`: what is unknown where it has to be true is as good as false.
     pub fn open(opened: Time, within: Duration, slack: Duration, stay: Stay, watchdog: Duration) -> Window {
         Window {
-            opened,
             deadline: opened + within + slack,
             next_sample_decides: within.is_zero(),
             next_event_decides: false,
@@ -69,8 +70,15 @@ impl Window {
             watchdog,
             phase: Phase::Waiting,
             last: None,
-            seen_unknown: false,
+            last_truth: Truth::False,
+            unknown_is_late: true,
         }
+    }
+
+    /// The same window for a `then`: what is unknown where it has to be true leaves the rule undecided.
+    #[must_use]
+    pub fn of_rule(self) -> Window {
+        Window { unknown_is_late: false, ..self }
     }
 
     /// The same window, opened by an event: without time to wait, what is said of the event is decided by the event.
@@ -79,22 +87,28 @@ impl Window {
         Window { next_event_decides: self.next_sample_decides, ..self }
     }
 
-    /// When it opened.
-    pub fn opened(&self) -> Time {
-        self.opened
-    }
-
-    /// The first sample of a hold, where one has begun.
-    pub fn holding_since(&self) -> Option<Time> {
-        match self.phase {
-            Phase::Holding { since, .. } => Some(since),
-            Phase::Waiting | Phase::Done(_) => None,
-        }
-    }
-
     /// Whether the end condition of an `until` matters now.
     pub fn wants_end(&self) -> bool {
-        self.stay == Stay::Until && matches!(self.phase, Phase::Holding { .. })
+        self.stay == Stay::Until && !matches!(self.phase, Phase::Done(_))
+    }
+
+    /// Whether every tick and every time will decide both windows alike.
+    pub fn is_like(&self, other: &Window) -> bool {
+        let same_phase = match (self.phase, other.phase) {
+            (Phase::Waiting, Phase::Waiting) if self.next_sample_decides => true,
+            (Phase::Waiting, Phase::Waiting) => self.deadline == other.deadline,
+            (Phase::Holding { last_sample: one, .. }, Phase::Holding { last_sample: two, .. })
+                if self.stay == Stay::Until =>
+            {
+                one == two
+            }
+            (one, two) => one == two,
+        };
+        let nature = |window: &Window| {
+            let Window { next_sample_decides, next_event_decides, stay, watchdog, unknown_is_late, .. } = *window;
+            (next_sample_decides, next_event_decides, stay, watchdog, unknown_is_late)
+        };
+        same_phase && nature(self) == nature(other)
     }
 
     /// What became of it so far.
@@ -112,15 +126,15 @@ impl Window {
         }
         self.phase = match self.phase {
             Phase::Done(_) => self.phase,
-            Phase::Waiting => self.waiting(tick, truth),
+            Phase::Waiting => self.waiting(tick, truth, end),
             Phase::Holding { since, last_sample } => self.holding(tick, truth, end, since, last_sample),
         };
         self.last = Some(tick);
+        self.last_truth = truth;
         self.outcome()
     }
 
-    fn waiting(&mut self, tick: Tick, truth: Truth) -> Phase {
-        self.seen_unknown |= truth == Truth::Unknown;
+    fn waiting(&self, tick: Tick, truth: Truth, end: Truth) -> Phase {
         let decides = match tick.kind {
             TickKind::Sample | TickKind::BadSample => self.next_sample_decides,
             TickKind::Event => self.next_event_decides,
@@ -130,22 +144,27 @@ impl Window {
             return match self.stay {
                 Stay::No => Phase::Done(Outcome::Held),
                 Stay::For(length) if length.is_zero() => Phase::Done(Outcome::Held),
+                Stay::Until if end == Truth::True => Phase::Done(Outcome::Held),
                 Stay::For(_) | Stay::Until => Phase::Holding { since: tick.time, last_sample: tick.time },
             };
         }
         if decides {
-            let undecided = truth == Truth::Unknown;
-            return Phase::Done(if undecided { Outcome::Undecided } else { Outcome::Late(Some(tick)) });
+            return Phase::Done(self.unless_unknown(truth, Outcome::Late(Some(tick))));
         }
         if !self.next_sample_decides && tick.time > self.deadline {
-            return Phase::Done(Outcome::Late(Some(tick)));
+            return Phase::Done(self.unless_unknown(self.last_truth, Outcome::Late(Some(tick))));
         }
         Phase::Waiting
     }
 
-    fn holding(&mut self, tick: Tick, truth: Truth, end: Truth, since: Time, last_sample: Time) -> Phase {
+    /// What is wrong with the device, unless the condition of a rule could not be known.
+    fn unless_unknown(&self, truth: Truth, wrong: Outcome) -> Outcome {
+        if truth == Truth::Unknown && !self.unknown_is_late { Outcome::Undecided } else { wrong }
+    }
+
+    fn holding(&self, tick: Tick, truth: Truth, end: Truth, since: Time, last_sample: Time) -> Phase {
         let is_sample = tick.kind == TickKind::Sample;
-        if is_sample && tick.time.since(last_sample) > self.watchdog {
+        if tick.time.since(last_sample) > self.watchdog {
             return Phase::Done(Outcome::Starved(last_sample));
         }
         if self.stay == Stay::Until && end == Truth::True {
@@ -154,7 +173,11 @@ impl Window {
         if let Stay::For(length) = self.stay
             && tick.time > since + length
         {
-            return Phase::Done(Outcome::Held);
+            // An event proves nothing about the cyclic data: a frame has to show that they came all the way.
+            return match tick.kind {
+                TickKind::Sample | TickKind::BadSample => Phase::Done(Outcome::Held),
+                TickKind::Event | TickKind::Output => self.phase,
+            };
         }
         match truth {
             Truth::True => {
@@ -166,19 +189,16 @@ impl Window {
                 }
                 Phase::Holding { since, last_sample: if is_sample { tick.time } else { last_sample } }
             }
-            Truth::False => Phase::Done(Outcome::Relapsed(tick)),
-            Truth::Unknown => Phase::Done(if end == Truth::Unknown && self.stay == Stay::Until {
-                Outcome::Undecided
-            } else {
-                Outcome::Relapsed(tick)
-            }),
+            Truth::False | Truth::Unknown => Phase::Done(self.unless_unknown(truth, Outcome::Relapsed(tick))),
         }
     }
 
     /// Lets time go by without a tick: a deadline may run out, a hold may be complete or starve.
     pub fn time(&mut self, now: Time) -> Outcome {
         self.phase = match self.phase {
-            Phase::Waiting if !self.next_sample_decides && now > self.deadline => Phase::Done(Outcome::Late(self.last)),
+            Phase::Waiting if !self.next_sample_decides && now > self.deadline => {
+                Phase::Done(self.unless_unknown(self.last_truth, Outcome::Late(self.last)))
+            }
             Phase::Holding { last_sample, .. } if now.since(last_sample) > self.watchdog => {
                 Phase::Done(Outcome::Starved(last_sample))
             }
@@ -218,12 +238,85 @@ mod tests {
         Window::open(Time::ZERO, Duration::ZERO, Duration::ZERO, Stay::No, Duration::from_millis(20))
     }
 
+    fn at(millis: u64, kind: TickKind) -> Tick {
+        Tick { time: Time::ZERO + Duration::from_millis(millis), frame: 0, kind }
+    }
+
+    fn within(millis: u64, stay: Stay) -> Window {
+        let within = Duration::from_millis(millis);
+        Window::open(Time::ZERO, within, Duration::ZERO, stay, Duration::from_millis(20))
+    }
+
     #[test]
     fn what_is_said_of_an_event_is_decided_by_the_event() {
         let event = tick(TickKind::Event);
-        assert_eq!(window().by_event().tick(event, Truth::False, Truth::False), Outcome::Late(Some(event)));
-        assert_eq!(window().by_event().tick(event, Truth::True, Truth::False), Outcome::Held);
-        assert_eq!(window().by_event().tick(event, Truth::Unknown, Truth::False), Outcome::Undecided);
+        let window = || window().of_rule().by_event();
+        assert_eq!(window().tick(event, Truth::False, Truth::False), Outcome::Late(Some(event)));
+        assert_eq!(window().tick(event, Truth::True, Truth::False), Outcome::Held);
+        assert_eq!(window().tick(event, Truth::Unknown, Truth::False), Outcome::Undecided);
+    }
+
+    #[test]
+    fn what_is_unknown_is_late_for_a_case_and_undecided_for_a_rule() {
+        let sample = at(2, TickKind::BadSample);
+        assert_eq!(window().tick(sample, Truth::Unknown, Truth::False), Outcome::Late(Some(sample)));
+        assert_eq!(window().of_rule().tick(sample, Truth::Unknown, Truth::False), Outcome::Undecided);
+        let late = Time::ZERO + Duration::from_millis(11);
+        for (seen, case, rule) in [
+            ([Truth::False, Truth::Unknown], Outcome::Late(Some(at(4, TickKind::BadSample))), Outcome::Undecided),
+            (
+                [Truth::Unknown, Truth::False],
+                Outcome::Late(Some(at(4, TickKind::BadSample))),
+                Outcome::Late(Some(at(4, TickKind::BadSample))),
+            ),
+        ] {
+            for (mut window, expected) in [(within(10, Stay::No), case), (within(10, Stay::No).of_rule(), rule)] {
+                window.tick(at(2, TickKind::BadSample), seen[0], Truth::False);
+                window.tick(at(4, TickKind::BadSample), seen[1], Truth::False);
+                assert_eq!(window.clone().time(late), expected);
+                let frame = at(11, TickKind::Sample);
+                let by_frame = window.tick(frame, Truth::True, Truth::False);
+                assert_eq!(by_frame == Outcome::Undecided, expected == Outcome::Undecided);
+                assert_ne!(by_frame, Outcome::Held);
+            }
+        }
+    }
+
+    #[test]
+    fn a_hold_that_becomes_unknown_relapses_in_a_case_and_is_undecided_in_a_rule() {
+        let (first, bad) = (at(2, TickKind::Sample), at(4, TickKind::BadSample));
+        for stay in [Stay::For(Duration::from_millis(10)), Stay::Until] {
+            for end in [Truth::False, Truth::Unknown] {
+                let (mut case, mut rule) = (within(10, stay), within(10, stay).of_rule());
+                case.tick(first, Truth::True, Truth::False);
+                rule.tick(first, Truth::True, Truth::False);
+                assert_eq!(case.tick(bad, Truth::Unknown, end), Outcome::Relapsed(bad));
+                assert_eq!(rule.tick(bad, Truth::Unknown, end), Outcome::Undecided);
+            }
+        }
+    }
+
+    #[test]
+    fn an_end_that_is_there_at_the_first_true_sample_leaves_nothing_to_hold() {
+        let mut window = within(10, Stay::Until);
+        assert!(window.wants_end());
+        assert_eq!(window.tick(at(2, TickKind::Sample), Truth::True, Truth::True), Outcome::Held);
+    }
+
+    #[test]
+    fn an_event_neither_completes_a_hold_nor_keeps_it_from_starving() {
+        let hold = Stay::For(Duration::from_millis(10));
+        let begun = || {
+            let mut window = within(10, hold);
+            window.tick(at(2, TickKind::Sample), Truth::True, Truth::False);
+            window
+        };
+        let starved = Outcome::Starved(at(2, TickKind::Sample).time);
+        assert_eq!(begun().tick(at(23, TickKind::Event), Truth::True, Truth::False), starved);
+        let mut window = begun();
+        assert_eq!(window.tick(at(15, TickKind::Event), Truth::True, Truth::False), Outcome::Open);
+        assert_eq!(window.clone().time(at(23, TickKind::Event).time), starved);
+        assert_eq!(window.tick(at(16, TickKind::Sample), Truth::True, Truth::False), Outcome::Held);
     }
 
     #[test]

@@ -129,6 +129,10 @@ impl Entry {
     }
 
     fn check(&self, known: &[(&str, &[String])]) -> Result<(), String> {
+        if self.signature.chars().all(|letter| letter == '*' || letter.is_whitespace()) {
+            let name = self.name();
+            return Err(format!("{name} excuses every failure: say how it fails, as `encspec run -v` shows it"));
+        }
         let unknown = |what: &str, word: &str, words: Vec<&str>| {
             let meant = nearest(word, words.iter().copied())
                 .map_or_else(|| format!("there are {}", words.join(", ")), |meant| format!("did you mean `{meant}`?"));

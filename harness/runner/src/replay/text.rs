@@ -43,7 +43,9 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     for event in &capture.events {
         writeln!(out, "  {:>7} {:>14.6}  {:<18} {}", event.frame, event.time, event.kind.word(), event.text)?;
     }
-    if !capture.rules.is_empty() {
+    if capture.rules.is_empty() {
+        writeln!(out, "\n  no rule was judged: no suite knows a device of this capture by its connection")?;
+    } else {
         writeln!(out, "\n  rules")?;
     }
     for rule in &capture.rules {

@@ -1,7 +1,7 @@
 //! Whether the steps of a case look at anything, and at more than a dead device can show.
 
 use super::answer::dead_gives;
-use super::model::{Answer, Condition, Matcher, Observation, RuleBody, Step, Test, Verb};
+use super::model::{Answer, Condition, Matcher, Observation, RuleBody, Service, Step, Test, Verb};
 
 /// Whether `test` holds for a step or one inside it.
 pub(super) fn any_step(steps: &[Step], test: &dyn Fn(&Step) -> bool) -> bool {
@@ -18,7 +18,8 @@ pub(super) fn any_step(steps: &[Step], test: &dyn Fn(&Step) -> bool) -> bool {
 /// Whether a step can fail the trial by what it looks at.
 pub(super) fn is_check(step: &Step) -> bool {
     match &step.verb {
-        Verb::Expect { .. } | Verb::Read { .. } | Verb::Send { .. } => true,
+        Verb::Expect { .. } | Verb::Read { .. } => true,
+        Verb::Send { service, .. } => is_answered(service),
         Verb::Write(access) => access.answer.is_some(),
         Verb::Connect { answer, .. } => answer.is_some(),
         Verb::Block { observe, .. } => !observe.is_empty(),
@@ -33,13 +34,27 @@ pub(super) fn wants_life(step: &Step) -> bool {
         Verb::Expect { condition, .. } => !gone(condition),
         Verb::Read { .. } => true,
         Verb::Write(access) => answered(&access.answer),
-        Verb::Send { answer, .. } | Verb::Connect { answer, .. } => answered(answer),
+        Verb::Send { service, answer, .. } => is_answered(service) && answered(answer),
+        Verb::Connect { answer, .. } => answered(answer),
         Verb::Block { observe, .. } => observe.iter().any(|rule| match rule {
             Observation::Rule { body: RuleBody::Always(condition), .. } => !gone(condition),
             Observation::Rule { .. } | Observation::Count { .. } => false,
             Observation::Sequence { .. } => true,
         }),
         _ => false,
+    }
+}
+
+/// Whether anybody answers a service; one that nobody answers says nothing about the device.
+fn is_answered(service: &Service) -> bool {
+    match service {
+        Service::Lldp { .. } | Service::Abort | Service::Broken(_) => false,
+        Service::DcpReset { .. }
+        | Service::DcpSignal
+        | Service::DcpIdentify(_)
+        | Service::RecordRead { .. }
+        | Service::RecordWrite { .. }
+        | Service::HttpGet { .. } => true,
     }
 }
 

@@ -47,8 +47,24 @@ impl Sources {
             let paths: Result<Vec<PathBuf>, io::Error> = entries.map(|entry| Ok(entry?.path())).collect();
             paths.map_err(|error| failed(folder, error))
         };
+        let stray = |path: &Path, message: &str| Err(failed(path, io::Error::other(message.to_owned())));
         for folder in list(path)?.into_iter().filter(|path| path.is_dir()) {
-            for file in list(&folder)?.into_iter().filter(|path| path.extension().is_some_and(|end| end == "yaml")) {
+            let is_common = folder.file_name().is_some_and(|name| name == "common");
+            if !is_common && !folder.join("device.yaml").is_file() {
+                return stray(
+                    &folder,
+                    "a folder of suites needs a `device.yaml`; without it nothing in the folder is read",
+                );
+            }
+            for file in list(&folder)? {
+                match file.extension().and_then(|end| end.to_str()) {
+                    _ if file.is_dir() => return stray(&file, "folders inside the folder of a manual are not read"),
+                    Some("yaml") => {}
+                    Some("xml" | "gsd" | "md") => continue,
+                    _ => {
+                        return stray(&file, "only files that end in `.yaml` are read here; rename it or take it away");
+                    }
+                }
                 let text = fs::read_to_string(&file).map_err(|error| failed(&file, error))?;
                 let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
                 if let (Some(folder), Some(file)) = (name(&folder), name(&file)) {

@@ -1,0 +1,106 @@
+//! Several devices and several controllers on one segment do not get into each other's way.
+
+use bench::VirtualWire;
+use controllers::profinet_io::{
+    ArState, Connection, Controller, DeviceAddress, Outcome, Request, Settings, Submodule, Target,
+};
+use reference_devices::{ReferenceDevice, Setup, build};
+use station::{Duration, Station, Time};
+use std::net::Ipv4Addr;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::block::IpParameter;
+
+const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
+const STATIONS: u8 = 5;
+
+fn name(number: u8) -> String {
+    format!("encoder-{number}")
+}
+
+fn device(number: u8) -> Box<dyn ReferenceDevice> {
+    let station_name = name(number);
+    let setup = Setup {
+        mac: [2, 0, 0, 0, 1, number],
+        bugs: &[],
+        shaft: 1000 + u64::from(number),
+        station_name: &station_name,
+        ip: [0; 4],
+        mask: [0; 4],
+        gateway: [0; 4],
+    };
+    build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
+}
+
+fn controller(number: u8) -> Controller {
+    Controller::new(Settings {
+        mac: Mac([2, 0, 0, 0, 2, number]),
+        ip: Ipv4Addr::new(192, 168, 0, 100 + number),
+        mask: MASK,
+        gateway: Ipv4Addr::UNSPECIFIED,
+        station_name: format!("controller-{number}").into_bytes(),
+        vendor_id: 0xFEED,
+        device_id: 1,
+        seed: number.into(),
+    })
+}
+
+/// Telegram 81 with the start record that makes class 4 work.
+fn connection(number: u8) -> Connection {
+    let ip =
+        IpParameter { address: Ipv4Addr::new(192, 168, 0, 10 + number), mask: MASK, gateway: Ipv4Addr::UNSPECIFIED };
+    let submodule = |slot, subslot, ident, octets: (u16, u16)| Submodule {
+        api: if slot == 0 { 0 } else { 0x3D00 },
+        slot,
+        module_ident: 1,
+        subslot,
+        submodule_ident: ident,
+        input_octets: octets.0,
+        output_octets: octets.1,
+    };
+    let mut connection = Connection::new(DeviceAddress::Name(name(number)), ip);
+    connection.vendor_id = 0x0239;
+    connection.device_id = 0x0001;
+    connection.submodules = vec![submodule(0, 1, 1, (0, 0)), submodule(1, 1, 2, (0, 0)), submodule(1, 2, 81, (12, 4))];
+    connection
+}
+
+#[test]
+fn each_controller_reaches_its_own_device() {
+    let mut devices: Vec<_> = (1..=STATIONS).map(device).collect();
+    let mut controllers: Vec<_> = (1..=STATIONS).map(controller).collect();
+    for (controller, number) in controllers.iter_mut().zip(1..) {
+        let request = Request::Connect(Box::new(connection(number)));
+        controller.request(Time::ZERO, request).expect("a controller that has nothing to do");
+    }
+    let mut wire = VirtualWire::new();
+    let mut run = |controllers: &mut Vec<Controller>, until: Duration| {
+        let mut stations: Vec<&mut dyn Station> = Vec::new();
+        stations.extend(controllers.iter_mut().map(|controller| controller as &mut dyn Station));
+        stations.extend(devices.iter_mut().map(|device| &mut **device as &mut dyn Station));
+        wire.run(&mut stations, Time::ZERO + until, &mut |_| {});
+    };
+    run(&mut controllers, Duration::from_secs(3));
+    for (controller, number) in controllers.iter_mut().zip(1..) {
+        match controller.take_outcome() {
+            Some(Outcome::StartUp(start)) => {
+                assert!(start.standing, "controller {number}: {:?}", start.failed);
+                let mac = start.identify.map(|station| station.mac);
+                assert_eq!(mac, Some(Mac([2, 0, 0, 0, 1, number])), "controller {number} has its own device");
+            }
+            outcome => panic!("controller {number}: {outcome:?}"),
+        }
+        assert_eq!(controller.state(), ArState::Data);
+        let target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
+        controller.request(Time::ZERO + Duration::from_secs(3), Request::Read { target, length: 64 }).expect("idle");
+    }
+    run(&mut controllers, Duration::from_secs(4));
+    for (controller, number) in controllers.iter_mut().zip(1..) {
+        assert!(
+            matches!(controller.take_outcome(), Some(Outcome::Record(outcome)) if outcome.is_accepted()),
+            "controller {number} reads I&M0"
+        );
+        assert!(controller.cycles_sent() > 1000, "controller {number} exchanged data all the time");
+        assert!(controller.take_end().is_none(), "controller {number} kept its connection");
+    }
+    assert_eq!(wire.violations_seen(), 0);
+}
