@@ -9,6 +9,7 @@ pub mod dut;
 mod evidence;
 mod expect;
 mod failure;
+mod looks;
 mod outputs;
 mod requirements;
 mod run;

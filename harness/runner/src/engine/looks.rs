@@ -1,0 +1,292 @@
+//! The verbs that look: `expect`, blocks that are observed, and readings of the manual.
+
+use super::block::BlockWatch;
+use super::expect::{Expectation, asks_for_events};
+use super::trial::{Check, Done, Run, Trouble};
+use super::verbs::Stepped;
+use crate::judge::Tick;
+use crate::judge::condition::each_name;
+use crate::judge::window::Outcome as Decision;
+use crate::result::{Blame, PartSeen};
+use crate::suite::device::{EventName, NameId, NameKind};
+use crate::suite::model::{Condition, Hold, Reading, Span, Step, Verb};
+use crate::verdict::Verdict;
+use station::{Duration, Time};
+use std::mem;
+
+/// The longest hold of an `until`.
+const LONGEST_HOLD: Duration = Duration::from_secs(600);
+/// The time after which a step that waits for a sample of a dead connection gives up.
+pub const NO_SAMPLE: Duration = Duration::from_millis(500);
+
+impl<'a> Run<'a> {
+    /// Opens the window of an expectation and waits until it is decided.
+    pub fn expect(&mut self, condition: &'a Condition, within: &'a Span, hold: &'a Hold) -> Done {
+        let by_itself = self.comes_by_itself(condition);
+        if self.world.segment.is_model() && matches!(hold, Hold::None) {
+            self.refuse_idle(condition)?;
+        }
+        self.checks += 1;
+        if matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view()) && self.came_already(condition)
+        {
+            return Ok(());
+        }
+        let began = self.world.now();
+        let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
+        let expectation = Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+        self.world.judges.expecting = Some(expectation);
+        if !by_itself {
+            self.world.look_now();
+        }
+        self.until_decided(began);
+        let Some(expectation) = self.world.judges.expecting.take() else { return Ok(()) };
+        decision(&expectation)
+    }
+
+    /// Runs until the expectation at work is decided.
+    fn until_decided(&mut self, began: Time) {
+        loop {
+            let now = self.world.now();
+            let Some(expecting) = &mut self.world.judges.expecting else { return };
+            if expecting.outcome() != Decision::Open {
+                return;
+            }
+            let longest = now.since(began) > LONGEST_HOLD;
+            let until = expecting.wake().unwrap_or(now + NO_SAMPLE + self.world.watchdog);
+            let quiet = self.world.last_sample.map_or(began, |tick| tick.time.max(began));
+            if longest || (expecting.wake().is_none() && now.since(quiet) > NO_SAMPLE + self.world.watchdog) {
+                expecting.give_up();
+                return;
+            }
+            self.world.run(until.max(now + Duration::from_nanos(1)), |world| {
+                world.judges.expecting.as_ref().is_none_or(|expecting| expecting.outcome() != Decision::Open)
+            });
+        }
+    }
+
+    /// Whether the condition has a name that comes with the cyclic frames, so that there is a sample to wait for.
+    fn comes_by_itself(&self, condition: &Condition) -> bool {
+        let mut any = false;
+        each_name(condition, &mut |name| {
+            any |= matches!(
+                self.kind(name),
+                Some(
+                    NameKind::Signal { .. }
+                        | NameKind::InputOctets
+                        | NameKind::OutputOctets
+                        | NameKind::InputLength
+                        | NameKind::InputStatus(_)
+                        | NameKind::OutputStatus(_)
+                        | NameKind::ConsumerStatus(_)
+                        | NameKind::Event(
+                            EventName::Alarm
+                                | EventName::AlarmChange
+                                | EventName::AlarmError
+                                | EventName::AlarmSeverity
+                                | EventName::AlarmSlot
+                                | EventName::AlarmSubslot
+                                | EventName::AlarmChannel
+                                | EventName::AlarmStructure
+                        )
+                )
+            );
+        });
+        any
+    }
+
+    /// Whether the condition has a name whose value at the last sample is not kept: asked names and LEDs.
+    fn asks_beyond_the_sample(&self, condition: &Condition) -> bool {
+        let mut any = false;
+        each_name(condition, &mut |name| {
+            any |= matches!(
+                self.kind(name),
+                Some(
+                    NameKind::Answer(_)
+                        | NameKind::Led(_)
+                        | NameKind::Parameter { .. }
+                        | NameKind::Record { .. }
+                        | NameKind::Station(_)
+                        | NameKind::Event(EventName::Lldp)
+                )
+            );
+        });
+        any
+    }
+
+    /// An expectation that was true before the last action cannot tell a device that reacts from one that does not.
+    fn refuse_idle(&self, condition: &'a Condition) -> Done {
+        if !self.comes_by_itself(condition) || self.asks_beyond_the_sample(condition) {
+            return Ok(());
+        }
+        let (Some(image), Some(last)) = (&self.before_action, self.world.last_sample) else { return Ok(()) };
+        let view = crate::judge::view::View { image, ..self.world.view_at(last) };
+        if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
+            let what = "The expectation was already true before the last action, so it tells nothing; use `for`.";
+            return Err(Trouble::other(Blame::Suite, Verdict::Error, what));
+        }
+        Ok(())
+    }
+
+    /// Looks for an event that came since the last action.
+    fn came_already(&mut self, condition: &Condition) -> bool {
+        let view = self.world.view();
+        let found = self.world.events.iter().position(|event| {
+            let view = crate::judge::view::View { image: &event.image, tick: event.tick, ..view };
+            !event.used && Expectation::holds_at(condition, &view)
+        });
+        if let Some(index) = found {
+            self.world.events[index].used = true;
+        }
+        found.is_some()
+    }
+
+    /// Does a block of steps so many times, each time under the eyes of its observations.
+    pub fn block(
+        &mut self,
+        step: &'a Step,
+        steps: &'a [Step],
+        times: u32,
+        observe: &'a [crate::suite::model::Observation],
+    ) -> Stepped<'a> {
+        for repetition in 0..times {
+            if !observe.is_empty() {
+                let mut watch = BlockWatch::begin(observe, self.world.watchdog * 2);
+                watch.begin_with(&self.world.view());
+                self.world.judges.blocks.push(watch);
+            }
+            let outcome = self.steps(steps);
+            if observe.is_empty() {
+                outcome?;
+                continue;
+            }
+            if outcome.is_ok() {
+                if let Some(block) = self.world.judges.blocks.last_mut() {
+                    block.close();
+                }
+                let until = self.world.now() + LONGEST_HOLD;
+                self.world.run(until, |world| {
+                    world.lost.is_some() || world.judges.blocks.last().is_none_or(|block| !block.is_waiting())
+                });
+            }
+            let watch = self.world.judges.blocks.pop();
+            outcome?;
+            let broken = watch.map(|watch| watch.end(&self.world.view())).unwrap_or_default();
+            self.checks += observe.len() as u64;
+            if let Some(first) = broken.into_iter().next() {
+                let what = match times {
+                    1 => first.what,
+                    _ => format!("{} (repetition {} of {times})", first.what, repetition + 1),
+                };
+                let mut trouble = match first.undecided {
+                    true => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
+                    false => Trouble::device(what, first.parts),
+                };
+                trouble.step = Some((first.text, first.at));
+                trouble.frame = first.tick.map(|tick: Tick| tick.frame);
+                let place = |name: &NameId| (*name, super::expect::place_of(*name, &self.world.view()));
+                trouble.places = first.names.iter().map(place).collect();
+                return Err((trouble, step));
+            }
+        }
+        Ok(())
+    }
+
+    /// Tries one reading of the manual after the other; the first that holds is taken.
+    pub fn either(&mut self, step: &'a Step, readings: &'a [Reading]) -> Stepped<'a> {
+        let answers = mem::take(&mut self.world.scene.notebook.answers);
+        self.world.record_from_here();
+        let mut parts = Vec::new();
+        let mut last: Option<Trouble> = None;
+        self.in_reading = true;
+        for reading in readings {
+            self.world.scene.notebook.answers.clone_from(&answers);
+            let used: Vec<bool> = self.world.events.iter().map(|event| event.used).collect();
+            match self.reading(&reading.steps) {
+                Ok(()) => {
+                    self.in_reading = false;
+                    self.world.stop_recording();
+                    self.readings.push((step.text.clone(), reading.name.clone()));
+                    return Ok(());
+                }
+                Err(trouble) => {
+                    for part in &trouble.parts {
+                        parts.push(PartSeen { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
+                    }
+                    // Each reading is judged as if it stood alone: what it asked for is there for the next one.
+                    let before = used.into_iter().chain(std::iter::repeat(false));
+                    self.world.events.iter_mut().zip(before).for_each(|(event, used)| event.used = used);
+                    // A reading that the device did not follow weighs more than one that could not be judged.
+                    if last.as_ref().is_none_or(|last| last.verdict.is_some()) {
+                        last = Some(trouble);
+                    }
+                }
+            }
+        }
+        self.in_reading = false;
+        self.world.stop_recording();
+        let verdict = last.as_ref().and_then(|trouble| trouble.verdict);
+        let mut trouble = Trouble::device("None of the readings of the manual holds.", parts);
+        trouble.verdict = verdict;
+        trouble.frame = last.and_then(|trouble| trouble.frame);
+        Err((trouble, step))
+    }
+
+    /// A reading is judged as if it stood alone: its expectations look at what was seen from the begin of the step on.
+    fn reading(&mut self, steps: &'a [Step]) -> Done {
+        for step in steps {
+            match &step.verb {
+                Verb::Expect { condition, within, hold } => {
+                    self.checks += 1;
+                    let for_event = matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view());
+                    if for_event && self.came_already(condition) {
+                        continue;
+                    }
+                    let began = self.world.recording_began();
+                    let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
+                    let mut expectation =
+                        Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+                    if !for_event {
+                        self.world.replay_recording(&mut expectation);
+                    }
+                    self.world.judges.expecting = Some(expectation);
+                    if !self.comes_by_itself(condition) {
+                        self.world.look_now();
+                    }
+                    self.until_decided(began);
+                    if let Some(expectation) = self.world.judges.expecting.take() {
+                        decision(&expectation)?;
+                    }
+                }
+                _ => self.verb(step).map_err(|(trouble, _)| trouble)?,
+            }
+        }
+        for step in steps.iter().filter(|step| !step.covers.is_empty()) {
+            self.checked.push(Check { covers: step.covers.clone(), verdict: Verdict::Pass, failure: None });
+        }
+        Ok(())
+    }
+}
+
+/// What an expectation came to.
+fn decision(expectation: &Expectation<'_>) -> Done {
+    let seen = expectation.seen();
+    let parts = seen.map_or_else(Vec::new, |seen| seen.parts.clone());
+    let what = match expectation.outcome() {
+        Decision::Held => return Ok(()),
+        Decision::Starved(_) => {
+            let what = "No samples came while the condition had to stay true.";
+            let mut trouble = Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+            trouble.parts = parts;
+            return Err(trouble);
+        }
+        Decision::Relapsed(_) => "It was true and did not stay so.",
+        Decision::Late(_) => "It did not become true in time.",
+        Decision::Open | Decision::Undecided => "It could not be known in time.",
+    };
+    let mut trouble = Trouble::device(what, parts);
+    if let Some(seen) = seen {
+        trouble.frame = Some(seen.tick.frame);
+        trouble.places.clone_from(&seen.places);
+    }
+    Err(trouble)
+}
