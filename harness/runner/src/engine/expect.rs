@@ -32,6 +32,7 @@ pub struct Expectation<'a> {
     memory: Memory,
     end: Memory,
     window: Window,
+    allowed: Duration,
     events: bool,
     latest: Option<Seen>,
     decisive: Option<Seen>,
@@ -57,6 +58,7 @@ impl<'a> Expectation<'a> {
             memory: Memory::default(),
             end: Memory::default(),
             window,
+            allowed: length.unwrap_or_default() + slack,
             events: asks_for_events(condition, view),
             latest: None,
             decisive: None,
@@ -91,6 +93,11 @@ impl<'a> Expectation<'a> {
     /// What became of it so far.
     pub fn outcome(&self) -> Outcome {
         self.window.outcome()
+    }
+
+    /// How long it may take, the slack of a live bench included; zero: the very next sample decides.
+    pub fn allowed(&self) -> Duration {
+        self.allowed
     }
 
     /// The instant that decided, or the last one that was looked at.

@@ -279,9 +279,12 @@ fn decision(expectation: &Expectation<'_>) -> Done {
             trouble.parts = parts;
             return Err(trouble);
         }
-        Decision::Relapsed(_) => "It was true and did not stay so.",
-        Decision::Late(_) => "It did not become true in time.",
-        Decision::Open | Decision::Undecided => "It could not be known in time.",
+        Decision::Relapsed(_) => "It was true and did not stay so.".to_owned(),
+        Decision::Late(_) => match expectation.allowed() {
+            Duration::ZERO => "It was not true at the very next sample.".to_owned(),
+            allowed => format!("It did not become true within {allowed:?}."),
+        },
+        Decision::Open | Decision::Undecided => format!("It could not be known within {:?}.", expectation.allowed()),
     };
     let mut trouble = Trouble::device(what, parts);
     if let Some(seen) = seen {
