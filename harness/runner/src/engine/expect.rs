@@ -1,6 +1,6 @@
 //! An expectation at work: `expect` with its window, told of every frame and event.
 
-use crate::judge::condition::{Memory, each_name};
+use crate::judge::condition::Memory;
 use crate::judge::rule::{length, stay};
 use crate::judge::view::View;
 use crate::judge::window::{Outcome, Stay, Window};
@@ -155,7 +155,7 @@ impl<'a> Expectation<'a> {
 
     fn look(&self, view: &View<'_>) -> Seen {
         let mut names = Vec::new();
-        each_name(self.condition, &mut |name| names.push(name));
+        self.condition.each_name(&mut |name| names.push(name));
         let places = names.into_iter().map(|name| (name, place_of(name, view))).collect();
         Seen { tick: view.tick, parts: self.memory.parts(self.condition, view), places }
     }
@@ -164,7 +164,7 @@ impl<'a> Expectation<'a> {
 /// Whether a condition asks for an event.
 pub fn asks_for_events(condition: &Condition, view: &View<'_>) -> bool {
     let mut found = false;
-    each_name(condition, &mut |name| {
+    condition.each_name(&mut |name| {
         found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));
     });
     found

@@ -5,7 +5,6 @@ use super::expect::{Expectation, asks_for_events};
 use super::trial::{Check, Done, Run, Trouble};
 use super::verbs::Stepped;
 use crate::judge::Tick;
-use crate::judge::condition::each_name;
 use crate::judge::window::Outcome as Decision;
 use crate::result::{Blame, PartSeen};
 use crate::suite::device::{EventName, NameId, NameKind};
@@ -67,7 +66,7 @@ impl<'a> Run<'a> {
     /// Whether the condition has a name that comes with the cyclic frames, so that there is a sample to wait for.
     fn comes_by_itself(&self, condition: &Condition) -> bool {
         let mut any = false;
-        each_name(condition, &mut |name| {
+        condition.each_name(&mut |name| {
             any |= matches!(
                 self.kind(name),
                 Some(
@@ -97,7 +96,7 @@ impl<'a> Run<'a> {
     /// Whether the condition has a name whose value at the last sample is not kept: asked names and LEDs.
     fn asks_beyond_the_sample(&self, condition: &Condition) -> bool {
         let mut any = false;
-        each_name(condition, &mut |name| {
+        condition.each_name(&mut |name| {
             any |= matches!(
                 self.kind(name),
                 Some(

@@ -137,8 +137,9 @@ fn all<'a, R: Send>(
     thread::scope(|scope| {
         for _ in 0..threads.min(items.len()) {
             scope.spawn(|| {
-                while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)).copied() {
-                    let index = items.iter().position(|other| std::ptr::eq(*other, item)).unwrap_or_default();
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(index) else { break };
                     let result = work(item);
                     results.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((index, result));
                     progress(done.fetch_add(1, Ordering::Relaxed) + 1);

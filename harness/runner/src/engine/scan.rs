@@ -1,6 +1,5 @@
 //! Looks through the steps of a trial without running them.
 
-use crate::judge::condition::each_name;
 use crate::suite::expr::NameId;
 use crate::suite::model::{Observation, RuleBody, Step, Trial, Verb};
 
@@ -21,7 +20,7 @@ pub fn names(steps: &[Step]) -> Vec<NameId> {
     let mut names = Vec::new();
     let mut add = |name: NameId| names.push(name);
     each_step(steps, &mut |step| match &step.verb {
-        Verb::Expect { condition, .. } => each_name(condition, &mut add),
+        Verb::Expect { condition, .. } => condition.each_name(&mut add),
         Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed(observation, &mut add)),
         _ => {}
     });
@@ -30,10 +29,10 @@ pub fn names(steps: &[Step]) -> Vec<NameId> {
 
 fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
     match observation {
-        Observation::Rule { body: RuleBody::Always(condition), .. } => each_name(condition, add),
+        Observation::Rule { body: RuleBody::Always(condition), .. } => condition.each_name(add),
         Observation::Rule { body: RuleBody::When { premise, then, .. }, .. } => {
             premise.names().for_each(&mut *add);
-            each_name(then, add);
+            then.each_name(add);
         }
         Observation::Count { condition, .. } => condition.names().for_each(add),
         Observation::Sequence { names, .. } => names.iter().for_each(|program| program.names().for_each(&mut *add)),

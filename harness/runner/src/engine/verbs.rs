@@ -246,7 +246,7 @@ impl<'a> Run<'a> {
                 (_, reply) => (false, reply.map_or_else(|| "nothing".to_owned(), Reply::to_string)),
             };
             PartSeen {
-                text: name_of(item.name, &view),
+                text: view.name(item.name),
                 wanted: condition::wanted_of(&item.value, item.name, &view),
                 seen,
                 held,
@@ -368,8 +368,4 @@ impl<'a> Run<'a> {
 /// The trouble with a step that needs a connection where none stands.
 fn no_connection() -> Trouble {
     Trouble::device("No connection stands, so nothing can be exchanged.", Vec::new())
-}
-
-fn name_of(name: NameId, view: &crate::judge::view::View<'_>) -> String {
-    view.name(name)
 }

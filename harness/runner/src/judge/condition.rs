@@ -47,7 +47,7 @@ impl Memory {
     pub fn advance(&mut self, condition: &Condition, view: &View<'_>) {
         let mut index = 0;
         let states = &mut self.states;
-        each_program(condition, &mut |program| {
+        condition.each_program(&mut |program| {
             if program.has_history() {
                 if states.len() <= index {
                     states.resize_with(index + 1, State::default);
@@ -64,41 +64,6 @@ impl Memory {
     pub fn forget(&mut self) {
         self.states.iter_mut().for_each(State::forget);
     }
-}
-
-/// Visits the programs of a condition in the order in which it is walked.
-pub fn each_program<'a>(condition: &'a Condition, visit: &mut dyn FnMut(&'a Program)) {
-    for part in &condition.parts {
-        match &part.test {
-            Test::Expression(program) => visit(program),
-            Test::Name(_, matcher) => matcher_programs(matcher, visit),
-        }
-    }
-}
-
-fn matcher_programs<'a>(matcher: &'a Matcher, visit: &mut dyn FnMut(&'a Program)) {
-    match matcher {
-        Matcher::Equal(target) => visit(target.center()),
-        Matcher::In(list) => list.iter().for_each(|matcher| matcher_programs(matcher, visit)),
-        Matcher::Range { from, to } => from.iter().chain(to).for_each(visit),
-        Matcher::Not(matcher) => matcher_programs(matcher, visit),
-        Matcher::Word(_)
-        | Matcher::Set(_)
-        | Matcher::Bytes(_)
-        | Matcher::Any
-        | Matcher::Refused(_)
-        | Matcher::Accepted => {}
-    }
-}
-
-/// Visits the names whose values a condition depends on.
-pub fn each_name(condition: &Condition, visit: &mut dyn FnMut(NameId)) {
-    for part in &condition.parts {
-        if let Test::Name(name, _) = part.test {
-            visit(name);
-        }
-    }
-    each_program(condition, &mut |program| program.names().for_each(&mut *visit));
 }
 
 fn part_truth(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {

@@ -1,6 +1,6 @@
 //! Rules: what has to hold on every connection, or over a block of steps.
 
-use super::condition::{Memory, each_name};
+use super::condition::Memory;
 use super::view::View;
 use super::window::{Outcome, Stay, Window};
 use super::{Tick, TickKind, Truth};
@@ -220,7 +220,7 @@ impl<'a> RuleWatch<'a> {
     fn break_with(&mut self, how: String, tick: Tick, trigger: Option<Tick>, parts: Vec<PartSeen>) {
         let mut names = Vec::new();
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
-        each_name(condition, &mut |name| names.push(name));
+        condition.each_name(&mut |name| names.push(name));
         self.violation = Some(Violation { tick, trigger, how, parts, names });
     }
 }
@@ -266,7 +266,7 @@ impl<'a> RuleSet<'a> {
 /// Whether a condition names the event that happens at the instant of `view`.
 fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
     let mut found = false;
-    each_name(condition, &mut |name| found |= view.is_happening(name));
+    condition.each_name(&mut |name| found |= view.is_happening(name));
     found
 }
 

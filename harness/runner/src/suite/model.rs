@@ -682,3 +682,42 @@ pub enum SequenceEntry {
     /// One of several runs of values.
     Either(Vec<Vec<Vec<Value>>>),
 }
+
+impl Condition {
+    /// Visits the programs of the condition in the order in which it is walked.
+    pub fn each_program<'a>(&'a self, visit: &mut dyn FnMut(&'a Program)) {
+        for part in &self.parts {
+            match &part.test {
+                Test::Expression(program) => visit(program),
+                Test::Name(_, matcher) => matcher.each_program(visit),
+            }
+        }
+    }
+
+    /// Visits the names whose values the condition depends on.
+    pub fn each_name(&self, visit: &mut dyn FnMut(NameId)) {
+        for part in &self.parts {
+            if let Test::Name(name, _) = part.test {
+                visit(name);
+            }
+        }
+        self.each_program(&mut |program| program.names().for_each(&mut *visit));
+    }
+}
+
+impl Matcher {
+    fn each_program<'a>(&'a self, visit: &mut dyn FnMut(&'a Program)) {
+        match self {
+            Matcher::Equal(target) => visit(target.center()),
+            Matcher::In(list) => list.iter().for_each(|matcher| matcher.each_program(visit)),
+            Matcher::Range { from, to } => from.iter().chain(to).for_each(visit),
+            Matcher::Not(matcher) => matcher.each_program(visit),
+            Matcher::Word(_)
+            | Matcher::Set(_)
+            | Matcher::Bytes(_)
+            | Matcher::Any
+            | Matcher::Refused(_)
+            | Matcher::Accepted => {}
+        }
+    }
+}

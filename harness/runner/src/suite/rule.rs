@@ -5,7 +5,7 @@ use super::error::{Mistake, Read};
 use super::expr::{NameId, Program, Type, Value};
 use super::frame::Frame;
 use super::keys::{self, Keyed};
-use super::model::{Condition, Hold, Matcher, Observation, RuleBody, SequenceEntry, Test};
+use super::model::{Condition, Hold, Observation, RuleBody, SequenceEntry};
 use super::step::Place;
 use super::yaml::Node;
 
@@ -160,29 +160,6 @@ fn constant(frame: &Frame<'_, '_>, node: &Node, ty: &Type) -> Read<Value> {
 /// The names that a condition looks at.
 pub(super) fn names_of(condition: &Condition) -> Vec<NameId> {
     let mut names = Vec::new();
-    for part in &condition.parts {
-        match &part.test {
-            Test::Expression(program) => names.extend(program.names()),
-            Test::Name(name, matcher) => {
-                names.push(*name);
-                matcher_names(matcher, &mut names);
-            }
-        }
-    }
+    condition.each_name(&mut |name| names.push(name));
     names
-}
-
-fn matcher_names(matcher: &Matcher, names: &mut Vec<NameId>) {
-    match matcher {
-        Matcher::Equal(target) => names.extend(target.center().names()),
-        Matcher::In(list) => list.iter().for_each(|matcher| matcher_names(matcher, names)),
-        Matcher::Not(matcher) => matcher_names(matcher, names),
-        Matcher::Range { from, to } => names.extend(from.iter().chain(to).flat_map(Program::names)),
-        Matcher::Word(_)
-        | Matcher::Set(_)
-        | Matcher::Bytes(_)
-        | Matcher::Any
-        | Matcher::Refused(_)
-        | Matcher::Accepted => {}
-    }
 }
