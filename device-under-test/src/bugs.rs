@@ -5,6 +5,7 @@
 
 use crate::application::Severity;
 use crate::encoder::{Hardware, measuring};
+use crate::models::plain;
 use crate::profidrive::{life_sign, parameters, sensor, telegram, user_parameters};
 use crate::profinet::StackBehaviour;
 
@@ -47,6 +48,8 @@ pub struct Behaviour {
     pub names: Names,
     /// The PROFINET stack.
     pub stack: StackBehaviour,
+    /// The device after no manual.
+    pub plain: plain::Rules,
 }
 
 /// Control by PLC, from whether compatibility mode is on and whether bit 10 of STW2_ENC is set.

@@ -3,6 +3,7 @@
 use crate::application::StationData;
 use crate::bugs::{Behaviour, Bug};
 use crate::models::lika_xac77::{self, Xac77};
+use crate::models::plain::{self, Plain};
 use crate::profinet::Device;
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -24,16 +25,31 @@ pub struct Manual {
     pub variants: &'static [&'static str],
     /// The bugs that its devices can be told to have.
     pub bugs: &'static [Bug],
+    /// Builds a device of a variant; `None` if there is no such variant.
+    build: Build,
 }
+
+/// Builds a device from its variant, its behaviour, its MAC address, the place of its shaft and its station.
+type Build = fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>;
 
 /// Every manual that there is a reference device for.
 pub fn manuals() -> &'static [Manual] {
-    static MANUALS: [Manual; 1] = [Manual {
-        name: "lika-xac77-profinet",
-        title: "Lika XAC77 absolute encoder",
-        variants: &[lika_xac77::VARIANTS[0].name, lika_xac77::VARIANTS[1].name],
-        bugs: lika_xac77::BUGS,
-    }];
+    static MANUALS: [Manual; 2] = [
+        Manual {
+            name: "lika-xac77-profinet",
+            title: "Lika XAC77 absolute encoder",
+            variants: &[lika_xac77::VARIANTS[0].name, lika_xac77::VARIANTS[1].name],
+            bugs: lika_xac77::BUGS,
+            build: xac77,
+        },
+        Manual {
+            name: "profinet-io",
+            title: "Any PROFINET IO device",
+            variants: &plain::VARIANTS,
+            bugs: plain::BUGS,
+            build: plain_device,
+        },
+    ];
     &MANUALS
 }
 
@@ -100,13 +116,34 @@ pub fn behaviour(manual: &Manual, bugs: &[&str]) -> Result<Behaviour, BuildError
 /// A device of this manual and variant, with power and plugged in.
 pub fn build(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     let manual = manual(name)?;
-    let found = lika_xac77::VARIANTS.iter().find(|known| known.name == variant);
     let unknown = || BuildError::UnknownVariant { manual: manual.name, variant: variant.to_string() };
     let behaviour = behaviour(manual, setup.bugs)?;
     let Setup { mac, shaft, station_name, ip, mask, gateway, .. } = *setup;
     let station = StationData { name: Vec::from(station_name), ip, mask, gateway };
-    let encoder = Xac77::new(*found.ok_or_else(unknown)?, behaviour, mac, shaft, station);
-    Ok(Box::new(Device::new(encoder, Mac(mac), behaviour.stack)))
+    (manual.build)(variant, behaviour, mac, shaft, station).ok_or_else(unknown)
+}
+
+fn xac77(
+    variant: &str,
+    behaviour: Behaviour,
+    mac: [u8; 6],
+    shaft: u64,
+    station: StationData,
+) -> Option<Box<dyn ReferenceDevice>> {
+    let variant = lika_xac77::VARIANTS.iter().find(|known| known.name == variant)?;
+    let encoder = Xac77::new(*variant, behaviour, mac, shaft, station);
+    Some(Box::new(Device::new(encoder, Mac(mac), behaviour.stack)))
+}
+
+fn plain_device(
+    variant: &str,
+    behaviour: Behaviour,
+    mac: [u8; 6],
+    _: u64,
+    station: StationData,
+) -> Option<Box<dyn ReferenceDevice>> {
+    let device = Plain::new(behaviour.plain, mac, station);
+    plain::VARIANTS.contains(&variant).then(|| Box::new(Device::new(device, Mac(mac), behaviour.stack)) as _)
 }
 
 #[cfg(test)]

@@ -9,17 +9,26 @@ fn main() -> io::Result<()> {
     let suites = variable("CARGO_MANIFEST_DIR")?.join("../../suites").canonicalize()?;
     let mut list =
         String::from("/// Path below `suites` and text of each file.\nstatic EMBEDDED: &[(&str, &str)] = &[\n");
+    let mut gsdml =
+        String::from("/// Path below `suites` and text of each GSDML.\nstatic EMBEDDED_GSDML: &[(&str, &str)] = &[\n");
     println!("cargo::rerun-if-changed={}", suites.display());
     for folder in sorted(&suites)?.into_iter().filter(|path| path.is_dir()) {
         println!("cargo::rerun-if-changed={}", folder.display());
-        for file in sorted(&folder)?.into_iter().filter(|path| path.extension().is_some_and(|end| end == "yaml")) {
+        for file in sorted(&folder)? {
+            let list = match file.extension().and_then(|end| end.to_str()) {
+                Some("yaml") => &mut list,
+                Some("xml") => &mut gsdml,
+                _ => continue,
+            };
             let below = file.strip_prefix(&suites).unwrap_or(&file).to_string_lossy().replace('\\', "/");
             // Writing into a String cannot fail.
             let _ = writeln!(list, "    ({below:?}, include_str!({:?})),", file.display().to_string());
         }
     }
-    list.push_str("];\n");
-    fs::write(variable("OUT_DIR")?.join("embedded.rs"), list)
+    for (list, name) in [(list, "embedded.rs"), (gsdml, "embedded_gsdml.rs")] {
+        fs::write(variable("OUT_DIR")?.join(name), list + "];\n")?;
+    }
+    Ok(())
 }
 
 fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {

@@ -2,6 +2,16 @@
 
 use station::Duration;
 use wire::octets::Order;
+use wire::profinet::status::RecordError;
+
+/// How a controller ends a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// By Release.
+    Released,
+    /// By an ERR-RTA.
+    Aborted,
+}
 
 /// How the stack behaves; the default is healthy. Each field is read at one seam.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +28,16 @@ pub struct StackBehaviour {
     pub forgets_temporary: bool,
     /// Whether a reset that was answered positively takes place.
     pub executes_reset: bool,
+    /// Whether the light flashes when DCP asks for it; else that is refused.
+    pub answers_signal: bool,
+    /// Whether neighbours are told who is here.
+    pub announces_itself: bool,
+    /// Whether damaged DCP is passed over, and does not end the connections.
+    pub survives_damaged_dcp: bool,
+    /// Whether a cyclic frame that is too short is passed over, and does not end the connection.
+    pub survives_short_frames: bool,
+    /// Whether a datagram that is no call is passed over, and does not end the connections.
+    pub survives_damaged_calls: bool,
     /// The byte order of an answer, from that of the request.
     pub answer_order: fn(Order) -> Order,
     /// How long a call takes; until then the device tells whoever asks that it is working.
@@ -28,12 +48,30 @@ pub struct StackBehaviour {
     pub checks_submodule_ident: bool,
     /// Whether the length of the outputs in Connect is compared with that of the submodule.
     pub checks_output_length: bool,
+    /// Whether the length of the inputs in Connect is compared with that of the submodule.
+    pub checks_input_length: bool,
+    /// How many connections with cyclic data there can be at a time.
+    pub connections: usize,
+    /// Whether a connection that was released or aborted by its controller makes room for another one.
+    pub frees_connections: fn(End) -> bool,
     /// The frame id of the inputs, from the one agreed in Connect.
     pub input_frame_id: fn(u16) -> u16,
     /// Whether Connect and ApplicationReady tell what is plugged otherwise than expected.
     pub reports_module_diff: bool,
     /// Whether ApplicationReady waits for the end of the parameters.
     pub waits_for_parameters: bool,
+    /// Whether the place of an I&M record is looked at.
+    pub checks_place: bool,
+    /// Whether a record that can only be read refuses to be written.
+    pub refuses_read_only: bool,
+    /// Whether an index that nobody knows refuses to be written.
+    pub refuses_unknown_write: bool,
+    /// Whether the device tells in records what is plugged.
+    pub tells_what_is_plugged: bool,
+    /// Whether I&M1 to I&M3 keep what is written to them.
+    pub keeps_texts: bool,
+    /// The reason for which an access to a record is refused, from the right one.
+    pub record_error: fn(RecordError) -> RecordError,
     /// Whether an index that nobody knows is refused.
     pub refuses_unknown_index: bool,
     /// Whether I&M1 to I&M3 are refused if the device does not have them.
@@ -58,6 +96,12 @@ pub struct StackBehaviour {
     pub heeds_provider_status: bool,
     /// Whether the connection ends when no outputs come.
     pub watches_outputs: bool,
+    /// How long outputs may be missing, from the time that was agreed.
+    pub hold: fn(Duration) -> Duration,
+    /// Whether outputs are taken from the controller of the connection alone.
+    pub checks_source: bool,
+    /// Whether an alarm PDU is taken by the connection whose endpoints it names alone.
+    pub checks_alarm_endpoints: bool,
     /// The sequence number of the first alarm of a connection.
     pub first_alarm_sequence: u16,
     /// Whether an alarm without acknowledgement is repeated.
@@ -75,14 +119,28 @@ impl Default for StackBehaviour {
             mask: |_, set| set,
             forgets_temporary: true,
             executes_reset: true,
+            answers_signal: true,
+            announces_itself: true,
+            survives_damaged_dcp: true,
+            survives_short_frames: true,
+            survives_damaged_calls: true,
             answer_order: |order| order,
             answer_time: Duration::ZERO,
             keeps_answers: true,
             checks_submodule_ident: true,
             checks_output_length: true,
+            checks_input_length: true,
+            connections: 1,
+            frees_connections: |_| true,
             input_frame_id: |agreed| agreed,
             reports_module_diff: true,
             waits_for_parameters: true,
+            checks_place: true,
+            refuses_read_only: true,
+            refuses_unknown_write: true,
+            tells_what_is_plugged: true,
+            keeps_texts: true,
+            record_error: |error| error,
             refuses_unknown_index: true,
             refuses_missing_im: true,
             im0_length: |length| length,
@@ -95,6 +153,9 @@ impl Default for StackBehaviour {
             heeds_data_status: true,
             heeds_provider_status: true,
             watches_outputs: true,
+            hold: |agreed| agreed,
+            checks_source: true,
+            checks_alarm_endpoints: true,
             first_alarm_sequence: 0xFFFF,
             repeats_alarms: true,
             tells_pending_diagnoses: true,

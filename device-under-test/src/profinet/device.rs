@@ -1,16 +1,22 @@
 //! The device as a party on the wire and as a thing on a stand: supply, cable, and the stack that lives while there is power.
 
 use super::StackBehaviour;
+use super::ahead::Ahead;
 use super::stack::{Env, Kept, Stack};
 use crate::application::Application;
 use alloc::string::String;
+use core::time::Duration;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use wire::ethernet::Mac;
 
 /// A PROFINET device: a stack with the encoder behind it.
+///
+/// A stand may let time go by for it at once. While a watchdog runs only the encoder's clock jumps, for the other end of
+/// the connection has not waited; otherwise that of the whole device does.
 pub struct Device<A> {
-    application: A,
+    application: Ahead<A>,
     stack: Stack,
+    ahead: Duration,
     supply: Supply,
     is_linked: bool,
 }
@@ -29,21 +35,23 @@ impl<A: Application> Device<A> {
     /// After a power cycle it is silent for the boot time of its identity.
     pub fn new(application: A, mac: Mac, behaviour: StackBehaviour) -> Device<A> {
         let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, behaviour));
-        Device { application, stack, supply: Supply::On, is_linked: true }
+        let application = Ahead { inner: application, by: Duration::ZERO };
+        Device { application, stack, ahead: Duration::ZERO, supply: Supply::On, is_linked: true }
     }
 
     /// The encoder behind the stack.
     pub fn application(&self) -> &A {
-        &self.application
+        &self.application.inner
     }
 
     /// The encoder behind the stack, to be changed.
     pub fn application_mut(&mut self) -> &mut A {
-        &mut self.application
+        &mut self.application.inner
     }
 
     /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
     pub fn power(&mut self, now: Time, on: bool) {
+        let now = now + self.ahead;
         match (self.supply, on) {
             (Supply::Off, true) => {
                 self.application.power_up(now);
@@ -60,14 +68,31 @@ impl<A: Application> Device<A> {
     /// Plugs (`true`) or pulls the cable; without it nothing is received and what is sent is lost.
     pub fn link(&mut self, now: Time, up: bool) {
         if up && !self.is_linked {
-            self.stack.announce(now);
+            self.stack.announce(now + self.ahead);
         }
         self.is_linked = up;
     }
 
     /// Whether the light that DCP Signal lets flash is flashing at `now`.
     pub fn is_signalling(&self, now: Time) -> bool {
-        self.supply == Supply::On && self.stack.is_signalling(now)
+        self.supply == Supply::On && self.stack.is_signalling(now + self.ahead)
+    }
+
+    /// Lets `time` go by at once.
+    pub fn skip(&mut self, time: Duration) {
+        match self.supply == Supply::On && self.stack.is_watching() {
+            true => self.application.by += time,
+            false => self.ahead += time,
+        }
+    }
+
+    /// The next time by its own clock at which something is due.
+    fn due(&self) -> Option<Time> {
+        match self.supply {
+            Supply::Off => None,
+            Supply::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
+            Supply::On => [self.stack.deadline(), self.application.deadline()].into_iter().flatten().min(),
+        }
     }
 
     fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Stack, &mut Env<'_>)) {
@@ -82,11 +107,12 @@ impl<A: Application> Device<A> {
 impl<A: Application> Station for Device<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         if self.is_linked && self.supply == Supply::On {
-            self.run(now, out, |stack, env| stack.receive(env, frame));
+            self.run(now + self.ahead, out, |stack, env| stack.receive(env, frame));
         }
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
+        let now = now + self.ahead;
         if let Supply::Booting { until } = self.supply
             && until <= now
         {
@@ -103,11 +129,7 @@ impl<A: Application> Station for Device<A> {
     }
 
     fn deadline(&self) -> Option<Time> {
-        match self.supply {
-            Supply::Off => None,
-            Supply::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
-            Supply::On => [self.stack.deadline(), self.application.deadline()].into_iter().flatten().min(),
-        }
+        self.due().map(|due| due - self.ahead)
     }
 }
 
@@ -116,8 +138,9 @@ impl<A: Application> Stand for Device<A> {
         match action {
             StandAction::Power(on) => self.power(now, *on),
             StandAction::Link(up) => self.link(now, *up),
+            StandAction::Skip(time) => self.skip(*time),
             other => {
-                let means = self.application.act(now, other);
+                let means = self.application.act(now + self.ahead, other).map(|done| done - self.ahead);
                 return means.ok_or_else(|| Refusal::CannotDo(String::from("the reference device has no such means")));
             }
         }
@@ -125,10 +148,10 @@ impl<A: Application> Stand for Device<A> {
     }
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
-        self.application.led(now, name)
+        self.application.led(now + self.ahead, name)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
-        self.application.counter(now, name)
+        self.application.counter(now + self.ahead, name)
     }
 }

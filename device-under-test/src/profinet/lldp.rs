@@ -1,5 +1,6 @@
 //! LLDP: the device tells its neighbour who it is, and remembers who the neighbour is.
 
+use super::StackBehaviour;
 use crate::application::StationData;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
@@ -60,11 +61,21 @@ impl Announcer {
     }
 
     /// Sends the announcement if it is due.
-    pub(super) fn wake(&mut self, now: Time, mac: Mac, station: &StationData, out: &mut Outbox) {
+    pub(super) fn wake(
+        &mut self,
+        now: Time,
+        mac: Mac,
+        station: &StationData,
+        behaviour: &StackBehaviour,
+        out: &mut Outbox,
+    ) {
         if now < self.due {
             return;
         }
         self.due = now + Announcer::INTERVAL;
+        if !behaviour.announces_itself {
+            return;
+        }
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
         let (chassis, port) = if station.name.is_empty() {
             (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: mac.0.into() }, b"port-001".to_vec())

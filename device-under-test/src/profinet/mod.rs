@@ -6,6 +6,7 @@
 //!
 //! This room must not know encoders, telegrams or parameters, nor anything of the controller's side.
 
+mod ahead;
 mod alarm;
 mod ar;
 mod behaviour;
@@ -26,6 +27,6 @@ mod stack;
 #[cfg(test)]
 mod tests;
 
-pub use behaviour::StackBehaviour;
+pub use behaviour::{End, StackBehaviour};
 pub use device::Device;
 pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENTS};

@@ -121,10 +121,12 @@ impl Stack {
         };
         let in_scope = |place: &(Place, u32, u32)| scope.contains(place.0);
         let here = || self.plugged.all().iter().map(real).filter(in_scope);
-        if here().next().is_none() && width != Width::Connection {
+        let is_passed_over = matches!(subject, Subject::Im(_)) && !self.behaviour.checks_place;
+        if here().next().is_none() && width != Width::Connection && !is_passed_over {
             return Err(self.check_place(place).err().unwrap_or(RecordError::INVALID_SLOT));
         }
         match subject {
+            Subject::Real if !self.behaviour.tells_what_is_plugged => return Err(RecordError::INVALID_INDEX),
             Subject::Real => identification(BlockType::REAL_IDENTIFICATION, here()).write(out),
             Subject::Expected => {
                 let expected = self.ars.iter().flat_map(|ar| &ar.expected).map(expected).filter(in_scope);
@@ -163,17 +165,23 @@ impl Stack {
             Some(_) => self.check_place(place)?,
         }
         match record(access.index) {
-            None => env.application.write_record(env.now, access, data).map_err(error),
+            None => match env.application.write_record(env.now, access, data) {
+                Err(RecordRefusal::InvalidIndex) if !self.behaviour.refuses_unknown_write => Ok(()),
+                result => result.map_err(error),
+            },
             Some((_, Subject::Im(number))) if self.kept.texts.get(env.application.identity(), number).is_some() => {
                 let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;
                 if text.block().0 != BlockType::IM0.0 + number {
                     return Err(RecordError::INVALID_PARAMETER);
                 }
-                self.kept.texts.put(text);
+                if self.behaviour.keeps_texts {
+                    self.kept.texts.put(text);
+                }
                 Ok(())
             }
             Some((_, Subject::Im(1..))) if !self.behaviour.refuses_missing_im => Ok(()),
             Some((_, Subject::Im(1..))) => Err(RecordError::INVALID_INDEX),
+            Some(_) if !self.behaviour.refuses_read_only => Ok(()),
             Some(_) => Err(RecordError::ACCESS_DENIED),
         }
     }

@@ -1,6 +1,5 @@
 //! The stack while there is power: where frames go, what is due when, and how connections end.
 
-use super::StackBehaviour;
 use super::alarm::Outcome;
 use super::ar::Ar;
 use super::cm::application_ready;
@@ -13,6 +12,7 @@ use super::maintenance::Texts;
 use super::phase::{Event, Phase};
 use super::plugged::{Plugged, Scope};
 use super::rpc::{Progress, Registered, Server, Taken};
+use super::{End, StackBehaviour};
 use crate::application::{Application, ArKey, DiagnosisChange, StationData};
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
@@ -164,10 +164,16 @@ impl Stack {
     }
 
     fn receive_cyclic(&mut self, env: &mut Env<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
+        let is_damaged = self.ars.iter().filter_map(|ar| ar.exchange.as_ref()).any(|exchange| {
+            exchange.consumer.expects(source, frame_id, &self.behaviour) && !exchange.consumer.is_whole(payload)
+        });
+        if is_damaged && !self.behaviour.survives_short_frames {
+            return self.end_all(env, AbortReason::ABORT_REQUEST);
+        }
         for ar in &mut self.ars {
             let is_ready = ar.phase.is_ready();
             let Some(exchange) = &mut ar.exchange else { continue };
-            if exchange.consumer.expects(source, frame_id)
+            if exchange.consumer.expects(source, frame_id, &self.behaviour)
                 && exchange.consumer.receive(env.now, payload, is_ready, env.application, &self.behaviour)
             {
                 ar.step(env.now, Event::OutputsCame);
@@ -179,10 +185,10 @@ impl Stack {
         let Some(Ok(pdu)) = payload.get(2..).map(RtaPdu::parse) else { return };
         for at in 0..self.ars.len() {
             let Some(exchange) = &mut self.ars[at].exchange else { continue };
-            if exchange.alarms.is_for(source, &pdu) {
+            if exchange.alarms.is_for(source, &pdu) || !self.behaviour.checks_alarm_endpoints {
                 match exchange.alarms.receive(priority, &pdu, env.out) {
                     Outcome::GoesOn => {}
-                    Outcome::Ended => self.end(env, at, None),
+                    Outcome::Ended => self.ended(env, at, End::Aborted),
                     Outcome::End(reason) => self.end(env, at, Some(reason)),
                 }
                 return;
@@ -196,7 +202,10 @@ impl Stack {
                 Port::Server => {
                     let address = self.station.ip;
                     match self.server.take(&payload, from, address, &self.behaviour) {
-                        Taken::Nothing => {}
+                        Taken::Damaged if !self.behaviour.survives_damaged_calls => {
+                            self.end_all(env, AbortReason::ABORT_REQUEST);
+                        }
+                        Taken::Damaged | Taken::Nothing => {}
                         Taken::Say(pdus) => self.send(env, Port::Server, from, &pdus),
                         Taken::Execute(request) => {
                             let reply = self.execute(env, &request);
@@ -271,7 +280,7 @@ impl Stack {
             env.application.advance(env.now);
         }
         self.wake_dcp(env);
-        self.lldp.wake(env.now, self.kept.mac, &self.station, env.out);
+        self.lldp.wake(env.now, self.kept.mac, &self.station, &self.behaviour, env.out);
         if is_due(self.ip.due()) {
             self.ip.poll(env.now, env.out);
             self.receive_datagrams(env);
@@ -351,6 +360,16 @@ impl Stack {
         env.application.ended(env.now, ar.key);
     }
 
+    /// Ends a connection that its controller has ended.
+    pub(super) fn ended(&mut self, env: &mut Env<'_>, at: usize, how: End) {
+        if (self.behaviour.frees_connections)(how) {
+            return self.end(env, at, None);
+        }
+        if let Some(exchange) = &mut self.ars[at].exchange {
+            exchange.consumer.stop(env.now, env.application);
+        }
+    }
+
     /// Ends all connections for `reason`.
     pub(super) fn end_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
         while !self.ars.is_empty() {
@@ -362,6 +381,12 @@ impl Stack {
     pub(super) fn use_station(&mut self, station: StationData) {
         self.ip.configure(&station);
         self.station = station;
+    }
+
+    /// Whether the outputs of a connection are watched for coming in time.
+    pub(super) fn is_watching(&self) -> bool {
+        let mut exchanges = self.ars.iter().filter_map(|ar| ar.exchange.as_ref());
+        exchanges.any(|exchange| exchange.consumer.expires().is_some())
     }
 
     /// When something is to be done without a frame, the application's own affairs apart.

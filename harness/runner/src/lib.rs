@@ -12,12 +12,18 @@
 //! | [`verdict`], [`result`] | what a run found, as plain data | how it is shown |
 //! | [`report`] | results as text, and what they come to | suites, engines, files |
 //! | [`ledger`], [`lock`] | known failures; one process for each device | how it is shown |
+//! | [`bench_file`] | the bench file: what a device under test claims to be and what may be done to it | links, frames |
+//! | [`gsdml`] | a vendor's description, and where it differs from the manual | how the device is driven |
+//! | [`live`] | benches with real wires: preflight, stand, journal, the served reference device | suites, how anything is judged |
 //! | [`cli`] | the command line | how anything is judged |
 
+pub mod bench_file;
 pub mod cli;
 pub mod engine;
+pub mod gsdml;
 pub mod judge;
 pub mod ledger;
+pub mod live;
 pub mod lock;
 pub mod observe;
 pub mod replay;

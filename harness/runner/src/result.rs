@@ -40,6 +40,48 @@ pub struct DeviceRun {
     pub filtered: bool,
     /// Bugs that were switched on in a reference device.
     pub bugs: Vec<String>,
+    /// What was found about the device besides its cases: where manual, description and device disagree, wrong claims of
+    /// the bench; in the order in which it was found.
+    pub findings: Vec<Finding>,
+}
+
+/// A disagreement between what the manual, the vendor's description (GSDML) and the device itself say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// What it is about, the same on every run: the subject and what of it, for instance `telegram_83.octets`.
+    pub id: String,
+    /// How it weighs.
+    pub severity: Severity,
+    /// The disagreement in one sentence.
+    pub text: String,
+    /// What the manual says, or the bench in its place; none: it says nothing.
+    pub manual: Option<String>,
+    /// What the GSDML says; none: it says nothing, or there is none.
+    pub gsdml: Option<String>,
+    /// What the device says; none: it says nothing, or was not asked.
+    pub device: Option<String>,
+}
+
+/// How a finding weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// Only to be known.
+    Info,
+    /// To be looked at; it does not make a run fail.
+    Warning,
+    /// It makes a run fail.
+    Error,
+}
+
+impl Severity {
+    /// The word in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Severity::Info => "info",
+            Severity::Warning => "warning",
+            Severity::Error => "error",
+        }
+    }
 }
 
 /// A device under test.

@@ -79,31 +79,46 @@ fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str)
 }
 
 #[rstest]
-#[case("nic:eth0")]
-#[case("serial:/dev/ttyUSB0")]
-#[case("socket:127.0.0.1:4000")]
-#[case("bench.yaml")]
-fn a_bench_that_is_not_served(#[case] dut: &str) {
-    let said = encspec(&folder("not-served"), &["run", "--dut", dut, "--device", MANUAL]);
-    assert_eq!(said.status, Some(3), "{}", said.err);
-    assert!(said.err.contains("is not served by this version"), "{}", said.err);
+#[case::interface("nic:nowhere-at-all", 3, "nowhere-at-all")]
+#[case::port("socket:127.0.0.1:1", 3, "127.0.0.1:1")]
+#[case::path("socket:/nowhere/wire", 3, "/nowhere/wire")]
+#[case::no_address("socket:nowhere", 3, "socket:nowhere")]
+#[case::serial("serial:/dev/ttyUSB0", 2, "PROFIBUS")]
+#[case::file("nowhere.yaml", 2, "leave `--device` out")]
+fn a_bench_that_cannot_be_used(#[case] dut: &str, #[case] status: i32, #[case] says: &str) {
+    let variant = format!("{MANUAL}/xac7718");
+    let said = encspec(&folder("not-usable"), &["run", "--dut", dut, "--device", &variant]);
+    assert_eq!(said.status, Some(status), "{}", said.err);
+    assert!(said.err.contains(says), "{}", said.err);
+}
+
+#[rstest]
+#[case::nothing(&["run", "--dut", "nic:nowhere"], "needs `--device MANUAL/VARIANT`")]
+#[case::variant(&["run", "--dut", "nic:nowhere", "--device", MANUAL], "several variants")]
+#[case::file(&["run", "--dut", "nowhere.yaml"], "nowhere.yaml")]
+#[case::part(&["run", "--part", "9/8"], "no part")]
+fn a_live_device_that_is_not_said_well(#[case] arguments: &[&str], #[case] says: &str) {
+    let said = encspec(&folder("said"), arguments);
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    assert!(said.err.contains(says), "{}", said.err);
 }
 
 #[test]
 fn a_device_that_another_process_is_testing() {
     let folder = folder("in-use");
     let device = format!("nic:test-{}", std::process::id());
+    let variant = format!("{MANUAL}/xac7718");
     let lock = encspec::lock::Lock::take(&device, &std::env::temp_dir(), std::time::Duration::ZERO, &mut |_| {});
     let lock = lock.expect("nobody has it");
-    let run = |wait: &str| encspec(&folder, &["run", "--dut", &device, "--device", MANUAL, "--lock-wait", wait]);
+    let run = |wait: &str| encspec(&folder, &["run", "--dut", &device, "--device", &variant, "--lock-wait", wait]);
     let held = run("0");
     assert_eq!(held.status, Some(3), "{}", held.err);
     assert!(held.err.contains(&format!("in use by process {}", std::process::id())), "{}", held.err);
-    assert!(!held.err.contains("is not served"), "{}", held.err);
+    assert!(!held.err.contains("interface"), "{}", held.err);
     drop(lock);
     // Another test's process may hold the file for a moment, between its fork and its exec.
     let free = run("30");
-    assert!(free.err.contains("is not served"), "{}", free.err);
+    assert!(free.err.contains("interface"), "{}", free.err);
 }
 
 #[test]
@@ -111,7 +126,10 @@ fn help_names_every_command_and_each_of_them_has_help() {
     let folder = folder("help");
     let help = encspec(&folder, &["--help"]);
     assert_eq!(help.status, Some(0));
-    for name in ["run", "list", "coverage", "bugs", "errata", "explain", "check", "schema", "replay", "dissect"] {
+    for name in [
+        "run", "list", "coverage", "bugs", "errata", "explain", "check", "schema", "replay", "dissect", "serve",
+        "discover", "bench", "gsdml",
+    ] {
         assert!(help.out.contains(&format!("\n  {name} ")), "{name} is not in:\n{}", help.out);
         let of_command = encspec(&folder, &[name, "--help"]);
         assert_eq!(of_command.status, Some(0));

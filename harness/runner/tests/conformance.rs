@@ -62,7 +62,7 @@ impl Test {
         let id = self.id.split_once('/').map_or(self.id.as_str(), |(_, id)| id);
         match kind {
             DutKind::Model { .. } => format!("{manual}/{variant}::{id}"),
-            DutKind::Nobody(_) => format!("{} as {manual}/{variant}::{id}", self.device),
+            DutKind::Nobody(_) | DutKind::Live(_) => format!("{} as {manual}/{variant}::{id}", self.device),
         }
     }
 }

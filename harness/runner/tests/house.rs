@@ -61,12 +61,35 @@ fn dependencies(manifest: &str) -> Vec<String> {
 }
 
 #[test]
-fn unsafe_code_is_forbidden_in_every_crate() {
+fn unsafe_code_is_forbidden_in_every_crate_but_the_link_room() {
     let workspace = text(&root().join("Cargo.toml"));
     assert!(workspace.contains("unsafe_code = \"forbid\""));
     let manifests: Vec<_> = files("harness", "toml").into_iter().chain(files("device-under-test", "toml")).collect();
     for manifest in manifests.iter().filter(|path| path.ends_with("Cargo.toml")) {
-        assert!(text(manifest).contains("[lints]\nworkspace = true"), "{} leaves the lints out", shown(manifest));
+        if shown(manifest) == "harness/link/Cargo.toml" {
+            assert!(text(manifest).contains("unsafe_code = \"deny\""), "unsafe code is to be an exception there too");
+        } else {
+            assert!(text(manifest).contains("[lints]\nworkspace = true"), "{} leaves the lints out", shown(manifest));
+        }
+    }
+}
+
+#[test]
+fn in_the_link_room_unsafe_code_stands_apart_and_says_why_it_is_sound() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
+    let sources: Vec<_> = sources.into_iter().filter(|path| !shown(path).ends_with("tests/house.rs")).collect();
+    let apart = "harness/link/src/sys/";
+    let found = lines_with(&sources, &["unsafe {", "unsafe fn", "unsafe impl", "(unsafe_code"]);
+    let (inside, outside): (Vec<_>, Vec<_>) = found.into_iter().partition(|line| line.starts_with(apart));
+    assert_eq!(outside, [""; 0]);
+    assert!(!inside.is_empty(), "the rule looked at nothing");
+    for path in sources.iter().filter(|path| shown(path).starts_with(apart)) {
+        let text = text(path);
+        let lines: Vec<_> = text.lines().collect();
+        for (number, _) in lines.iter().enumerate().filter(|(_, line)| line.contains("unsafe {")) {
+            let reason = lines[number.saturating_sub(3)..number].iter().any(|line| line.contains("// SAFETY:"));
+            assert!(reason, "{}:{}: why is this sound?", shown(path), number + 1);
+        }
     }
 }
 
@@ -77,8 +100,34 @@ fn sockets_are_opened_in_the_link_room_only() {
         .chain(files("device-under-test", "rs"))
         .filter(|path| !shown(path).starts_with("harness/link/") && !shown(path).ends_with("tests/house.rs"))
         .collect();
-    let words = ["TcpStream", "TcpListener", "UdpSocket", "UnixStream", "UnixListener", "RawFd", "pnet::"];
+    let words = [
+        "TcpStream",
+        "TcpListener",
+        "UdpSocket",
+        "UnixStream",
+        "UnixListener",
+        "RawFd",
+        "pnet::",
+        "libc::",
+        "signal_hook",
+    ];
     assert_eq!(lines_with(&sources, &words), [""; 0]);
+    for manifest in files("harness", "toml").into_iter().chain(files("device-under-test", "toml")) {
+        if manifest.ends_with("Cargo.toml") && shown(&manifest) != "harness/link/Cargo.toml" {
+            let named = dependencies(&shown(&manifest));
+            let sockets =
+                named.iter().find(|name| ["pnet", "libc", "signal-hook", "rustix", "nix"].contains(&name.as_str()));
+            assert_eq!(sockets, None, "{} has a library of the link room", shown(&manifest));
+        }
+    }
+}
+
+#[test]
+fn the_link_room_knows_no_protocol() {
+    for name in dependencies("harness/link/Cargo.toml") {
+        let allowed = ["station", "libc", "pnet", "signal-hook", "thiserror"].contains(&name.as_str());
+        assert!(allowed, "link depends on {name}");
+    }
 }
 
 #[test]

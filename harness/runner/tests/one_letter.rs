@@ -138,6 +138,8 @@ impl Labels {
         labels.device.extend(manual.unused.iter().map(|(name, _)| last(name)));
         let access_point = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
         labels.device.extend(access_point.map(|submodule| submodule.name.clone()));
+        // The only variant need not be told apart from any other.
+        labels.device.extend(manual.device.variants.iter().filter(|_| manual.device.variants.len() == 1).cloned());
         labels.requirements.extend(manual.requirements.iter().map(|requirement| requirement.id.clone()));
         manual
             .variants
@@ -170,10 +172,19 @@ fn readings(steps: &[Step], labels: &mut BTreeSet<String>) {
 #[test]
 fn every_changed_word_is_noticed() {
     let sources = Sources::embedded();
+    let mut looked_at = BTreeSet::new();
     for manual in load(&sources, None).expect("the shipped suites load") {
         let folder = manual.device.name.clone();
         let labels = Labels::of(&manual);
-        let mine = |path: &str| path.starts_with(&format!("{folder}/")) || path.starts_with("common/");
+        let own = || sources.files().filter(|(path, _)| path.starts_with(&format!("{folder}/")));
+        // A common suite is noticed by those who use it.
+        let uses = |name: &str| own().any(|(_, text)| text.lines().any(|line| line == format!("use: {name}")));
+        let mine = |path: &str| match path.split_once('/') {
+            Some(("common", file)) => file == "procedures.yaml" || uses(file.trim_end_matches(".yaml")),
+            Some((of, _)) => of == folder,
+            None => false,
+        };
+        looked_at.extend(sources.files().map(|(path, _)| path).filter(|path| mine(path)).map(str::to_owned));
         let all: Vec<Piece> =
             sources.files().filter(|(path, _)| mine(path)).flat_map(|(path, text)| pieces(path, text)).collect();
         let count: usize = all.iter().map(|piece| piece.words.len()).sum();
@@ -189,4 +200,5 @@ fn every_changed_word_is_noticed() {
         });
         assert!(unseen.is_empty(), "{} of {count} changes went unnoticed:\n{}", unseen.len(), unseen.join("\n"));
     }
+    assert_eq!(looked_at.len(), sources.files().count(), "only these files belong to a manual: {looked_at:?}");
 }

@@ -1,6 +1,6 @@
 //! What holds a device under test in its hands.
 
-use crate::Time;
+use crate::{Duration, Time};
 use alloc::string::String;
 
 /// One thing that a stand does to a device; the names are those that `device.yaml` declares under `stand`.
@@ -38,6 +38,10 @@ pub enum StandAction<'a> {
     SupplyVoltage(f64),
     /// Sets the temperature of the device, in degrees Celsius.
     Temperature(f64),
+    /// Puts a device as delivered into its place, with the name and the address that the bench has for it.
+    Renew,
+    /// Lets so much time go by for the device at once, so that nobody has to wait for it.
+    Skip(Duration),
 }
 
 /// Why a stand did not do something.
@@ -53,6 +57,13 @@ pub enum Refusal {
 pub trait Stand {
     /// Does `action` at `now` and says when it will be done: `now` for a switch, later for a turning shaft.
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal>;
+
+    /// What became of the last action: none while it is being done, then when it is or was done, or why it was not.
+    ///
+    /// A stand that does everything within [`Stand::act`] need not say anything here.
+    fn outcome(&mut self, now: Time) -> Option<Result<Time, Refusal>> {
+        Some(Ok(now))
+    }
 
     /// What the LED `name` shows at `now`, in a word of `device.yaml`, or `None` where nobody can look at it.
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str>;

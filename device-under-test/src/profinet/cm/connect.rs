@@ -21,7 +21,7 @@ use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::rpc;
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
 
-/// How many connections for records alone there can be, beside one with cyclic data.
+/// How many connections for records alone there can be, beside those with cyclic data.
 const ACCESS_CONNECTIONS: usize = 2;
 
 /// UDP port for cyclic data over UDP, which this device has not.
@@ -40,7 +40,7 @@ impl Stack {
             self.end(env, at, Some(AbortReason::RE_RUN));
         }
         let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == plan.exchange.is_some()).count();
-        if others >= if plan.exchange.is_some() { 1 } else { ACCESS_CONNECTIONS } {
+        if others >= if plan.exchange.is_some() { self.behaviour.connections } else { ACCESS_CONNECTIONS } {
             return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
         }
         let key = self.kept.next_key();

@@ -1,5 +1,6 @@
 //! PrmEnd and Release, and ApplicationReady on the way to the controller.
 
+use super::super::End;
 use super::super::ar::Ar;
 use super::super::phase::Event;
 use super::super::rpc::{Call, Request};
@@ -77,7 +78,7 @@ impl Stack {
         if block.control_command != ControlCommand::RELEASE {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
-        self.end(env, at, None);
+        self.ended(env, at, End::Released);
         Ok(Answer::done(Control::from(block.done()).to_vec()))
     }
 }

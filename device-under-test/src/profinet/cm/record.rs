@@ -87,7 +87,7 @@ impl Stack {
             Ok(()) => PnioStatus::OK,
             Err(error) => {
                 data.clear();
-                PnioStatus::record(ErrorCode::READ_RESPONSE, error)
+                PnioStatus::record(ErrorCode::READ_RESPONSE, (self.behaviour.record_error)(error))
             }
         };
         if self.behaviour.cuts_records {
@@ -137,7 +137,7 @@ impl Stack {
         let access = Access { ar: Some(self.ars[at].key), ..access(&request.header) };
         match self.write_record(env, access, &request.data) {
             Ok(()) => PnioStatus::OK,
-            Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, error),
+            Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, (self.behaviour.record_error)(error)),
         }
     }
 }

@@ -72,8 +72,13 @@ impl Consumer {
     }
 
     /// Whether a frame with this source and id is one of these.
-    pub(in super::super) fn expects(&self, source: Mac, frame_id: FrameId) -> bool {
-        (self.source, self.frame_id) == (source, frame_id)
+    pub(in super::super) fn expects(&self, source: Mac, frame_id: FrameId, behaviour: &StackBehaviour) -> bool {
+        self.frame_id == frame_id && (self.source == source || !behaviour.checks_source)
+    }
+
+    /// Whether a frame, from its frame id on, is as long as was agreed.
+    pub(in super::super) fn is_whole(&self, payload: &[u8]) -> bool {
+        CyclicFrame::parse(payload, self.data_length).is_ok()
     }
 
     /// When the outputs count as missing; `None` before the first frame.
@@ -104,7 +109,7 @@ impl Consumer {
             return false;
         }
         self.counter = Some(status.cycle_counter);
-        self.expires = Some(now + self.hold);
+        self.expires = Some(now + (behaviour.hold)(self.hold));
         if !is_ready {
             return true;
         }

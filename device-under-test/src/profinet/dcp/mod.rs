@@ -12,6 +12,7 @@ use wire::profinet::dcp::{
     Block, BlockError, BlockInfo, Body, Dcp, Element, ServiceId, ServiceType, Value, response_delay_steps,
 };
 use wire::profinet::rt::FrameId;
+use wire::profinet::status::AbortReason;
 
 /// What is open in DCP: answers that wait, a transaction, a flashing light, a Hello that is due.
 #[derive(Debug)]
@@ -74,7 +75,12 @@ impl Desk {
 impl Stack {
     /// Takes a DCP frame.
     pub(super) fn receive_dcp(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
-        let Ok(request) = Dcp::parse(payload) else { return };
+        let Ok(request) = Dcp::parse(payload) else {
+            if !self.behaviour.survives_damaged_dcp {
+                self.end_all(env, AbortReason::ABORT_REQUEST);
+            }
+            return;
+        };
         if request.service_type != ServiceType::REQUEST {
             return;
         }

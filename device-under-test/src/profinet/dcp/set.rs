@@ -21,7 +21,7 @@ impl Stack {
             let result = match &block.value {
                 Value::NameOfStation(name) => self.set_name(env, source, name, block),
                 Value::IpParameter(ip) => self.set_address(env, source, ip, block),
-                Value::Signal(Value::FLASH_ONCE) => {
+                Value::Signal(Value::FLASH_ONCE) if self.behaviour.answers_signal => {
                     self.desk.signals_until = Some(env.now + Desk::SIGNAL);
                     Ok(())
                 }

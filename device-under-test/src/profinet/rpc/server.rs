@@ -38,6 +38,8 @@ pub(in super::super) enum Reply {
 pub(in super::super) enum Taken {
     /// Nothing is to be said.
     Nothing,
+    /// It was no call.
+    Damaged,
     /// These PDUs go back.
     Say(Vec<Vec<u8>>),
     /// A call is to be carried out.
@@ -93,7 +95,7 @@ impl Server {
         address: [u8; 4],
         behaviour: &StackBehaviour,
     ) -> Taken {
-        let Ok(pdu) = Pdu::parse(payload) else { return Taken::Nothing };
+        let Ok(pdu) = Pdu::parse(payload) else { return Taken::Damaged };
         match pdu.header.packet_type {
             PacketType::REQUEST => self.take_request(&pdu, from, address, behaviour),
             PacketType::PING => self.take_ping(&pdu.header, behaviour),

@@ -13,4 +13,5 @@ mod knobs;
 mod phases;
 mod records;
 mod refusals;
+mod skip;
 mod toy;

@@ -22,6 +22,7 @@ pub struct Toy {
     pub outputs: Option<Vec<u8>>,
     pub writes: usize,
     pub inputs: u8,
+    pub clock: Time,
 }
 
 pub const API: u32 = 0x3D00;
@@ -71,6 +72,7 @@ impl Toy {
             outputs: None,
             writes: 0,
             inputs: 0,
+            clock: Time::ZERO,
         }
     }
 
@@ -149,7 +151,8 @@ impl Application for Toy {
     fn outputs(&mut self, _: Time, _: u16, _: u16, data: Option<&[u8]>) {
         self.outputs = data.map(<[u8]>::to_vec);
     }
-    fn inputs(&mut self, _: Time, _: u16, _: u16, data: &mut [u8]) -> bool {
+    fn inputs(&mut self, now: Time, _: u16, _: u16, data: &mut [u8]) -> bool {
+        self.clock = now;
         self.inputs = self.inputs.wrapping_add(1);
         data.fill(0xA5);
         self.good

@@ -107,6 +107,10 @@ impl Maker<'_> {
     fn cyclic(&self, damage: impl FnOnce(&mut Vec<u8>, usize, usize)) -> Result<Vec<u8>, &'static str> {
         let exchange = self.context.ar.as_ref().and_then(|ar| ar.exchange.as_ref());
         let (mut frame, data_at, status_at) = exchange.ok_or("there is no cyclic exchange")?.provider.last_frame();
+        // One step of the clock after the last frame, so that it is not passed over as an old one.
+        if let Some(counter) = frame.get_mut(status_at..).and_then(<[u8]>::first_chunk_mut::<2>) {
+            *counter = u16::from_be_bytes(*counter).wrapping_add(1).to_be_bytes();
+        }
         damage(&mut frame, data_at, status_at);
         Ok(frame)
     }

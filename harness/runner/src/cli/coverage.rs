@@ -1,6 +1,7 @@
 //! `encspec coverage`: how much of each manual is covered.
 
 use super::{CoverageArgs, Ended, Format, show};
+use crate::engine::needs::{self, Need};
 use crate::report::ExitStatus;
 use crate::suite::model::{Class, Manual, Step, Trial, Verb};
 use serde::Serialize;
@@ -30,6 +31,8 @@ struct Coverage {
     by_class: BTreeMap<&'static str, usize>,
     testable: usize,
     covered: usize,
+    /// How many of those covered can be reached on a bench where nobody turns the shaft, cuts the power or looks at LEDs.
+    without_stand: usize,
     uncovered: Vec<String>,
 }
 
@@ -40,8 +43,10 @@ impl Coverage {
             ["covered", "uncovered", "implicit", "untestable", "out-of-scope", "contradictory"]
                 .map(|class| (class, 0))
                 .into();
-        let mut uncovered = Vec::new();
-        for (of, cases) in manual.requirements.iter().zip(&covering) {
+        let (mut uncovered, mut without_stand) = (Vec::new(), 0);
+        let reached = without_stand_reached(manual);
+        for ((of, cases), reached) in manual.requirements.iter().zip(&covering).zip(reached) {
+            without_stand += usize::from(of.class == Class::Testable && reached);
             *by_class.entry(class(&of.class, !cases.is_empty())).or_default() += 1;
             if of.class == Class::Testable && cases.is_empty() {
                 uncovered.push(of.id.clone());
@@ -54,6 +59,7 @@ impl Coverage {
             by_class,
             testable,
             covered: testable - uncovered.len(),
+            without_stand,
             uncovered,
         }
     }
@@ -64,6 +70,8 @@ impl Coverage {
         // Writing into a String cannot fail.
         let _ = writeln!(out, "{}: {} of {} testable requirements are covered", self.id, self.covered, self.testable);
         let _ = writeln!(out, "  {} requirements: {}", self.total, classes.join(", "));
+        let share = (self.without_stand * 100).checked_div(self.covered).unwrap_or(0);
+        let _ = writeln!(out, "  {} of those covered ({share} %) can be reached without a stand", self.without_stand);
         if !self.uncovered.is_empty() {
             let _ = writeln!(out, "  not covered:");
             for line in self.uncovered.chunks(6) {
@@ -107,6 +115,29 @@ pub(super) fn covering(manual: &Manual) -> Vec<Vec<String>> {
         }
     }
     covering
+}
+
+/// For each requirement whether a rule, or a trial or check that asks nothing of a stand, covers it.
+fn without_stand_reached(manual: &Manual) -> Vec<bool> {
+    let mut reached = vec![false; manual.requirements.len()];
+    let mut reach = |covers: &[usize]| {
+        covers.iter().for_each(|&requirement| reached.iter_mut().skip(requirement).take(1).for_each(|of| *of = true));
+    };
+    let stands = |needs: &[Need]| needs.iter().any(|need| matches!(need, Need::Stand(_)));
+    for variant in &manual.variants {
+        variant.rules.iter().for_each(|rule| reach(&rule.covers));
+        for trial in variant.trials.iter().filter(|trial| !stands(&needs::needs(manual, variant, trial))) {
+            reach(&trial.covers);
+            for steps in [&trial.given, &trial.steps, &trial.finally] {
+                walk(steps, &mut |step| {
+                    if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
+                        reach(&step.covers);
+                    }
+                });
+            }
+        }
+    }
+    reached
 }
 
 /// Every requirement that a trial covers, those of its checks included.

@@ -1,21 +1,20 @@
 //! What `--dut` and `--device` say: which devices are tested.
 
+use super::live::Asked;
+use crate::bench_file::{Claim, LinkSpec};
 use crate::engine::{DutKind, DutSpec, Nobody};
 use crate::suite::expr::nearest;
 use crate::suite::model::Manual;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The devices that a command line names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Devices {
     /// Devices of this process.
     pub here: Vec<DutSpec>,
-    /// Devices outside of it, each by the text that is the same for everybody who means it.
-    pub live: Vec<String>,
+    /// Devices outside of it.
+    pub live: Vec<Asked>,
 }
-
-/// Kinds of devices outside of this process.
-const LIVE: [&str; 3] = ["nic", "serial", "socket"];
 
 /// The devices that `duts` (`--dut`) and `device` (`--device`) name; the reference device of every manual and variant where
 /// nothing is said. A manual without a variant stands for all of its variants.
@@ -52,11 +51,28 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
                 };
                 add(&kind, claimed);
             }
-            (Some((kind, address)), _) if LIVE.contains(&kind) && !address.is_empty() => {
-                devices.live.push(format!("{kind}:{}", canonical(address)));
+            (Some(("serial", address)), _) if !address.is_empty() => {
+                return Err(format!("`--dut {dut}`: serial lines carry PROFIBUS, which this version does not speak"));
+            }
+            (Some((kind @ ("nic" | "socket"), address)), claimed) if !address.is_empty() => {
+                let address = address.to_owned();
+                let link = if kind == "nic" { LinkSpec::Nic(address) } else { LinkSpec::Socket(address) };
+                let claim = match claimed.as_deref() {
+                    Some([(manual, variant)]) => Claim { manual: (*manual).to_owned(), variant: (*variant).to_owned() },
+                    Some([(manual, _), ..]) => {
+                        return Err(format!(
+                            "{manual} has several variants: say which one `--dut {dut}` is, MANUAL/VARIANT"
+                        ));
+                    }
+                    _ => return Err(format!("`--dut {dut}` needs `--device MANUAL/VARIANT`: what it claims to be")),
+                };
+                devices.live.push(Asked::Link(link, claim));
             }
             _ if Path::new(dut).extension().is_some_and(|end| end == "yaml" || end == "yml") => {
-                devices.live.push(canonical(dut));
+                if claimed.is_some() {
+                    return Err(format!("the bench file {dut} says what the device is: leave `--device` out"));
+                }
+                devices.live.push(Asked::File(PathBuf::from(dut)));
             }
             _ => return Err(unknown(dut)),
         }
@@ -71,7 +87,7 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
 type Known<'a> = (&'a str, &'a [String]);
 
 /// The manual and the variants that `MANUAL[/VARIANT]` names.
-fn claim<'a>(what: &str, known: &[Known<'a>]) -> Result<Vec<(&'a str, &'a str)>, String> {
+pub(super) fn claim<'a>(what: &str, known: &[Known<'a>]) -> Result<Vec<(&'a str, &'a str)>, String> {
     let (manual, variant) = what.split_once('/').map_or((what, None), |(manual, variant)| (manual, Some(variant)));
     let Some((manual, variants)) = known.iter().find(|(known, _)| *known == manual) else {
         return Err(suggest("device", manual, known.iter().map(|(manual, _)| *manual)));
@@ -95,7 +111,9 @@ fn unknown(dut: &str) -> String {
     let kind = dut.split_once(':').map_or(dut, |(kind, _)| kind);
     let meant =
         nearest(&format!("{kind}:"), kinds).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
-    format!("`{dut}` is no device under test; write model:MANUAL[/VARIANT] or null:KIND{meant}")
+    format!(
+        "`{dut}` is no device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, a bench file or null:KIND{meant}"
+    )
 }
 
 /// A sentence about an unknown word, with the nearest one or all of them.
@@ -104,9 +122,4 @@ pub(super) fn suggest<'a>(what: &str, word: &str, known: impl IntoIterator<Item 
         Some(meant) => format!("unknown {what} `{word}`; did you mean `{meant}`?"),
         None => format!("unknown {what} `{word}`; there are {}", known.into_iter().collect::<Vec<_>>().join(", ")),
     }
-}
-
-/// A path by its one true name; what is no path stays as it is.
-fn canonical(address: &str) -> String {
-    std::fs::canonicalize(address).map_or_else(|_| address.to_owned(), |path| path.display().to_string())
 }

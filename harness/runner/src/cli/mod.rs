@@ -3,14 +3,20 @@
 //! Everything is written through `show`, which does not mind a reader that has gone, and every end goes through
 //! [`ExitStatus`]. This room must not judge anything.
 
+mod bench;
 mod check;
 mod coverage;
+mod discover;
 pub mod dut;
 mod explain;
 pub mod filter;
+pub mod gsdml;
 mod list;
+pub mod live;
+pub mod port;
 mod replay;
 pub mod run;
+mod serve;
 
 use crate::report::ExitStatus;
 use crate::suite::model::Manual;
@@ -55,6 +61,14 @@ enum Command {
     Replay(ReplayArgs),
     /// Show a capture frame by frame
     Dissect(DissectArgs),
+    /// Serve a reference device as a live device
+    Serve(serve::ServeArgs),
+    /// Show a vendor's GSDML, and compare it with a manual
+    Gsdml(gsdml::GsdmlArgs),
+    /// Find the stations of a segment
+    Discover(discover::DiscoverArgs),
+    /// Write bench files, and put back what a run has changed
+    Bench(bench::BenchArgs),
 }
 
 #[derive(Debug, Args)]
@@ -215,6 +229,10 @@ pub fn main() -> ExitCode {
         }
         Command::Replay(args) => replay::replay(&args),
         Command::Dissect(args) => replay::dissect(&args),
+        Command::Gsdml(args) => gsdml::gsdml(&args),
+        Command::Serve(args) => serve::run(&args),
+        Command::Discover(args) => discover::run(&args),
+        Command::Bench(args) => bench::run(&args),
     });
     let status = ended.unwrap_or_else(|stop| {
         complain(&stop.message);

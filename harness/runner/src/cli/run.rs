@@ -2,7 +2,7 @@
 
 use super::dut::{devices, suggest};
 use super::{Ended, Stop, Suites, complain, filter, show};
-use crate::engine::{self, DutSpec, RunOptions};
+use crate::engine::{self, DutSpec, Part, RunOptions};
 use crate::ledger::{self, Date, Ledger};
 use crate::lock::Lock;
 use crate::report::{self, Format, Look};
@@ -59,6 +59,12 @@ pub struct RunArgs {
     /// How many cases run at once; as many as there are processors by default
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
+    /// Run only the Nth of M parts of the cases, so that several benches share the work
+    #[arg(long, value_name = "N/M")]
+    part: Option<Part>,
+    /// Run cases on a live device that wait for minutes
+    #[arg(long)]
+    long: bool,
     /// How many seconds to wait for a device that another process is testing
     #[arg(long, value_name = "SECONDS", default_value_t = 60)]
     lock_wait: u64,
@@ -125,6 +131,12 @@ pub struct Request {
     pub threads: usize,
     /// `--lock-wait`.
     pub patience: Duration,
+    /// `--part`.
+    pub part: Option<Part>,
+    /// `--long`.
+    pub long: bool,
+    /// `--suites`.
+    pub suites: Suites,
 }
 
 /// A request whose every word was found to mean something.
@@ -157,28 +169,32 @@ impl Request {
             record: self.record.clone(),
             threads: self.threads,
             gate_must: self.gate_must,
+            part: self.part,
         };
         something_is_meant(&options, manuals)?;
+        let mut ledger_of_bench = None;
+        for asked in &devices.live {
+            ledger_of_bench = ledger_of_bench.or(asked.bench(manuals)?.ledger);
+        }
         let nobody = devices.here.iter().find(|device| device.kind_word() == "null");
-        let ledger = match &self.ledger {
+        let ledger = match self.ledger.clone().or(ledger_of_bench) {
             Some(_) if nobody.is_some() => {
                 return Err(Stop::usage(
                     "a ledger of known failures does not go with null devices, which have to fail",
                 ));
             }
-            Some(path) => Ledger::read(path, manuals).map_err(|error| Stop::usage(error.to_string()))?,
+            Some(path) => Ledger::read(&path, manuals).map_err(|error| Stop::usage(error.to_string()))?,
             None => Ledger::default(),
         };
         let mut locks = Vec::new();
-        for device in &devices.live {
+        let mut options = options;
+        for asked in &devices.live {
+            let bench = asked.bench(manuals)?;
+            let device = super::live::lock_name(&bench);
             let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
-            let lock = Lock::take(device, &std::env::temp_dir(), self.patience, &mut waiting);
+            let lock = Lock::take(&device, &std::env::temp_dir(), self.patience, &mut waiting);
             locks.push(lock.map_err(|error| Stop::bench(error.to_string()))?);
-        }
-        if let Some(device) = devices.live.first() {
-            let message =
-                "is not served by this version; reference devices (model:...) and null devices (null:...) are";
-            return Err(Stop::bench(format!("{device} {message}")));
+            options.duts.push(super::live::open(bench, &self.suites, self.long)?);
         }
         Ok(Ready { options, ledger, _locks: locks })
     }
@@ -258,6 +274,9 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         record: args.record.clone(),
         threads: args.threads,
         patience: Duration::from_secs(args.lock_wait),
+        part: args.part,
+        long: args.long,
+        suites: args.suites.clone(),
     };
     let ready = request.ready(&manuals)?;
     let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;

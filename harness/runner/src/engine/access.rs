@@ -10,6 +10,7 @@ use crate::suite::expr::{State, Value};
 use crate::suite::model::{Access, AnswerPart, Instead, Matcher, Via};
 use crate::verdict::Verdict;
 use controllers::profinet_io::{DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
+use station::Duration;
 use std::net::Ipv4Addr;
 use wire::ethernet::{EtherType, FrameHeader};
 use wire::profidrive::{
@@ -19,6 +20,11 @@ use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Element, Value as DcpValue};
 use wire::profinet::rt::FrameId;
 use wire::profinet::status::ErrorCode;
+
+/// How long a live stand may take to look at a counter.
+const LONGEST_LOOK: Duration = Duration::from_secs(2);
+/// The time between two questions whether it has looked.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// The drive object of an encoder: the first and only one.
 const DO_ID: u8 = 1;
@@ -227,7 +233,7 @@ impl<'a> Run<'a> {
     }
 
     /// The target of the base mode parameter access: the submodule of the module in use that the records stand at.
-    fn parameter_access_point(&self) -> Option<Target> {
+    pub fn parameter_access_point(&self) -> Option<Target> {
         let device = &self.world.manual.device;
         let module = self.module.and_then(|module| device.modules.get(module));
         let points: Vec<usize> = device.records.iter().filter(|record| record.start).map(|record| record.at).collect();
@@ -368,11 +374,10 @@ impl<'a> Run<'a> {
     }
 
     fn counters(&mut self, access: &Access) -> Answered {
-        let now = self.world.now();
         let value = |run: &mut Run<'a>, item: &crate::suite::model::AccessItem| match run.kind(item.name) {
             Some(NameKind::Counter(counter)) => {
                 let (name, _) = &run.world.manual.device.stand.counters[*counter];
-                run.world.segment.stand().counter(now, name).map_or(Value::Unknown, Value::whole)
+                run.count(name).map_or(Value::Unknown, Value::whole)
             }
             _ => Value::Unknown,
         };
@@ -380,6 +385,21 @@ impl<'a> Run<'a> {
         let reply =
             if values.iter().any(Value::is_unknown) { Reply::Silent("nobody counts".into()) } else { Reply::Accepted };
         Answered { replies: vec![(AnswerPart::Whole, reply)], values }
+    }
+}
+
+impl Run<'_> {
+    /// What a counter says; a live stand needs a moment to look.
+    fn count(&mut self, name: &str) -> Option<u64> {
+        let latest = self.world.now() + LONGEST_LOOK;
+        loop {
+            let now = self.world.now();
+            let count = self.world.segment.stand().counter(now, name);
+            if count.is_some() || self.world.segment.is_model() || now >= latest {
+                return count;
+            }
+            self.world.run(now + LOOK_AGAIN, |_| false);
+        }
     }
 }
 

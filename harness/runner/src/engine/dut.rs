@@ -1,5 +1,6 @@
 //! Devices under test: how each kind is put on a segment.
 
+use super::live::LiveDevice;
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::Place;
 use crate::suite::model::Manual;
@@ -86,6 +87,8 @@ pub enum DutKind {
     },
     /// Somebody who must never pass.
     Nobody(Nobody),
+    /// A device outside of this process, on its bench.
+    Live(LiveDevice),
 }
 
 /// A device under test and what it claims to be.
@@ -105,6 +108,10 @@ impl fmt::Display for DutSpec {
         match &self.kind {
             DutKind::Model { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
             DutKind::Nobody(nobody) => write!(f, "null:{nobody}"),
+            DutKind::Live(device) => match &device.bench().path {
+                Some(path) => write!(f, "{}", path.display()),
+                None => write!(f, "{}", device.bench().link),
+            },
         }
     }
 }
@@ -112,24 +119,41 @@ impl fmt::Display for DutSpec {
 impl DutSpec {
     /// The kind in the word of the reports.
     pub fn kind_word(&self) -> &'static str {
-        match self.kind {
+        match &self.kind {
             DutKind::Model { .. } => "model",
             DutKind::Nobody(_) => "null",
+            DutKind::Live(device) => device.bench().link.kind(),
         }
     }
 
-    /// Where the device is found on a virtual segment.
+    /// The live device, where it is one.
+    pub fn live(&self) -> Option<&LiveDevice> {
+        match &self.kind {
+            DutKind::Live(device) => Some(device),
+            DutKind::Model { .. } | DutKind::Nobody(_) => None,
+        }
+    }
+
+    /// Where the device is found.
     pub fn place(&self) -> Place {
+        if let DutKind::Live(device) = &self.kind {
+            return device.place().clone();
+        }
         Place {
             name: STATION_NAME.to_owned(),
             mac: None,
             ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
+            controllers: [CONTROLLER, SECOND],
+            seed: 0,
+            noise: 0,
             slack: Duration::ZERO,
+            bench: None,
         }
     }
 
-    /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial.
-    pub fn segment(&self, manual: &Manual, id: &str) -> Result<Box<dyn Segment>, String> {
+    /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial. A live
+    /// device is what it is.
+    pub fn segment(&self, manual: &Manual, id: &str) -> Result<Box<dyn Segment + '_>, String> {
         let shaft = shaft(id);
         let model = |variant: &str, bugs: &[String]| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
@@ -137,6 +161,7 @@ impl DutSpec {
             build(&manual.device.name, variant, &setup).map_err(|error| error.to_string())
         };
         Ok(Box::new(match &self.kind {
+            DutKind::Live(device) => return Ok(device.segment()),
             DutKind::Model { bugs } => VirtualSegment::new(Box::new(Model(model(&self.variant, bugs)?))),
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => {
                 VirtualSegment::new(Box::new(Stranger(Silent, NoStand)))
@@ -252,7 +277,7 @@ impl DutSpec {
     pub fn bugs(&self) -> &[String] {
         match &self.kind {
             DutKind::Model { bugs } => bugs,
-            DutKind::Nobody(_) => &[],
+            DutKind::Nobody(_) | DutKind::Live(_) => &[],
         }
     }
 }

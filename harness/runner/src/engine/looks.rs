@@ -46,11 +46,11 @@ impl<'a> Run<'a> {
     fn until_decided(&mut self, began: Time) {
         loop {
             let now = self.world.now();
+            let longest = now.since(began) > LONGEST_HOLD || self.world.halted().is_some();
             let Some(expecting) = &mut self.world.judges.expecting else { return };
             if expecting.outcome() != Decision::Open {
                 return;
             }
-            let longest = now.since(began) > LONGEST_HOLD;
             let until = expecting.wake().unwrap_or(now + NO_SAMPLE + self.world.watchdog);
             let quiet = self.world.last_sample.map_or(began, |tick| tick.time.max(began));
             if longest || (expecting.wake().is_none() && now.since(quiet) > NO_SAMPLE + self.world.watchdog) {

@@ -9,8 +9,11 @@ pub mod dut;
 mod evidence;
 mod expect;
 mod failure;
+pub mod live;
 mod looks;
+pub mod needs;
 mod outputs;
+mod probe;
 mod requirements;
 mod run;
 mod scan;
@@ -22,4 +25,7 @@ mod verbs;
 mod world;
 
 pub use dut::{DutKind, DutSpec, Nobody};
-pub use run::{BenchError, Progress, RuleSeen, RunOptions, TrialOutcome, run, run_trial, selects};
+pub use live::LiveDevice;
+pub use run::{
+    BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, put_back, run, run_trial, run_trial_on, selects,
+};

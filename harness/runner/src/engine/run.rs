@@ -1,12 +1,19 @@
 //! A run: every selected trial of every device under test, its rules over all of them, and the requirements at the end.
 
-use super::dut::{CONTROLLER, DutSpec, MASK, SECOND};
+use super::dut::DutSpec;
 use super::failure;
+use super::live::{Excluded, LiveDevice};
+use super::needs;
+use super::probe::Looked;
 use super::scan::check_covers;
-use super::trial::Run;
+use super::segment::Segment;
+use super::trial::{Place, Run};
 use super::world::World;
 use crate::judge::rule::Violation;
-use crate::result::{Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, RunResult};
+use crate::live::journal::{Entry, Found, Parameter};
+use crate::result::{
+    Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, RunResult, Severity,
+};
 use crate::suite::model::{Level, Manual, Rule, Trial, Variant};
 use crate::verdict::Verdict;
 use bench::Trace;
@@ -35,6 +42,35 @@ pub struct RunOptions {
     pub threads: usize,
     /// Whether only `must` counts.
     pub gate_must: bool,
+    /// Only every so-manieth trial, so that several benches share the work.
+    pub part: Option<Part>,
+}
+
+/// A part of the trials: one of so many, dealt out like cards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Which one, from 1.
+    pub number: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl Part {
+    fn has(self, at: usize) -> bool {
+        at % self.of.max(1) + 1 == self.number
+    }
+}
+
+/// As `--part` has it: `2/8`.
+impl std::str::FromStr for Part {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Part, String> {
+        let wrong = || format!("`{text}` is no part; write 2/8 for the second of eight");
+        let (number, of) = text.split_once('/').ok_or_else(wrong)?;
+        let (number, of) = (number.parse().map_err(|_| wrong())?, of.parse().map_err(|_| wrong())?);
+        if (1..=of).contains(&number) { Ok(Part { number, of }) } else { Err(wrong()) }
+    }
 }
 
 /// The bench cannot be used.
@@ -49,7 +85,8 @@ pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 pub fn run(manuals: &[Manual], options: &RunOptions, progress: Progress<'_>) -> Result<RunResult, BenchError> {
     let mut result = RunResult { gate_must: options.gate_must, ..RunResult::default() };
     for dut in &options.duts {
-        let found = manuals.iter().find(|manual| manual.device.name == dut.manual);
+        let own = dut.live().map(LiveDevice::manual);
+        let found = own.or_else(|| manuals.iter().find(|manual| manual.device.name == dut.manual));
         let manual = found.ok_or_else(|| BenchError(format!("there is no suite for {}", dut.manual)))?;
         let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
         let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
@@ -81,13 +118,22 @@ fn device(
     if only_rules {
         trials = variant.trials.iter().collect();
     }
-    let filtered = options.filter.is_some();
+    if let Some(part) = options.part {
+        trials = trials.into_iter().enumerate().filter(|(at, _)| part.has(*at)).map(|(_, trial)| trial).collect();
+    }
+    let filtered = options.filter.is_some() || options.part.is_some();
+    let looked = dut.live().map(|live| look_around(manual, variant, dut, live)).transpose().map_err(BenchError)?;
     let label = format!("{}/{}", dut.manual, dut.variant);
-    let outcomes = all(&trials, options.threads, &|done| progress(&label, done, trials.len()), &|trial| {
+    let threads = if dut.live().is_some() { 1 } else { options.threads };
+    let outcomes = all(&trials, threads, &|done| progress(&label, done, trials.len()), &|trial| {
         let outcome = one(manual, variant, dut, trial, options)?;
         Ok(TrialOutcome { trace: Trace::new(), ..outcome })
     });
     let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
+    let mut notes = Vec::new();
+    if let (Some(live), Some(looked)) = (dut.live(), &looked) {
+        notes = end(dut, live, looked)?;
+    }
     let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
     // Every rule is judged on every trial that ran; a broken one is told whatever the filter says.
     let mut judged = Vec::new();
@@ -108,7 +154,10 @@ fn device(
         dut: Dut {
             kind: dut.kind_word().to_owned(),
             spec: dut.to_string(),
-            firmware: firmware(manual, variant, dut),
+            firmware: match &looked {
+                Some(looked) => looked.firmware.clone(),
+                None => firmware(manual, variant, dut),
+            },
             device: dut.manual.clone(),
             variant: dut.variant.clone(),
             identity: identity.unwrap_or_else(|| "nobody said who he is".to_owned()),
@@ -117,6 +166,7 @@ fn device(
         requirements,
         filtered,
         bugs: dut.bugs().to_vec(),
+        findings: findings(dut, looked, notes),
     })
 }
 
@@ -189,7 +239,7 @@ pub fn run_trial(
 fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
     let place = dut.place();
-    let world = World::new(manual, variant, dut.segment(manual, &trial.id).ok()?, controllers(&trial.id));
+    let world = World::new(manual, variant, dut.segment(manual, &trial.id).ok()?, controllers(&place, &trial.id));
     Run::new(world, trial, &place).firmware()
 }
 
@@ -200,30 +250,159 @@ fn one(
     trial: &Trial,
     options: &RunOptions,
 ) -> Result<TrialOutcome, String> {
-    let place = dut.place();
-    let segment = dut.segment(manual, &trial.id)?;
-    let world = World::new(manual, variant, segment, controllers(&trial.id));
-    let mut run = Run::new(world, trial, &place);
-    run.world.scene.notebook.address = Some(CONTROLLER.1.octets());
-    let decided = run.run();
-    Ok(outcome(run, decided, dut, options))
+    let Some(live) = dut.live() else {
+        let segment = dut.segment(manual, &trial.id)?;
+        return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
+    };
+    let outcome = match live.admit(variant, trial) {
+        Ok(()) => run_trial_on(dut.segment(manual, &trial.id)?, manual, variant, dut, trial, options),
+        Err(excluded) => not_run(manual, variant, trial, excluded),
+    };
+    let verdict = outcome.case.verdict.word().to_owned();
+    live.note(&Entry::Verdict { trial: trial.id.clone(), verdict })?;
+    Ok(outcome)
 }
 
-fn controllers(id: &str) -> Vec<(wire::ethernet::Mac, Controller)> {
-    [(CONTROLLER, "controller-1"), (SECOND, "controller-2")]
+/// What a trial comes to that does not run on this bench.
+fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, excluded: Excluded) -> TrialOutcome {
+    let (verdict, reason) = match excluded {
+        Excluded::NotApplicable(why) => (Verdict::NotApplicable, why),
+        Excluded::Inconclusive(why) => (Verdict::Inconclusive, why),
+        Excluded::NotRun(why) => (Verdict::NotRun, why),
+    };
+    let mut covers: Vec<Covered> = Vec::new();
+    for requirement in trial.covers.iter().copied().chain(check_covers(trial)) {
+        if covers.iter().all(|known| known.requirement != requirement) {
+            covers.push(Covered { requirement, id: manual.requirements[requirement].id.clone(), verdict });
+        }
+    }
+    let case = CaseResult {
+        id: format!("{}/{}", manual.device.name, trial.id),
+        kind: CaseKind::Trial,
+        why: trial.why.clone(),
+        verdict,
+        level: level(manual, &covers, verdict),
+        covers,
+        reason: Some(reason),
+        failures: Vec::new(),
+        readings: Vec::new(),
+        saved: Vec::new(),
+        notes: Vec::new(),
+        decided: None,
+        duration: std::time::Duration::ZERO,
+        frames: 0,
+        at: trial.at.clone(),
+        evidence: None,
+    };
+    let unseen = RuleSeen { decided: Decided::default(), broken: None };
+    TrialOutcome { case, rules: vec![unseen; variant.rules.len()], identity: None, trace: Trace::new() }
+}
+
+/// Looks at a live device before the first trial, and writes down what its parameters were.
+fn look_around(manual: &Manual, variant: &Variant, dut: &DutSpec, live: &LiveDevice) -> Result<Looked, String> {
+    let mut looked = Looked::default();
+    if live.passive().is_none() {
+        looked = with_run(manual, variant, dut, |run| run.look_around(live.bench()))?;
+    }
+    live.note(&Entry::Parameters(looked.parameters.clone()))?;
+    Ok(looked)
+}
+
+/// Does something with a device under test that is no trial.
+fn with_run<R>(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    work: impl FnOnce(&mut Run<'_>) -> R,
+) -> Result<R, String> {
+    let place = dut.place();
+    let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
+    let world = World::new(manual, variant, dut.segment(manual, &trial.id)?, controllers(&place, &trial.id));
+    Ok(work(&mut Run::new(world, trial, &place)))
+}
+
+/// Ends a live run: what was changed is put back; what did not go back is told.
+fn end(dut: &DutSpec, live: &LiveDevice, looked: &Looked) -> Result<Vec<String>, BenchError> {
+    if !live.has_changed() {
+        return Ok(Vec::new());
+    }
+    let left = put_back(dut, live.found(), &looked.parameters)?;
+    if left.is_empty() {
+        live.note(&Entry::Restored).map_err(BenchError)?;
+        return Ok(Vec::new());
+    }
+    let what = left.join(", ");
+    Ok(vec![format!("Not everything went back: {what}. `encspec bench restore` tries again.")])
+}
+
+/// What was found about the device besides its cases.
+fn findings(dut: &DutSpec, looked: Option<Looked>, left: Vec<String>) -> Vec<Finding> {
+    let before = dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
+    let remark = |severity: Severity, id: &str, text: String| Finding {
+        id: id.to_owned(),
+        severity,
+        text,
+        manual: None,
+        gsdml: None,
+        device: None,
+    };
+    let notes = dut.live().map(|live| live.notes().to_vec()).unwrap_or_default();
+    let notes = notes.into_iter().map(|text| remark(Severity::Info, "bench", text));
+    let left = left.into_iter().map(|text| remark(Severity::Warning, "put-back", text));
+    before
         .into_iter()
-        .map(|((mac, ip), name)| {
+        .chain(looked.map(|looked| looked.findings).unwrap_or_default())
+        .chain(notes)
+        .chain(left)
+        .collect()
+}
+
+/// Puts a live device back as its journal says it was found, through the suite of what it claims to be; what did not go back,
+/// in words.
+pub fn put_back(dut: &DutSpec, found: &Found, parameters: &[Parameter]) -> Result<Vec<String>, BenchError> {
+    let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is no live device")))?;
+    let manual = live.manual();
+    let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
+    let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
+    with_run(manual, variant, dut, |run| run.put_back(found, parameters)).map_err(BenchError)
+}
+
+/// Runs one trial on a segment that somebody has prepared.
+pub fn run_trial_on(
+    segment: Box<dyn Segment + '_>,
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> TrialOutcome {
+    let mut place = dut.place();
+    if let Some(bench) = &place.bench {
+        place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
+    }
+    let world = World::new(manual, variant, segment, controllers(&place, &trial.id));
+    let mut run = Run::new(world, trial, &place);
+    let decided = run.run();
+    outcome(run, decided, dut, options)
+}
+
+/// Our controllers, fresh for the trial `id`.
+fn controllers(place: &Place, id: &str) -> Vec<(wire::ethernet::Mac, Controller)> {
+    // Devices tell controllers apart by the object they call as, so each is of a kind of its own.
+    [("controller-1", 0x0001), ("controller-2", 0x0002)]
+        .into_iter()
+        .zip(place.controllers)
+        .map(|((name, device_id), (mac, ip))| {
+            let seed = place.seed.wrapping_add(mac.0[5].into());
             let settings = Settings {
                 mac,
                 ip,
-                mask: MASK,
+                mask: place.ip.mask,
                 gateway: Ipv4Addr::UNSPECIFIED,
                 station_name: name.as_bytes().to_vec(),
                 vendor_id: 0xFEED,
-                device_id: 0x0001,
-                seed: id
-                    .bytes()
-                    .fold(u64::from(mac.0[5]), |seed, octet| seed.wrapping_mul(31).wrapping_add(octet.into())),
+                device_id,
+                seed: id.bytes().fold(seed, |seed, octet| seed.wrapping_mul(31).wrapping_add(octet.into())),
             };
             (mac, Controller::new(settings))
         })
@@ -293,7 +472,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
         failures,
         readings: run.readings,
         saved,
-        notes: objections,
+        notes: run.notes.into_iter().chain(objections).collect(),
         decided: None,
         duration: run.world.now().since(Time::ZERO),
         frames: run.world.trace.len() as u64,

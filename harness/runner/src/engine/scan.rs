@@ -27,7 +27,7 @@ pub fn names(steps: &[Step]) -> Vec<NameId> {
     names
 }
 
-fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
+pub(in crate::engine) fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
     match observation {
         Observation::Rule { body: RuleBody::Always(condition), .. } => condition.each_name(add),
         Observation::Rule { body: RuleBody::When { premise, then, .. }, .. } => {

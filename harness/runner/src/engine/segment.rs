@@ -5,7 +5,7 @@
 use bench::{Step, VirtualWire};
 use controllers::profinet_io::Controller;
 use reference_devices::ReferenceDevice;
-use station::{Refusal, Stand, StandAction, Station, Time};
+use station::{Duration, Refusal, Stand, StandAction, Station, Time};
 
 /// A frame that was seen, as the engine takes it in.
 pub type Tap<'a> = &'a mut dyn FnMut(Time, &[u8]);
@@ -30,12 +30,27 @@ pub trait Segment {
     fn objections(&self) -> Vec<String> {
         Vec::new()
     }
+
+    /// What happened to the line since the trial began, where it broke.
+    fn broken_line(&self) -> Option<String> {
+        None
+    }
+
+    /// Whether somebody wants the run to end.
+    fn is_interrupted(&self) -> bool {
+        false
+    }
+
+    /// By how much we were late ourselves at worst since the trial began.
+    fn lateness(&self) -> Duration {
+        Duration::ZERO
+    }
 }
 
 /// A reference device, or nobody, on a virtual wire.
-pub struct VirtualSegment {
+pub struct VirtualSegment<'a> {
     wire: VirtualWire,
-    device: Box<dyn DeviceOnStand>,
+    device: Box<dyn DeviceOnStand + 'a>,
 }
 
 /// A station with a stand: what a virtual segment has besides our controllers.
@@ -46,14 +61,14 @@ pub trait DeviceOnStand {
     fn stand(&mut self) -> &mut dyn Stand;
 }
 
-impl VirtualSegment {
+impl<'a> VirtualSegment<'a> {
     /// A segment with `device` and our controllers.
-    pub fn new(device: Box<dyn DeviceOnStand>) -> VirtualSegment {
+    pub fn new(device: Box<dyn DeviceOnStand + 'a>) -> VirtualSegment<'a> {
         VirtualSegment { wire: VirtualWire::new(), device }
     }
 }
 
-impl Segment for VirtualSegment {
+impl Segment for VirtualSegment<'_> {
     fn now(&self) -> Time {
         self.wire.now()
     }

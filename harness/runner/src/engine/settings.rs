@@ -8,10 +8,12 @@ use crate::suite::model::{SetValue, Setting, Turn, Way};
 use crate::suite::words;
 use crate::verdict::Verdict;
 use controllers::profinet_io::{ArState, CounterMode};
-use station::{Duration, Refusal, StandAction};
+use station::{Duration, Refusal, StandAction, Time};
 
 /// The longest that a stand may take for one action.
 const LONGEST_ACTION: Duration = Duration::from_secs(3600);
+/// The time between two questions whether it is done.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 impl<'a> Run<'a> {
     /// Does a `set`: it ends when the first frame with the new outputs has left and the stand is done.
@@ -129,11 +131,10 @@ impl<'a> Run<'a> {
     /// Does something at the stand and waits until it is done.
     pub fn act_on_stand(&mut self, action: &StandAction<'_>) -> Done {
         let now = self.world.now();
-        match self.world.segment.stand().act(now, action) {
-            Ok(done) => {
-                self.world.run(done.min(now + LONGEST_ACTION), |_| false);
-                Ok(())
-            }
+        self.world.line_may_break |= matches!(action, StandAction::Power(false) | StandAction::Link(false));
+        let begun = self.world.segment.stand().act(now, action);
+        match begun.and_then(|done| self.stand_is_done(done)) {
+            Ok(()) => Ok(()),
             Err(Refusal::CannotDo(why)) => Err(Trouble::other(
                 Blame::Environment,
                 Verdict::NotApplicable,
@@ -143,6 +144,29 @@ impl<'a> Run<'a> {
                 Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
             }
         }
+    }
+
+    /// Waits for what a stand does beside the wire, then until what it has begun is done.
+    fn stand_is_done(&mut self, mut done: Time) -> Result<(), Refusal> {
+        let latest = self.world.now() + LONGEST_ACTION;
+        loop {
+            let now = self.world.now();
+            match self.world.segment.stand().outcome(now) {
+                Some(then) => {
+                    done = done.max(then?);
+                    break;
+                }
+                None if self.world.segment.is_interrupted() => {
+                    return Err(Refusal::Broken("the run was interrupted while it was at work".into()));
+                }
+                None if now >= latest => return Err(Refusal::Broken("it has not done it within an hour".into())),
+                None => {
+                    self.world.run(now + LOOK_AGAIN, |_| false);
+                }
+            }
+        }
+        self.world.run(done.min(latest), |_| false);
+        Ok(())
     }
 
     /// Turns the shaft and waits until it has arrived.

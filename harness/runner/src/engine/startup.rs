@@ -3,13 +3,14 @@
 use crate::judge::answer::{Refusal, Reply};
 use crate::suite::device::{Device, Record};
 use crate::suite::expr::Value;
-use crate::suite::model::{AnswerPart, InsteadStart, Start};
+use crate::suite::model::{AnswerPart, InsteadStart, Start, StartParameter};
 use controllers::profinet_io::{
     CallError, ConnectOutcome, Connection, ControlOutcome, DeviceAddress, Record as StartRecord, RecordOutcome,
     StartUp, Submodule, Target,
 };
 use station::Duration;
 use std::sync::Arc;
+use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::status::{ErrorCode, PnioStatus};
@@ -25,6 +26,21 @@ pub struct Whereabouts {
     pub search: Duration,
 }
 
+/// The start-up with a module and every start parameter at its default.
+pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
+    let mut parameters = Vec::new();
+    for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
+        for (field, of) in of.fields.iter().enumerate() {
+            parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
+        }
+    }
+    let cycle = device.timing.cycle;
+    let watchdog = device.timing.watchdog.unwrap_or(cycle * 10);
+    Start { module, cycle, watchdog, parameters, instead: Vec::new() }
+}
+
+/// The frame id that is proposed for inputs of class 2.
+const FRAME_ID_OF_CLASS_2: u16 = 0x8001;
 /// One send clock, 31.25 µs, times 32: the clock that every device has.
 const SEND_CLOCK: Duration = Duration::from_millis(1);
 
@@ -42,7 +58,7 @@ pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connecti
         let mut expected = Submodule {
             api: submodule.api,
             slot: submodule.slot,
-            module_ident: if submodule.slot == 0 { submodule.ident } else { module.ident },
+            module_ident: submodule.module_ident.unwrap_or(module.ident),
             subslot: submodule.subslot,
             submodule_ident: submodule.ident,
             input_octets: submodule.input_octets,
@@ -71,6 +87,9 @@ pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connecti
     connection.vendor_id = device.identity.vendor_id;
     connection.device_id = device.identity.device_id;
     connection.records = records;
+    if device.rt_class == 2 {
+        (connection.rt_class, connection.frame_id_in) = (RtClass::RT_CLASS_2, FRAME_ID_OF_CLASS_2);
+    }
     connection.send_clock_factor = 32;
     connection.reduction_ratio = u16::try_from(reduction).unwrap_or(u16::MAX);
     connection.watchdog_factor = u16::try_from(watchdog).unwrap_or(u16::MAX);

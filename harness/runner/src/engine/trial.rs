@@ -5,6 +5,7 @@ use super::failure;
 use super::outputs::OutputImage;
 use super::startup::Whereabouts;
 use super::world::World;
+use crate::bench_file::BenchFile;
 use crate::judge::image::Image;
 use crate::result::{Blame, Failure, PartSeen};
 use crate::suite::device::{EventName, Location, NameKind, StandName};
@@ -12,17 +13,21 @@ use crate::suite::expr::NameId;
 use crate::suite::model::{Step, Trial, Verb};
 use crate::verdict::Verdict;
 use controllers::profinet_io::{
-    DcpOutcome, DeviceAddress, IdentifyBy, Outcome, RecordOutcome, Request, StationSeen, Target,
+    ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, RecordOutcome, Request, StationSeen, Target,
 };
 use station::Duration;
+use std::net::Ipv4Addr;
 use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::im::Im0;
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
 
 /// How long answers to an Identify are collected.
-const IDENTIFY: Duration = Duration::from_millis(1300);
+pub(super) const IDENTIFY: Duration = Duration::from_millis(1300);
+/// How long the answer to an Identify by name may take.
+const FOUND: Duration = Duration::from_millis(100);
 /// The time between two questions whether the device still lives.
 const AGAIN: Duration = Duration::from_millis(100);
 /// Index of I&M0.
@@ -99,7 +104,7 @@ impl Trouble {
 /// How a step went.
 pub type Done = Result<(), Trouble>;
 
-/// The bench of a trial: who the device is and where it is found.
+/// The bench of a trial: who the device is, where it is found, and who our controllers are.
 #[derive(Clone, Debug)]
 pub struct Place {
     /// The station name that the bench gives the device.
@@ -108,8 +113,16 @@ pub struct Place {
     pub mac: Option<Mac>,
     /// The address that our controller gives the device.
     pub ip: IpParameter,
+    /// The addresses of our controllers.
+    pub controllers: [(Mac, Ipv4Addr); 2],
+    /// What their UUIDs and transaction numbers are made of, besides the name of the trial.
+    pub seed: u64,
+    /// By how many steps two looks at a shaft at rest may differ.
+    pub noise: u32,
     /// The extra time that deadlines get on a live bench.
     pub slack: Duration,
+    /// The bench file of a live bench.
+    pub bench: Option<Arc<BenchFile>>,
 }
 
 /// A check with requirements of its own.
@@ -166,11 +179,15 @@ pub struct Run<'a> {
     pub slack: Duration,
     /// Stand names that were set and have to go back.
     pub touched: Vec<StandName>,
+    /// What does not change the verdict.
+    pub notes: Vec<String>,
 }
 
 impl<'a> Run<'a> {
     /// A trial that has not begun.
-    pub fn new(world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
+    pub fn new(mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
+        world.scene.notebook.address = Some(place.controllers[0].1.octets());
+        world.scene.notebook.noise = place.noise;
         Run {
             outputs: OutputImage::new(&world.manual.device),
             mac: place.mac.unwrap_or_default(),
@@ -190,6 +207,7 @@ impl<'a> Run<'a> {
             not_reached: Vec::new(),
             slack: place.slack,
             touched: Vec::new(),
+            notes: Vec::new(),
             world,
             trial,
             place,
@@ -201,14 +219,19 @@ impl<'a> Run<'a> {
         self.world.variant.names.get(name.0 as usize)
     }
 
+    /// The place of the variant among those of the device.
+    pub fn variant_number(&self) -> usize {
+        let name = &self.world.variant.name;
+        self.world.manual.device.variants.iter().position(|known| known == name).unwrap_or_default()
+    }
+
     /// Where our controller finds the device now.
     pub fn whereabouts(&self) -> Whereabouts {
-        let timing = &self.world.manual.device.timing;
         let address = match self.renamed {
             true => DeviceAddress::Mac(self.mac),
             false => DeviceAddress::Name(self.place.name.clone()),
         };
-        Whereabouts { address, ip: self.place.ip, search: timing.power_up.max(timing.start) }
+        Whereabouts { address, ip: self.place.ip, search: self.patience() }
     }
 
     /// Runs the trial; the failure that decided, if there is one.
@@ -219,7 +242,9 @@ impl<'a> Run<'a> {
             let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
             (verdict, failure::failure(self, step, trouble, &[]))
         });
+        let decided = decided.map(|decided| self.not_ours(decided));
         let finally = self.steps(&trial.finally).map_err(|(trouble, step)| (trouble, Some(step)));
+        self.world.closing = true;
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
         let cleaned = finally.and(cleaned);
         let decided = decided.or_else(|| {
@@ -227,6 +252,28 @@ impl<'a> Run<'a> {
             Some((Verdict::Inconclusive, failure::failure(self, step, trouble.before_the_test(), &[])))
         });
         decided.or_else(|| self.unexpected())
+    }
+
+    /// A failure of the device, unless the line broke, the run was interrupted or we were late ourselves: then nothing can be
+    /// said about it.
+    fn not_ours(&mut self, decided: (Verdict, Failure)) -> (Verdict, Failure) {
+        let (verdict, mut failure) = decided;
+        if verdict != Verdict::Fail {
+            return (verdict, failure);
+        }
+        let why = self.world.halted().or_else(|| {
+            let (late, slack) = (self.world.segment.lateness(), self.slack);
+            (late > slack)
+                .then(|| format!("the harness itself was {late:?} late, more than the {slack:?} that are allowed"))
+        });
+        match why {
+            Some(why) => {
+                failure.what = format!("Nothing can be said, because {why}. What was seen: {}", failure.what);
+                failure.blame = Blame::Environment;
+                (Verdict::Inconclusive, failure)
+            }
+            None => (verdict, failure),
+        }
     }
 
     fn test(&mut self) -> Result<(), (Trouble, Option<&'a Step>)> {
@@ -244,15 +291,65 @@ impl<'a> Run<'a> {
     /// The device answers and is what the bench claims; anything else says nothing about it.
     fn prove_life(&mut self) -> Done {
         self.world.note("who is there?");
+        match self.place.mac {
+            Some(mac) => self.answers_still(mac),
+            None => self.is_found(),
+        }
+    }
+
+    /// The device of a live bench, which was found before, answers as the same one; a name that an earlier trial left is put
+    /// right.
+    fn answers_still(&mut self, mac: Mac) -> Done {
+        self.mac = mac;
+        let until = self.world.now() + self.patience();
+        let station = loop {
+            if let Some(station) = self.seen_now()? {
+                break station;
+            }
+            if self.world.now() >= until {
+                let what = "The device does not answer DCP Identify.";
+                return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+            }
+            self.world.run(self.world.now() + AGAIN, |_| false);
+        };
+        let is_named = station.name == self.place.name.as_bytes();
+        self.is_claimed(station)?;
+        self.renamed = !is_named;
+        self.give_name_back()?;
+        self.renamed = false;
+        Ok(())
+    }
+
+    /// How long the device may be away after a trial that restarted it.
+    fn patience(&self) -> Duration {
+        let timing = &self.world.manual.device.timing;
+        timing.power_up.max(timing.start)
+    }
+
+    fn is_claimed(&mut self, station: StationSeen) -> Done {
+        let identity = &self.world.manual.device.identity;
+        let wanted = (identity.vendor_id, identity.device_id);
+        if station.id != Some(wanted) {
+            let seen = station.id.map_or_else(
+                || "says no ids".to_owned(),
+                |(vendor, device)| format!("is vendor 0x{vendor:04X} device 0x{device:04X}"),
+            );
+            let (vendor, device) = wanted;
+            let what = format!(
+                "The station that answers {seen}, the bench claims vendor 0x{vendor:04X} device 0x{device:04X}."
+            );
+            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+        }
+        self.mac = station.mac;
+        self.identity = Some(station);
+        Ok(())
+    }
+
+    fn is_found(&mut self) -> Done {
         let inconclusive = |what: String| Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
         let outcome = self.ask(false, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
         let Outcome::Stations(stations) = outcome else { return Err(super::access::unexpected(&outcome)) };
-        let device = &self.world.manual.device;
-        let wanted = (device.identity.vendor_id, device.identity.device_id);
-        let ours = |station: &&StationSeen| match self.place.mac {
-            Some(mac) => station.mac == mac,
-            None => station.name == self.place.name.as_bytes(),
-        };
+        let ours = |station: &&StationSeen| station.name == self.place.name.as_bytes();
         let Some(station) = stations.iter().find(ours) else {
             let own = |station: &&StationSeen| !self.world.addresses.contains(&station.mac);
             let others = match stations.iter().filter(own).count() {
@@ -261,19 +358,8 @@ impl<'a> Run<'a> {
             };
             return Err(inconclusive(format!("The device does not answer DCP Identify; {others}.")));
         };
-        if station.id != Some(wanted) {
-            let seen = station.id.map_or_else(
-                || "says no ids".to_owned(),
-                |(vendor, device)| format!("is vendor 0x{vendor:04X} device 0x{device:04X}"),
-            );
-            let (vendor, device) = wanted;
-            return Err(inconclusive(format!(
-                "The station that answers {seen}, the bench claims vendor 0x{vendor:04X} device 0x{device:04X}."
-            )));
-        }
-        self.mac = station.mac;
-        self.identity = Some(station.clone());
-        Ok(())
+        let station = station.clone();
+        self.is_claimed(station)
     }
 
     fn start(&mut self, start: &'a crate::suite::model::Start) -> Done {
@@ -296,6 +382,9 @@ impl<'a> Run<'a> {
             self.world.controllers[0].outputs_mut().pause(false);
             self.paused = false;
         }
+        if !self.world.segment.is_model() {
+            self.outputs_to_zero();
+        }
         let parts = [
             self.disconnect(true),
             self.disconnect(false),
@@ -304,6 +393,16 @@ impl<'a> Run<'a> {
             self.give_name_back(),
         ];
         parts.into_iter().collect()
+    }
+
+    /// A machine may hang on the device: it is left with all outputs 0.
+    fn outputs_to_zero(&mut self) {
+        self.outputs = OutputImage::new(&self.world.manual.device);
+        self.apply_outputs();
+        if self.world.controllers[0].state() == ArState::Data {
+            // Where it cannot be sent any more the connection is gone, and the device takes zero by itself.
+            let _ = self.cycles(2);
+        }
     }
 
     /// Gives the station its name back, where the trial may have changed it.
@@ -324,9 +423,14 @@ impl<'a> Run<'a> {
 
     fn still_lives(&mut self) -> Done {
         let began = self.world.now();
-        let timing = &self.world.manual.device.timing;
-        let until = began + timing.power_up.max(timing.start);
+        let until = began + self.patience();
+        let identity = &self.world.manual.device.identity;
+        let wanted = (identity.vendor_id, identity.device_id);
         loop {
+            // A live device need not have DCP Get; each has to answer Identify.
+            if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.id == Some(wanted)) {
+                return Ok(());
+            }
             let outcome = self.ask(false, Request::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
             let lives = matches!(&outcome, Outcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
                 let wanted = &self.world.manual.device.identity;
@@ -343,6 +447,21 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// What the device of a live bench says of itself: asked for by its name, which is answered at once, else among all, since
+    /// it may have another name now.
+    fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
+        let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
+        let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];
+        for (by, wait) in questions.into_iter().flatten() {
+            let outcome = self.ask(false, Request::Identify { by, wait })?;
+            let Outcome::Stations(stations) = outcome else { return Err(super::access::unexpected(&outcome)) };
+            if let Some(station) = stations.into_iter().find(|station| station.mac == self.mac) {
+                return Ok(Some(station));
+            }
+        }
+        Ok(None)
+    }
+
     /// The firmware that the device names in I&M0, for the report and the ledger of known failures.
     pub fn firmware(&mut self) -> Option<String> {
         self.prove_life().ok()?;
@@ -354,9 +473,16 @@ impl<'a> Run<'a> {
         Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
     }
 
-    /// On a model an alarm that nobody expected, or a frame that cannot be read, fails the trial.
+    /// On a model an alarm that nobody expected, or a frame that cannot be read, fails the trial; on a live bench, where more
+    /// may be going on, it is noted.
     fn unexpected(&mut self) -> Option<(Verdict, Failure)> {
         self.world.act();
+        if !self.world.segment.is_model() {
+            let alarms =
+                self.world.unexpected.iter().map(|(what, frame)| format!("no step expected {what} (frame {frame})"));
+            self.notes.extend(alarms);
+            return None;
+        }
         let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
             (Some((what, frame)), _) => (format!("The device sent {what}, which no step expected."), *frame),
             (_, Some((why, frame))) => (format!("A frame cannot be read: {why}."), *frame),
@@ -384,6 +510,14 @@ impl<'a> Run<'a> {
 
     fn step(&mut self, step: &'a Step) -> Result<(), (Trouble, &'a Step)> {
         self.world.note(&format!("line {}: {}", step.at.line, step.text));
+        if let Some(why) = self.excluded(step) {
+            let what = format!("The check is not applicable: {why}.");
+            let trouble = Trouble::other(Blame::Environment, Verdict::NotApplicable, what);
+            let failure = failure::failure(self, Some(step), trouble, &step.covers);
+            let covers = step.covers.clone();
+            self.checked.push(Check { covers, verdict: Verdict::NotApplicable, failure: Some(failure) });
+            return Ok(());
+        }
         let may_end = self.may_end;
         self.may_end |= self.asks_for_the_end(std::slice::from_ref(step));
         let outcome = self.verb(step);
@@ -412,6 +546,13 @@ impl<'a> Run<'a> {
         };
         self.checked.push(Check { covers: step.covers.clone(), verdict, failure });
         Ok(())
+    }
+
+    /// Why a check that is judged for itself cannot be served by a live bench.
+    fn excluded(&self, step: &Step) -> Option<String> {
+        let bench = self.place.bench.as_ref().filter(|_| !step.covers.is_empty())?;
+        let needs = super::needs::of_step(self.world.manual, self.world.variant, step);
+        super::needs::missing(&needs, bench, true, u32::MAX)
     }
 
     /// Whether the next expectation among `steps`, before another connection, asks for the end of this one.

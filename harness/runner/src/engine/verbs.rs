@@ -3,7 +3,8 @@
 use super::access::{Answered, dcp, unexpected};
 use super::looks::NO_SAMPLE;
 use super::startup;
-use super::trial::{Done, Run, Trouble};
+use super::trial::{Done, IDENTIFY, Run, Trouble};
+use crate::bench_file::BenchFile;
 use crate::judge::Truth;
 use crate::judge::answer::{self, Reply};
 use crate::judge::condition;
@@ -11,10 +12,13 @@ use crate::judge::rule::length;
 use crate::result::{Blame, PartSeen};
 use crate::suite::device::{NameId, NameKind};
 use crate::suite::expr::{State, Value};
-use crate::suite::model::{Access, Answer, AnswerPart, ExchangeEntry, Matcher, Service, Span, Start, Step, Verb};
+use crate::suite::model::{
+    Access, Answer, AnswerPart, ExchangeEntry, Matcher, Service, Sought, Span, Start, Step, Verb,
+};
 use crate::verdict::Verdict;
 use controllers::profinet_io::{ArState, Broken, Ended, IdentifyBy, Outcome, Request, Reset, Target};
-use station::Duration;
+use station::{Duration, StandAction};
+use std::sync::Arc;
 use wire::profinet::status::{AbortReason, ErrorCode};
 
 /// The longest that a request may take before it counts as a mistake of ours: every wait of the controller is shorter.
@@ -51,6 +55,9 @@ impl<'a> Run<'a> {
         let which = usize::from(second);
         let now = self.world.now();
         let busy = |why: String| Trouble::other(Blame::Harness, Verdict::Error, why);
+        if let Some(why) = self.world.halted().filter(|_| !self.world.closing) {
+            return Err(halted(&why));
+        }
         let Some(controller) = self.world.controllers.get_mut(which) else {
             return Err(busy("There is no second controller on this bench.".into()));
         };
@@ -60,7 +67,10 @@ impl<'a> Run<'a> {
             outcome = world.controllers[which].take_outcome();
             outcome.is_some()
         });
-        outcome.ok_or_else(|| busy("Our controller did not come to an end with a request.".into()))
+        outcome.ok_or_else(|| match self.world.halted() {
+            Some(why) => halted(&why),
+            None => busy("Our controller did not come to an end with a request.".into()),
+        })
     }
 
     /// Begins an action: what is expected afterwards is told apart from what was true before.
@@ -103,6 +113,10 @@ impl<'a> Run<'a> {
         let mut left = None;
         let done = self.world.run(until, |world| {
             if world.controllers[0].cycles_sent() >= target {
+                // On a real wire our frames are seen as they leave, on the virtual one as they arrive.
+                if !world.segment.is_model() {
+                    return true;
+                }
                 let seen = *left.get_or_insert(world.outputs_seen);
                 return world.outputs_seen > seen || world.lost.is_some();
             }
@@ -264,8 +278,14 @@ impl<'a> Run<'a> {
                 Request::DcpReset { to, reset: Reset::ToFactory { qualifier: *qualifier } }
             }
             Service::DcpSignal => Request::DcpSignal { to },
-            Service::DcpIdentify(name) => {
-                Request::Identify { by: IdentifyBy::Name(name.clone().into_bytes()), wait: Duration::from_secs(1) }
+            Service::DcpIdentify(sought) => {
+                let by = match sought {
+                    Sought::All => IdentifyBy::All,
+                    Sought::OwnName => IdentifyBy::Name(self.place.name.clone().into_bytes()),
+                    Sought::Name(name) => IdentifyBy::Name(name.clone().into_bytes()),
+                };
+                let wait = if by == IdentifyBy::All { IDENTIFY } else { Duration::from_secs(1) };
+                Request::Identify { by, wait }
             }
             Service::RecordRead { slot, subslot, index, length } => {
                 Request::Read { target: self.target(*slot, *subslot, *index), length: *length }
@@ -339,11 +359,23 @@ impl<'a> Run<'a> {
         match span {
             Span::Cycles(cycles) => self.cycles(*cycles),
             span => {
-                let until = self.world.now() + self.length(span)?;
+                let length = self.length(span)?;
+                if self.can_skip(length) {
+                    return self.act_on_stand(&StandAction::Skip(length));
+                }
+                let until = self.world.now() + length;
                 self.world.run(until, |_| false);
                 Ok(())
             }
         }
+    }
+
+    /// Whether the stand lets a long time go by for the device at once; while a connection stands the time is ours, too.
+    fn can_skip(&self, length: Duration) -> bool {
+        let serves = |bench: &Arc<BenchFile>| bench.stand.serves("clock");
+        length >= super::needs::LONG
+            && self.place.bench.as_ref().is_some_and(serves)
+            && self.world.controllers[0].state() == ArState::None
     }
 
     fn save(&mut self, values: &'a [(NameId, crate::suite::expr::Program)]) -> Done {
@@ -363,6 +395,11 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
+}
+
+/// The trouble with a step that the end of the run or of the line came upon.
+pub fn halted(why: &str) -> Trouble {
+    Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The trial could not go on: {why}."))
 }
 
 /// The trouble with a step that needs a connection where none stands.

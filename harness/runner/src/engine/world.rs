@@ -88,6 +88,10 @@ pub struct World<'a> {
     pub unreadable: Vec<(String, u64)>,
     /// The time that a hold may be without samples.
     pub watchdog: Duration,
+    /// Whether the trial itself cut the line or the power, so that the line may break.
+    pub line_may_break: bool,
+    /// Whether the trial is letting go of the device, which it does however the trial ended.
+    pub closing: bool,
     tracker: Tracker,
     leds: Vec<usize>,
     comment: Option<String>,
@@ -154,6 +158,8 @@ impl<'a> World<'a> {
             unexpected: Vec::new(),
             unreadable: Vec::new(),
             watchdog,
+            line_may_break: false,
+            closing: false,
             tracker: Tracker::new(),
             leds: variant.names.iter().filter_map(leds).collect(),
             comment: None,
@@ -201,11 +207,25 @@ impl<'a> World<'a> {
         self.tracker.ars()
     }
 
+    /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
+    pub fn halted(&self) -> Option<String> {
+        match self.segment.broken_line() {
+            _ if self.segment.is_interrupted() => Some("the run was interrupted".to_owned()),
+            Some(why) if !self.line_may_break => Some(why),
+            _ => None,
+        }
+    }
+
     /// Runs until `done` says so, but not beyond `until`; says whether it was done.
+    ///
+    /// It returns at once where the trial cannot go on, unless it is letting go of the device.
     pub fn run(&mut self, until: Time, mut done: impl FnMut(&mut World<'a>) -> bool) -> bool {
         loop {
             if done(self) {
                 return true;
+            }
+            if !self.closing && self.halted().is_some() {
+                return false;
             }
             if self.now() >= until && !self.step(until) {
                 return done(self);
@@ -243,7 +263,9 @@ impl<'a> World<'a> {
         let mut tracker = std::mem::take(&mut self.tracker);
         let own = self.addresses.first().copied();
         tracker.frame(number, time, octets, &mut |ars, observation| {
-            if let Observation::Unreadable { why } = &observation {
+            // What we break on purpose is no fault of the device.
+            let from_us = self.addresses.iter().any(|mac| octets.get(6..12) == Some(&mac.0));
+            if let (Observation::Unreadable { why }, false) = (&observation, from_us) {
                 self.unreadable.push(((*why).to_owned(), number));
             }
             let ours = |ar: &Ar| Some(ar.controller.mac) == own;

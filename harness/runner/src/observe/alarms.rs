@@ -51,10 +51,15 @@ impl Tracker {
     fn connection_of(&mut self, seen: &Seen<'_>, pdu: &RtaPdu) -> Option<(u32, Direction)> {
         let (source, destination) = (seen.header.source, seen.header.destination);
         let RtaHeader { src_endpoint: src, dst_endpoint: dst, .. } = pdu.header;
+        // Who ends a connection has to name it; where both names are known others mean another one.
+        let is_end = matches!(pdu.body, RtaBody::Error { .. });
         let find = |pair: (Mac, Mac), references: (u16, u16), exactly: bool| {
             let found = self.by_pair.get(&pair)?.iter().rev().find(|index| {
                 let known = self.links.get(**index as usize).map(|link| link.alarm_references);
-                !exactly || known == Some((Some(references.0), Some(references.1)))
+                match known {
+                    Some((Some(one), Some(other))) if exactly || is_end => (one, other) == references,
+                    _ => !exactly,
+                }
             });
             found.copied()
         };
@@ -65,6 +70,10 @@ impl Tracker {
             if let Some(index) = find((source, destination), (src, dst), exactly) {
                 return Some((index, Direction::ToDevice));
             }
+        }
+        let pairs = [(destination, source), (source, destination)];
+        if is_end && pairs.iter().any(|pair| self.by_pair.contains_key(pair)) {
+            return None;
         }
         let direction = match &pdu.body {
             RtaBody::Notification(_) => Direction::ToController,

@@ -2,9 +2,9 @@
 
 use super::status::{ExitStatus, Light, light, reasons, status};
 use super::text::totals;
-use super::words::{count, level, printable, printable_json, reproduce};
+use super::words::{count, finding, level, printable, printable_json, reproduce};
 use crate::ledger;
-use crate::result::{Blame, CaseKind, CaseResult, DeviceRun, Failure, RunResult};
+use crate::result::{Blame, CaseKind, CaseResult, DeviceRun, Failure, Finding, RunResult, Severity};
 use crate::verdict::Verdict;
 use std::fmt::Write as _;
 
@@ -99,6 +99,7 @@ impl Page {
         writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
         writeln!(self.out, "  rules         {}", totals(of_kind(CaseKind::Rule)))?;
         writeln!(self.out, "  requirements  {}", totals(run.requirements.iter().map(|of| of.verdict)))?;
+        self.findings(run)?;
         if self.look.verbose {
             self.out.push('\n');
             run.cases.iter().try_for_each(|case| self.listed(result, run, case))?;
@@ -118,6 +119,24 @@ impl Page {
             self.failed(result, run, case)?;
         }
         if self.look.verbose { Ok(()) } else { self.groups(result, run, &rest) }
+    }
+
+    /// What was found besides the cases, the weightiest first.
+    fn findings(&mut self, run: &DeviceRun) -> std::fmt::Result {
+        if run.findings.is_empty() {
+            return Ok(());
+        }
+        writeln!(self.out, "  findings      {}", super::words::severities(&run.findings))?;
+        let mut findings: Vec<&Finding> = run.findings.iter().collect();
+        findings.sort_by_key(|of| std::cmp::Reverse(of.severity));
+        for of in findings {
+            let told = finding(of);
+            let (first, rest) = told.split_once('\n').unwrap_or((&told, ""));
+            let ink = if of.severity == Severity::Error { Ink::Bad } else { Ink::Odd };
+            let first = self.paint(ink, first);
+            write!(self.out, "{first}\n{rest}")?;
+        }
+        Ok(())
     }
 
     /// A line for a case, and what it found besides its verdict.

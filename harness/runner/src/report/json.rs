@@ -3,7 +3,9 @@
 use super::status::{ExitStatus, reasons, status};
 use super::words::{level, printable_json, reproduce};
 use crate::ledger;
-use crate::result::{CaseKind, CaseResult, DeviceRun, Dut, Failure, PartSeen, Place, RequirementResult, RunResult};
+use crate::result::{
+    CaseKind, CaseResult, DeviceRun, Dut, Failure, Finding, PartSeen, Place, RequirementResult, RunResult,
+};
 use crate::suite::device::Location;
 use crate::verdict::Verdict;
 use serde::{Serialize, Serializer};
@@ -60,6 +62,18 @@ struct Run<'a> {
     summary: Summary,
     cases: Vec<Case<'a>>,
     requirements: Vec<Requirement<'a>>,
+    findings: Vec<FindingJson<'a>>,
+}
+
+/// A disagreement of manual, description and device; null: it says nothing.
+#[derive(Serialize)]
+struct FindingJson<'a> {
+    id: &'a str,
+    severity: &'static str,
+    text: &'a str,
+    manual: Option<&'a str>,
+    gsdml: Option<&'a str>,
+    device: Option<&'a str>,
 }
 
 #[derive(Serialize)]
@@ -188,7 +202,16 @@ impl<'a> Run<'a> {
             summary: Summary(run.summary()),
             cases: run.cases.iter().map(|case| Case::new(result, run, case)).collect(),
             requirements: run.requirements.iter().map(Requirement::new).collect(),
+            findings: run.findings.iter().map(FindingJson::new).collect(),
         }
+    }
+}
+
+impl<'a> FindingJson<'a> {
+    fn new(of: &'a Finding) -> FindingJson<'a> {
+        let Finding { id, severity, text, manual, gsdml, device } = of;
+        let (manual, gsdml, device) = (manual.as_deref(), gsdml.as_deref(), device.as_deref());
+        FindingJson { id, severity: severity.word(), text, manual, gsdml, device }
     }
 }
 

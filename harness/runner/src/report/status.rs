@@ -1,6 +1,7 @@
 //! What a result weighs, and what all results together come to. No false green.
 
-use crate::result::{CaseKind, CaseResult, DeviceRun, RunResult};
+use super::words::count;
+use crate::result::{CaseKind, CaseResult, DeviceRun, RunResult, Severity};
 use crate::suite::model::Level;
 use crate::verdict::{Colour, Verdict};
 
@@ -64,7 +65,7 @@ fn is_virtual(run: &DeviceRun) -> bool {
     ["model", "null"].contains(&run.dut.kind.as_str())
 }
 
-/// Sentences about the run as a whole that make it fail: nothing passed, the ledger is wrong.
+/// Sentences about the run as a whole that make it fail: nothing passed, a finding is an error, the ledger is wrong.
 ///
 /// A known failure is no proof that a device works, so a whole run needs a pass; where a part was asked for, that part
 /// may consist of known failures.
@@ -84,6 +85,14 @@ pub fn reasons(result: &RunResult) -> Vec<String> {
                 "model" => format!("nothing passed on {}", run.dut.spec),
                 _ => format!("nothing passed on {} as {device}/{variant}", run.dut.spec),
             });
+        }
+    }
+    for run in &result.runs {
+        let errors: Vec<&str> =
+            run.findings.iter().filter(|of| of.severity == Severity::Error).map(|of| of.id.as_str()).collect();
+        if !errors.is_empty() {
+            let found = count(errors.len(), "finding", "findings");
+            reasons.push(format!("{found} on {}: {}", run.dut.spec, errors.join(", ")));
         }
     }
     reasons.extend(result.ledger_notes.iter().filter(|note| note.red).map(|note| note.text.clone()));

@@ -1,7 +1,7 @@
 //! The report to be approved: requirement by requirement in the order of the manual, without times, numbers of frames or
 //! paths, so that two texts differ only where something about a device does.
 
-use super::words::{level, printable};
+use super::words::{finding, level, printable, severities};
 use crate::result::{CaseResult, DeviceRun, RequirementResult, RunResult};
 use crate::verdict::Verdict;
 use rustc_hash::FxHashMap;
@@ -28,6 +28,10 @@ fn device(out: &mut String, run: &DeviceRun) -> std::fmt::Result {
     }
     writeln!(out, "cases and rules: {}", totals(run.cases.iter().map(|case| case.verdict)))?;
     writeln!(out, "requirements: {}", totals(run.requirements.iter().map(|of| of.verdict)))?;
+    if !run.findings.is_empty() {
+        writeln!(out, "findings: {}", severities(&run.findings))?;
+        run.findings.iter().for_each(|of| out.push_str(&finding(of)));
+    }
     let cases: FxHashMap<&str, &CaseResult> = run.cases.iter().map(|case| (case.id.as_str(), case)).collect();
     let mut clause = None;
     for of in &run.requirements {

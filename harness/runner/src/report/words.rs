@@ -1,6 +1,6 @@
 //! Words that every report uses, and text from devices made harmless.
 
-use crate::result::{CaseResult, DeviceRun, RunResult};
+use crate::result::{CaseResult, DeviceRun, Finding, RunResult, Severity};
 use crate::suite::model::Level;
 use std::fmt::Write as _;
 
@@ -40,6 +40,30 @@ pub fn printable(text: &str) -> String {
     shown
 }
 
+/// A finding in full: what disagrees, and what manual, GSDML and device say; each line is indented by two.
+pub fn finding(of: &Finding) -> String {
+    let mut told = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
+    let parties = [("manual", &of.manual), ("GSDML", &of.gsdml), ("device", &of.device)];
+    if parties.iter().all(|(_, said)| said.is_none()) {
+        return told;
+    }
+    for (who, said) in parties {
+        let said = said.as_deref().map_or_else(|| "says nothing".to_owned(), printable);
+        // Writing into a String cannot fail.
+        let _ = writeln!(told, "    {who:<10} {said}");
+    }
+    told
+}
+
+/// How many findings there are of each severity that occurs, as words.
+pub(super) fn severities(findings: &[Finding]) -> String {
+    let of = |wanted| (findings.iter().filter(|of| of.severity == wanted).count(), wanted);
+    let each = [Severity::Error, Severity::Warning, Severity::Info].map(of);
+    let parts: Vec<String> =
+        each.iter().filter(|(n, _)| *n > 0).map(|(n, severity)| format!("{n} {}", severity.word())).collect();
+    if parts.is_empty() { "none".into() } else { format!("{}: {}", findings.len(), parts.join(", ")) }
+}
+
 /// The line that runs `case` alone on the same device.
 pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
     let mut line = String::from("encspec run");
@@ -50,7 +74,8 @@ pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Stri
     result.repeat.iter().for_each(|argument| add(argument));
     add("--dut");
     add(&run.dut.spec);
-    if run.dut.kind != "model" {
+    // A bench file says by itself what the device is.
+    if run.dut.kind != "model" && !run.dut.spec.ends_with(".yaml") && !run.dut.spec.ends_with(".yml") {
         add("--device");
         add(&format!("{}/{}", run.dut.device, run.dut.variant));
     }

@@ -3,11 +3,11 @@
 use super::answer::{Asked, may_accept, only};
 use super::codes::Service as From;
 use super::device::NameKind;
-use super::device_yaml::{named, plain};
+use super::device_yaml::{named, plain, word};
 use super::error::{Mistake, Read};
 use super::expr::{Type, Value};
 use super::frame::{Frame, literal};
-use super::model::{Access, AccessItem, Answer, AnswerPart, Instead, Matcher, Service, Via};
+use super::model::{Access, AccessItem, Answer, AnswerPart, Instead, Matcher, Service, Sought, Via};
 use super::names::{Name, Verbs};
 use super::start::octets;
 use super::yaml::Node;
@@ -38,7 +38,7 @@ pub(super) const INSTEAD_STATION: &[&str] = &["value", "qualifier"];
 pub(super) const SERVICES: &[(&str, &[&str])] = &[
     ("dcp_reset", &["mode"]),
     ("dcp_signal", &[]),
-    ("dcp_identify", &["name"]),
+    ("dcp_identify", &["name", "who"]),
     ("record_read", &["slot", "subslot", "index", "length"]),
     ("record_write", &["slot", "subslot", "index", "bytes"]),
     ("lldp", &["chassis", "port"]),
@@ -46,6 +46,9 @@ pub(super) const SERVICES: &[(&str, &[&str])] = &[
     ("broken", &["frame"]),
     ("http_get", &["path"]),
 ];
+
+/// Whom `who` of a DCP identify means.
+const SOUGHT: &[&str] = &["all", "own_name"];
 
 /// Services that exist on PROFIBUS.
 const PROFIBUS_SERVICES: &[&str] = &[
@@ -239,7 +242,14 @@ impl Frame<'_, '_> {
         let service = match *name {
             "dcp_reset" => reset(field("mode")?)?,
             "dcp_signal" => Service::DcpSignal,
-            "dcp_identify" => Service::DcpIdentify(text("name")?),
+            "dcp_identify" => Service::DcpIdentify(match (fields.get("who"), fields.get("name")) {
+                (Some(who), None) => match word(who, "who", SOUGHT)? {
+                    "all" => Sought::All,
+                    _ => Sought::OwnName,
+                },
+                (None, Some(_)) => Sought::Name(text("name")?),
+                _ => return Err(fields.wrong("dcp_identify needs `name` or `who`, and not both")),
+            }),
             "record_read" => Service::RecordRead {
                 slot: self.number(field("slot")?, "a slot")?,
                 subslot: self.number(field("subslot")?, "a subslot")?,

@@ -52,7 +52,8 @@ impl Base {
             let suite = open(COMMON, &name).and_then(|node| mistakes.keep(common_suite(node, &name)));
             common.extend(suite.map(|node| (name, node)));
         }
-        let described = device_yaml::read(&device, folder, mistakes)?;
+        let mut described = device_yaml::read(&device, folder, mistakes)?;
+        sources.times.apply(&mut described.device.timing);
         let variants = &described.device.variants;
         let requirements = match known.filter(|known| known.described.device.variants == *variants) {
             Some(known) => known.requirements.clone(),

@@ -43,7 +43,7 @@ pub enum Bus {
 }
 
 /// A device as its manual describes it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Device {
     /// The name of the folder.
     pub name: String,
@@ -57,6 +57,8 @@ pub struct Device {
     pub variants: Vec<String>,
     /// The times that the manual gives.
     pub timing: Timing,
+    /// The class of its cyclic frames (PROFINET): 1 or 2.
+    pub rt_class: u8,
     /// What goes over the cyclic exchange.
     pub signals: Vec<Signal>,
     /// Submodules (PROFINET).
@@ -73,6 +75,37 @@ pub struct Device {
     pub stand: StandNames,
     /// Device-independent names and the names they stand for, in order of preference.
     pub roles: Vec<(String, Vec<String>)>,
+    /// What changes the device for good, so that a live bench has to consent.
+    pub changes: Changes,
+}
+
+/// What changes a device for good, besides names, addresses and resets by DCP.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Changes {
+    /// What gives the present place another value: the reference of the machine around it is lost.
+    pub position_reference: Vec<Changed>,
+    /// What makes it write its memory; parameters that are `permanent` do so too.
+    pub nvm_write: Vec<Changed>,
+    /// What brings back what it was delivered with.
+    pub factory_reset: Vec<Changed>,
+}
+
+/// Something that is set or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Changed {
+    /// Bits of an output signal; any that is 1.
+    Signal {
+        /// Index into `signals`.
+        signal: usize,
+        /// The lowest bit.
+        low: u32,
+        /// How many bits.
+        width: u32,
+    },
+    /// A parameter (index into `parameters`).
+    Parameter(usize),
+    /// A record (index into `records`).
+    Record(usize),
 }
 
 /// Who a device is.
@@ -99,6 +132,10 @@ pub struct Timing {
     pub power_up: Duration,
     /// Saving, at most.
     pub save: Duration,
+    /// The cycle of connections that say none; the bench's, not the manual's.
+    pub cycle: Duration,
+    /// The watchdog of connections that say none; ten cycles where the bench says none either.
+    pub watchdog: Option<Duration>,
 }
 
 /// Who sends a signal.
@@ -111,7 +148,7 @@ pub enum From {
 }
 
 /// A value in the cyclic data; most significant octet first.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Signal {
     /// Its name in the manual.
     pub name: String,
@@ -149,7 +186,7 @@ pub struct Field {
 }
 
 /// A submodule (PROFINET).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Submodule {
     /// Its name.
     pub name: String,
@@ -161,7 +198,10 @@ pub struct Submodule {
     pub api: u32,
     /// Ident number.
     pub ident: u32,
-    /// Where the ident number comes from.
+    /// Ident number of the module that it is part of, where that is another one than the entry of `modules` says; always
+    /// there in slot 0, which has no such entry.
+    pub module_ident: Option<u32>,
+    /// Where the ident numbers come from.
     pub ident_origin: Origin,
     /// Octets of output data.
     pub output_octets: u16,
@@ -174,7 +214,7 @@ pub struct Submodule {
 }
 
 /// A module: what one connection consists of.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Module {
     /// Its name.
     pub name: String,
@@ -187,7 +227,7 @@ pub struct Module {
 }
 
 /// A record (PROFINET).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Record {
     /// Its name.
     pub name: String,
@@ -246,7 +286,7 @@ pub struct ParameterType {
 }
 
 /// A parameter of the base mode parameter access.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Parameter {
     /// Its number.
     pub number: u16,
@@ -267,7 +307,7 @@ pub struct Parameter {
 }
 
 /// What a stand can do with a device.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct StandNames {
     /// Faults and what each means.
     pub faults: Vec<(String, String)>,

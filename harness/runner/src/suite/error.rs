@@ -63,7 +63,7 @@ impl std::error::Error for LoadErrors {}
 
 /// A stretch of one line of a file: what an error points at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(super) struct Spot {
+pub(crate) struct Spot {
     /// Number of the file in [`super::source::Files`].
     pub file: u16,
     /// From 1.
@@ -76,27 +76,27 @@ pub(super) struct Spot {
 
 /// A mistake on its way to the list of errors: the place is not yet looked up.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Mistake {
+pub(crate) struct Mistake {
     pub spot: Spot,
     pub message: String,
     pub help: Option<String>,
 }
 
 /// The result of reading a part of a suite; the mistake is boxed because it is rare.
-pub(super) type Read<T> = std::result::Result<T, Box<Mistake>>;
+pub(crate) type Read<T> = std::result::Result<T, Box<Mistake>>;
 
 impl Mistake {
-    pub(super) fn new(spot: Spot, message: impl Into<String>) -> Box<Mistake> {
+    pub(crate) fn new(spot: Spot, message: impl Into<String>) -> Box<Mistake> {
         Box::new(Mistake { spot, message: message.into(), help: None })
     }
 
-    pub(super) fn help(mut self: Box<Self>, help: impl Into<String>) -> Box<Mistake> {
+    pub(crate) fn help(mut self: Box<Self>, help: impl Into<String>) -> Box<Mistake> {
         self.help = Some(help.into());
         self
     }
 
     /// A word that is none of `known`: the nearest one is suggested, else the first ones are listed.
-    pub(super) fn unknown<'a>(
+    pub(crate) fn unknown<'a>(
         spot: Spot,
         what: &str,
         word: &str,
@@ -113,7 +113,7 @@ impl Mistake {
     }
 
     /// A mistake in an expression that stands `ahead` characters after the begin of `spot`, in `text`.
-    pub(super) fn expression(spot: Spot, ahead: usize, text: &str, error: ExprError) -> Box<Mistake> {
+    pub(crate) fn expression(spot: Spot, ahead: usize, text: &str, error: ExprError) -> Box<Mistake> {
         let before = text.get(..error.span.start).map_or(0, |part| part.chars().count());
         let width = text.get(error.span.clone()).map_or(1, |part| part.chars().count()).max(1);
         let column = spot.column + (ahead + before) as u32;
@@ -124,7 +124,7 @@ impl Mistake {
 
 /// The list on which mistakes are put while reading goes on.
 #[derive(Debug, Default)]
-pub(super) struct Mistakes {
+pub(crate) struct Mistakes {
     list: RefCell<Vec<Mistake>>,
     /// One mistake is as good as many: reading may end with the first.
     one_is_enough: bool,
@@ -132,17 +132,17 @@ pub(super) struct Mistakes {
 
 impl Mistakes {
     /// A list for somebody who only asks whether there is a mistake.
-    pub(super) fn only_first() -> Mistakes {
+    pub(crate) fn only_first() -> Mistakes {
         Mistakes { one_is_enough: true, ..Mistakes::default() }
     }
 
     /// Whether reading may end.
-    pub(super) fn enough(&self) -> bool {
+    pub(crate) fn enough(&self) -> bool {
         self.one_is_enough && self.count() > 0
     }
 
     /// Puts a mistake on the list, once.
-    pub(super) fn note(&self, mistake: Box<Mistake>) {
+    pub(crate) fn note(&self, mistake: Box<Mistake>) {
         let mut list = self.list.borrow_mut();
         if !list.contains(&mistake) {
             list.push(*mistake);
@@ -150,17 +150,17 @@ impl Mistakes {
     }
 
     /// The value, or none with the mistake put on the list.
-    pub(super) fn keep<T>(&self, read: Read<T>) -> Option<T> {
+    pub(crate) fn keep<T>(&self, read: Read<T>) -> Option<T> {
         read.map_err(|mistake| self.note(mistake)).ok()
     }
 
     /// How many there are.
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.list.borrow().len()
     }
 
     /// Takes all of them, in the order of files and lines.
-    pub(super) fn take(&self) -> Vec<Mistake> {
+    pub(crate) fn take(&self) -> Vec<Mistake> {
         let mut list = self.list.take();
         list.sort_by_key(|mistake| mistake.spot);
         list

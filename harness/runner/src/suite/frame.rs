@@ -202,9 +202,12 @@ impl<'f, 'm> Frame<'f, 'm> {
 
 impl Scope for Frame<'_, '_> {
     fn lookup(&self, path: &str) -> Option<Found> {
-        if let Some(column) = self.columns.iter().find(|column| column.name == path) {
+        if let Some(place) = self.columns.iter().position(|column| column.name == path)
+            && let (before, [column, ..]) = self.columns.split_at(place)
+        {
             column.used.set(true);
-            return Some(column_value(column, self));
+            // A column may be made of those before it, so never of itself: `give: { vendor: =vendor }` means the constant.
+            return Some(column_value(column, &self.with(before)));
         }
         let saved = self.progress.saved.borrow();
         if let Some((number, (name, ty))) = saved.iter().enumerate().find(|(_, (name, _))| name == path) {
@@ -243,9 +246,10 @@ fn column_value(column: &Column, frame: &Frame<'_, '_>) -> Found {
     };
     if let Some(text) = node.expression() {
         let program = Program::value(text, None, frame, Allow::VALUE);
-        return match program.as_ref().ok().and_then(|program| program.constant().map(|value| (value, program.ty()))) {
-            Some((value, ty)) => Found::Constant(value.clone(), ty.clone()),
-            None => alone(format!("`{}` holds an expression", column.name)),
+        return match program.as_ref().map(|program| program.constant().map(|value| (value, program.ty()))) {
+            Ok(Some((value, ty))) => Found::Constant(value.clone(), ty.clone()),
+            Ok(None) => alone(format!("`{}` holds an expression", column.name)),
+            Err(error) => Found::Refused { message: error.message.clone(), help: error.help.clone() },
         };
     }
     if node.plain().is_none() {

@@ -7,7 +7,7 @@ use super::yaml::Node;
 
 /// What stands behind a key, as far as a schema can say it.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Shape {
+pub(crate) enum Shape {
     /// Free text.
     Text,
     /// A name that is declared here.
@@ -44,7 +44,7 @@ pub(super) enum Shape {
 
 /// A key.
 #[derive(Debug)]
-pub(super) struct Key {
+pub(crate) struct Key {
     pub name: &'static str,
     pub required: bool,
     pub shape: Shape,
@@ -53,7 +53,7 @@ pub(super) struct Key {
 
 /// A closed set of keys.
 #[derive(Debug)]
-pub(super) struct KeySet {
+pub(crate) struct KeySet {
     /// What has these keys, with its article.
     pub what: &'static str,
     pub keys: &'static [Key],
@@ -62,13 +62,13 @@ pub(super) struct KeySet {
 macro_rules! key_sets {
     ($($name:ident $what:literal { $($key:literal $must:ident $shape:expr, $sentence:literal;)* })*) => {
         $(#[doc = $what]
-        pub(super) static $name: KeySet = KeySet {
+        pub(crate) static $name: KeySet = KeySet {
             what: $what,
             keys: &[$(Key { name: $key, required: key_sets!(@$must), shape: $shape, sentence: $sentence }),*],
         };)*
 
         /// Every key set, by the name of its table.
-        pub(super) static ALL: &[(&str, &KeySet)] = &[$((stringify!($name), &$name)),*];
+        pub(crate) static ALL: &[(&str, &KeySet)] = &[$((stringify!($name), &$name)),*];
     };
     (@must) => { true };
     (@may) => { false };
@@ -170,6 +170,7 @@ key_sets! {
         "identity" must Keys(&IDENTITY), "Who it is.";
         "variants" must List(&Label), "The variants.";
         "timing" must Keys(&TIMING), "The times that the manual gives.";
+        "rt_class" may Number, "The class of its cyclic frames, 1 or 2 (PROFINET); 1 by default.";
         "constants" may Map(&Any), "One number, or one for each variant.";
         "words" may Map(&Map(&Number)), "Tables of words and their numbers.";
         "derived" may Map(&Condition), "Expressions over start parameters and constants.";
@@ -181,6 +182,12 @@ key_sets! {
         "codes" may Map(&Map(&Number)), "Code tables of the manual.";
         "stand" may Keys(&STAND), "What a stand can do with it.";
         "roles" may Map(&List(&Name)), "Device-independent names.";
+        "changes" may Keys(&CHANGES), "What changes the device for good.";
+    }
+    CHANGES "changes" {
+        "position_reference" may List(&Name), "Outputs, parameters and records that give the present place another value.";
+        "nvm_write" may List(&Name), "Outputs, parameters and records that make it write its memory, besides `permanent` parameters.";
+        "factory_reset" may List(&Name), "Outputs, parameters and records that bring back what it was delivered with, besides DCP.";
     }
     IDENTITY "identity" {
         "vendor_id" must Number, "Vendor ID of PI.";
@@ -217,6 +224,7 @@ key_sets! {
         "subslot" must Number, "Subslot number.";
         "api" may Number, "API, 0 by default.";
         "ident" must Number, "Ident number.";
+        "module_ident" may Number, "Ident number of the module it is part of, where it is not that of the module in use; in slot 0: where it is not its own.";
         "octets" may Keys(&OCTETS), "Lengths of its cyclic data.";
         "outputs" may List(&Name), "Signals of its output data in order.";
         "inputs" may List(&Name), "Signals of its input data in order.";
@@ -268,31 +276,71 @@ key_sets! {
         "leds" may Map(&List(&Label)), "LEDs and what each can show.";
         "counters" may Map(&Text), "Counters.";
     }
+
+    BENCH "a bench file" {
+        "device" must Name, "The manual and the variant that it claims to be, as `manual/variant`; `none` for a device without a manual.";
+        "description" may Text, "With `device: none`: a file that describes it in the words of device.yaml.";
+        "link" must Text, "Where it is: `nic:INTERFACE`, or `socket:ADDRESS` for Ethernet frames on a stream as QEMU has them.";
+        "station_name" may Text, "Its station name; without it the only station that fits the claim is meant.";
+        "mac" may Text, "Its MAC address, where it has to be this one.";
+        "ip" may Text, "The address that it is given; without it the one that it has.";
+        "mask" may Text, "The mask of the segment, 255.255.255.0 by default.";
+        "controller" may Keys(&BENCH_CONTROLLER), "Our own addresses on the segment.";
+        "cycle" may Duration, "The cycle of connections that say none.";
+        "watchdog" may Duration, "The watchdog of connections that say none.";
+        "boot_time" may Duration, "From power to an answer, at most, where it differs from the manual.";
+        "gsdml" may Text, "The vendor's GSDML, a file.";
+        "telegrams" may List(&Name), "The modules that it supports, by their names in device.yaml; all by default.";
+        "lacks" may List(&Name), "Records and parameters of device.yaml that it does not have.";
+        "firmware" may Text, "The firmware that it is said to have, as I&M0 tells it: `1.1.0`.";
+        "ledger" may Text, "The ledger of its known failures, a file.";
+        "position_noise" may Number, "By how many steps a place may differ, because the shaft is never quite still; 0 by default.";
+        "stand" may Keys(&BENCH_STAND), "What holds it; without it nobody does.";
+        "consent" may Keys(&BENCH_CONSENT), "What may be done to it that lasts; without it nothing.";
+    }
+    BENCH_CONTROLLER "controller" {
+        "ip" may Text, "Our IP address; without it one of the subnet that nobody has.";
+        "mac" may Text, "Our MAC address; without it one derived from the interface's.";
+    }
+    BENCH_STAND "stand" {
+        "control" may Text, "A Unix socket that understands the control lines, as `encspec serve --control` makes one.";
+        "hooks" may Map(&Text), "For a name that is set or looked at, the command that does it; `{value}` stands for the value.";
+        "ask" may List(&Name), "Names that somebody sets who is asked at the terminal.";
+        "shaft" may List(&Text), "How the shaft can be moved: `hand`, `position(\u{b1}STEPS)`, `speed(\u{b1}RPM)`.";
+    }
+    BENCH_CONSENT "consent" {
+        "factory_reset" may Flag, "It may be reset to factory settings.";
+        "set_name" may Flag, "Its station name may be changed; it is put back.";
+        "set_ip" may Flag, "Its address may be changed; it is put back.";
+        "nvm_write" may Number, "So many times in a run its memory may be written, 0 by default.";
+        "position_reference" may Flag, "Its position may be preset: a machine around it loses its reference.";
+        "alone" may Flag, "Nothing else is on the segment that could be disturbed.";
+    }
 }
 
 /// What a common suite can take.
-pub(super) const TAKEN: &[&str] = &["parameter", "number", "word", "role"];
+pub(crate) const TAKEN: &[&str] = &["parameter", "number", "word", "role"];
 /// Where a datum can come from that the manual does not print.
-pub(super) const ORIGINS: &[&str] = &["description", "invented"];
+pub(crate) const ORIGINS: &[&str] = &["description", "invented"];
 /// Types of parameters.
-pub(super) const TYPES: &[&str] = &["u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64", "bytes", "text"];
+pub(crate) const TYPES: &[&str] = &["u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64", "bytes", "text"];
 
 impl KeySet {
     /// The names of the keys.
-    pub(super) fn names(&self) -> impl Iterator<Item = &'static str> + Clone {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &'static str> + Clone {
         self.keys.iter().map(|key| key.name)
     }
 }
 
 /// A mapping whose keys were found to be in their set.
 #[derive(Clone, Copy)]
-pub(super) struct Keyed<'n> {
+pub(crate) struct Keyed<'n> {
     pub node: &'n Node,
 }
 
 impl<'n> Keyed<'n> {
     /// Checks the keys of `node` against `set`.
-    pub(super) fn new(node: &'n Node, set: &'static KeySet) -> Read<Keyed<'n>> {
+    pub(crate) fn new(node: &'n Node, set: &'static KeySet) -> Read<Keyed<'n>> {
         for (key, _) in node.entries(set.what)? {
             let name = key.text("a key")?;
             if !set.names().any(|known| known == name) {
@@ -306,17 +354,17 @@ impl<'n> Keyed<'n> {
     }
 
     /// The value of a key that may be missing.
-    pub(super) fn get(&self, key: &str) -> Option<&'n Node> {
+    pub(crate) fn get(&self, key: &str) -> Option<&'n Node> {
         self.node.get(key)
     }
 
     /// The value of a key that the set requires.
-    pub(super) fn must(&self, key: &str) -> Read<&'n Node> {
+    pub(crate) fn must(&self, key: &str) -> Read<&'n Node> {
         self.node.get(key).ok_or_else(|| self.node.wrong(format!("the key `{key}` is missing")))
     }
 
     /// The key's own node, to point at.
-    pub(super) fn key(&self, key: &str) -> Option<&'n Node> {
+    pub(crate) fn key(&self, key: &str) -> Option<&'n Node> {
         self.node.mapping()?.iter().map(|(name, _)| name).find(|name| name.scalar() == Some(key))
     }
 }

@@ -424,6 +424,17 @@ pub enum Instead {
     Qualifier(u16),
 }
 
+/// Whom a DCP identify looks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Sought {
+    /// Every station.
+    All,
+    /// The station of the name that the bench gives the device.
+    OwnName,
+    /// The station of this name.
+    Name(String),
+}
+
 /// One service of `send`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Service {
@@ -436,8 +447,8 @@ pub enum Service {
     },
     /// DCP signal: the device blinks.
     DcpSignal,
-    /// DCP identify by name.
-    DcpIdentify(String),
+    /// DCP identify.
+    DcpIdentify(Sought),
     /// Reads a record by its numbers.
     RecordRead {
         /// Slot.

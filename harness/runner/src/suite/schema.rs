@@ -7,22 +7,24 @@ use super::keys::{ALL, KeySet, Shape};
 use super::names::BUILT_IN;
 use super::start::{INSTEAD, SETTINGS};
 use super::step::VERBS;
+use crate::bench_file::HOOKS;
 use controllers::profinet_io::Broken;
 use serde_json::{Map, Value, json};
 
-/// The JSON Schema (draft 2020-12) of all suite files.
+/// The JSON Schema (draft 2020-12) of all suite files and of bench files.
 ///
-/// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES` and `DEVICE`.
+/// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES`, `DEVICE` and
+/// `BENCH`.
 /// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
 /// services, codes of refusals, damaged frames.
 pub fn schema() -> Value {
     let mut defs: Map<String, Value> = ALL.iter().map(|(name, set)| ((*name).to_owned(), key_set(set))).collect();
     defs.insert("STEP".to_owned(), step());
-    let files =
-        ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE"].map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
+    let files = ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE", "BENCH"]
+        .map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "encspec suite files",
+        "title": "encspec suite files and bench files",
         "anyOf": files,
         "$defs": defs,
         "x-encspec": words(),
@@ -113,6 +115,7 @@ fn words() -> Value {
         },
         "services": services,
         "broken": broken,
+        "hooks": sentences(HOOKS),
         "module_diff": MODULE_STATES,
         "codes": {
             "parameters": codes(Service::Parameters),

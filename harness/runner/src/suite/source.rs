@@ -2,7 +2,7 @@
 //!
 //! This room knows files, and nothing of what stands in them.
 
-use super::device::Location;
+use super::device::{Location, Timing};
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -10,8 +10,12 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 include!(concat!(env!("OUT_DIR"), "/embedded.rs"));
+
+/// The folder of the suite for any PROFINET IO device, whose `device.yaml` a description of a live device replaces.
+pub const ANY_DEVICE: &str = "profinet-io";
 
 /// The text of all suite files, by their path below the folder `suites`.
 #[derive(Clone, Debug)]
@@ -19,18 +23,46 @@ pub struct Sources {
     /// What is put in front of a path when it is shown.
     shown: PathBuf,
     files: BTreeMap<String, Cow<'static, str>>,
+    pub(super) times: BenchTimes,
+    /// Files that stand elsewhere than their path below `suites` says, by that path.
+    elsewhere: BTreeMap<String, PathBuf>,
+}
+
+/// Times of a bench that stand in the place of those of the suites.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BenchTimes {
+    /// The cycle of connections that say none.
+    pub cycle: Option<Duration>,
+    /// The watchdog of connections that say none.
+    pub watchdog: Option<Duration>,
+    /// From power to an answer, at most.
+    pub power_up: Option<Duration>,
+}
+
+impl BenchTimes {
+    /// Puts the times in the place of those that a manual and the language have.
+    pub(super) fn apply(self, timing: &mut Timing) {
+        timing.cycle = self.cycle.unwrap_or(timing.cycle);
+        timing.watchdog = self.watchdog.or(timing.watchdog);
+        timing.power_up = self.power_up.unwrap_or(timing.power_up);
+    }
 }
 
 impl Sources {
     /// The suites that the binary carries.
     pub fn embedded() -> Sources {
         let files = EMBEDDED.iter().map(|&(path, text)| (path.to_owned(), Cow::Borrowed(text))).collect();
-        Sources { shown: PathBuf::from("suites"), files }
+        Sources { shown: PathBuf::from("suites"), files, times: BenchTimes::default(), elsewhere: BTreeMap::new() }
     }
 
     /// No suites at all; [`Sources::with`] adds files.
     pub fn none() -> Sources {
-        Sources { shown: PathBuf::from("suites"), files: BTreeMap::new() }
+        Sources {
+            shown: PathBuf::from("suites"),
+            files: BTreeMap::new(),
+            times: BenchTimes::default(),
+            elsewhere: BTreeMap::new(),
+        }
     }
 
     /// The suites in a folder that is laid out as `suites/` of this project is; only files ending in `.yaml` are read.
@@ -72,13 +104,33 @@ impl Sources {
                 }
             }
         }
-        Ok(Sources { shown: path.to_owned(), files })
+        Ok(Sources { shown: path.to_owned(), files, times: BenchTimes::default(), elsewhere: BTreeMap::new() })
     }
 
     /// The same suites with the text of one file replaced or added; `path` is below `suites`, with `/`.
     #[must_use]
     pub fn with(mut self, path: &str, text: impl Into<String>) -> Sources {
         self.files.insert(path.to_owned(), Cow::Owned(text.into()));
+        self
+    }
+
+    /// The same suites for the device that `text` describes, the text of `file`: it stands in the place of the `device.yaml`
+    /// of the suite for any PROFINET IO device, [`ANY_DEVICE`].
+    ///
+    /// A description is written as every `device.yaml` is. The suite asks it for the modules `data` and `mirror`, the signals
+    /// `given` and `mirrored`, the submodule `mirror`, the records `im0` and `im1`, the constant `vendor`, and the faults
+    /// `passing` and `standing`; what the device does not have is left out by the bench file.
+    #[must_use]
+    pub fn with_description(mut self, file: &Path, text: impl Into<String>) -> Sources {
+        let path = format!("{ANY_DEVICE}/device.yaml");
+        self.elsewhere.insert(path.clone(), file.to_owned());
+        self.with(&path, text)
+    }
+
+    /// The same suites with the times of a bench.
+    #[must_use]
+    pub fn on_bench(mut self, times: BenchTimes) -> Sources {
+        self.times = times;
         self
     }
 
@@ -112,7 +164,8 @@ impl Files {
         let path = format!("{folder}/{name}.yaml");
         let text = sources.files.get(&path)?.clone();
         let number = self.0.len();
-        self.0.push((Arc::new(sources.shown.join(path)), text.clone()));
+        let shown = sources.elsewhere.get(&path).cloned().unwrap_or_else(|| sources.shown.join(path));
+        self.0.push((Arc::new(shown), text.clone()));
         Some((u16::try_from(number).ok()?, text))
     }
 

@@ -11,8 +11,11 @@ use std::time::Duration;
 /// The keys of `start` and `connect` besides start parameters, each with its sentence.
 pub(super) const SETTINGS: &[(&str, &str)] = &[
     ("module", "the module"),
-    ("cycle", "the time between two cyclic frames, 2ms by default"),
-    ("watchdog", "the time without frames after which the connection ends, ten cycles by default"),
+    ("cycle", "the time between two cyclic frames; by default that of the bench, else 2ms"),
+    (
+        "watchdog",
+        "the time without frames after which the connection ends; by default that of the bench, else ten cycles",
+    ),
     ("instead", "what is changed against the right start-up"),
 ];
 
@@ -26,7 +29,6 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
     ("station_name", "name in the Connect request"),
 ];
 
-const CYCLE: Duration = Duration::from_millis(2);
 const WATCHDOG_FACTOR: u32 = 10;
 
 /// Whether a node is `none`.
@@ -76,9 +78,9 @@ impl Frame<'_, '_> {
             return Err(node.wrong("a connection needs its `module`"));
         };
         self.progress.module.set(Some(module));
-        let cycle = cycle.map_or(Ok(CYCLE), |(cycle, node)| checked_cycle(cycle, node))?;
+        let cycle = cycle.map_or(Ok(device.timing.cycle), |(cycle, node)| checked_cycle(cycle, node))?;
         let watchdog = match watchdog {
-            None => cycle * WATCHDOG_FACTOR,
+            None => device.timing.watchdog.unwrap_or(cycle * WATCHDOG_FACTOR).max(cycle),
             Some((watchdog, node)) => checked_watchdog(watchdog, cycle, node)?,
         };
         let mut parameters = Vec::new();
@@ -174,7 +176,7 @@ pub(super) fn octets(node: &Node) -> Read<Vec<u8>> {
 }
 
 /// A send clock of up to 4 ms, times a reduction that is a power of two.
-fn checked_cycle(cycle: Duration, node: &Node) -> Read<Duration> {
+pub(crate) fn checked_cycle(cycle: Duration, node: &Node) -> Read<Duration> {
     const SEND_CLOCKS: [u128; 5] = [250_000, 500_000, 1_000_000, 2_000_000, 4_000_000];
     let nanos = cycle.as_nanos();
     let reached = SEND_CLOCKS
@@ -190,7 +192,7 @@ fn checked_cycle(cycle: Duration, node: &Node) -> Read<Duration> {
 }
 
 /// A whole number of cycles, at most 255 and at most 1.92 s.
-fn checked_watchdog(watchdog: Duration, cycle: Duration, node: &Node) -> Read<Duration> {
+pub(crate) fn checked_watchdog(watchdog: Duration, cycle: Duration, node: &Node) -> Read<Duration> {
     let cycles = watchdog.as_nanos() / cycle.as_nanos().max(1);
     let good = watchdog.as_nanos() == cycle.as_nanos() * cycles
         && (1..=255).contains(&cycles)

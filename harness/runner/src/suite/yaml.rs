@@ -14,14 +14,14 @@ use std::sync::Arc;
 
 /// A node of the tree and where it stands.
 #[derive(Clone, Debug)]
-pub(super) struct Node {
+pub(crate) struct Node {
     pub spot: Spot,
     pub kind: Kind,
 }
 
 /// What a node is.
 #[derive(Clone, Debug)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// A scalar; `quoted` if it stands in quotes.
     Scalar { text: String, quoted: bool },
     /// Keys and values in the order of the file.
@@ -32,7 +32,7 @@ pub(super) enum Kind {
 
 impl Node {
     /// The text of a scalar, in quotes or not.
-    pub(super) fn scalar(&self) -> Option<&str> {
+    pub(crate) fn scalar(&self) -> Option<&str> {
         match &self.kind {
             Kind::Scalar { text, .. } => Some(text),
             _ => None,
@@ -40,7 +40,7 @@ impl Node {
     }
 
     /// The text of a scalar without quotes.
-    pub(super) fn plain(&self) -> Option<&str> {
+    pub(crate) fn plain(&self) -> Option<&str> {
         match &self.kind {
             Kind::Scalar { text, quoted: false } => Some(text),
             _ => None,
@@ -48,17 +48,17 @@ impl Node {
     }
 
     /// The expression of a scalar that starts with `=`.
-    pub(super) fn expression(&self) -> Option<&str> {
+    pub(crate) fn expression(&self) -> Option<&str> {
         self.scalar()?.strip_prefix('=')
     }
 
     /// Characters from the begin of the node to its text: a quote is not counted in an expression's columns.
-    pub(super) fn lead(&self) -> usize {
+    pub(crate) fn lead(&self) -> usize {
         usize::from(matches!(self.kind, Kind::Scalar { quoted: true, .. }))
     }
 
     /// The entries of a mapping.
-    pub(super) fn mapping(&self) -> Option<&[(Node, Node)]> {
+    pub(crate) fn mapping(&self) -> Option<&[(Node, Node)]> {
         match &self.kind {
             Kind::Mapping(entries) => Some(entries),
             _ => None,
@@ -66,7 +66,7 @@ impl Node {
     }
 
     /// The items of a list.
-    pub(super) fn sequence(&self) -> Option<&[Node]> {
+    pub(crate) fn sequence(&self) -> Option<&[Node]> {
         match &self.kind {
             Kind::Sequence(items) => Some(items),
             _ => None,
@@ -74,18 +74,18 @@ impl Node {
     }
 
     /// The value of a key of a mapping.
-    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+    pub(crate) fn get(&self, key: &str) -> Option<&Node> {
         self.mapping()?.iter().find(|(known, _)| known.scalar() == Some(key)).map(|(_, value)| value)
     }
 
     /// The node of a key of a mapping, to point at; this node if there is none.
-    pub(super) fn key(&self, key: &str) -> &Node {
+    pub(crate) fn key(&self, key: &str) -> &Node {
         let entry = self.mapping().unwrap_or_default().iter().find(|(known, _)| known.scalar() == Some(key));
         entry.map_or(self, |(key, _)| key)
     }
 
     /// What kind of node it is, for messages.
-    pub(super) fn what(&self) -> &'static str {
+    pub(crate) fn what(&self) -> &'static str {
         match &self.kind {
             Kind::Scalar { text, quoted: false } if text.is_empty() => "nothing",
             Kind::Scalar { .. } => "a single value",
@@ -95,17 +95,17 @@ impl Node {
     }
 
     /// The entries, or the mistake that this is no mapping.
-    pub(super) fn entries(&self, what: &str) -> Read<&[(Node, Node)]> {
+    pub(crate) fn entries(&self, what: &str) -> Read<&[(Node, Node)]> {
         self.mapping().ok_or_else(|| self.should_be(what, "a mapping `{ ... }`"))
     }
 
     /// The items, or the mistake that this is no list.
-    pub(super) fn items(&self, what: &str) -> Read<&[Node]> {
+    pub(crate) fn items(&self, what: &str) -> Read<&[Node]> {
         self.sequence().ok_or_else(|| self.should_be(what, "a list `[...]`"))
     }
 
     /// The text, or the mistake that this is no scalar or an empty one.
-    pub(super) fn text(&self, what: &str) -> Read<&str> {
+    pub(crate) fn text(&self, what: &str) -> Read<&str> {
         match &self.kind {
             Kind::Scalar { text, quoted } if *quoted || !text.is_empty() => Ok(text),
             _ => Err(self.should_be(what, "a single value")),
@@ -113,12 +113,12 @@ impl Node {
     }
 
     /// The mistake that this is something else than it should be.
-    pub(super) fn should_be(&self, what: &str, wanted: &str) -> Box<Mistake> {
+    pub(crate) fn should_be(&self, what: &str, wanted: &str) -> Box<Mistake> {
         Mistake::new(self.spot, format!("{what} is {wanted}, not {}", self.what()))
     }
 
     /// The mistake `message` at this node.
-    pub(super) fn wrong(&self, message: impl Into<String>) -> Box<Mistake> {
+    pub(crate) fn wrong(&self, message: impl Into<String>) -> Box<Mistake> {
         Mistake::new(self.spot, message)
     }
 }
@@ -147,7 +147,7 @@ impl fmt::Display for Node {
 }
 
 /// Reads the one document of a file.
-pub(super) fn parse(file: u16, text: &str) -> Read<Node> {
+pub(crate) fn parse(file: u16, text: &str) -> Read<Node> {
     let mut reader = Reader { parser: Parser::new_from_str(text), file };
     match reader.next()? {
         (Event::StreamStart, _) => {}
@@ -258,7 +258,7 @@ impl<'t> Reader<'t> {
 }
 
 /// Reads a plain list or table into its type.
-pub(super) fn from_yaml<T: DeserializeOwned>(file: u16, text: &str) -> Read<T> {
+pub(crate) fn from_yaml<T: DeserializeOwned>(file: u16, text: &str) -> Read<T> {
     serde_yaml::from_str(text).map_err(|error| {
         let place = error.location();
         let (line, column) = place.map_or((1, 1), |place| (place.line() as u32, place.column() as u32));

@@ -3,8 +3,8 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use encspec::result::{
-    Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, PartSeen, Place, RequirementResult,
-    RunResult,
+    Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
+    RequirementResult, RunResult, Severity,
 };
 use encspec::suite::device::Location;
 use encspec::suite::model::Level;
@@ -95,6 +95,7 @@ pub fn run(cases: Vec<CaseResult>) -> RunResult {
         requirements: Vec::new(),
         filtered: false,
         bugs: Vec::new(),
+        findings: Vec::new(),
     };
     RunResult { runs: vec![device], ..RunResult::default() }
 }
@@ -139,6 +140,18 @@ pub fn everything() -> RunResult {
         requirement(3, "section 3.2 (p. 10)", Level::Info, Verdict::NotRun, &[]),
     ];
     result.runs[0].bugs = vec!["preset-late".into()];
+    let finding = |id: &str, severity, text: &str, device: Option<&str>| Finding {
+        id: id.into(),
+        severity,
+        text: text.into(),
+        manual: Some("16 octets".into()),
+        gsdml: Some("14 octets".into()),
+        device: device.map(Into::into),
+    };
+    result.runs[0].findings = vec![
+        finding("record_0x64", Severity::Info, "The manual does not have the record 0x64.", None),
+        finding("telegram_83.inputs", Severity::Error, "Input data: the two disagree.", Some("16\u{9b} octets")),
+    ];
     result.runs[0].dut.identity = "ACME\u{1b}[31m \u{202e}ROTO (vendor 0x0123, device 0x0001)".into();
     result
 }

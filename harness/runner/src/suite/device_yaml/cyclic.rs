@@ -132,12 +132,19 @@ fn submodule(name: &str, node: &Node, signals: &[Signal]) -> Read<Submodule> {
     }
     let outputs = carried(keyed, "outputs", From::Controller, signals, output_octets)?;
     let inputs = carried(keyed, "inputs", From::Device, signals, input_octets)?;
+    let ident = whole(keyed.must("ident")?, "an ident")?;
+    let slot = whole(keyed.must("slot")?, "a slot")?;
+    let module_ident = match keyed.get("module_ident") {
+        Some(node) => Some(whole(node, "an ident")?),
+        None => (slot == 0).then_some(ident),
+    };
     Ok(Submodule {
         name: name.to_owned(),
-        slot: whole(keyed.must("slot")?, "a slot")?,
+        slot,
         subslot: whole(keyed.must("subslot")?, "a subslot")?,
         api: keyed.get("api").map_or(Ok(0), |node| whole(node, "an API"))?,
-        ident: whole(keyed.must("ident")?, "an ident")?,
+        ident,
+        module_ident,
         ident_origin: origin(keyed)?,
         output_octets,
         input_octets,

@@ -3,22 +3,27 @@
 //! Lengths are compared with widths, words with their tables, names with each other. Expressions over start parameters
 //! (`derived`, `position_in`) are kept as text here; they are compiled with the name table.
 
+mod changes;
 mod cyclic;
 mod plain;
 mod rest;
 
-pub(super) use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
-use plain::{flag, numeral};
+pub(crate) use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
+pub(crate) use plain::{flag, numeral};
 
 pub(super) use rest::parameter_number;
 
-use super::device::{Bus, Device, Identity, Record, Timing};
+use super::device::{Bus, Changes, Device, Identity, Record, Timing};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::expr::{self, Allow, Found, Number, Program, Scope, Type, Value, WordTable};
 use super::keys::{self, Keyed};
 use super::yaml::Node;
 use std::cell::RefCell;
 use std::sync::Arc;
+use std::time::Duration;
+
+/// The cycle of connections where neither the case nor the bench says one.
+const CYCLE: Duration = Duration::from_millis(2);
 
 /// A `device.yaml` that was read, with what only the loader has to know of it.
 #[derive(Debug)]
@@ -90,10 +95,23 @@ impl<'n> Reader<'n> {
         let codes = self.codes();
         let stand = self.stand()?;
         let roles = self.roles()?;
+        let changes = if sound { self.changes(&signals, &parameters, &records)? } else { Changes::default() };
         let derived = self.derived()?;
         self.names_differ(&records);
         let title = self.top.must("title")?.text("title")?.to_owned();
+        let rt_class = match self.top.get("rt_class") {
+            None => 1,
+            Some(node) => match whole::<u8>(node, "a class")? {
+                class @ (1 | 2) => class,
+                other => {
+                    return Err(node
+                        .wrong(format!("there is no class {other} of cyclic frames here"))
+                        .help("write 1 or 2"));
+                }
+            },
+        };
         let device = Device {
+            rt_class,
             name: folder.to_owned(),
             bus,
             title,
@@ -108,6 +126,7 @@ impl<'n> Reader<'n> {
             codes,
             stand,
             roles,
+            changes,
         };
         let mut mentioned = self.mentioned.into_inner();
         // The submodules of the device access point are part of every connection.
@@ -304,7 +323,14 @@ const RESERVED: [&str; 19] = [
 fn timing(node: &Node) -> Read<Timing> {
     let keyed = Keyed::new(node, &keys::TIMING)?;
     let time = |key: &str| duration(keyed.must(key)?, key);
-    Ok(Timing { reaction: time("reaction")?, start: time("start")?, power_up: time("power_up")?, save: time("save")? })
+    Ok(Timing {
+        reaction: time("reaction")?,
+        start: time("start")?,
+        power_up: time("power_up")?,
+        save: time("save")?,
+        cycle: CYCLE,
+        watchdog: None,
+    })
 }
 
 fn word_table(name: &str, node: &Node) -> Read<Arc<WordTable>> {

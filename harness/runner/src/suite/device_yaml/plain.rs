@@ -11,7 +11,7 @@ use std::time::Duration;
 const YAML_WORDS: [&str; 8] = ["on", "off", "yes", "no", "true", "false", "null", "~"];
 
 /// A scalar without quotes that is a word or a number, and none of YAML's own words.
-pub(in super::super) fn plain<'n>(node: &'n Node, what: &str) -> Read<&'n str> {
+pub(crate) fn plain<'n>(node: &'n Node, what: &str) -> Read<&'n str> {
     let text = node.text(what)?;
     if node.plain().is_none() {
         return Err(node.wrong(format!("{what} stands without quotes")).help(format!("write {text}")));
@@ -25,27 +25,27 @@ pub(in super::super) fn plain<'n>(node: &'n Node, what: &str) -> Read<&'n str> {
 }
 
 /// One of a closed list of words.
-pub(in super::super) fn word(node: &Node, what: &str, words: &'static [&'static str]) -> Read<&'static str> {
+pub(crate) fn word(node: &Node, what: &str, words: &'static [&'static str]) -> Read<&'static str> {
     let text = plain(node, what)?;
     let found = words.iter().find(|word| **word == text);
     found.copied().ok_or_else(|| Mistake::unknown(node.spot, &format!("word for {what}"), text, words.iter().copied()))
 }
 
 /// A number, with or without a fraction.
-pub(in super::super) fn numeral(node: &Node, what: &str) -> Read<Number> {
+pub(crate) fn numeral(node: &Node, what: &str) -> Read<Number> {
     let text = plain(node, what)?;
     expr::number(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))
 }
 
 /// A whole number that fits its type.
-pub(in super::super) fn whole<T: TryFrom<i128>>(node: &Node, what: &str) -> Read<T> {
+pub(crate) fn whole<T: TryFrom<i128>>(node: &Node, what: &str) -> Read<T> {
     let value = numeral(node, what)?;
     let whole = value.as_whole().ok_or_else(|| node.wrong(format!("{what} is a whole number")))?;
     T::try_from(whole).map_err(|_| node.wrong(format!("{whole} is out of range for {what}")))
 }
 
 /// Two whole numbers, the first not above the second.
-pub(in super::super) fn pair<T: TryFrom<i128> + PartialOrd>(node: &Node, what: &str) -> Read<(T, T)> {
+pub(crate) fn pair<T: TryFrom<i128> + PartialOrd>(node: &Node, what: &str) -> Read<(T, T)> {
     match node.items(what)? {
         [low, high] => {
             let (low, high) = (whole(low, what)?, whole::<T>(high, what)?);
@@ -60,7 +60,7 @@ pub(in super::super) fn pair<T: TryFrom<i128> + PartialOrd>(node: &Node, what: &
 }
 
 /// A duration in time.
-pub(in super::super) fn duration(node: &Node, what: &str) -> Read<Duration> {
+pub(crate) fn duration(node: &Node, what: &str) -> Read<Duration> {
     let text = plain(node, what)?;
     match expr::duration(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))? {
         Span::Time(time) => Ok(time),
@@ -69,7 +69,7 @@ pub(in super::super) fn duration(node: &Node, what: &str) -> Read<Duration> {
 }
 
 /// A flag: `true`, or the key is left out.
-pub(in super::super) fn flag(keyed: Keyed<'_>, key: &str) -> Read<bool> {
+pub(crate) fn flag(keyed: Keyed<'_>, key: &str) -> Read<bool> {
     match keyed.get(key) {
         None => Ok(false),
         Some(node) if node.plain() == Some("true") => Ok(true),
@@ -78,7 +78,7 @@ pub(in super::super) fn flag(keyed: Keyed<'_>, key: &str) -> Read<bool> {
 }
 
 /// Names and values of a mapping that is not empty.
-pub(in super::super) fn named<'n>(node: &'n Node, what: &str) -> Read<Vec<(&'n str, &'n Node)>> {
+pub(crate) fn named<'n>(node: &'n Node, what: &str) -> Read<Vec<(&'n str, &'n Node)>> {
     let entries = node.entries(what)?;
     entries
         .iter()
@@ -91,7 +91,7 @@ pub(in super::super) fn named<'n>(node: &'n Node, what: &str) -> Read<Vec<(&'n s
 }
 
 /// A list of names that are declared here, each once.
-pub(in super::super) fn labels(node: &Node, what: &str) -> Read<Vec<String>> {
+pub(crate) fn labels(node: &Node, what: &str) -> Read<Vec<String>> {
     let mut names: Vec<String> = Vec::new();
     for item in node.items(what)? {
         let name = plain(item, what)?;
@@ -105,7 +105,7 @@ pub(in super::super) fn labels(node: &Node, what: &str) -> Read<Vec<String>> {
 }
 
 /// A name is made of letters, digits, `_` and `-`, and begins with a letter.
-pub(in super::super) fn label(at: &Node, name: &str) -> Read<()> {
+pub(crate) fn label(at: &Node, name: &str) -> Read<()> {
     let good = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
     if good {
@@ -118,7 +118,7 @@ pub(in super::super) fn label(at: &Node, name: &str) -> Read<()> {
 }
 
 /// Where a datum comes from, by the key `from_source` beside it.
-pub(in super::super) fn origin(keyed: Keyed<'_>) -> Read<Origin> {
+pub(crate) fn origin(keyed: Keyed<'_>) -> Read<Origin> {
     keyed.get("from_source").map_or(Ok(Origin::Manual), origin_word)
 }
 
@@ -130,7 +130,7 @@ fn origin_word(node: &Node) -> Read<Origin> {
 }
 
 /// A datum, or `{ value, from_source }`.
-pub(in super::super) fn sourced(node: &Node) -> Read<(&Node, Origin)> {
+pub(crate) fn sourced(node: &Node) -> Read<(&Node, Origin)> {
     if node.mapping().is_none() {
         return Ok((node, Origin::Manual));
     }

@@ -1,0 +1,55 @@
+#!/usr/bin/env python3
+"""Our controller against the device of the crate pnio: the suite for any PROFINET IO device, and what it finds.
+
+    pnio_suite.py ENCSPEC BENCH APPROVED [FILTER]
+
+Runs the suite on the bench of BENCH and compares every verdict, and what was wanted and seen where it is no pass, with the approved
+text APPROVED. With APPROVE=1 in the environment the text is written instead, for somebody to read. What pnio lacks stands in it as a
+finding: a run that is red is no failure here, one that finds something else is.
+"""
+
+import difflib
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+import common as who  # noqa: E402
+
+
+def told(case):
+    """A case in the lines of the approved text."""
+    lines = [f"{case['verdict']:<14} {case['id']}"]
+    if case["verdict"] == "not-applicable":
+        lines.append(f"    {case['reason']}")
+    for part in (case["failure"] or {}).get("parts", []):
+        if not part["held"]:
+            lines.append(f"    {part['text']}: expected {part['expected']}, seen {part['seen']}")
+    return lines
+
+
+def main():
+    encspec, bench, approved, *some = sys.argv[1:]
+    command = [encspec, "run", "--dut", bench, *some, "--no-evidence", "--report", "json=-"]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
+    if done.returncode not in (0, 1):
+        who.check("the suite runs", done.stderr.strip(), "")
+        who.finish()
+    run = json.loads(done.stdout)["runs"][0]
+    lines = [line for case in run["cases"] for line in told(case)]
+    text = "\n".join(lines) + "\n"
+    path = pathlib.Path(approved)
+    if os.environ.get("APPROVE") == "1":
+        path.write_text(text)
+    else:
+        before = path.read_text()
+        for line in difflib.unified_diff(before.splitlines(), lines, "approved", "found", lineterm="", n=1):
+            print(f"# {line}")
+        who.check(f"{path.name} says what is found", text == before, True)
+    who.finish()
+
+
+main()

@@ -1,0 +1,40 @@
+//! The only sockets, terminals and unsafe code: network interfaces, QEMU sockets, lines over Unix sockets.
+//!
+//! A [`Port`] carries Ethernet frames; [`Nic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
+//! puts any number of stations of this process on one port and runs them by the [`Clock`]. The rest is what a process
+//! with a real wire needs: [`realtime`], [`privileges`], [`interrupt`], and [`lines`] for a control channel.
+//!
+//! This room must not know what the frames mean, nor who judges them.
+
+mod address;
+mod clock;
+mod error;
+mod interfaces;
+pub mod interrupt;
+mod lateness;
+pub mod lines;
+#[doc(hidden)]
+pub mod namespace;
+#[cfg(target_os = "linux")]
+mod nic;
+mod port;
+#[doc(hidden)]
+pub mod portable;
+pub mod privileges;
+pub mod realtime;
+mod socket;
+mod sys;
+mod wire;
+
+pub use address::{BadAddress, SocketAddress};
+pub use clock::Clock;
+pub use error::LinkError;
+pub use interfaces::{Interface, interfaces};
+pub use lateness::{Histogram, Lateness};
+#[cfg(target_os = "linux")]
+pub use nic::Nic;
+pub use port::Port;
+#[cfg(not(target_os = "linux"))]
+pub use portable::Nic;
+pub use socket::FrameSocket;
+pub use wire::{Local, Step, Wire};

@@ -1,0 +1,288 @@
+//! Raw Ethernet at a network interface, by a packet socket of our own.
+//!
+//! The portable library reads neither 802.1Q tags (the kernel takes them out of the frame and hands them over beside
+//! it) nor the kernel's times of arrival, so the socket is ours.
+
+use std::fmt;
+use std::io;
+use std::os::fd::{AsFd, OwnedFd};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use crate::interfaces::{escaped, known_names};
+use crate::sys::packet::{self, Facts, Packet, VIRTIO_HEAD};
+use crate::sys::{For, pause, wait};
+use crate::{Clock, LinkError, Port};
+use station::{Duration, Time};
+
+/// Longer than any frame that a kernel hands over in one piece.
+const BUFFER: usize = VIRTIO_HEAD + (1 << 16) + 256;
+/// Destination and source address.
+const ADDRESSES: usize = 12;
+/// A frame that waited longer than this did not wait: the date was changed in between.
+const LONGEST_WAIT: Duration = Duration::from_secs(10);
+/// How long [`Nic::open`] and [`Port::recover`] wait for a peer to be plugged in; then there is silence.
+const WAIT_FOR_CARRIER: Duration = Duration::from_secs(3);
+/// How often [`Port::recover`] looks whether the interface is back.
+const LOOK_AGAIN: Duration = Duration::from_millis(20);
+/// Says of the head in front of a frame that a checksum is still to be filled in.
+const NEEDS_CHECKSUM: u8 = 1;
+
+/// A network interface; frames are sent from any address and seen whomever they are for.
+pub struct Nic {
+    name: String,
+    socket: OwnedFd,
+    facts: Facts,
+    /// Each frame comes and goes with a head of [`VIRTIO_HEAD`] octets.
+    headed: bool,
+    buffer: Box<[u8]>,
+    outgoing: Vec<u8>,
+    lost: u64,
+    /// Why the line is gone, until it has been recovered: the kernel says it only once.
+    gone: Option<LinkError>,
+}
+
+impl fmt::Debug for Nic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Nic").field("name", &self.name).field("facts", &self.facts).finish_non_exhaustive()
+    }
+}
+
+impl Nic {
+    /// Opens the interface `name`, which needs no IP configuration.
+    ///
+    /// It has to be there, to be switched on and to carry Ethernet; the process needs the privilege of raw sockets. A
+    /// cable need not be plugged in, which is waited for up to 3 s: see [`Port::carrier`].
+    pub fn open(name: &str) -> Result<Nic, LinkError> {
+        let shown = escaped(name);
+        let trouble = |error: io::Error| match error.kind() {
+            io::ErrorKind::PermissionDenied => no_privilege(&shown),
+            _ => LinkError::Unusable(format!("the interface {shown} cannot be opened: {error}")),
+        };
+        check(name)?;
+        let socket = packet::open().map_err(trouble)?;
+        let facts = usable(&shown, packet::facts(socket.as_fd(), name).map_err(trouble)?)?;
+        let headed = packet::ask_for_everything(socket.as_fd()).map_err(trouble)?;
+        packet::bind(socket.as_fd(), facts.index).map_err(trouble)?;
+        let buffer = vec![0; BUFFER].into_boxed_slice();
+        let outgoing = Vec::new();
+        let nic = Nic { name: name.to_string(), socket, facts, headed, buffer, outgoing, lost: 0, gone: None };
+        nic.wait_for_carrier(&Clock::start(), Time::MAX);
+        Ok(nic)
+    }
+
+    /// The name of the interface.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What a failed call means; nothing for what a switch would do too, that is lose the frame.
+    fn judge(&mut self, error: &io::Error) -> Result<(), LinkError> {
+        let shown = escaped(&self.name);
+        let why = match error.raw_os_error() {
+            Some(libc::ENOBUFS | libc::EAGAIN | libc::EINTR | libc::EMSGSIZE | libc::EINVAL) => return Ok(()),
+            Some(libc::ENETDOWN) => self.why_down(&shown),
+            Some(libc::ENODEV | libc::ENXIO) => vanished(&shown),
+            _ => format!("the interface {shown} does not work any more: {error}; open it again"),
+        };
+        let gone = LinkError::Gone(why);
+        self.gone = Some(gone.clone());
+        Err(gone)
+    }
+
+    /// Gives an interface that has just been brought up the time that it needs to find its peer.
+    fn wait_for_carrier(&self, clock: &Clock, until: Time) {
+        let until = until.min(clock.now() + WAIT_FOR_CARRIER);
+        while !self.carrier() && !clock.remaining(until).is_zero() {
+            pause(clock, until.min(clock.now() + LOOK_AGAIN));
+        }
+    }
+
+    fn still_there(&self) -> Result<(), LinkError> {
+        self.gone.clone().map_or(Ok(()), Err)
+    }
+
+    fn why_down(&self, shown: &str) -> String {
+        match packet::facts(self.socket.as_fd(), &self.name) {
+            Ok(None) => vanished(shown),
+            _ => format!("the interface {shown} was taken down; bring it up with `ip link set {shown} up`"),
+        }
+    }
+
+    /// Puts what the kernel handed over into `into` as it was on the wire; false for what is not to be seen.
+    fn restore(&mut self, packet: &Packet, into: &mut Vec<u8>) -> bool {
+        let head = if self.headed { VIRTIO_HEAD } else { 0 };
+        if packet.outgoing || packet.length < head {
+            return false;
+        }
+        let (head, frame) = self.buffer[..packet.length].split_at_mut(head);
+        if let [NEEDS_CHECKSUM, _, _, _, _, _, a, b, c, d] = *head {
+            fill_in_checksum(frame, u16::from_ne_bytes([a, b]).into(), u16::from_ne_bytes([c, d]).into());
+        }
+        into.clear();
+        match packet.tag {
+            Some((kind, content)) if frame.len() >= ADDRESSES => {
+                into.extend_from_slice(&frame[..ADDRESSES]);
+                into.extend_from_slice(&kind.to_be_bytes());
+                into.extend_from_slice(&content.to_be_bytes());
+                into.extend_from_slice(&frame[ADDRESSES..]);
+            }
+            _ => into.extend_from_slice(frame),
+        }
+        true
+    }
+}
+
+impl Port for Nic {
+    fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
+        self.still_there()?;
+        self.outgoing.clear();
+        self.outgoing.resize(if self.headed { VIRTIO_HEAD } else { 0 }, 0);
+        self.outgoing.extend_from_slice(frame);
+        packet::send(self.socket.as_fd(), &self.outgoing).or_else(|error| {
+            self.lost += 1;
+            self.judge(&error)
+        })
+    }
+
+    fn receive(&mut self, clock: &Clock, until: Time, into: &mut Vec<u8>) -> Result<Option<Time>, LinkError> {
+        self.still_there()?;
+        loop {
+            let packet = match packet::receive(self.socket.as_fd(), &mut self.buffer) {
+                Ok(packet) => packet,
+                Err(error) => self.judge(&error).map(|()| None)?,
+            };
+            if let Some(packet) = packet {
+                if self.restore(&packet, into) {
+                    return Ok(Some(arrival(clock.now(), packet.stamp)));
+                }
+            } else if clock.remaining(until).is_zero() {
+                return Ok(None);
+            } else if let Err(error) = wait(self.socket.as_fd(), For::Reading, clock, until) {
+                self.judge(&error)?;
+            }
+        }
+    }
+
+    fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
+        let shown = escaped(&self.name);
+        loop {
+            let found = packet::facts(self.socket.as_fd(), &self.name)
+                .map_err(|error| LinkError::Gone(format!("the interface {shown} does not work any more: {error}")));
+            let why = match found.and_then(|facts| usable(&shown, facts)) {
+                // The same socket is tied anew: for that, unlike for a new one, no privilege is needed.
+                Ok(facts) => match packet::bind(self.socket.as_fd(), facts.index) {
+                    Ok(()) => {
+                        self.facts = facts;
+                        self.gone = None;
+                        // An error that the old interface has left behind would be taken for one of the new.
+                        while packet::receive(self.socket.as_fd(), &mut self.buffer).is_err_and(|error| is_down(&error))
+                        {
+                        }
+                        self.wait_for_carrier(clock, until);
+                        return Ok(());
+                    }
+                    Err(error) => format!("the interface {shown} cannot be used again: {error}"),
+                },
+                Err(error) => error.to_string(),
+            };
+            if clock.remaining(until).is_zero() {
+                return Err(LinkError::Gone(why));
+            }
+            pause(clock, until.min(clock.now() + LOOK_AGAIN));
+        }
+    }
+
+    fn mac(&self) -> Option<[u8; 6]> {
+        Some(self.facts.mac)
+    }
+
+    fn describe(&self) -> String {
+        format!("the interface {}", escaped(&self.name))
+    }
+
+    fn carrier(&self) -> bool {
+        matches!(packet::facts(self.socket.as_fd(), &self.name), Ok(Some(Facts { running: true, .. })))
+    }
+
+    fn lost(&mut self) -> u64 {
+        self.lost += packet::dropped(self.socket.as_fd());
+        self.lost
+    }
+}
+
+fn is_down(error: &io::Error) -> bool {
+    error.raw_os_error() == Some(libc::ENETDOWN)
+}
+
+/// The moment on the clock that now shows `now` at which the kernel took the frame in, which it says by the date.
+fn arrival(now: Time, stamp: Option<Duration>) -> Time {
+    let date = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    match stamp.and_then(|stamp| date.checked_sub(stamp)) {
+        Some(waited) if waited <= LONGEST_WAIT => now - waited,
+        _ => now,
+    }
+}
+
+/// Does what a sender has left to its hardware: the ones' complement sum from `start` on, put at `start + offset`.
+fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
+    let Some(covered) = frame.get_mut(start..).filter(|covered| covered.len() >= offset + 2) else { return };
+    let mut sum: u64 =
+        covered.chunks(2).map(|pair| u64::from(pair[0]) << 8 | u64::from(*pair.get(1).unwrap_or(&0))).sum();
+    while sum > 0xFFFF {
+        sum = (sum & 0xFFFF) + (sum >> 16);
+    }
+    // Zero would say "no checksum"; its other form says the same sum.
+    let checksum = match !(sum as u16) {
+        0 => 0xFFFF,
+        checksum => checksum,
+    };
+    covered[offset..offset + 2].copy_from_slice(&checksum.to_be_bytes());
+}
+
+/// Says what is wrong with the interface `name` as far as that can be said without a privilege.
+fn check(name: &str) -> Result<(), LinkError> {
+    let shown = escaped(name);
+    let known = crate::interfaces();
+    let Some(found) = known.iter().find(|known| known.name == name) else { return Err(absent(&shown)) };
+    if found.loopback {
+        return Err(no_ethernet(&shown));
+    }
+    if !found.up {
+        return Err(down(&shown));
+    }
+    Ok(())
+}
+
+fn usable(shown: &str, facts: Option<Facts>) -> Result<Facts, LinkError> {
+    match facts {
+        None => Err(absent(shown)),
+        Some(facts) if !facts.ethernet => Err(no_ethernet(shown)),
+        Some(facts) if !facts.up => Err(down(shown)),
+        Some(facts) => Ok(facts),
+    }
+}
+
+fn absent(shown: &str) -> LinkError {
+    LinkError::Unusable(format!("there is no interface {shown}: {}", known_names()))
+}
+
+fn vanished(shown: &str) -> String {
+    format!("the interface {shown} has vanished; plug its adapter in again")
+}
+
+fn no_ethernet(shown: &str) -> LinkError {
+    LinkError::Unusable(format!("the interface {shown} carries no Ethernet frames: {}", known_names()))
+}
+
+fn down(shown: &str) -> LinkError {
+    LinkError::Unusable(format!("the interface {shown} is down: bring it up with `ip link set {shown} up`"))
+}
+
+fn no_privilege(shown: &str) -> LinkError {
+    let program =
+        std::env::current_exe().map_or_else(|_| "encspec".to_string(), |path| escaped(&path.to_string_lossy()));
+    LinkError::Unusable(format!(
+        "the interface {shown} cannot be opened without the privilege of raw sockets: give it with `{}`, or run as root",
+        crate::privileges::how_to_grant(&program)
+    ))
+}

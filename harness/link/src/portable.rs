@@ -1,0 +1,158 @@
+//! Raw Ethernet at a network interface through the portable library, for systems without packet sockets of Linux.
+//!
+//! Times of arrival are those at which this process took the frame, and 802.1Q tags are as the system leaves them.
+
+use std::fmt;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
+use std::time::Instant;
+
+use pnet::datalink::{self, Channel, Config, DataLinkSender};
+
+use crate::interfaces::{escaped, known_names};
+use crate::sys::pause;
+use crate::{Clock, LinkError, Port};
+use station::{Duration, Time};
+
+/// Frames that may wait between the thread that takes them off the wire and the one that asks for them.
+const WAITING: usize = 4096;
+/// How long the reading thread may outlive the port.
+const LINGERS: Duration = Duration::from_millis(200);
+/// How often [`Port::recover`] looks whether the interface is back.
+const LOOK_AGAIN: Duration = Duration::from_millis(20);
+
+type Arrived = Result<(Instant, Vec<u8>), io::Error>;
+
+/// A network interface; frames are sent from any address and seen whomever they are for.
+pub struct Nic {
+    name: String,
+    mac: Option<[u8; 6]>,
+    open: Option<Open>,
+}
+
+struct Open {
+    sender: Box<dyn DataLinkSender>,
+    arrived: Receiver<Arrived>,
+    closed: Arc<AtomicBool>,
+}
+
+impl Drop for Open {
+    fn drop(&mut self) {
+        self.closed.store(true, Ordering::Relaxed);
+    }
+}
+
+impl fmt::Debug for Nic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Nic").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl Nic {
+    /// Opens the interface `name`, which has to be there and to be switched on; the process needs the privilege for it.
+    pub fn open(name: &str) -> Result<Nic, LinkError> {
+        let shown = escaped(name);
+        let interface = datalink::interfaces().into_iter().find(|known| known.name == name);
+        let Some(interface) = interface else {
+            return Err(LinkError::Unusable(format!("there is no interface {shown}: {}", known_names())));
+        };
+        if !interface.is_up() {
+            let advice = format!("the interface {shown} is down: bring it up first");
+            return Err(LinkError::Unusable(advice));
+        }
+        let trouble = |why: &dyn fmt::Display| {
+            LinkError::Unusable(format!("the interface {shown} cannot be opened: {why}; raw Ethernet needs root"))
+        };
+        let settings = Config { read_timeout: Some(LINGERS), promiscuous: true, ..Config::default() };
+        let (sender, mut receiver) = match datalink::channel(&interface, settings) {
+            Ok(Channel::Ethernet(sender, receiver)) => (sender, receiver),
+            Ok(_) => return Err(trouble(&"it carries no Ethernet frames")),
+            Err(error) => return Err(trouble(&error)),
+        };
+        let closed = Arc::new(AtomicBool::new(false));
+        let (hand, arrived) = sync_channel(WAITING);
+        let over = Arc::clone(&closed);
+        let read = move || {
+            while !over.load(Ordering::Relaxed) {
+                let taken = match receiver.next() {
+                    Ok(frame) => Ok((Instant::now(), frame.to_vec())),
+                    Err(error) if idle(&error) => continue,
+                    Err(error) => Err(error),
+                };
+                let last = taken.is_err();
+                // Frames that nobody takes in time are lost, as they are in a full socket.
+                let _ = hand.try_send(taken);
+                if last {
+                    return;
+                }
+            }
+        };
+        std::thread::Builder::new().name(format!("read {shown}")).spawn(read).map_err(|error| trouble(&error))?;
+        let mac = interface.mac.map(|mac| mac.octets());
+        Ok(Nic { name: name.to_string(), mac, open: Some(Open { sender, arrived, closed }) })
+    }
+
+    fn gone(&mut self, why: &dyn fmt::Display) -> LinkError {
+        self.open = None;
+        LinkError::Gone(format!("{} does not work any more: {why}; bring it up again", self.describe()))
+    }
+}
+
+fn idle(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
+}
+
+impl Port for Nic {
+    fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
+        let Some(open) = &mut self.open else { return Err(self.gone(&"it was lost")) };
+        match open.sender.send_to(frame, None) {
+            Some(Err(error)) if !idle(&error) => Err(self.gone(&error)),
+            _ => Ok(()),
+        }
+    }
+
+    fn receive(&mut self, clock: &Clock, until: Time, into: &mut Vec<u8>) -> Result<Option<Time>, LinkError> {
+        let Some(open) = &mut self.open else { return Err(self.gone(&"it was lost")) };
+        let waiting = match open.arrived.try_recv() {
+            Err(TryRecvError::Empty) => match open.arrived.recv_timeout(clock.remaining(until)) {
+                Err(RecvTimeoutError::Timeout) => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => None,
+                Ok(arrived) => Some(arrived),
+            },
+            Err(TryRecvError::Disconnected) => None,
+            Ok(arrived) => Some(arrived),
+        };
+        match waiting {
+            Some(Ok((when, frame))) => {
+                into.clear();
+                into.extend_from_slice(&frame);
+                Ok(Some(clock.at(when)))
+            }
+            Some(Err(error)) => Err(self.gone(&error)),
+            None => Err(self.gone(&"nobody reads it")),
+        }
+    }
+
+    fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
+        loop {
+            match Nic::open(&self.name) {
+                Ok(again) => {
+                    *self = again;
+                    return Ok(());
+                }
+                Err(error) if clock.remaining(until).is_zero() => return Err(LinkError::Gone(error.to_string())),
+                Err(_) => pause(clock, until.min(clock.now() + LOOK_AGAIN)),
+            }
+        }
+    }
+
+    fn mac(&self) -> Option<[u8; 6]> {
+        self.mac
+    }
+
+    fn describe(&self) -> String {
+        format!("the interface {}", escaped(&self.name))
+    }
+}

@@ -1,0 +1,101 @@
+//! What a process may do beyond its user's rights, and giving it up.
+
+use crate::LinkError;
+
+/// The number of CAP_NET_RAW, as `capabilities(7)` has it.
+#[cfg(target_os = "linux")]
+const RAW_SOCKETS: u32 = 13;
+/// The number of CAP_DAC_OVERRIDE.
+#[cfg(target_os = "linux")]
+const WRITE_ALL_FILES: u32 = 1;
+/// The number of CAP_IPC_LOCK.
+#[cfg(target_os = "linux")]
+const LOCK_MEMORY: u32 = 14;
+
+/// The line for a shell that gives `program` what a live bench needs.
+pub fn how_to_grant(program: &str) -> String {
+    format!("sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock=ep {program}")
+}
+
+/// Whether this process may open raw sockets.
+#[cfg(target_os = "linux")]
+pub fn has_raw_sockets() -> bool {
+    has(RAW_SOCKETS)
+}
+
+/// Whether this process may lock as much memory as it likes.
+#[cfg(target_os = "linux")]
+pub(crate) fn may_lock_memory() -> bool {
+    has(LOCK_MEMORY)
+}
+
+#[cfg(target_os = "linux")]
+fn has(capability: u32) -> bool {
+    effective("/proc/thread-self/status").is_some_and(|set| set >> capability & 1 == 1)
+}
+
+/// Whether this process may open raw sockets; elsewhere than on Linux, opening one tells.
+#[cfg(not(target_os = "linux"))]
+pub fn has_raw_sockets() -> bool {
+    true
+}
+
+/// Gives up, for good, all privileges beyond those of the user; what is open already stays usable.
+///
+/// Under `sudo` the process becomes the user who called it, in all its threads. Otherwise the calling
+/// thread and those that it starts later give their capabilities up; that other threads still hold theirs is an
+/// error, so it is called before they are started. Kept are the right to lock memory, as locked memory could not grow
+/// without it, and in a process that root has started the right to write reports anywhere.
+#[cfg(target_os = "linux")]
+pub fn drop() -> Result<(), LinkError> {
+    use crate::sys::process::{become_user, effective_user, keep_capabilities, unlock_limited_memory};
+
+    let cannot = |error: std::io::Error| {
+        LinkError::Unusable(format!("the privileges of this process cannot be given up: {error}; run it without them"))
+    };
+    let root = effective_user() == 0;
+    if root
+        && let Some((user, group)) = caller()
+        && become_user(user, group).is_ok()
+    {
+        unlock_limited_memory().map_err(cannot)?;
+        return verify(0);
+    }
+    let kept = 1 << LOCK_MEMORY | if root { 1 << WRITE_ALL_FILES } else { 0 };
+    keep_capabilities(kept).map_err(cannot)?;
+    verify(kept)
+}
+
+/// Elsewhere than on Linux there is nothing that could be given up piece by piece.
+#[cfg(not(target_os = "linux"))]
+pub fn drop() -> Result<(), LinkError> {
+    Ok(())
+}
+
+/// User and group of who has called `sudo`, unless that was root.
+#[cfg(target_os = "linux")]
+fn caller() -> Option<(u32, u32)> {
+    let number = |name| std::env::var(name).ok()?.parse().ok();
+    let (user, group) = (number("SUDO_UID")?, number("SUDO_GID")?);
+    (user != 0).then_some((user, group))
+}
+
+/// Fails if a thread of this process has more than `kept`.
+#[cfg(target_os = "linux")]
+fn verify(kept: u64) -> Result<(), LinkError> {
+    let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let mut in_force = threads.filter_map(|thread| effective(thread.path().join("status")));
+    if in_force.any(|set| set & !kept != 0) {
+        let why = "a thread of this process keeps its privileges: they have to be given up before others are started";
+        return Err(LinkError::Unusable(why.to_string()));
+    }
+    Ok(())
+}
+
+/// The capabilities in force that the file `status` of a thread tells.
+#[cfg(target_os = "linux")]
+fn effective(status: impl AsRef<std::path::Path>) -> Option<u64> {
+    let text = std::fs::read_to_string(status).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("CapEff:"))?;
+    u64::from_str_radix(line.trim(), 16).ok()
+}

@@ -1,0 +1,390 @@
+//! Ethernet frames over a stream, as QEMU's `-netdev stream` has them: four octets of length, then the frame.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream, ToSocketAddrs};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crate::interfaces::escaped;
+use crate::lines::take_place;
+use crate::sys::{For, pause, set_option, wait};
+use crate::{Clock, LinkError, Port, SocketAddress};
+use station::{Duration, Time};
+
+/// Octets in front of each frame: its length, most significant first.
+const HEAD: usize = 4;
+/// The longest frame that QEMU sends.
+const LONGEST_FRAME: usize = 4096 + 65536;
+/// Octets that are read at once.
+const SCRATCH: usize = 1 << 16;
+/// Octets that wait for a peer that is slow; frames beyond them are dropped.
+const WAITING: usize = 1 << 20;
+/// A peer that takes nothing for so long is gone.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// How long [`FrameSocket::open`] waits for a peer that has to come here.
+const WAIT_FOR_PEER: Duration = Duration::from_secs(30);
+/// How long a connection may take to be made.
+const CONNECT: Duration = Duration::from_secs(3);
+/// A call may take at least so long, even where the time is over.
+const SHORTEST_CALL: Duration = Duration::from_millis(10);
+/// How often [`Port::recover`] calls again.
+const CALL_AGAIN: Duration = Duration::from_millis(50);
+
+/// A socket that carries Ethernet frames: firmware under QEMU, another encspec.
+#[derive(Debug)]
+pub struct FrameSocket {
+    address: SocketAddress,
+    listener: Option<Listener>,
+    stream: Option<Stream>,
+    /// Where each read goes first.
+    scratch: Box<[u8]>,
+    input: Vec<u8>,
+    /// How much of `input` has been handed out.
+    taken: usize,
+    read_at: Instant,
+    output: Vec<u8>,
+    /// How much of `output` the peer has taken.
+    written: usize,
+    blocked_since: Option<Instant>,
+    lost: u64,
+}
+
+impl FrameSocket {
+    /// Connects to the peer, or waits for it up to 30 s where it has to come here.
+    pub fn open(address: &SocketAddress) -> Result<FrameSocket, LinkError> {
+        let mut socket = FrameSocket::bind(address)?;
+        if socket.stream.is_none() {
+            let clock = Clock::start();
+            socket
+                .recover(&clock, clock.now() + WAIT_FOR_PEER)
+                .map_err(|error| LinkError::Unusable(error.to_string()))?;
+        }
+        Ok(socket)
+    }
+
+    /// As [`open`](Self::open), but does not wait for a peer that has to come here: until it comes the line is
+    /// [`LinkError::Gone`], and [`Port::recover`] waits for it.
+    pub fn bind(address: &SocketAddress) -> Result<FrameSocket, LinkError> {
+        let (address, listener) = Listener::bind(address)?;
+        let mut socket = FrameSocket {
+            address,
+            listener,
+            stream: None,
+            scratch: vec![0; SCRATCH].into_boxed_slice(),
+            input: Vec::new(),
+            taken: 0,
+            read_at: Instant::now(),
+            output: Vec::new(),
+            written: 0,
+            blocked_since: None,
+            lost: 0,
+        };
+        if socket.listener.is_none() {
+            let stream = Stream::connect(&socket.address, CONNECT).map_err(|error| {
+                LinkError::Unusable(format!(
+                    "nobody answers at {}: {error}; start the peer first, or wait for it with listen: in front",
+                    socket.describe()
+                ))
+            })?;
+            socket.stream = Some(stream);
+        }
+        Ok(socket)
+    }
+
+    /// Where it is; for a port that was left open, the one that was taken.
+    pub fn address(&self) -> &SocketAddress {
+        &self.address
+    }
+
+    fn gone(&mut self, why: &str) -> LinkError {
+        self.stream = None;
+        LinkError::Gone(format!("the peer at {} is gone: {why}; start it again", self.describe()))
+    }
+
+    fn adopt(&mut self, stream: Stream) {
+        self.stream = Some(stream);
+        self.input.clear();
+        self.taken = 0;
+        self.output.clear();
+        self.written = 0;
+        self.blocked_since = None;
+    }
+
+    /// Hands the next whole frame out of what was read; false while it is not complete.
+    fn next_frame(&mut self, into: &mut Vec<u8>) -> Result<bool, LinkError> {
+        loop {
+            let Some((head, rest)) = self.input[self.taken..].split_first_chunk::<HEAD>() else { return Ok(false) };
+            let length = u32::from_be_bytes(*head) as usize;
+            if length > LONGEST_FRAME {
+                return Err(self.gone(&format!("it babbles, {length} octets are no length of a frame")));
+            }
+            let Some(frame) = rest.get(..length) else { return Ok(false) };
+            self.taken += HEAD + length;
+            if length > 0 {
+                into.clear();
+                into.extend_from_slice(frame);
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Reads what is there; false if that is nothing.
+    fn fill(&mut self) -> Result<bool, LinkError> {
+        let Some(stream) = &mut self.stream else { return Err(self.gone("nobody is connected")) };
+        self.input.drain(..self.taken);
+        self.taken = 0;
+        match stream.read(&mut self.scratch) {
+            Ok(0) if !self.input.is_empty() => Err(self.gone("it has closed in the middle of a frame")),
+            Ok(0) => Err(self.gone("it has closed")),
+            Ok(count) => {
+                self.input.extend_from_slice(&self.scratch[..count]);
+                self.read_at = Instant::now();
+                Ok(true)
+            }
+            Err(error) if nothing_now(&error) => Ok(false),
+            Err(error) => Err(self.gone(&error.to_string())),
+        }
+    }
+
+    /// Writes what waits, as far as the peer takes it now.
+    fn flush(&mut self) -> Result<(), LinkError> {
+        while self.written < self.output.len() {
+            let Some(stream) = &mut self.stream else { return Err(self.gone("nobody is connected")) };
+            match stream.write(&self.output[self.written..]) {
+                Ok(0) => return Err(self.gone("it takes nothing any more")),
+                Ok(count) => {
+                    self.written += count;
+                    self.blocked_since = None;
+                }
+                Err(error) if nothing_now(&error) => {
+                    let since = *self.blocked_since.get_or_insert_with(Instant::now);
+                    if since.elapsed() > PATIENCE {
+                        return Err(self.gone(&format!("it has taken no frame for {} s", PATIENCE.as_secs())));
+                    }
+                    return Ok(());
+                }
+                Err(error) => return Err(self.gone(&error.to_string())),
+            }
+        }
+        self.output.clear();
+        self.written = 0;
+        Ok(())
+    }
+}
+
+/// Neither an error nor the end: there is nothing to be had at the moment.
+fn nothing_now(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
+}
+
+impl Port for FrameSocket {
+    fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
+        if self.stream.is_none() {
+            return Err(self.gone("nobody is connected"));
+        }
+        self.flush()?;
+        let Some(length) = u32::try_from(frame.len()).ok().filter(|_| self.output.len() - self.written < WAITING)
+        else {
+            self.lost += 1;
+            return Ok(());
+        };
+        self.output.extend_from_slice(&length.to_be_bytes());
+        self.output.extend_from_slice(frame);
+        self.flush()
+    }
+
+    fn receive(&mut self, clock: &Clock, until: Time, into: &mut Vec<u8>) -> Result<Option<Time>, LinkError> {
+        loop {
+            if self.next_frame(into)? {
+                return Ok(Some(clock.at(self.read_at)));
+            }
+            self.flush()?;
+            if self.fill()? {
+                continue;
+            }
+            if clock.remaining(until).is_zero() {
+                return Ok(None);
+            }
+            let wanted = if self.written < self.output.len() { For::Both } else { For::Reading };
+            let Some(stream) = &self.stream else { return Err(self.gone("nobody is connected")) };
+            if let Err(error) = wait(stream.as_fd(), wanted, clock, until) {
+                return Err(self.gone(&error.to_string()));
+            }
+        }
+    }
+
+    fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
+        self.stream = None;
+        loop {
+            let made = match &self.listener {
+                Some(listener) => listener.accept(clock, until),
+                None => Stream::connect(&self.address, clock.remaining(until).clamp(SHORTEST_CALL, CONNECT)),
+            };
+            let why = match made {
+                Ok(stream) => {
+                    self.adopt(stream);
+                    return Ok(());
+                }
+                Err(error) if nothing_now(&error) => "nobody has connected".to_string(),
+                Err(error) => error.to_string(),
+            };
+            if clock.remaining(until).is_zero() {
+                return Err(LinkError::Gone(format!("no peer at {}: {why}; start it", self.describe())));
+            }
+            if self.listener.is_none() {
+                pause(clock, until.min(clock.now() + CALL_AGAIN));
+            }
+        }
+    }
+
+    fn mac(&self) -> Option<[u8; 6]> {
+        None
+    }
+
+    fn describe(&self) -> String {
+        format!("the socket {}", escaped(&self.address.to_string()))
+    }
+
+    fn carrier(&self) -> bool {
+        self.stream.is_some()
+    }
+
+    fn lost(&mut self) -> u64 {
+        self.lost
+    }
+}
+
+#[derive(Debug)]
+enum Stream {
+    Tcp(TcpStream),
+    Unix(UnixStream),
+}
+
+impl Stream {
+    fn connect(address: &SocketAddress, timeout: Duration) -> io::Result<Stream> {
+        let stream = match address {
+            SocketAddress::Tcp(place) | SocketAddress::ListenTcp(place) => {
+                let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
+                let mut found = None;
+                for target in place.to_socket_addrs()? {
+                    match TcpStream::connect_timeout(&target, timeout) {
+                        Ok(stream) => {
+                            found = Some(stream);
+                            break;
+                        }
+                        Err(error) => last = error,
+                    }
+                }
+                Stream::Tcp(found.ok_or(last)?)
+            }
+            SocketAddress::Unix(path) | SocketAddress::ListenUnix(path) => Stream::Unix(UnixStream::connect(path)?),
+        };
+        stream.prepare()?;
+        Ok(stream)
+    }
+
+    /// Makes calls come back at once, frames go out at once, and a peer that has vanished be noticed.
+    fn prepare(&self) -> io::Result<()> {
+        match self {
+            Stream::Tcp(stream) => {
+                stream.set_nonblocking(true)?;
+                stream.set_nodelay(true)?;
+                notice_silence(stream.as_fd())
+            }
+            Stream::Unix(stream) => stream.set_nonblocking(true),
+        }
+    }
+
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        match self {
+            Stream::Tcp(stream) => stream.as_fd(),
+            Stream::Unix(stream) => stream.as_fd(),
+        }
+    }
+
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        match self {
+            Stream::Tcp(stream) => stream.read(into),
+            Stream::Unix(stream) => stream.read(into),
+        }
+    }
+
+    fn write(&mut self, octets: &[u8]) -> io::Result<usize> {
+        match self {
+            Stream::Tcp(stream) => stream.write(octets),
+            Stream::Unix(stream) => stream.write(octets),
+        }
+    }
+}
+
+/// Asks a peer that says nothing for 3 s whether it is still there, and gives it up after three more seconds.
+fn notice_silence(socket: BorrowedFd<'_>) -> io::Result<()> {
+    set_option(socket, libc::SOL_SOCKET, libc::SO_KEEPALIVE, 1_i32)?;
+    #[cfg(target_os = "linux")]
+    for (option, value) in [
+        (libc::TCP_KEEPIDLE, 3),
+        (libc::TCP_KEEPINTVL, 1),
+        (libc::TCP_KEEPCNT, 3),
+        (libc::TCP_USER_TIMEOUT, PATIENCE.as_millis() as i32),
+    ] {
+        set_option(socket, libc::IPPROTO_TCP, option, value)?;
+    }
+    Ok(())
+}
+
+#[derive(Debug)]
+enum Listener {
+    Tcp(TcpListener),
+    Unix(UnixListener, PathBuf),
+}
+
+impl Listener {
+    /// Takes its place where `address` says that peers come here; the address then names the port that was taken.
+    fn bind(address: &SocketAddress) -> Result<(SocketAddress, Option<Listener>), LinkError> {
+        match address {
+            SocketAddress::ListenTcp(place) => {
+                let taken = |error: io::Error| {
+                    LinkError::Unusable(format!(
+                        "nobody can connect at {}: {error}; choose another port",
+                        escaped(place)
+                    ))
+                };
+                let listener = TcpListener::bind(place).map_err(taken)?;
+                listener.set_nonblocking(true).map_err(taken)?;
+                let port = listener.local_addr().map_err(taken)?.port();
+                let host = place.rsplit_once(':').map_or(place.as_str(), |(host, _)| host);
+                Ok((SocketAddress::ListenTcp(format!("{host}:{port}")), Some(Listener::Tcp(listener))))
+            }
+            SocketAddress::ListenUnix(path) => {
+                Ok((address.clone(), Some(Listener::Unix(take_place(path)?, path.to_owned()))))
+            }
+            SocketAddress::Tcp(_) | SocketAddress::Unix(_) => Ok((address.clone(), None)),
+        }
+    }
+
+    /// Waits for a peer until `clock` shows `until`.
+    fn accept(&self, clock: &Clock, until: Time) -> io::Result<Stream> {
+        let socket = match self {
+            Listener::Tcp(listener) => listener.as_fd(),
+            Listener::Unix(listener, _) => listener.as_fd(),
+        };
+        wait(socket, For::Reading, clock, until)?;
+        let stream = match self {
+            Listener::Tcp(listener) => Stream::Tcp(listener.accept()?.0),
+            Listener::Unix(listener, _) => Stream::Unix(listener.accept()?.0),
+        };
+        stream.prepare()?;
+        Ok(stream)
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        if let Listener::Unix(_, path) = self {
+            // A name that is gone already is as good.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! What concerns a whole process: privileges, interrupts, punctuality. Each trial is a process of its own, which this
+//! program starts by calling itself.
+
+use std::env;
+use std::fs;
+use std::io::{BufRead, BufReader, Write as _};
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::mpsc::channel;
+use std::thread;
+
+use encspec_link::{Clock, LinkError, Nic, Port, interrupt, namespace, privileges, realtime};
+use libtest_mimic::{Arguments, Failed, Trial};
+use station::Duration;
+
+/// Names the part that a process started by this program has to play.
+const PART: &str = "ENCSPEC_TEST_PART";
+/// What a part ends with that cannot be played here.
+const SKIPPED: u8 = 77;
+
+/// A user and a group that every system has and that own nothing.
+const NOBODY: &str = "65534";
+
+type Part = fn() -> Result<(), String>;
+
+const PARTS: [(&str, Part); 7] = [
+    ("raw_sockets_are_given_up_and_what_is_open_still_works", raw_sockets_are_given_up),
+    ("under_sudo_the_process_becomes_who_called_it", becomes_who_called),
+    ("a_thread_that_keeps_its_privileges_is_told", another_thread_is_told),
+    ("what_is_granted_for_punctuality_is_said_and_memory_can_still_be_had", punctuality),
+    ("memory_that_was_locked_under_sudo_can_still_grow", memory_after_sudo),
+    ("without_privileges_nothing_is_granted_and_everything_works", punctuality_without_privileges),
+    ("what_a_punctual_thread_starts_is_ordinary", ordinary_children),
+];
+
+/// Those that find themselves called through `sudo` by nobody.
+const AS_UNDER_SUDO: [&str; 3] = [
+    "under_sudo_the_process_becomes_who_called_it",
+    "memory_that_was_locked_under_sudo_can_still_grow",
+    "without_privileges_nothing_is_granted_and_everything_works",
+];
+
+fn main() -> ExitCode {
+    if let Ok(part) = env::var(PART) {
+        return play(&part);
+    }
+    let mut trials: Vec<_> = PARTS.iter().map(|(name, _)| Trial::test(*name, || in_a_process(name))).collect();
+    trials.push(Trial::test("the_first_interrupt_asks_and_the_second_ends", interrupts));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
+
+fn play(part: &str) -> ExitCode {
+    if part == "interrupts" {
+        return wait_for_interrupts();
+    }
+    let Some((_, part)) = PARTS.iter().find(|(name, _)| *name == part) else { return ExitCode::from(2) };
+    if let Err(why) = namespace::enter_private_network().and_then(|()| namespace::veth("left", "right")) {
+        eprintln!("{why}");
+        return ExitCode::from(SKIPPED);
+    }
+    match part() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("{why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn myself(part: &str) -> Result<Command, Failed> {
+    let mut command = Command::new(env::current_exe()?);
+    command.env(PART, part).env_remove("SUDO_UID").env_remove("SUDO_GID");
+    if AS_UNDER_SUDO.contains(&part) {
+        command.env("SUDO_UID", NOBODY).env("SUDO_GID", NOBODY);
+    }
+    Ok(command)
+}
+
+fn in_a_process(part: &str) -> Result<(), Failed> {
+    let output = myself(part)?.output()?;
+    let said = String::from_utf8_lossy(&output.stderr).trim().to_string();
+    match output.status.code() {
+        Some(0) => Ok(()),
+        Some(code) if code == i32::from(SKIPPED) && env::var_os("ENCSPEC_REQUIRE_ALL").is_none() => {
+            eprintln!("skipped: {said}");
+            Ok(())
+        }
+        _ => Err(format!("{}: {said}", output.status).into()),
+    }
+}
+
+fn ensure(holds: bool, what: &str) -> Result<(), String> {
+    if holds { Ok(()) } else { Err(format!("not so: {what}")) }
+}
+
+fn said(error: LinkError) -> String {
+    error.to_string()
+}
+
+/// Sends a frame from one to the other, which has to arrive.
+fn crosses(from: &mut Nic, to: &mut Nic) -> Result<(), String> {
+    let clock = Clock::start();
+    let sent = [[0xFF; 12].as_slice(), &[0x88, 0xB5], &[7; 46]].concat();
+    from.send(&sent).map_err(said)?;
+    let mut frame = Vec::new();
+    let arrived = to.receive(&clock, clock.now() + Duration::from_secs(5), &mut frame).map_err(said)?;
+    ensure(arrived.is_some() && frame == sent, "the frame crosses the cable")
+}
+
+fn both() -> Result<(Nic, Nic), String> {
+    Ok((Nic::open("left").map_err(said)?, Nic::open("right").map_err(said)?))
+}
+
+/// What `/proc` says of the capabilities of this thread.
+fn capabilities() -> Result<String, String> {
+    let status = fs::read_to_string("/proc/thread-self/status").map_err(|error| error.to_string())?;
+    let lines = status.lines().filter(|line| line.starts_with("CapEff") || line.starts_with("CapPrm"));
+    Ok(lines.map(|line| line.split_whitespace().last().unwrap_or_default()).collect::<Vec<_>>().join(" "))
+}
+
+/// Someone who keeps the privileges of this process and does to the cable what it is told, when it is told.
+fn keeper(script: &str) -> Result<Child, String> {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("read line; {script}")]).stdin(Stdio::piped());
+    shell.spawn().map_err(|error| error.to_string())
+}
+
+fn raw_sockets_are_given_up() -> Result<(), String> {
+    let (mut left, mut right) = both()?;
+    let mut keeper = keeper(
+        "ip link del left; ip link add left type veth peer name right; ip link set left up; ip link set right up",
+    )?;
+    ensure(privileges::has_raw_sockets(), "the privilege is there before")?;
+    privileges::drop().map_err(said)?;
+    ensure(!privileges::has_raw_sockets(), "the privilege is gone")?;
+    // CAP_DAC_OVERRIDE and CAP_IPC_LOCK, numbers 1 and 14.
+    let kept = "0000000000004002 0000000000004002";
+    ensure(capabilities()? == kept, &capabilities()?)?;
+    let in_a_thread = thread::spawn(capabilities).join().map_err(|_| "the thread ends".to_string())??;
+    ensure(in_a_thread == kept, "also in a thread that starts later")?;
+    crosses(&mut left, &mut right)?;
+
+    let why = said(Nic::open("left").err().ok_or("a new socket can be opened")?);
+    let program = env::current_exe().map_err(|error| error.to_string())?;
+    let advice = format!(
+        "the interface left cannot be opened without the privilege of raw sockets: give it with \
+         `sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock=ep {}`, or run as root",
+        program.display()
+    );
+    ensure(why == advice, &why)?;
+
+    // The interfaces vanish and others come under their names: an open socket is enough to use them.
+    drop(keeper.stdin.take().map(|mut line| writeln!(line)));
+    keeper.wait().map_err(|error| error.to_string())?;
+    let clock = Clock::start();
+    let until = clock.now() + Duration::from_secs(5);
+    for nic in [&mut left, &mut right] {
+        ensure(nic.receive(&clock, until, &mut Vec::new()).is_err(), "it has vanished")?;
+        nic.recover(&clock, until).map_err(said)?;
+    }
+    crosses(&mut left, &mut right)?;
+    privileges::drop().map_err(said)
+}
+
+fn becomes_who_called() -> Result<(), String> {
+    let (mut left, mut right) = both()?;
+    let (_end, waits) = channel::<()>();
+    let other = thread::spawn(move || waits.recv().is_err());
+    privileges::drop().map_err(said)?;
+    let tasks = fs::read_dir("/proc/self/task").map_err(|error| error.to_string())?;
+    let mut seen = 0;
+    for task in tasks.flatten() {
+        let status = fs::read_to_string(task.path().join("status")).map_err(|error| error.to_string())?;
+        for name in ["Uid:", "Gid:", "Groups:"] {
+            let values = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
+            ensure(values.split_whitespace().all(|value| value == NOBODY), &format!("{name} {values}"))?;
+        }
+        seen += 1;
+    }
+    ensure(seen == 2 && !other.is_finished(), "both threads were looked at")?;
+    ensure(capabilities()? == "0000000000000000 0000000000000000", "no capability is left")?;
+    crosses(&mut left, &mut right)?;
+    ensure(Nic::open("left").is_err_and(|error| error.to_string().contains("setcap")), "no new socket")?;
+    privileges::drop().map_err(said)
+}
+
+fn another_thread_is_told() -> Result<(), String> {
+    let (_end, waits) = channel::<()>();
+    let other = thread::spawn(move || waits.recv().is_err());
+    let error = privileges::drop().err().ok_or("the other thread went unnoticed")?;
+    ensure(!other.is_finished(), "the other thread runs")?;
+    let why = "a thread of this process keeps its privileges: they have to be given up before others are started";
+    ensure(error == LinkError::Unusable(why.to_string()), &error.to_string())
+}
+
+/// How the kernel schedules the calling thread: 0 for ordinary, 1 for SCHED_FIFO (field 41 of `proc(5)`).
+fn policy() -> Result<String, String> {
+    let stat = fs::read_to_string("/proc/thread-self/stat").map_err(|error| error.to_string())?;
+    // The name in parentheses may hold spaces; what follows starts with field 3.
+    let (_, fields) = stat.rsplit_once(')').ok_or("no fields")?;
+    Ok(fields.split_whitespace().nth(41 - 3).unwrap_or_default().to_string())
+}
+
+fn locked_memory() -> Result<u64, String> {
+    let status = fs::read_to_string("/proc/self/status").map_err(|error| error.to_string())?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmLck:")).ok_or("no figure of locked memory")?;
+    line.trim().trim_end_matches(" kB").parse().map_err(|_| line.to_string())
+}
+
+/// Asks for memory of all kinds: new, grown, and a deep stack.
+fn memory_can_be_had() -> Result<(), String> {
+    fn deep(left: u32) -> u64 {
+        let page = std::hint::black_box([left; 1024]);
+        if left == 0 { 0 } else { deep(left - 1) + u64::from(page[7]) }
+    }
+    let mut block = vec![1_u8; 32 << 20];
+    block.resize(64 << 20, 2);
+    ensure(block[(64 << 20) - 1] == 2 && deep(1000) == 500_500, "memory is there")
+}
+
+fn punctuality() -> Result<(), String> {
+    let told = realtime::raise();
+    let wanted = ["scheduled before ordinary processes (SCHED_FIFO, priority 40)", "memory locked"];
+    ensure(told == wanted, &format!("{told:?}"))?;
+    ensure(policy()? == "1", "the kernel schedules it so")?;
+    ensure(locked_memory()? > 0, "the kernel has locked memory")?;
+    privileges::drop().map_err(said)?;
+    ensure(policy()? == "1", "that stays")?;
+    memory_can_be_had()
+}
+
+fn memory_after_sudo() -> Result<(), String> {
+    realtime::raise();
+    privileges::drop().map_err(said)?;
+    ensure(policy()? == "1", "the kernel still schedules it so")?;
+    memory_can_be_had()
+}
+
+fn punctuality_without_privileges() -> Result<(), String> {
+    privileges::drop().map_err(said)?;
+    let told = realtime::raise();
+    ensure(told[0].starts_with("scheduled like any other process, as CAP_SYS_NICE is missing ("), &told[0])?;
+    let limited = "memory not locked, as CAP_IPC_LOCK is missing: give it with `setcap`, or run as root";
+    ensure(told[1] == limited || told[1] == "memory locked", &told[1])?;
+    ensure((told[1] == limited) == (locked_memory()? == 0), "what is said is so")?;
+    memory_can_be_had()
+}
+
+fn ordinary_children() -> Result<(), String> {
+    realtime::raise();
+    let in_a_thread = thread::spawn(policy).join().map_err(|_| "the thread ends".to_string())??;
+    ensure(in_a_thread == "0", "a thread is ordinary")?;
+    let shell = Command::new("cat").arg("/proc/self/stat").output().map_err(|error| error.to_string())?;
+    let stat = String::from_utf8_lossy(&shell.stdout).into_owned();
+    ensure(stat.split_whitespace().nth(40) == Some("0"), "a command is ordinary")
+}
+
+/// Says `ready`, then `asked` once it was interrupted, and goes on until it is ended.
+fn wait_for_interrupts() -> ExitCode {
+    interrupt::watch();
+    interrupt::watch();
+    if interrupt::requested() {
+        return ExitCode::from(3);
+    }
+    println!("ready");
+    while !interrupt::requested() {
+        thread::yield_now();
+    }
+    println!("asked");
+    let clock = Clock::start();
+    while clock.now().as_nanos() < 20_000_000_000 {
+        thread::yield_now();
+    }
+    ExitCode::from(4)
+}
+
+fn interrupts() -> Result<(), Failed> {
+    for (first, second) in [("INT", "INT"), ("TERM", "INT")] {
+        let mut child = myself("interrupts")?.stdout(Stdio::piped()).spawn()?;
+        let mut lines = BufReader::new(child.stdout.take().ok_or("no output")?).lines();
+        let process = child.id().to_string();
+        let kill = |signal: &str| Command::new("kill").args(["-s", signal, &process]).status();
+        let mut heard = vec![lines.next().transpose()?];
+        kill(first)?;
+        heard.push(lines.next().transpose()?);
+        kill(second)?;
+        let status = child.wait()?;
+        let heard: Vec<_> = heard.iter().flatten().map(String::as_str).collect();
+        if heard != ["ready", "asked"] || status.code() != Some(130) {
+            return Err(format!("{first} and {second}: {heard:?}, {status}").into());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,97 @@
+//! From the words of the command line to a live device that is ready to be tested.
+
+use super::{Stop, Suites, complain};
+use crate::bench_file::{self, ANY_DEVICE, BenchFile, Claim, LinkSpec};
+use crate::engine::{DutKind, DutSpec, LiveDevice};
+use crate::gsdml::{self, Gsdml};
+use crate::live::preflight::{self, Wanted};
+use crate::live::stand::LiveStand;
+use crate::suite::device::Origin;
+use crate::suite::model::Manual;
+use crate::suite::{BenchTimes, load};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A live device as the command line names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// At a link, with what it claims to be.
+    Link(LinkSpec, Claim),
+    /// In a bench file.
+    File(std::path::PathBuf),
+}
+
+impl Asked {
+    /// The bench that is meant.
+    pub fn bench(&self, manuals: &[Manual]) -> Result<BenchFile, Stop> {
+        match self {
+            Asked::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
+            Asked::File(path) => {
+                let bench = bench_file::read_alone(path)?;
+                if bench.claim.manual == ANY_DEVICE { Ok(bench) } else { Ok(bench_file::read(path, manuals)?) }
+            }
+        }
+    }
+}
+
+/// The text that is the same for everybody who means the same link.
+pub fn lock_name(bench: &BenchFile) -> String {
+    match &bench.link {
+        LinkSpec::Nic(name) => format!("nic:{name}"),
+        LinkSpec::Socket(address) => {
+            let path = address.rsplit(':').next().unwrap_or(address);
+            format!(
+                "socket:{}",
+                std::fs::canonicalize(path).map_or_else(|_| address.clone(), |path| path.display().to_string())
+            )
+        }
+    }
+}
+
+/// Opens the bench and finds the device; nothing of it has been changed but its name and address when this returns.
+pub fn open(mut bench: BenchFile, suites: &Suites, long: bool) -> Result<DutSpec, Stop> {
+    let mut manual = manual(&bench, suites)?;
+    let variant = manual.device.variants.iter().position(|known| *known == bench.claim.variant).unwrap_or_default();
+    // A description has its variant to itself, so that `device: none` need not name it.
+    bench.claim.variant.clone_from(&manual.device.variants[variant]);
+    let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
+    let identity = &manual.device.identity;
+    let told = description.as_ref().filter(|known| known.vendor_id == identity.vendor_id).map(|known| known.device_id);
+    let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
+    let cycle = manual.device.timing.cycle;
+    let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle };
+    link::interrupt::watch();
+    let granted = link::realtime::raise();
+    let mut prepared = preflight::prepare(&bench, &wanted).map_err(|why| Stop::bench(why.to_string()))?;
+    prepared.notes.extend(granted);
+    bench.stand.offers = LiveStand::new(&bench.stand).offers().map_err(Stop::bench)?;
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
+    prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
+    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
+    if let Some(why) = &prepared.passive {
+        complain(&format!("only what reads is run: {why}"));
+    }
+    let Claim { manual: name, variant } = bench.claim.clone();
+    let live = LiveDevice::new(bench, manual, prepared, long, findings);
+    Ok(DutSpec { manual: name, variant, kind: DutKind::Live(live) })
+}
+
+/// The suite of what the device claims to be, with the times of the bench.
+fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Stop> {
+    let times = BenchTimes { cycle: bench.cycle, watchdog: bench.watchdog, power_up: bench.boot_time };
+    let mut sources = super::sources(suites.folder.as_deref())?.on_bench(times);
+    if let Some(path) = &bench.description {
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| Stop::usage(format!("the description {} cannot be read: {error}", path.display())))?;
+        sources = sources.with_description(path, text);
+    }
+    let mut manuals = load(&sources, Some(&bench.claim.manual))?;
+    manuals.pop().ok_or_else(|| Stop::usage(format!("there is no suite for {}", bench.claim.manual)))
+}
+
+fn read_gsdml(path: &Path) -> Result<Gsdml, Stop> {
+    let failed = |why: String| Stop::usage(format!("the GSDML {}: {why}", path.display()));
+    let octets = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
+    gsdml::read_octets(&octets).map_err(|error| failed(error.to_string()))
+}

@@ -1,0 +1,209 @@
+//! `encspec serve`: a reference device as a live device.
+
+use super::dut::suggest;
+use super::port::PortArgs;
+use super::{Ended, Stop, complain, show};
+use crate::engine::dut::{DEVICE, STATION_NAME};
+use crate::live::serve::{Maker, Names, ServedDevice, Server};
+use crate::report::ExitStatus;
+use crate::suite::{Sources, load};
+use clap::Args;
+use link::lines::Listener;
+use link::{LinkError, Wire, interrupt, privileges, realtime};
+use reference_devices::Setup;
+use station::Time;
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::Duration;
+use wire::ethernet::Mac;
+
+/// Where the shaft of a served device stands, in hardware steps, where nothing is said.
+const SHAFT: u64 = 0x1001;
+
+/// Arguments of `encspec serve`.
+#[derive(Debug, Args)]
+pub(super) struct ServeArgs {
+    /// The device: model:MANUAL[/VARIANT]; without a variant the first one of the manual
+    #[arg(value_name = "MODEL")]
+    model: String,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Its stored station name; empty as at delivery
+    #[arg(long, value_name = "NAME", default_value = STATION_NAME)]
+    name: String,
+    /// Its stored IP address, with the length of the prefix if it is not 24; without one as at delivery
+    #[arg(long, value_name = "ADDRESS[/LENGTH]", value_parser = address)]
+    ip: Option<(Ipv4Addr, Ipv4Addr)>,
+    /// Its MAC address
+    #[arg(long, value_name = "MAC", default_value_t = DEVICE.0)]
+    mac: Mac,
+    /// Where its shaft stands, in hardware steps
+    #[arg(long, value_name = "STEPS", default_value_t = SHAFT)]
+    shaft: u64,
+    /// Let it have this bug; may be repeated
+    #[arg(long = "bug", value_name = "NAME")]
+    bugs: Vec<String>,
+    /// A Unix socket for the hands at the device, one command a line (`help` lists them); with --count one for each, `.1` and so
+    /// on appended
+    #[arg(long, value_name = "PATH")]
+    control: Option<PathBuf>,
+    /// So many devices: MAC and IP address count up from the first, the names end in -1, -2 and so on
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    count: u16,
+    /// End after so many seconds; without it Ctrl-C ends it
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<u64>,
+    /// Ask the system for real-time scheduling and locked memory
+    #[arg(long)]
+    realtime: bool,
+}
+
+fn address(text: &str) -> Result<(Ipv4Addr, Ipv4Addr), String> {
+    let (address, length) = text.split_once('/').unwrap_or((text, "24"));
+    let address = address.parse().map_err(|_| format!("`{address}` is no IP address"))?;
+    let length: Option<u32> = length.parse().ok().filter(|length| (1..=32).contains(length));
+    let length = length.ok_or("the length of a prefix is a number from 1 to 32")?;
+    Ok((address, Ipv4Addr::from(u32::MAX << (32 - length))))
+}
+
+/// What is served: a manual and a variant that there is a reference device for.
+fn model(text: &str) -> Result<(&'static reference_devices::Manual, &'static str), String> {
+    let Some(what) = text.strip_prefix("model:") else {
+        return Err(format!("`{text}` cannot be served; write model:MANUAL[/VARIANT]"));
+    };
+    let (manual, variant) = what.split_once('/').map_or((what, None), |(manual, variant)| (manual, Some(variant)));
+    let known = reference_devices::manuals();
+    let found = known.iter().find(|known| known.name == manual);
+    let found = found.ok_or_else(|| suggest("device", manual, known.iter().map(|known| known.name)))?;
+    let variants = found.variants.iter().copied();
+    let chosen = variants.clone().find(|known| variant.is_none_or(|variant| variant == *known));
+    let unknown = || suggest(&format!("variant of {manual}"), variant.unwrap_or_default(), variants);
+    Ok((found, chosen.ok_or_else(unknown)?))
+}
+
+/// One of the devices that are served.
+#[derive(Clone, Debug)]
+struct Station {
+    manual: &'static str,
+    variant: &'static str,
+    name: String,
+    mac: Mac,
+    ip: Ipv4Addr,
+    mask: Ipv4Addr,
+    shaft: u64,
+    bugs: Rc<[String]>,
+}
+
+impl Station {
+    /// The device `number`, from 0.
+    fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
+        let (manual, variant) = model(&args.model)?;
+        if let Some(unknown) = args.bugs.iter().find(|bug| manual.bugs.iter().all(|known| known.name != **bug)) {
+            return Err(suggest(
+                &format!("bug of {}", manual.name),
+                unknown,
+                manual.bugs.iter().map(|known| known.name),
+            ));
+        }
+        let name = match args.count {
+            _ if args.name.is_empty() => String::new(),
+            1 => args.name.clone(),
+            _ => format!("{}-{}", args.name, number + 1),
+        };
+        let [a, b, octets @ ..] = args.mac.0;
+        let [c, d, e, f] = u32::from_be_bytes(octets).wrapping_add(number.into()).to_be_bytes();
+        let (ip, mask) = args.ip.unwrap_or((Ipv4Addr::UNSPECIFIED, Ipv4Addr::UNSPECIFIED));
+        let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
+        let bugs = args.bugs.clone().into();
+        Ok(Station {
+            manual: manual.name,
+            variant,
+            name,
+            mac: Mac([a, b, c, d, e, f]),
+            ip,
+            mask,
+            shaft: args.shaft,
+            bugs,
+        })
+    }
+
+    /// A function that makes the device; it is made once to see that this goes well.
+    fn maker(&self) -> Result<Maker, String> {
+        let station = self.clone();
+        let make = move || {
+            let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
+            let setup = Setup {
+                mac: station.mac.0,
+                bugs: &bugs,
+                shaft: station.shaft,
+                station_name: &station.name,
+                ip: station.ip.octets(),
+                mask: station.mask.octets(),
+                gateway: [0; 4],
+            };
+            reference_devices::build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
+        };
+        make()?;
+        // What went well once goes well again: nothing of it changes.
+        Ok(Box::new(move || make().unwrap_or_else(|why| unreachable!("{why}"))))
+    }
+
+    fn shown(&self) -> String {
+        let or = |text: String| if text.is_empty() { "-".to_owned() } else { text };
+        let ip = if self.ip.is_unspecified() { String::new() } else { self.ip.to_string() };
+        let name = crate::report::printable(&self.name);
+        format!("station {} {} {} model:{}/{}\n", or(name), self.mac, or(ip), self.manual, self.variant)
+    }
+}
+
+/// The names that a control channel needs: those that the suite of the manual has for its stand.
+fn names(manual: &str) -> Result<Names, Stop> {
+    let manuals = load(&Sources::embedded(), Some(manual))?;
+    let Some(stand) = manuals.first().map(|manual| &manual.device.stand) else { return Ok(Names::default()) };
+    let firsts = |of: &[(String, String)]| of.iter().map(|(name, _)| name.clone()).collect();
+    Ok(Names {
+        faults: firsts(&stand.faults),
+        buttons: firsts(&stand.buttons),
+        switches: stand.switches.iter().map(|(name, lowest, _)| (name.clone(), *lowest)).collect(),
+        leds: stand.leds.iter().map(|(name, _)| name.clone()).collect(),
+        counters: firsts(&stand.counters),
+    })
+}
+
+/// The control socket of the device `number`, from 0.
+fn desk(args: &ServeArgs, number: u16) -> Result<Option<Listener>, Stop> {
+    let Some(path) = &args.control else { return Ok(None) };
+    let mut path = path.as_os_str().to_owned();
+    if args.count > 1 {
+        path.push(format!(".{}", number + 1));
+    }
+    Listener::bind(Path::new(&path)).map(Some).map_err(|error| Stop::bench(error.to_string()))
+}
+
+pub(super) fn run(args: &ServeArgs) -> Ended {
+    let stations: Vec<Station> =
+        (0..args.count).map(|number| Station::of(args, number)).collect::<Result<_, _>>().map_err(Stop::usage)?;
+    let names = match (&args.control, stations.first()) {
+        (Some(_), Some(first)) => names(first.manual)?,
+        _ => Names::default(),
+    };
+    let unusable = |error: LinkError| Stop::bench(error.to_string());
+    interrupt::watch();
+    let port = args.port.wait()?;
+    if args.realtime {
+        realtime::raise().iter().for_each(|told| complain(told));
+    }
+    privileges::drop().map_err(unusable)?;
+    let place = port.describe();
+    let mut server = Server::new(Wire::new(port));
+    for (number, station) in (0..).zip(&stations) {
+        let device = ServedDevice::new(station.maker().map_err(Stop::usage)?, &names);
+        server.add(station.mac.0, device, desk(args, number)?);
+    }
+    show(&stations.iter().map(Station::shown).collect::<String>());
+    show(&format!("ready {} at {place}\n", stations.len()));
+    let end = args.duration.map_or(Time::MAX, |seconds| server.wire().now() + Duration::from_secs(seconds));
+    server.run(end, &mut interrupt::requested, &mut |told| complain(told)).map_err(unusable)?;
+    Ok(ExitStatus::Green)
+}

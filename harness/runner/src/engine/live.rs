@@ -1,0 +1,402 @@
+//! A live device as the engine sees it: its segment, what may be done to it, and what became of it between trials.
+//!
+//! This room must not know how a bench is found or prepared, nor which kind of link it has.
+
+use super::needs::{self, Need};
+use super::segment::{Segment, Tap};
+use super::trial::Place;
+use crate::bench_file::BenchFile;
+use crate::live::guard::Guard;
+use crate::live::journal::{Entry, Found, Journal};
+use crate::live::preflight::Prepared;
+use crate::live::stand::LiveStand;
+use crate::result::Finding;
+use crate::suite::model::{Manual, Service, Start, Step, Trial, Variant, Verb, Via};
+use controllers::profinet_io::Controller;
+use link::Wire;
+use station::{Duration, Outbox, Stand, StandAction, Station, Time};
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// How long a line that is gone is waited for before the next trial.
+const COMES_BACK: Duration = Duration::from_secs(10);
+/// How often a line that is gone is looked after while a trial runs.
+const LOOK_AFTER: Duration = Duration::from_millis(20);
+/// How often it is looked whether something is plugged in.
+const CARRIER: Duration = Duration::from_millis(100);
+/// How long a new device may take to be there.
+const RENEWED: Duration = Duration::from_secs(60);
+/// The time between two questions whether it is there.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// A live device on its bench; copies are the same device.
+#[derive(Clone)]
+pub struct LiveDevice(Arc<Inner>);
+
+struct Inner {
+    bench: BenchFile,
+    manual: Manual,
+    place: Place,
+    found: Found,
+    passive: Option<String>,
+    long: bool,
+    findings: Vec<Finding>,
+    notes: Vec<String>,
+    hands: Mutex<Hands>,
+}
+
+/// What only one trial at a time has its hands on.
+struct Hands {
+    wire: Wire,
+    guard: Guard,
+    stand: LiveStand,
+    journal: Journal,
+    has_changed: bool,
+    nvm_left: u32,
+    frames_lost: u64,
+    /// The line did not come back, and why it went.
+    lost: Option<String>,
+}
+
+/// Why a trial does not run on this bench.
+pub enum Excluded {
+    /// A claim, an ability or a consent is missing.
+    NotApplicable(String),
+    /// The line or the stand broke.
+    Inconclusive(String),
+    /// The run is over.
+    NotRun(String),
+}
+
+impl LiveDevice {
+    /// A device on a bench that was prepared, with the suite of what it claims to be.
+    pub fn new(bench: BenchFile, manual: Manual, prepared: Prepared, long: bool, findings: Vec<Finding>) -> LiveDevice {
+        let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        let place = Place {
+            name: String::from_utf8_lossy(&prepared.station.name).into_owned(),
+            mac: Some(prepared.station.mac),
+            ip: prepared.ip,
+            controllers: prepared.controllers,
+            seed: seed.as_nanos() as u64,
+            noise: bench.position_noise,
+            slack: prepared.slack,
+            bench: Some(Arc::new(bench.clone())),
+        };
+        let hands = Hands {
+            wire: prepared.wire,
+            guard: prepared.guard,
+            stand: LiveStand::new(&bench.stand),
+            journal: prepared.journal,
+            has_changed: prepared.has_changed,
+            nvm_left: bench.consent.nvm_write,
+            frames_lost: 0,
+            lost: None,
+        };
+        LiveDevice(Arc::new(Inner {
+            bench,
+            manual,
+            place,
+            found: prepared.found,
+            passive: prepared.passive,
+            long,
+            findings,
+            notes: prepared.notes,
+            hands: Mutex::new(hands),
+        }))
+    }
+
+    /// The suite of what it claims to be, with what its description says.
+    pub fn manual(&self) -> &Manual {
+        &self.0.manual
+    }
+
+    /// The bench.
+    pub fn bench(&self) -> &BenchFile {
+        &self.0.bench
+    }
+
+    /// Where it is found.
+    pub fn place(&self) -> &Place {
+        &self.0.place
+    }
+
+    /// How it was found, before anything was changed.
+    pub fn found(&self) -> &Found {
+        &self.0.found
+    }
+
+    /// What was found out about it before the first trial.
+    pub fn findings(&self) -> &[Finding] {
+        &self.0.findings
+    }
+
+    /// Remarks for the report.
+    pub fn notes(&self) -> &[String] {
+        &self.0.notes
+    }
+
+    /// Why only what reads may run, where that is so.
+    pub fn passive(&self) -> Option<&str> {
+        self.0.passive.as_deref()
+    }
+
+    /// The fence with the device behind it: one trial at a time.
+    fn hands(&self) -> MutexGuard<'_, Hands> {
+        self.0.hands.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The wire with nobody else on it, for one trial; its clock shows zero.
+    pub fn segment(&self) -> Box<dyn Segment + '_> {
+        let mut hands = self.hands();
+        hands.wire.restart();
+        hands.wire.reset_lateness();
+        Box::new(LiveSegment { hands, broken: None, gone: false, unheard: Outbox::new(), looked_at: Time::ZERO })
+    }
+
+    /// Adds a line to the journal.
+    pub fn note(&self, entry: &Entry) -> Result<(), String> {
+        let mut hands = self.hands();
+        hands.has_changed |= matches!(entry, Entry::Changes { .. });
+        let journal = &mut hands.journal;
+        journal.add(entry).map_err(|error| {
+            format!("the journal {} cannot be written, so nothing more is changed: {error}", journal.path().display())
+        })
+    }
+
+    /// Whether something was changed that may have to be put back.
+    pub fn has_changed(&self) -> bool {
+        self.hands().has_changed
+    }
+
+    /// Whether a trial may run here; makes the bench ready for it and writes down what it will change.
+    pub fn admit(&self, variant: &Variant, trial: &Trial) -> Result<(), Excluded> {
+        if link::interrupt::requested() {
+            return Err(Excluded::NotRun("the run was interrupted".to_owned()));
+        }
+        let needs = needs::needs(self.manual(), variant, trial);
+        if let Some(why) = needs::missing(&needs, self.bench(), self.0.long, self.hands().nvm_left) {
+            return Err(Excluded::NotApplicable(why));
+        }
+        if let Some(why) = self.lacks_description(trial) {
+            return Err(Excluded::NotApplicable(why));
+        }
+        if let Some(why) = &self.0.passive
+            && !only_reads(trial)
+        {
+            return Err(Excluded::NotApplicable(format!("only what reads may run: {why}")));
+        }
+        self.line_is_there().map_err(Excluded::Inconclusive)?;
+        self.renew().map_err(Excluded::Inconclusive)?;
+        let what: Vec<String> = needs.iter().filter_map(lasting).collect();
+        if !what.is_empty() {
+            let entry = Entry::Changes { trial: trial.id.clone(), what };
+            self.note(&entry).map_err(Excluded::Inconclusive)?;
+        }
+        let mut hands = self.hands();
+        hands.nvm_left = hands.nvm_left.saturating_sub(needs::nvm_writes(&needs));
+        Ok(())
+    }
+
+    /// Why a start-up of the trial cannot be made here, because something in it is invented for the reference device.
+    fn lacks_description(&self, trial: &Trial) -> Option<String> {
+        let device = &self.manual().device;
+        let mut starts: Vec<&Start> = trial.start.iter().collect();
+        for steps in [&trial.given, &trial.steps, &trial.finally] {
+            super::scan::each_step(steps, &mut |step| {
+                if let Verb::Connect { start, .. } = &step.verb {
+                    starts.push(start);
+                }
+            });
+        }
+        starts.into_iter().find_map(|start| crate::gsdml::needs_description(device, start))
+    }
+
+    /// Waits for a line that is gone; once it did not come back it is not waited for again.
+    fn line_is_there(&self) -> Result<(), String> {
+        let mut hands = self.hands();
+        if let Some(why) = &hands.lost {
+            return Err(format!("the line is lost: {why}"));
+        }
+        hands.wire.restart();
+        let mut nothing = |_: Time, _: &[u8]| {};
+        let Err(error) = hands.wire.step(&mut [], Time::ZERO, &mut |_| false, &mut nothing) else { return Ok(()) };
+        let until = hands.wire.now() + COMES_BACK;
+        match hands.wire.recover(until) {
+            Ok(()) => Ok(()),
+            Err(_) => {
+                hands.lost = Some(error.to_string());
+                Err(error.to_string())
+            }
+        }
+    }
+
+    /// Puts a new device into the place of the old one, where the stand can do that.
+    fn renew(&self) -> Result<(), String> {
+        if !self.bench().stand.serves("renew") {
+            return Ok(());
+        }
+        let mut hands = self.hands();
+        let Hands { wire, guard, stand, .. } = &mut *hands;
+        let no_new = |refusal| format!("no new device: {refusal:?}");
+        let latest = wire.now() + RENEWED;
+        let mut until = stand.act(wire.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
+        let mut at_work = true;
+        while at_work || wire.now() < until {
+            if at_work {
+                if wire.now() >= latest {
+                    return Err(format!("no new device: the stand has not done it within {} s", RENEWED.as_secs()));
+                }
+                let outcome = stand.outcome(wire.now()).transpose().map_err(no_new)?;
+                at_work = outcome.is_none();
+                until = outcome.unwrap_or(wire.now() + LOOK_AGAIN).min(latest);
+            }
+            let stepped = wire.step(&mut [], until, &mut |frame| guard.allows(frame), &mut |_, _| {});
+            stepped.map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    }
+}
+
+/// What a need changes for good, in the word of the consent.
+fn lasting(need: &Need) -> Option<String> {
+    match need {
+        Need::Consent(consent) => Some(consent.to_string()),
+        Need::Stand(_) | Need::Claim(_) | Need::Long(_) => None,
+    }
+}
+
+/// Whether a trial connects to nothing and changes nothing.
+fn only_reads(trial: &Trial) -> bool {
+    let mut reads = trial.start.is_none();
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        super::scan::each_step(steps, &mut |step: &Step| {
+            reads &= match &step.verb {
+                Verb::Read { access, .. } => matches!(access.via, Via::Station),
+                Verb::Send { service, .. } => matches!(service, Service::DcpIdentify(_)),
+                Verb::Expect { .. } | Verb::Wait(_) | Verb::Save(_) | Verb::Block { .. } | Verb::Either(_) => true,
+                Verb::Set(_) | Verb::Turn(_) | Verb::Exchange(_) | Verb::Write(_) => false,
+                Verb::Connect { .. } | Verb::Disconnect { .. } => false,
+            };
+        });
+    }
+    reads
+}
+
+impl PartialEq for LiveDevice {
+    fn eq(&self, other: &LiveDevice) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Eq for LiveDevice {}
+
+impl fmt::Debug for LiveDevice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "LiveDevice({})", self.0.bench.link)
+    }
+}
+
+/// A real wire with our controllers on it, for one trial.
+struct LiveSegment<'a> {
+    hands: MutexGuard<'a, Hands>,
+    broken: Option<String>,
+    gone: bool,
+    unheard: Outbox,
+    looked_at: Time,
+}
+
+impl LiveSegment<'_> {
+    /// Notes what makes evidence worthless although frames still come and go: no cable, frames lost on our side.
+    fn look_at_line(&mut self, now: Time) {
+        if now < self.looked_at {
+            return;
+        }
+        self.looked_at = now + CARRIER;
+        let port = self.hands.wire.port_mut();
+        if !port.carrier() {
+            let what = format!("nothing is plugged in at the other end of {}", port.describe());
+            self.broken.get_or_insert(what);
+        }
+        let lost = port.lost();
+        if lost > self.hands.frames_lost {
+            self.hands.frames_lost = lost;
+            self.broken.get_or_insert("this machine was too slow and lost frames that had arrived".to_owned());
+        }
+    }
+
+    /// Lets time go by without a line: our controllers wait in vain, and their timers run.
+    fn without_line(&mut self, controllers: &mut [Controller], until: Time) -> bool {
+        let now = self.hands.wire.now();
+        let due = controllers.iter().filter_map(|controller| controller.deadline()).min();
+        let next = due.unwrap_or(until).min(until).min(now + LOOK_AFTER);
+        self.gone = self.hands.wire.recover(next).is_err();
+        let now = self.hands.wire.now();
+        for controller in controllers.iter_mut().filter(|of| of.deadline().is_some_and(|due| due <= now)) {
+            controller.wake(now, &mut self.unheard);
+            self.unheard.clear();
+        }
+        now < until
+    }
+}
+
+impl Segment for LiveSegment<'_> {
+    fn now(&self) -> Time {
+        self.hands.wire.now()
+    }
+
+    fn step(&mut self, controllers: &mut [Controller], until: Time, tap: Tap<'_>) -> bool {
+        if self.gone {
+            return self.without_line(controllers, until);
+        }
+        let mac = |controller: &Controller| controller.settings().mac.0;
+        let Hands { wire, guard, .. } = &mut *self.hands;
+        let mut fence = |frame: &[u8]| guard.allows(frame);
+        let stepped = match controllers {
+            [first] => wire.step(&mut [(mac(first), first)], until, &mut fence, tap),
+            [first, second] => wire.step(&mut [(mac(first), first), (mac(second), second)], until, &mut fence, tap),
+            _ => wire.step(&mut [], until, &mut fence, tap),
+        };
+        match stepped {
+            Ok(step) => {
+                let now = self.hands.wire.now();
+                self.look_at_line(now);
+                step == link::Step::Worked
+            }
+            Err(error) => {
+                self.gone = true;
+                self.broken.get_or_insert(error.to_string());
+                true
+            }
+        }
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        &mut self.hands.stand
+    }
+
+    fn is_model(&self) -> bool {
+        false
+    }
+
+    fn objections(&self) -> Vec<String> {
+        self.hands.guard.held_back().into_iter().collect()
+    }
+
+    fn broken_line(&self) -> Option<String> {
+        self.broken.clone()
+    }
+
+    fn is_interrupted(&self) -> bool {
+        link::interrupt::requested()
+    }
+
+    fn lateness(&self) -> Duration {
+        self.hands.wire.lateness().wakes().max()
+    }
+}
+
+impl Drop for LiveSegment<'_> {
+    fn drop(&mut self) {
+        self.hands.guard.forget_held_back();
+    }
+}

@@ -1,0 +1,216 @@
+//! Looks at a live device before the first trial, and puts it back after the last: what it is really like, what the bench
+//! claims wrongly, what its parameters were.
+//!
+//! It judges no requirement; what is found here are findings about the bench.
+
+use super::startup;
+use super::trial::{Run, Trouble};
+use crate::bench_file::BenchFile;
+use crate::gsdml::Connected;
+use crate::live::journal::{self, Found};
+use crate::result::{Finding, Severity};
+use crate::suite::device::Parameter;
+use crate::suite::model::Start;
+use controllers::profinet_io::{ConnectOutcome, DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
+use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
+use wire::profinet::blocks::im::Im0;
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockQualifier, Value};
+
+/// Index of I&M0.
+const IM0: u16 = 0xAFF0;
+/// Most octets of a record that are taken.
+const LENGTH: u32 = 1024;
+/// The drive object of an encoder: the first and only one.
+const DO_ID: u8 = 1;
+
+/// What was seen before the first trial.
+#[derive(Clone, Debug, Default)]
+pub struct Looked {
+    /// The firmware that the device names in I&M0.
+    pub firmware: Option<String>,
+    /// The parameters that a suite may write, as they were found.
+    pub parameters: Vec<journal::Parameter>,
+    /// The submodules that connections stood with.
+    pub connected: Vec<Connected>,
+    /// What the bench claims wrongly.
+    pub findings: Vec<Finding>,
+}
+
+impl Run<'_> {
+    /// Connects once with each module of the manual that can be tried, and reads what is to be kept.
+    pub fn look_around(&mut self, bench: &BenchFile) -> Looked {
+        let mut looked = Looked::default();
+        let device = &self.world.manual.device;
+        let mut standing = false;
+        for (index, module) in device.modules.iter().enumerate() {
+            let is_claimed = bench.telegrams.as_ref().is_none_or(|claimed| claimed.contains(&module.name));
+            let start = startup::plain_start(device, self.variant_number(), index);
+            let unknown = crate::gsdml::needs_description(device, &start).is_some();
+            // Without a claim one connection is enough to look around by.
+            if unknown || (bench.telegrams.is_none() && standing) {
+                continue;
+            }
+            let Ok(accepted) = self.stands_with(&start) else { continue };
+            if accepted && !standing {
+                standing = true;
+                looked.firmware = self.firmware_now();
+                looked.parameters = self.parameters_now();
+                looked.findings.extend(bench.lacks.iter().filter_map(|name| self.lacks(name)));
+            }
+            if accepted {
+                looked.connected.extend(module.submodules.iter().filter_map(|&submodule| {
+                    let of = device.submodules.get(submodule)?;
+                    let (input, output) = (of.input_octets, of.output_octets);
+                    Some(Connected { slot: of.slot, subslot: of.subslot, ident: of.ident, input, output })
+                }));
+            }
+            if accepted != is_claimed {
+                let claims = if is_claimed { "supports" } else { "does not support" };
+                let does = if accepted { "connects with it" } else { "does not connect with it" };
+                looked.findings.push(wrong_claim(&module.name, claims, does));
+            }
+        }
+        // Nothing is judged here; what cannot be let go of now is told by the first trial.
+        let _ = self.disconnect(false);
+        if let (Some(said), Some(seen)) = (&bench.firmware, &looked.firmware)
+            && said != seen
+        {
+            looked.findings.push(Finding {
+                id: "firmware".into(),
+                severity: Severity::Error,
+                text: format!("The bench says that the device runs the firmware {said}; it says {seen}."),
+                manual: Some(format!("{said} (bench file)")),
+                gsdml: None,
+                device: Some(seen.clone()),
+            });
+        }
+        looked
+    }
+
+    /// Whether a connection stands after this start-up.
+    fn stands_with(&mut self, start: &Start) -> Result<bool, Trouble> {
+        self.disconnect(false)?;
+        let whereabouts = self.whereabouts();
+        let (connection, _) = startup::connection(&self.world.manual.device, start, &whereabouts);
+        self.module = Some(start.module);
+        self.apply_outputs();
+        match self.ask(false, Request::Connect(Box::new(connection)))? {
+            Outcome::StartUp(outcome) => Ok(outcome.standing
+                && outcome.module_diff.is_none()
+                && outcome.connect == Some(ConnectOutcome::Accepted)),
+            outcome => Err(super::access::unexpected(&outcome)),
+        }
+    }
+
+    fn firmware_now(&mut self) -> Option<String> {
+        let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
+        let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
+            self.ask(false, Request::Read { target, length: LENGTH })
+        else {
+            return None;
+        };
+        let revision = Im0::parse(&data).ok()?.software_revision;
+        Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
+    }
+
+    /// The parameters that keep what is written to them, one request each so that a device which knows only some says so.
+    fn parameters_now(&mut self) -> Vec<journal::Parameter> {
+        let device = &self.world.manual.device;
+        let kept = |of: &&Parameter| of.writable && of.elements.is_empty() && !of.permanent;
+        let numbers: Vec<u16> = device.parameters.iter().filter(kept).map(|of| of.number).collect();
+        numbers.into_iter().filter_map(|number| self.parameter_now(number)).collect()
+    }
+
+    fn parameter_now(&mut self, number: u16) -> Option<journal::Parameter> {
+        let at = self.parameter_access_point()?;
+        let mut request = Vec::new();
+        ParameterRequest::read_values(1, DO_ID, vec![ParameterAddress::value(number, 0)]).write(&mut request);
+        let Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) =
+            self.ask(false, Request::Parameter { at, request })
+        else {
+            return None;
+        };
+        let value = Response::parse(&octets).ok()?.values.into_iter().next()?;
+        let is_value = value.error().is_none() && value.count == 1;
+        is_value.then_some(journal::Parameter { number, format: value.format.0, octets: value.data })
+    }
+
+    /// A finding if the device has what the bench says it lacks.
+    fn lacks(&mut self, name: &str) -> Option<Finding> {
+        let device = &self.world.manual.device;
+        let has = match device.records.iter().find(|record| record.name == name) {
+            Some(record) => {
+                let at = device.submodules.get(record.at)?;
+                let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
+                let outcome = self.ask(false, Request::Read { target, length: LENGTH });
+                matches!(outcome, Ok(Outcome::Record(RecordOutcome::Accepted { .. })))
+            }
+            None => self.parameter_now(name.strip_prefix('P')?.parse().ok()?).is_some(),
+        };
+        has.then(|| wrong_claim(name, "does not have", "answers when it is read"))
+    }
+
+    /// Gives the device back the name, the address and the parameters that it was found with; what did not go back, in words.
+    pub fn put_back(&mut self, found: &Found, parameters: &[journal::Parameter]) -> Vec<String> {
+        let mut left = Vec::new();
+        let _ = self.disconnect(false);
+        let name = Value::NameOfStation(found.name.clone());
+        let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
+        if let Some(bench) = self.place.bench.clone() {
+            if !parameters.is_empty() {
+                let device = &self.world.manual.device;
+                let module = (0..device.modules.len())
+                    .map(|index| startup::plain_start(device, self.variant_number(), index))
+                    .find(|start| crate::gsdml::needs_description(device, start).is_none());
+                let stands = module.is_some_and(|start| self.stands_with(&start).unwrap_or(false));
+                let write = |run: &mut Self, parameter: &journal::Parameter| stands && run.write_parameter(parameter);
+                for parameter in parameters {
+                    if !write(self, parameter) {
+                        left.push(format!("P{} (0x{})", parameter.number, hex(&parameter.octets)));
+                    }
+                }
+                let _ = self.disconnect(false);
+            }
+            if bench.consent.set_name && !self.give(BlockQualifier::PERMANENT, name) {
+                left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug()));
+            }
+            if bench.consent.set_ip && !self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) {
+                left.push(format!("the address {}", found.ip));
+            }
+        }
+        left
+    }
+
+    fn give(&mut self, qualifier: BlockQualifier, value: Value) -> bool {
+        let blocks = vec![Block::set(qualifier, value)];
+        let outcome = self.ask(false, Request::DcpSet { to: self.mac, blocks });
+        matches!(outcome, Ok(Outcome::Dcp(DcpOutcome::Accepted)))
+    }
+
+    fn write_parameter(&mut self, parameter: &journal::Parameter) -> bool {
+        let Some(at) = self.parameter_access_point() else { return false };
+        let value = ParameterValue::new(Format(parameter.format), 1, parameter.octets.clone());
+        let change = vec![(ParameterAddress::value(parameter.number, 0), value)];
+        let mut request = Vec::new();
+        ParameterRequest::change_values(1, DO_ID, change).write(&mut request);
+        let outcome = self.ask(false, Request::Parameter { at, request });
+        let Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) = outcome else { return false };
+        Response::parse(&octets).is_ok_and(|response| !response.header.id.is_negative())
+    }
+}
+
+fn hex(octets: &[u8]) -> String {
+    octets.iter().map(|octet| format!("{octet:02X}")).collect()
+}
+
+fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
+    Finding {
+        id: format!("claim.{name}"),
+        severity: Severity::Error,
+        text: format!("The bench says that the device {claims} {name}; it {does}."),
+        manual: Some(format!("{claims} {name} (bench file)")),
+        gsdml: None,
+        device: Some(does.to_owned()),
+    }
+}

@@ -1,0 +1,271 @@
+//! A GSDML file to [`Gsdml`]. Unknown elements and attributes never stop it; what is wrong in a part of it becomes a remark.
+
+use super::model::{AccessPoint, Gsdml, Module, ModuleInfo, Offered, Submodule, SubmoduleKind};
+use super::xml::{Page, below, child, children, numeral, value};
+use roxmltree::{Document, Node, ParsingOptions};
+use std::ops::RangeInclusive;
+
+/// More elements and attributes than any file has that means well.
+const MOST_NODES: u32 = 4_000_000;
+
+/// Why a file cannot be read as a GSDML: one sentence, and where.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}, column {column}: {message}")]
+pub struct GsdmlError {
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1.
+    pub column: u32,
+    /// What is wrong and what to do.
+    pub message: String,
+}
+
+/// Reads the octets of a GSDML file: UTF-8, or UTF-16 with a byte order mark.
+///
+/// Fails as [`read`] does, and with the place of the first octets that are no text.
+pub fn read_octets(octets: &[u8]) -> Result<Gsdml, GsdmlError> {
+    let units = |from: fn([u8; 2]) -> u16| -> Vec<u16> {
+        octets.chunks_exact(2).skip(1).map(|pair| from([pair[0], pair[1]])).collect()
+    };
+    let wide = match octets {
+        [0xFF, 0xFE, ..] => Some(units(u16::from_le_bytes)),
+        [0xFE, 0xFF, ..] => Some(units(u16::from_be_bytes)),
+        _ => None,
+    };
+    if let Some(wide) = wide {
+        return read(&String::from_utf16_lossy(&wide));
+    }
+    match std::str::from_utf8(octets) {
+        Ok(text) => read(text),
+        Err(error) => {
+            let good = String::from_utf8_lossy(octets.get(..error.valid_up_to()).unwrap_or_default()).into_owned();
+            let line = good.matches('\n').count() as u32 + 1;
+            let column = good.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
+            let message = "these octets are no UTF-8: save the file in this encoding, which GSDML asks for".into();
+            Err(GsdmlError { line, column, message })
+        }
+    }
+}
+
+/// Reads the text of a GSDML file.
+///
+/// Fails with the place if it is no well-formed XML, or if something is missing without which it says nothing: the
+/// device's identity, or an access point.
+pub fn read(text: &str) -> Result<Gsdml, GsdmlError> {
+    let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
+    let document = Document::parse_with_options(text, options).map_err(|error| malformed(text, &error))?;
+    let page = Page::new(&document);
+    let root = document.root_element();
+    let missing = |node: Node<'_, '_>, what: &str| {
+        let (line, column) = page.place(node);
+        GsdmlError { line, column, message: format!("{what}: is this the vendor's GSDML file?") }
+    };
+    let body = child(root, "ProfileBody").ok_or_else(|| missing(root, "there is no `ProfileBody` here"))?;
+    let identity = child(body, "DeviceIdentity").ok_or_else(|| missing(body, "there is no `DeviceIdentity` here"))?;
+    let id = |name: &str| {
+        let number = identity.attribute(name).and_then(numeral::<u16>);
+        number.ok_or_else(|| missing(identity, &format!("`{name}` is no number of 16 bits")))
+    };
+    let family = below(body, &["DeviceFunction", "Family"]).first().copied();
+    let family_word = |name| family.and_then(|node| node.attribute(name)).unwrap_or_default().to_owned();
+    let mut gsdml = Gsdml {
+        version: version(root),
+        vendor_id: id("VendorID")?,
+        device_id: id("DeviceID")?,
+        vendor: value(identity, "VendorName"),
+        family: (family_word("MainFamily"), family_word("ProductFamily")),
+        ..Gsdml::default()
+    };
+    let process = child(body, "ApplicationProcess").ok_or_else(|| missing(body, "there is no `ApplicationProcess`"))?;
+    let subs = ["SubmoduleItem", "PortSubmoduleItem"].map(|name| below(process, &["SubmoduleList", name])).concat();
+    let subs: Vec<Node<'_, '_>> = in_order(subs);
+    gsdml.submodules = subs.iter().filter_map(|node| submodule(&page, *node, SubmoduleKind::Pluggable)).collect();
+    let modules = below(process, &["ModuleList", "ModuleItem"]);
+    gsdml.modules = modules.iter().filter_map(|node| module(&page, *node, &gsdml.submodules)).collect();
+    let points = below(process, &["DeviceAccessPointList", "DeviceAccessPointItem"]);
+    gsdml.access_points = points.iter().filter_map(|node| access_point(&page, *node, &gsdml)).collect();
+    if gsdml.access_points.is_empty() {
+        return Err(missing(process, "there is no device access point with an ident number here"));
+    }
+    gsdml.remarks = page.remarks();
+    Ok(gsdml)
+}
+
+fn malformed(text: &str, error: &roxmltree::Error) -> GsdmlError {
+    use roxmltree::Error as Xml;
+    let at = error.pos();
+    let (mut line, mut column) = (at.row, at.col);
+    if matches!(error, Xml::UnclosedRootNode | Xml::UnexpectedEndOfStream | Xml::NoRootNode) {
+        line = text.lines().count().max(1) as u32;
+        column = text.lines().last().unwrap_or_default().chars().count() as u32 + 1;
+    }
+    let said = error.to_string();
+    let said = said.strip_suffix(&format!(" at {at}")).unwrap_or(&said);
+    GsdmlError { line, column, message: format!("this is no well-formed XML: {said}; take the vendor's original file") }
+}
+
+/// The version of the schema that the file names, from the place of its schema.
+fn version(root: Node<'_, '_>) -> String {
+    let named = root.attributes().find(|of| of.name() == "schemaLocation").map_or("", |of| of.value());
+    let Some((_, behind)) = named.rsplit_once("-V") else { return String::new() };
+    behind.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect::<String>().trim_matches('.').to_owned()
+}
+
+fn in_order<'d>(mut nodes: Vec<Node<'d, 'd>>) -> Vec<Node<'d, 'd>> {
+    nodes.sort_by_key(|node| node.range().start);
+    nodes
+}
+
+fn id(node: Node<'_, '_>) -> String {
+    node.attribute("ID").unwrap_or_default().to_owned()
+}
+
+fn info<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> ModuleInfo {
+    let Some(info) = child(node, "ModuleInfo") else {
+        return ModuleInfo { name: page.text(node), ..ModuleInfo::default() };
+    };
+    ModuleInfo {
+        name: page.name(info),
+        order_number: value(info, "OrderNumber"),
+        hardware: value(info, "HardwareRelease"),
+        software: value(info, "SoftwareRelease"),
+    }
+}
+
+fn submodule<'d>(page: &Page<'d>, node: Node<'d, 'd>, kind: SubmoduleKind) -> Option<Submodule> {
+    let one = |subslot: u16| vec![subslot..=subslot];
+    let numbered = |default: u16| one(page.number(node, "SubslotNumber").unwrap_or(default));
+    let subslots = match kind {
+        SubmoduleKind::Virtual if node.attribute("FixedInSubslots").is_none() => one(1),
+        SubmoduleKind::Virtual => page.ranges(node, "FixedInSubslots"),
+        SubmoduleKind::Interface => numbered(0x8000),
+        SubmoduleKind::Port => numbered(0x8001),
+        SubmoduleKind::Pluggable => Vec::new(),
+    };
+    let (inputs, outputs) = super::data::cyclic(page, node);
+    Some(Submodule {
+        id: id(node),
+        kind,
+        info: info(page, node),
+        ident: page.ident(node, "SubmoduleIdentNumber")?,
+        api: page.number(node, "API").unwrap_or_default(),
+        subslots,
+        inputs,
+        outputs,
+        records: super::data::records(page, node),
+        writable_im: page.ranges::<u16>(node, "Writeable_IM_Records").into_iter().flatten().take(16).collect(),
+        failsafe: page.flag(node, "PROFIsafeSupported").unwrap_or_default(),
+    })
+}
+
+/// The submodules that are part of a module.
+fn built_in<'d>(page: &Page<'d>, node: Node<'d, 'd>) -> Vec<Submodule> {
+    const LISTS: [(&str, &str, SubmoduleKind); 3] = [
+        ("VirtualSubmoduleList", "VirtualSubmoduleItem", SubmoduleKind::Virtual),
+        ("SystemDefinedSubmoduleList", "InterfaceSubmoduleItem", SubmoduleKind::Interface),
+        ("SystemDefinedSubmoduleList", "PortSubmoduleItem", SubmoduleKind::Port),
+    ];
+    let of_list = |(list, item, kind)| below(node, &[list, item]).into_iter().map(move |node| (node, kind));
+    LISTS.into_iter().flat_map(of_list).filter_map(|(node, kind)| submodule(page, node, kind)).collect()
+}
+
+/// What `item` elements of `list` refer to: places in slots (`Slots`) or subslots (`Subslots`).
+fn offered<'d>(
+    page: &Page<'d>,
+    node: Node<'d, 'd>,
+    (list, item, target): (&'static str, &'static str, &str),
+    kind: &str,
+    known: &dyn Fn(&str) -> Option<usize>,
+    all: &[RangeInclusive<u16>],
+) -> Vec<Offered> {
+    let mut offers = Vec::new();
+    for node in below(node, &[list, item]) {
+        let Some(index) = node.attribute(target).and_then(known) else {
+            page.remark(node, &format!("`{target}` names nothing that is in this file; the element is left out"));
+            continue;
+        };
+        let read = |how: &str| page.ranges::<u16>(node, &format!("{how}In{kind}"));
+        let (fixed, used) = (read("Fixed"), read("Used"));
+        let mut places = read("Allowed");
+        places.extend(fixed.iter().chain(&used).cloned());
+        if places.is_empty() {
+            places = all.to_vec();
+        }
+        offers.push(Offered { index, places, fixed, used });
+    }
+    offers
+}
+
+fn pluggable<'d>(page: &Page<'d>, node: Node<'d, 'd>, submodules: &[Submodule]) -> Vec<Offered> {
+    let known = |id: &str| submodules.iter().position(|of| of.id == id);
+    let all = page.ranges(node, "PhysicalSubslots");
+    offered(page, node, ("UseableSubmodules", "SubmoduleItemRef", "SubmoduleItemTarget"), "Subslots", &known, &all)
+}
+
+fn module<'d>(page: &Page<'d>, node: Node<'d, 'd>, submodules: &[Submodule]) -> Option<Module> {
+    Some(Module {
+        id: id(node),
+        info: info(page, node),
+        ident: page.ident(node, "ModuleIdentNumber")?,
+        submodules: built_in(page, node),
+        pluggable: pluggable(page, node, submodules),
+    })
+}
+
+fn access_point<'d>(page: &Page<'d>, node: Node<'d, 'd>, gsdml: &Gsdml) -> Option<AccessPoint> {
+    let slots = page.ranges(node, "PhysicalSlots");
+    let known = |id: &str| gsdml.modules.iter().position(|of| of.id == id);
+    let fixed = page.ranges::<u16>(node, "FixedInSlots");
+    let lengths = child(node, "IOConfigData");
+    let length = |name: &str| lengths.and_then(|node| page.number(node, name)).unwrap_or_default();
+    Some(AccessPoint {
+        id: id(node),
+        info: info(page, node),
+        ident: page.ident(node, "ModuleIdentNumber")?,
+        slot: fixed.first().map_or(0, |range| *range.start()),
+        submodules: built_in(page, node),
+        modules: offered(page, node, ("UseableModules", "ModuleItemRef", "ModuleItemTarget"), "Slots", &known, &slots),
+        pluggable: pluggable(page, node, &gsdml.submodules),
+        slots,
+        min_device_interval: page.number(node, "MinDeviceInterval").unwrap_or_default(),
+        max_input: length("MaxInputLength"),
+        max_output: length("MaxOutputLength"),
+        features: features(node),
+    })
+}
+
+/// Attributes that are kept elsewhere or say nothing about the device.
+const KEPT_ELSEWHERE: [&str; 10] = [
+    "ID",
+    "TextId",
+    "ModuleIdentNumber",
+    "FixedInSlots",
+    "PhysicalSlots",
+    "MinDeviceInterval",
+    "MaxInputLength",
+    "MaxOutputLength",
+    "SubmoduleIdentNumber",
+    "SubslotNumber",
+];
+
+/// What an access point claims of itself, its interface and its connections, known or not.
+fn features(node: Node<'_, '_>) -> Vec<(String, String)> {
+    let mut nodes = vec![node];
+    let named = |node: &Node<'_, '_>, names: &[&str]| node.is_element() && names.contains(&node.tag_name().name());
+    nodes.extend(
+        node.children().filter(|node| named(node, &["CertificationInfo", "IOConfigData", "ApplicationRelations"])),
+    );
+    for list in children(node, "SystemDefinedSubmoduleList") {
+        nodes.extend(children(list, "InterfaceSubmoduleItem").flat_map(|node| {
+            let inside = node.descendants().skip(1).filter(Node::is_element);
+            std::iter::once(node).chain(inside.filter(|node| {
+                node.tag_name().name().ends_with("Properties") || node.tag_name().name() == "ApplicationRelations"
+            }))
+        }));
+    }
+    let attributes = nodes.iter().flat_map(|node| node.attributes());
+    attributes
+        .filter(|of| !KEPT_ELSEWHERE.contains(&of.name()))
+        .map(|of| (of.name().to_owned(), of.value().trim().to_owned()))
+        .collect()
+}

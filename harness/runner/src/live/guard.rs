@@ -1,0 +1,168 @@
+//! The last fence before the wire: a frame of ours goes to the device under test or serves discovery, or it does not go.
+//!
+//! It also holds back what the bench gives no consent to, so that a mistake anywhere above it changes nothing. This room
+//! must not know why a frame is sent.
+
+use crate::bench_file::Consents;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::profinet::dcp::{BlockQualifier, Body, Dcp, Element, ResetMode, ServiceId};
+use wire::profinet::rt::{FrameId, FrameKind};
+
+/// What is let through, and what was not.
+#[derive(Clone, Debug)]
+pub struct Guard {
+    device: Option<Mac>,
+    consent: Consents,
+    held_back: u64,
+    first: Option<String>,
+}
+
+impl Guard {
+    /// A guard that lets discovery through, and what goes to `device` once it is known who that is.
+    pub fn new(device: Option<Mac>, consent: Consents) -> Guard {
+        Guard { device, consent, held_back: 0, first: None }
+    }
+
+    /// Whether `frame` may be sent; one that may not is counted.
+    pub fn allows(&mut self, frame: &[u8]) -> bool {
+        match self.objection(frame) {
+            None => true,
+            Some(why) => {
+                self.held_back += 1;
+                self.first.get_or_insert(why);
+                false
+            }
+        }
+    }
+
+    /// What was held back: how many frames, and why the first.
+    pub fn held_back(&self) -> Option<String> {
+        let first = self.first.as_ref()?;
+        Some(format!("{} frame(s) of ours were held back; the first: {first}", self.held_back))
+    }
+
+    /// Forgets what was held back.
+    pub fn forget_held_back(&mut self) {
+        (self.held_back, self.first) = (0, None);
+    }
+
+    fn objection(&self, frame: &[u8]) -> Option<String> {
+        let to = frame.get(..6).and_then(|octets| octets.try_into().ok()).map(Mac)?;
+        if Some(to) == self.device {
+            return self.no_consent(frame);
+        }
+        let Ok((header, payload)) = FrameHeader::parse(frame) else {
+            return Some(format!("an unreadable frame to {to}"));
+        };
+        let is_discovery = match header.ether_type {
+            EtherType::PROFINET => {
+                to == Mac::DCP_MULTICAST
+                    && FrameId::peek(payload).is_ok_and(|id| id.kind() == FrameKind::DcpIdentifyRequest)
+            }
+            EtherType::LLDP => to == Mac::LLDP_MULTICAST,
+            EtherType::ARP => to == Mac::BROADCAST,
+            _ => false,
+        };
+        (!is_discovery).then(|| format!("a frame to {to}, which is not the device under test"))
+    }
+
+    /// What a frame to the device would change for good without consent.
+    fn no_consent(&self, frame: &[u8]) -> Option<String> {
+        let (header, payload) = FrameHeader::parse(frame).ok()?;
+        if header.ether_type != EtherType::PROFINET || FrameId::peek(payload).ok()?.kind() != FrameKind::DcpGetSet {
+            return None;
+        }
+        let dcp = Dcp::parse(payload).ok()?;
+        let Body::Blocks(blocks) = &dcp.body else { return None };
+        if dcp.service_id != ServiceId::SET {
+            return None;
+        }
+        blocks.iter().find_map(|block| {
+            let qualifier = BlockQualifier(block.word.unwrap_or_default());
+            let element = block.value.element();
+            let (what, consent) = match element {
+                Element::NAME_OF_STATION => ("set_name", self.consent.set_name),
+                Element::IP_PARAMETER | Element::FULL_IP_SUITE if qualifier.is_permanent() => {
+                    ("set_ip", self.consent.set_ip)
+                }
+                Element::RESET_TO_FACTORY if qualifier.reset_mode() == ResetMode::FACTORY_IMAGE => {
+                    return Some(
+                        "a reset that restores the firmware, which is never asked of a live device".to_owned(),
+                    );
+                }
+                Element::FACTORY_RESET | Element::RESET_TO_FACTORY => ("factory_reset", self.consent.factory_reset),
+                _ => return None,
+            };
+            (!consent).then(|| format!("a DCP Set of {element:?} without the consent {what}"))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+    use std::net::Ipv4Addr;
+    use wire::profinet::dcp::block::IpParameter;
+    use wire::profinet::dcp::{Block, Value};
+
+    const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
+    const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
+    const OURS: Mac = Mac([2, 0, 0, 0, 0, 1]);
+
+    fn dcp(to: Mac, dcp: &Dcp) -> Vec<u8> {
+        let mut frame = Vec::new();
+        dcp.write_frame(to, OURS, &mut frame);
+        frame
+    }
+
+    fn set(qualifier: BlockQualifier, value: Value) -> Dcp {
+        Dcp::set(7, vec![Block::set(qualifier, value)])
+    }
+
+    fn with(change: impl Fn(&mut Consents)) -> Consents {
+        let mut consent = Consents::default();
+        change(&mut consent);
+        consent
+    }
+
+    #[test]
+    fn discovery_goes_to_everybody_and_the_rest_to_the_device_only() {
+        let mut guard = Guard::new(Some(DEVICE), Consents::default());
+        assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
+        assert!(guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
+        assert_eq!(guard.held_back(), None);
+        assert!(!guard.allows(&dcp(OTHER, &Dcp::get(2, vec![Element::DEVICE_ID]))));
+        // A Set to all is what must never happen.
+        let name = set(BlockQualifier::PERMANENT, Value::NameOfStation(b"all-alike".to_vec()));
+        assert!(!guard.allows(&dcp(Mac::DCP_MULTICAST, &name)));
+        assert!(!guard.allows(&[0xff; 20]));
+        let said = guard.held_back().expect("three frames were held back");
+        assert!(said.starts_with("3 frame(s)") && said.contains(&OTHER.to_string()), "{said}");
+    }
+
+    #[test]
+    fn before_the_device_is_known_only_discovery_goes() {
+        let mut guard = Guard::new(None, Consents::default());
+        assert!(!guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
+        assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
+    }
+
+    #[rstest]
+    #[case::name(set(BlockQualifier::TEMPORARY, Value::NameOfStation(vec![])), with(|of| of.set_name = true))]
+    #[case::ip(set(BlockQualifier::PERMANENT, Value::IpParameter(IpParameter::NONE)), with(|of| of.set_ip = true))]
+    #[case::reset(set(BlockQualifier::TEMPORARY, Value::FactoryReset), with(|of| of.factory_reset = true))]
+    #[case::reset_to(Dcp::reset_to_factory(7, ResetMode::COMMUNICATION), with(|of| of.factory_reset = true))]
+    fn what_lasts_needs_consent(#[case] request: Dcp, #[case] consent: Consents) {
+        assert!(!Guard::new(Some(DEVICE), Consents::default()).allows(&dcp(DEVICE, &request)));
+        assert!(Guard::new(Some(DEVICE), consent).allows(&dcp(DEVICE, &request)));
+    }
+
+    #[test]
+    fn an_address_for_this_run_needs_none_and_the_firmware_is_never_touched() {
+        let mut guard = Guard::new(Some(DEVICE), with(|of| of.factory_reset = true));
+        let address = IpParameter { address: Ipv4Addr::new(192, 168, 0, 10), ..IpParameter::NONE };
+        assert!(guard.allows(&dcp(DEVICE, &set(BlockQualifier::TEMPORARY, Value::IpParameter(address)))));
+        assert!(!guard.allows(&dcp(DEVICE, &Dcp::reset_to_factory(7, ResetMode::FACTORY_IMAGE))));
+    }
+}

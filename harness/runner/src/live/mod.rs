@@ -1,0 +1,11 @@
+//! Benches with real wires: what is found there, what holds the device, what was changed and is put back.
+//!
+//! This room must not know suites, nor how anything is judged.
+
+pub mod control;
+pub mod discover;
+pub mod guard;
+pub mod journal;
+pub mod preflight;
+pub mod serve;
+pub mod stand;

@@ -1,0 +1,566 @@
+//! Whether a bench can be used, and what may be done on it: listens, asks who is there, and only then touches the device.
+//!
+//! Nothing is changed here but a station name or an address that the bench file asks for. This room must not know suites.
+
+use super::guard::Guard;
+use super::journal::{self, Entry, Found, Journal};
+use crate::bench_file::{BenchFile, LinkSpec};
+use crate::gsdml::DeviceSays;
+use crate::observe::Tracker;
+use controllers::profinet_io::{
+    Controller, DcpOutcome, IdentifyBy, Outcome, Partner, RecordOutcome, Request, Settings, StationSeen, Target,
+};
+use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
+use station::{Duration, Outbox, Station, Time};
+use std::collections::BTreeSet;
+use std::net::Ipv4Addr;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+use wire::datagram::arp::Arp;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockQualifier, Value};
+use wire::profinet::rpc::ObjectUuid;
+
+/// How long is listened before the first frame of ours.
+const LISTEN: Duration = Duration::from_millis(1500);
+/// How long answers to an Identify are collected.
+const IDENTIFY: Duration = Duration::from_millis(1300);
+/// How often everybody is asked who is there.
+const QUESTIONS: u32 = 4;
+/// How long answers to an ARP question are waited for.
+const ARP_WAIT: Duration = Duration::from_millis(300);
+/// How often the listener asks to be woken, to see how punctual this machine is.
+const TICK: Duration = Duration::from_millis(1);
+/// Deadlines get at least so many cycles more than the manual says.
+const SLACK_CYCLES: u32 = 2;
+/// Most octets of a record that are asked for.
+const RECORD: u32 = 4096;
+/// Our addresses where the link has none of its own.
+const WITHOUT_INTERFACE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x00];
+
+/// What the device has to be.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Its vendor number.
+    pub vendor_id: u16,
+    /// Its device number, where a manual or a description prints it.
+    pub device_id: Option<u16>,
+    /// The cycle of most connections, for the slack.
+    pub cycle: Duration,
+}
+
+/// A bench that can be used.
+pub struct Prepared {
+    /// The wire.
+    pub wire: Wire,
+    /// The fence before it.
+    pub guard: Guard,
+    /// The device as it was found, before anything was changed.
+    pub found: Found,
+    /// The journal, which begins with that.
+    pub journal: Journal,
+    /// Whether something was changed that may have to be put back.
+    pub has_changed: bool,
+    /// What the device says of itself.
+    pub says: DeviceSays,
+    /// The device as it is now.
+    pub station: StationSeen,
+    /// The address that our controller gives it.
+    pub ip: IpParameter,
+    /// Our controllers.
+    pub controllers: [(Mac, Ipv4Addr); 2],
+    /// The extra time that deadlines get.
+    pub slack: Duration,
+    /// Why only what reads may run, where that is so.
+    pub passive: Option<String>,
+    /// Remarks for the report.
+    pub notes: Vec<String>,
+}
+
+/// Why a bench cannot be used, in one sentence that says what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Unusable(pub String);
+
+impl From<link::LinkError> for Unusable {
+    fn from(error: link::LinkError) -> Unusable {
+        Unusable(error.to_string())
+    }
+}
+
+type Ready<T> = Result<T, Unusable>;
+
+fn unusable<T>(why: impl Into<String>) -> Ready<T> {
+    Err(Unusable(why.into()))
+}
+
+/// Opens the port of a link.
+pub fn open(link: &LinkSpec) -> Ready<Box<dyn Port>> {
+    Ok(match link {
+        LinkSpec::Nic(name) => Box::new(Nic::open(name)?),
+        LinkSpec::Socket(address) => {
+            let address: SocketAddress =
+                address.parse().map_err(|error| Unusable(format!("socket:{address}: {error}")))?;
+            Box::new(FrameSocket::open(&address)?)
+        }
+    })
+}
+
+/// The MAC addresses of our controllers: derived from that of the interface, locally administered, so that neither the
+/// machine's own traffic nor the other controller is mixed up with them.
+pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
+    let mut first = port.mac().unwrap_or(WITHOUT_INTERFACE);
+    first[0] = (first[0] | 0x02) & 0xFE;
+    first[1] ^= 0x45;
+    let first = bench.controller_mac.map_or(first, |mac| mac.0);
+    let mut second = first;
+    second[5] ^= 0x01;
+    [Mac(first), Mac(second)]
+}
+
+/// Makes a bench ready: opens the link, listens, finds the device, and gives it the name and the address of the bench.
+pub fn prepare(bench: &BenchFile, wanted: &Wanted) -> Ready<Prepared> {
+    let port = open(&bench.link)?;
+    link::privileges::drop()?;
+    let macs = controller_macs(bench, port.as_ref());
+    let mut scout = Scout { wire: Wire::new(port), guard: Guard::new(None, bench.consent), heard: Heard::default() };
+    scout.wire.restart();
+    let mut ticker = Ticker(Time::ZERO + TICK);
+    let listened = scout.wire.clock().now() + LISTEN;
+    scout.run(&mut [(macs[0].0, &mut ticker)], listened, |_| false)?;
+    let late = scout.wire.lateness().wakes().max();
+    let slack = wanted.cycle * SLACK_CYCLES + late.min(wanted.cycle * SLACK_CYCLES);
+    let mut controller = controller(macs[0], Ipv4Addr::UNSPECIFIED, bench.mask);
+    let (found, others) = scout.find(bench, wanted, &mut controller)?;
+    scout.guard = Guard::new(Some(found.mac), bench.consent);
+    let passive = passive(bench, &scout.heard, &found, &others, &macs);
+    let mut notes = Vec::new();
+    let mut station = found.clone();
+    let found = written_down(bench, &station);
+    let folder = Path::new(journal::FOLDER);
+    let begun = Journal::begin(folder, &found);
+    let mut journal = begun
+        .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
+    let mut has_changed = false;
+    if passive.is_none() {
+        has_changed = scout.name(bench, &mut controller, &mut station, &mut journal)?;
+    }
+    let ip = address(bench, &station)?;
+    let addresses = scout.free_addresses(bench, &ip, &macs, &others)?;
+    if scout.answers(macs[0], ip.address)?.into_iter().any(|mac| mac != station.mac) {
+        return unusable(format!(
+            "another station has the address {} of the device: give one of them another",
+            ip.address
+        ));
+    }
+    if late > wanted.cycle {
+        notes.push(format!("this machine was up to {late:?} late while it listened; deadlines get {slack:?} more"));
+    }
+    let controllers = [(macs[0], addresses[0]), (macs[1], addresses[1])];
+    let mut says = DeviceSays::default();
+    if let Some((vendor, device)) = station.id {
+        says.ids(vendor, device);
+    }
+    if passive.is_none() {
+        let mut controller = self::controller(macs[0], addresses[0], ip.mask);
+        scout.give_address(&mut controller, &station, ip)?;
+        scout.ask_what_is_plugged(&mut controller, &station, ip, &mut says)?;
+    }
+    let Scout { wire, guard, .. } = scout;
+    let prepared =
+        Prepared { wire, guard, found, journal, has_changed, says, station, ip, controllers, slack, passive, notes };
+    Ok(prepared)
+}
+
+/// The device as a journal has it.
+fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
+    let (vendor_id, device_id) = station.id.unwrap_or_default();
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    Found {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        began: since.as_secs(),
+        link: bench.link.to_string(),
+        bench: bench.path.clone(),
+        manual: bench.claim.manual.clone(),
+        variant: bench.claim.variant.clone(),
+        mac: station.mac.to_string(),
+        vendor_id,
+        device_id,
+        name: station.name.clone(),
+        ip: station.ip.address,
+        mask: station.ip.mask,
+        gateway: station.ip.gateway,
+    }
+}
+
+/// A controller for questions.
+fn controller(mac: Mac, ip: Ipv4Addr, mask: Ipv4Addr) -> Controller {
+    Controller::new(Settings {
+        mac,
+        ip,
+        mask,
+        gateway: Ipv4Addr::UNSPECIFIED,
+        station_name: b"encspec".to_vec(),
+        vendor_id: 0xFEED,
+        device_id: 0x0001,
+        seed: u64::from(std::process::id()),
+    })
+}
+
+/// Why only what reads may run: others could be disturbed, or somebody works with the device.
+fn passive(
+    bench: &BenchFile,
+    heard: &Heard,
+    found: &StationSeen,
+    others: &[StationSeen],
+    own: &[Mac; 2],
+) -> Option<String> {
+    let foreign = |mac: &Mac| !own.contains(mac);
+    let with_device = |pair: &&(Mac, Mac)| pair.0 == found.mac || pair.1 == found.mac;
+    if let Some((from, to)) = heard.cyclic.iter().find(with_device) {
+        let partner = if *from == found.mac { to } else { from };
+        return Some(format!("the device works with the controller {partner}, whose connection is not to be touched"));
+    }
+    if bench.consent.alone {
+        return None;
+    }
+    if let Some((from, to)) = heard.cyclic.iter().find(|(from, to)| foreign(from) && foreign(to)) {
+        return Some(format!("{from} and {to} exchange data on this segment, and the bench does not say `alone`"));
+    }
+    let other = others.iter().map(|station| station.mac).chain(heard.speakers.iter().copied());
+    let other = other.filter(foreign).find(|mac| *mac != found.mac)?;
+    Some(format!("another station ({other}) is on this segment, and the bench does not say `alone`"))
+}
+
+/// The address that the device is given: the bench's, else its own.
+fn address(bench: &BenchFile, station: &StationSeen) -> Ready<IpParameter> {
+    match bench.ip {
+        Some(address) => Ok(IpParameter { address, mask: bench.mask, gateway: station.ip.gateway }),
+        None if station.ip.address != Ipv4Addr::UNSPECIFIED => Ok(station.ip),
+        None => unusable(
+            "the device has no IP address; write a bench file (`encspec bench init`) with the `ip` that it is to get for \
+             the run",
+        ),
+    }
+}
+
+/// Who was heard before anybody was asked.
+#[derive(Debug, Default)]
+struct Heard {
+    tracker: Tracker,
+    frames: u64,
+    /// Sender and receiver of cyclic frames.
+    cyclic: BTreeSet<(Mac, Mac)>,
+    /// Senders of PROFINET frames.
+    speakers: BTreeSet<Mac>,
+    /// Who said in ARP that it has which address.
+    addresses: Vec<(Ipv4Addr, Mac)>,
+}
+
+impl Heard {
+    fn hear(&mut self, time: Time, frame: &[u8]) {
+        self.frames += 1;
+        self.tracker.frame(self.frames, time, frame, &mut |_, _| {});
+        let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
+        match header.ether_type {
+            EtherType::PROFINET => {
+                self.speakers.insert(header.source);
+                let is_cyclic = payload.first().is_some_and(|high| (0x80..0xFC).contains(high));
+                if is_cyclic {
+                    self.cyclic.insert((header.source, header.destination));
+                }
+            }
+            EtherType::ARP => {
+                if let Ok(arp) = Arp::parse(payload) {
+                    self.addresses.push((arp.sender_ip, arp.sender_mac));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Somebody who wants to be woken every millisecond.
+struct Ticker(Time);
+
+impl Station for Ticker {
+    fn receive(&mut self, _: Time, _: &[u8], _: &mut Outbox) {}
+
+    fn wake(&mut self, now: Time, _: &mut Outbox) {
+        while self.0 <= now {
+            self.0 += TICK;
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        Some(self.0)
+    }
+}
+
+/// Somebody who sends some frames once.
+struct Sender(Vec<Vec<u8>>);
+
+impl Station for Sender {
+    fn receive(&mut self, _: Time, _: &[u8], _: &mut Outbox) {}
+
+    fn wake(&mut self, _: Time, out: &mut Outbox) {
+        self.0.drain(..).for_each(|frame| out.push(&frame));
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        (!self.0.is_empty()).then_some(Time::ZERO)
+    }
+}
+
+/// Looks around on a wire.
+struct Scout {
+    wire: Wire,
+    guard: Guard,
+    heard: Heard,
+}
+
+impl Scout {
+    fn run(
+        &mut self,
+        stations: &mut [([u8; 6], &mut dyn Station)],
+        until: Time,
+        mut done: impl FnMut(&mut [([u8; 6], &mut dyn Station)]) -> bool,
+    ) -> Ready<()> {
+        while !done(stations) && self.wire.clock().now() < until {
+            if link::interrupt::requested() {
+                return unusable("interrupted before anything was touched");
+            }
+            let Scout { wire, guard, heard } = self;
+            wire.step(stations, until, &mut |frame| guard.allows(frame), &mut |time, frame| heard.hear(time, frame))?;
+        }
+        Ok(())
+    }
+
+    fn ask(&mut self, controller: &mut Controller, request: Request) -> Ready<Outcome> {
+        let now = self.wire.clock().now();
+        controller.request(now, request).map_err(|busy| Unusable(busy.to_string()))?;
+        let mac = controller.settings().mac.0;
+        loop {
+            if let Some(outcome) = controller.take_outcome() {
+                return Ok(outcome);
+            }
+            let until = self.wire.clock().now() + IDENTIFY;
+            let mut once = false;
+            self.run(&mut [(mac, controller)], until, |_| std::mem::replace(&mut once, true))?;
+        }
+    }
+
+    /// Finds the device, and tells who else is there.
+    fn find(
+        &mut self,
+        bench: &BenchFile,
+        wanted: &Wanted,
+        controller: &mut Controller,
+    ) -> Ready<(StationSeen, Vec<StationSeen>)> {
+        let mut stations: Vec<StationSeen> = Vec::new();
+        for _ in 0..QUESTIONS {
+            let outcome = self.ask(controller, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+            if let Outcome::Stations(seen) = outcome {
+                stations = seen;
+            }
+            if stations.iter().any(|station| is_meant(bench, wanted, station)) {
+                break;
+            }
+        }
+        let meant: Vec<&StationSeen> = stations.iter().filter(|station| is_meant(bench, wanted, station)).collect();
+        match meant[..] {
+            [one] => {
+                let one = one.clone();
+                self.check(bench, wanted, &one)?;
+                stations.retain(|station| station.mac != one.mac);
+                if let Some(twin) = stations.iter().find(|other| !one.name.is_empty() && other.name == one.name) {
+                    return unusable(format!(
+                        "{} and {} have the same station name: give one of them another",
+                        one.mac, twin.mac
+                    ));
+                }
+                Ok((one, stations))
+            }
+            [] => unusable(nobody(bench, wanted, &stations)),
+            _ => {
+                let macs: Vec<String> = meant.iter().map(|station| station.mac.to_string()).collect();
+                let all = macs.join(", ");
+                unusable(format!("{all} could all be meant: say in a bench file by `station` or `mac` which one is"))
+            }
+        }
+    }
+
+    fn check(&self, bench: &BenchFile, wanted: &Wanted, station: &StationSeen) -> Ready<()> {
+        let Some((vendor, device)) = station.id else {
+            return unusable(format!("{} does not say which device it is, so it is left alone", station.mac));
+        };
+        if vendor == wanted.vendor_id && wanted.device_id.is_none_or(|id| id == device) {
+            return Ok(());
+        }
+        let claimed = match wanted.device_id {
+            Some(id) => format!("vendor 0x{:04X} device 0x{id:04X}", wanted.vendor_id),
+            None => format!("vendor 0x{:04X}", wanted.vendor_id),
+        };
+        let mac = station.mac;
+        let manual = &bench.claim.manual;
+        unusable(format!(
+            "{mac} is vendor 0x{vendor:04X} device 0x{device:04X}, {manual} is {claimed}: it is left alone"
+        ))
+    }
+
+    /// Gives the device the name of the bench, if it has another one.
+    fn name(
+        &mut self,
+        bench: &BenchFile,
+        controller: &mut Controller,
+        station: &mut StationSeen,
+        journal: &mut Journal,
+    ) -> Ready<bool> {
+        let Some(name) = &bench.station_name else { return Ok(false) };
+        if station.name == name.as_bytes() {
+            return Ok(false);
+        }
+        let now = String::from_utf8_lossy(&station.name).escape_debug().to_string();
+        if !bench.consent.set_name {
+            return unusable(format!(
+                "the device is named `{now}`, the bench says `{name}`: put the right name there, or give the consent set_name"
+            ));
+        }
+        let entry = Entry::Changes { trial: "preflight".into(), what: vec!["set_name".into()] };
+        journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
+        let value = Value::NameOfStation(name.clone().into_bytes());
+        let blocks = vec![Block::set(BlockQualifier::PERMANENT, value)];
+        match self.ask(controller, Request::DcpSet { to: station.mac, blocks })? {
+            Outcome::Dcp(DcpOutcome::Accepted) => {
+                station.name = name.clone().into_bytes();
+                Ok(true)
+            }
+            outcome => unusable(format!("the device does not take the name `{name}`: {outcome:?}")),
+        }
+    }
+
+    /// Gives the device the address of this run, until it loses power.
+    fn give_address(&mut self, controller: &mut Controller, station: &StationSeen, ip: IpParameter) -> Ready<()> {
+        if station.ip.address == ip.address && station.ip.mask == ip.mask {
+            return Ok(());
+        }
+        let blocks = vec![Block::set(BlockQualifier::TEMPORARY, Value::IpParameter(ip))];
+        match self.ask(controller, Request::DcpSet { to: station.mac, blocks })? {
+            Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
+            outcome => unusable(format!("the device does not take the address {}: {outcome:?}", ip.address)),
+        }
+    }
+
+    /// Reads without a connection which APIs there are, what is plugged in each, and I&M0; what the device refuses stays
+    /// unknown.
+    fn ask_what_is_plugged(
+        &mut self,
+        controller: &mut Controller,
+        station: &StationSeen,
+        ip: IpParameter,
+        says: &mut DeviceSays,
+    ) -> Ready<()> {
+        let partner = Partner { mac: station.mac, ip: ip.address };
+        let (vendor_id, device_id) = station.id.unwrap_or_default();
+        let object = ObjectUuid { instance: 1, device_id, vendor_id };
+        let mut read = |scout: &mut Scout, target: Target| -> Ready<Option<Vec<u8>>> {
+            let request = Request::ReadImplicit { partner, object, target, length: RECORD };
+            Ok(match scout.ask(controller, request)? {
+                Outcome::Record(RecordOutcome::Accepted { data }) => Some(data),
+                _ => None,
+            })
+        };
+        let place = |api: u32, subslot: u16, index: u16| Target { api, slot: 0, subslot, index };
+        let Some(octets) = read(self, place(0, 1, 0xF821))? else { return Ok(()) };
+        // What cannot be read stays unknown, as what is refused does; the suite judges the records themselves.
+        for api in says.take_apis(&octets).unwrap_or_default() {
+            if let Some(octets) = read(self, place(api, 1, 0xF000))? {
+                let _ = says.take_real(api, &octets);
+            }
+        }
+        if let Some(octets) = read(self, place(0, 1, 0xAFF0))? {
+            let _ = says.take_im0(&octets);
+        }
+        Ok(())
+    }
+
+    /// Who answers to an address.
+    fn answers(&mut self, own: Mac, address: Ipv4Addr) -> Ready<Vec<Mac>> {
+        self.heard.addresses.clear();
+        let question = Arp::request(own, Ipv4Addr::UNSPECIFIED, address);
+        let mut frame = Vec::new();
+        question.write_frame(&mut frame);
+        let mut sender = Sender(vec![frame]);
+        let until = self.wire.clock().now() + ARP_WAIT;
+        self.run(&mut [(own.0, &mut sender)], until, |_| false)?;
+        Ok(self.heard.addresses.iter().filter(|(ip, mac)| *ip == address && *mac != own).map(|(_, mac)| *mac).collect())
+    }
+
+    /// Two addresses for our controllers: the bench's and the next free one, or two free ones of the device's subnet.
+    fn free_addresses(
+        &mut self,
+        bench: &BenchFile,
+        device: &IpParameter,
+        macs: &[Mac; 2],
+        others: &[StationSeen],
+    ) -> Ready<[Ipv4Addr; 2]> {
+        let mut free = Vec::new();
+        if let Some(own) = bench.controller_ip {
+            if let Some(other) = self.answers(macs[0], own)?.first() {
+                return unusable(format!(
+                    "{other} has the address {own} that our controller is to have: give another `controller.ip`"
+                ));
+            }
+            free.push(own);
+        }
+        let (mask, address) = (u32::from(device.mask), u32::from(device.address));
+        let hosts = !mask;
+        for host in (1..hosts.min(255)).rev() {
+            let candidate = Ipv4Addr::from((address & mask) | host);
+            let taken = candidate == device.address
+                || free.contains(&candidate)
+                || candidate == device.gateway
+                || others.iter().any(|station| station.ip.address == candidate);
+            if !taken && self.answers(macs[0], candidate)?.is_empty() {
+                free.push(candidate);
+            }
+            if let [first, second] = free[..] {
+                return Ok([first, second]);
+            }
+        }
+        unusable(format!(
+            "the subnet of {} has no free address for our controllers: give `controller.ip`",
+            device.address
+        ))
+    }
+}
+
+/// Whether a station is the one that the bench means.
+fn is_meant(bench: &BenchFile, wanted: &Wanted, station: &StationSeen) -> bool {
+    if let Some(mac) = bench.mac {
+        return station.mac == mac;
+    }
+    match &bench.station_name {
+        Some(name) if station.name == name.as_bytes() => true,
+        // A device without a name may be given the one of the bench.
+        Some(_) if !station.name.is_empty() => false,
+        _ => {
+            let Some((vendor, device)) = station.id else { return false };
+            vendor == wanted.vendor_id && wanted.device_id.is_none_or(|id| id == device)
+        }
+    }
+}
+
+fn nobody(bench: &BenchFile, wanted: &Wanted, stations: &[StationSeen]) -> String {
+    let who = match (&bench.mac, &bench.station_name) {
+        (Some(mac), _) => format!("the station {mac}"),
+        (None, Some(name)) => format!("a station named `{name}`"),
+        (None, None) => format!("a device of vendor 0x{:04X}", wanted.vendor_id),
+    };
+    let others = match stations.len() {
+        0 => "nobody answers at all; is it connected and powered?".to_owned(),
+        count => format!("{count} other station(s) answer; `encspec discover` lists them"),
+    };
+    format!("{who} does not answer on {}: {others}", bench.link)
+}

@@ -1,0 +1,319 @@
+//! `encspec run` against a live device, as a user calls it: what is tested, what is left alone, what is put back.
+
+mod served;
+
+use link::{Clock, Nic, Port};
+use serde_json::Value;
+use served::{MODEL, Serving, private_network, socket_path};
+use station::{Duration, Time};
+use std::collections::BTreeMap;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use wire::ethernet::Mac;
+
+const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
+const EVERYTHING: &str =
+    "{ set_name: true, set_ip: true, nvm_write: 1000, position_reference: true, factory_reset: true, alone: true }";
+
+/// A folder of its own, with a bench file in it.
+struct Bench {
+    folder: PathBuf,
+}
+
+impl Bench {
+    /// A bench at `link` with further lines.
+    fn new(name: &str, link: &str, more: &str) -> Bench {
+        let folder = socket_path(name).with_extension("d");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let gsdml = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites/lika-xac77-profinet");
+        let gsdml = gsdml.join("GSDML-V2.43-encspec-XAC7718-20261121.xml");
+        let text = format!(
+            "device: lika-xac77-profinet/xac7718\nlink: {link}\nip: 192.168.0.10\nwatchdog: 200ms\ngsdml: {}\n{more}\n",
+            gsdml.display()
+        );
+        std::fs::write(folder.join("bench.yaml"), text).expect("the bench file");
+        Bench { folder }
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_encspec"));
+        command.args(arguments).current_dir(&self.folder).stdin(Stdio::null());
+        command
+    }
+
+    fn call(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().expect("the binary")
+    }
+
+    /// Runs the cases of `filter` and gives what each came to, with the reason.
+    fn run(&self, filter: &str) -> (Option<i32>, BTreeMap<String, (String, String)>) {
+        let arguments = ["run", "--dut", "bench.yaml", "--report", "json=run.json", "--no-evidence", filter];
+        let output = self.call(&arguments);
+        let text = std::fs::read_to_string(self.folder.join("run.json")).expect("a report");
+        let report: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {}", said(&output)));
+        let cases = report["runs"][0]["cases"].as_array().expect("cases").iter().map(|case| {
+            let of = |key: &str| case[key].as_str().unwrap_or_default().to_owned();
+            (of("id"), (of("verdict"), of("reason")))
+        });
+        (output.status.code(), cases.collect())
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+fn said(output: &Output) -> String {
+    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+}
+
+/// Everything that may be done, with a stand that can do everything.
+fn free(control: &Path) -> String {
+    format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}\nconsent: {EVERYTHING}", control.display())
+}
+
+fn serve(control: &Path, more: &[&str]) -> Serving {
+    let mut arguments = vec![MODEL, "--control", control.to_str().expect("UTF-8")];
+    arguments.extend(more);
+    Serving::start(&arguments)
+}
+
+/// What stands in the journals of a bench, line by line.
+fn journal(bench: &Bench) -> Vec<String> {
+    let folder = bench.folder.join("encspec-journal");
+    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let texts = files.map(|file| std::fs::read_to_string(file.path()).expect("a journal"));
+    texts.flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>()).collect()
+}
+
+#[test]
+fn a_device_at_an_interface_is_tested_and_put_back() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
+    let bench = Bench::new("nic", "nic:ours", &free(&control));
+    let (status, cases) = bench.run("station/good-names");
+    assert_eq!(status, Some(0), "{cases:?}");
+    assert!(cases.len() > 5 && cases.values().all(|(verdict, _)| verdict == "pass"), "{cases:?}");
+    let journal = journal(&bench);
+    assert!(journal[0].contains("\"found\"") && journal[0].contains("192.168.0.77"), "{}", journal[0]);
+    let named = journal.iter().position(|line| line.contains("\"changes\"") && line.contains("set_name"));
+    let first_verdict = journal.iter().position(|line| line.contains("\"verdict\""));
+    assert!(named < first_verdict, "a change is written down before it is made: {journal:#?}");
+    assert_eq!(journal.last().map(String::as_str), Some("\"restored\""));
+    // It has its name and its address back.
+    let found = bench.call(&["discover", "--nic", "ours", "--format", "json"]);
+    let found = said(&found);
+    assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
+}
+
+#[test]
+fn what_has_no_consent_is_not_done() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs"]);
+    let bench = Bench::new("consent", "nic:ours", "consent: { alone: true }");
+    for (filter, reason) in [
+        ("preset/absolute", "no consent to position_reference"),
+        ("factory-reset/every-effect", "no consent to set_name"),
+        ("station/good-names", "no consent to set_name"),
+        ("parameter-values/save-and-confirm", "no consent to nvm_write"),
+        ("parking/not-while-turning", "shaft"),
+    ] {
+        let (status, cases) = bench.run(filter);
+        assert_eq!(status, Some(1), "nothing passed, so it is not green: {filter}");
+        for (id, (verdict, why)) in &cases {
+            assert_eq!(verdict, "not-applicable", "{id}: {why}");
+        }
+        assert!(cases.values().any(|(_, why)| why.contains(reason)), "{filter}: {cases:?}");
+    }
+    assert!(!journal(&bench).iter().any(|line| line.contains("\"changes\"")));
+}
+
+/// Whoever is on the segment sees our frames go to the device and to discovery, and to nobody else.
+#[test]
+fn frames_go_to_the_device_under_test_only() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let arguments = ["--nic", "theirs", "--count", "2", "--name", "encoder", "--ip", "192.168.0.10"];
+    let _serving = serve(&control, &arguments);
+    let bench = Bench::new("alone", "nic:ours", &format!("station_name: encoder-1\nconsent: {EVERYTHING}"));
+    let clock = Clock::start();
+    let mut ear = Nic::open("theirs").expect("the interface");
+    let mut run = bench.command(&["run", "--dut", "bench.yaml", "--no-evidence", "telegrams/"]);
+    let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
+    let mut to: BTreeMap<Mac, u64> = BTreeMap::new();
+    let mut frame = Vec::new();
+    while run.try_wait().expect("its status").is_none() {
+        let until = clock.now() + Duration::from_millis(50);
+        while let Ok(Some(_)) = ear.receive(&clock, until, &mut frame) {
+            if let Some(Ok(octets)) = frame.get(..6).map(<[u8; 6]>::try_from) {
+                *to.entry(Mac(octets)).or_default() += 1;
+            }
+        }
+    }
+    let status = run.wait().expect("its status");
+    assert!(to.get(&DEVICE).is_some_and(|count| *count > 500), "{status}: {to:?}");
+    let others: Vec<&Mac> = to.keys().filter(|mac| **mac != DEVICE && !mac.is_group()).collect();
+    assert_eq!(others, [&DEVICE; 0], "frames to others: {to:?}");
+    assert!(to.keys().all(|mac| [DEVICE, Mac::DCP_MULTICAST, Mac::BROADCAST].contains(mac)), "{to:?}");
+}
+
+#[test]
+fn beside_others_only_what_reads_is_run() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--count", "2", "--name", "encoder", "--ip", "192.168.0.10"]);
+    let more = format!("station_name: encoder-1\nconsent: {}", EVERYTHING.replace(", alone: true", ""));
+    let bench = Bench::new("others", "nic:ours", &more);
+    let (_, cases) = bench.run("station/");
+    let verdict = |id: &str| cases[&format!("lika-xac77-profinet/station/{id}")].0.as_str();
+    assert_eq!(verdict("type-of-station"), "pass");
+    let named = &cases["lika-xac77-profinet/station/good-names[digit-first]"];
+    assert!(named.0 == "not-applicable" && named.1.contains("another station"), "{named:?}");
+}
+
+/// The device ends in the middle of a run: verdicts, no hang.
+#[test]
+fn a_vanished_peer_ends_in_verdicts() {
+    let path = socket_path("wire");
+    let listen = format!("listen:{}", path.display());
+    let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
+    let bench = Bench::new("vanished", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
+    let arguments = ["run", "--dut", "bench.yaml", "--report", "json=run.json", "telegrams/"];
+    let mut run = bench.command(&arguments);
+    let run = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
+    wait_for_verdict(&bench);
+    serving.end();
+    let output = run.wait_with_output().expect("its end");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    let cases = report["runs"][0]["cases"].as_array().expect("cases");
+    let trials = || cases.iter().filter(|case| case["kind"] != "rule");
+    assert!(trials().any(|case| case["verdict"] == "inconclusive"), "{text}");
+    assert!(!trials().any(|case| case["verdict"] == "fail"), "a broken line is no fault of the device: {text}");
+}
+
+/// Waits until the journal has the verdict of a trial.
+fn wait_for_verdict(bench: &Bench) {
+    let clock = Clock::start();
+    while !journal(bench).iter().any(|line| line.contains("\"verdict\"")) {
+        assert!(clock.now() < Time::ZERO + Duration::from_secs(60), "no trial comes to an end");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn an_interrupted_run_lets_go_and_puts_back() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
+    let bench = Bench::new("interrupt", "nic:ours", &free(&control));
+    let clock = Clock::start();
+    let mut ear = Nic::open("theirs").expect("the interface");
+    let mut command = bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json"]);
+    let run: Child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
+    wait_for_verdict(&bench);
+    assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill").success());
+    let output = run.wait_with_output().expect("its end");
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("what was finished is reported");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    let cases = report["runs"][0]["cases"].as_array().expect("cases");
+    let with = |verdict: &str| cases.iter().filter(|case| case["verdict"] == verdict).count();
+    assert!(with("pass") > 0 && with("not-run") > 0 && with("fail") == 0, "{text}");
+    // The last cyclic frame that the device was sent has all outputs 0.
+    let mut last = None;
+    let mut frame = Vec::new();
+    while let Ok(Some(_)) = ear.receive(&clock, clock.now(), &mut frame) {
+        let is_output = frame.starts_with(&DEVICE.0) && frame.get(12..14) == Some(&[0x81, 0x00]);
+        if is_output && frame.get(16..18) == Some(&[0x88, 0x92]) && frame.get(18) == Some(&0xC0) {
+            last = Some(frame.clone());
+        }
+    }
+    // STW2_ENC without its sign of life, and G1_STW; two octets of status of the other submodules stand before them.
+    if let Some(frame) = last {
+        let data = &frame[20..];
+        assert!(data.len() > 8, "{frame:02X?}");
+        let outputs: Vec<u8> = data.iter().copied().filter(|octet| *octet != 0x80).take(4).collect();
+        assert_eq!((outputs[0] & 0x0F, outputs[1]), (0, 0), "{frame:02X?}");
+    }
+    let found = said(&bench.call(&["discover", "--nic", "ours", "--format", "json"]));
+    assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
+}
+
+#[test]
+fn a_run_that_was_killed_is_put_back_from_its_journal() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
+    let bench = Bench::new("killed", "nic:ours", &free(&control));
+    let mut command = bench.command(&["run", "--dut", "bench.yaml", "station/good-names"]);
+    let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
+    wait_for_verdict(&bench);
+    run.kill().expect("it is still there");
+    run.wait().expect("its end");
+    let restored = bench.call(&["bench", "restore"]);
+    assert_eq!(restored.status.code(), Some(0), "{}", said(&restored));
+    assert!(said(&restored).contains("put back"), "{}", said(&restored));
+    let found = said(&bench.call(&["discover", "--nic", "ours", "--format", "json"]));
+    assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
+    let again = bench.call(&["bench", "restore"]);
+    assert!(said(&again).contains("nothing is left"), "{}", said(&again));
+}
+
+#[test]
+fn a_bench_that_cannot_be_used_says_why() {
+    if !private_network() {
+        return;
+    }
+    let device = ["--device", "lika-xac77-profinet/xac7718"];
+    let call = |dut: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
+            .args(["run", "--dut", dut, device[0], device[1]])
+            .current_dir(std::env::temp_dir())
+            .output()
+            .expect("the binary");
+        (output.status.code(), said(&output))
+    };
+    let (status, text) = call("nic:nowhere");
+    assert!(status == Some(3) && text.contains("nowhere"), "{text}");
+    let (status, text) = call("nic:ours");
+    assert!(status == Some(3) && text.contains("nobody answers at all"), "{text}");
+    let _serving = Serving::start(&["model:profinet-io/plain", "--nic", "theirs", "--ip", "192.168.0.10"]);
+    let (status, text) = call("nic:ours");
+    assert!(status == Some(3) && text.contains("does not answer"), "{text}");
+}
+
+#[test]
+fn only_what_a_line_of_output_says_is_needed_to_begin() {
+    if !private_network() {
+        return;
+    }
+    let _serving = Serving::start(&[MODEL, "--nic", "theirs", "--ip", "192.168.0.10"]);
+    // Without a bench file what no manual prints is asked of the device, and nothing that lasts is done.
+    let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
+        .args(["run", "--dut", "nic:ours", "--device", "lika-xac77-profinet/xac7718", "--no-evidence", "station/"])
+        .current_dir(std::env::temp_dir())
+        .output()
+        .expect("the binary");
+    let lines: Vec<String> = BufReader::new(&output.stdout[..]).lines().map_while(Result::ok).collect();
+    assert!(lines.iter().any(|line| line.contains("pass")), "{}", said(&output));
+    assert!(lines.iter().any(|line| line.contains("not-applicable")), "{}", said(&output));
+}

@@ -1,0 +1,197 @@
+//! Served reference devices, met over real sockets: network interfaces in a network of the test, Unix sockets, TCP.
+
+mod served;
+
+use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Target};
+use link::lines::Client;
+use link::{FrameSocket, Nic, Wire};
+use rstest::rstest;
+use served::{
+    MODEL, Serving, ask, assert_standing, connection, controller, private_network, run, socket_path, started,
+};
+use station::Duration;
+use std::net::Ipv4Addr;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const IM0: Target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
+const FIRST: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
+const SECOND: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 11);
+
+fn encspec(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_encspec")).args(arguments).stdin(Stdio::null()).output().expect("the binary")
+}
+
+fn text(octets: &[u8]) -> String {
+    String::from_utf8(octets.to_vec()).expect("UTF-8")
+}
+
+/// Says `line` to the control socket at `path`.
+fn say(path: &Path, line: &str) -> String {
+    let mut client = Client::connect(path).expect("the control socket");
+    client.ask(line, Duration::from_secs(10)).expect("an answer")
+}
+
+fn connect(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
+    names.iter().map(|(name, ip)| Request::Connect(Box::new(connection(name, *ip)))).collect()
+}
+
+fn exchange(wire: &mut Wire, controllers: &mut [Controller], time: Duration) {
+    run(wire, controllers, time, &mut |_| false, &mut |_, _| {});
+}
+
+#[test]
+fn devices_at_an_interface_and_the_hands_at_them() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("hands");
+    let hand = |number: u8| control.with_extension(number.to_string());
+    let path = control.to_str().expect("a path in UTF-8");
+    let mut serving =
+        Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", "2", "--control", path]);
+    assert_eq!(
+        serving.said,
+        [
+            "station encoder-1 02:00:00:00:01:00 - model:lika-xac77-profinet/xac7718",
+            "station encoder-2 02:00:00:00:01:01 - model:lika-xac77-profinet/xac7718",
+            "ready 2 at the interface theirs",
+        ]
+    );
+    let mut wire = Wire::new(Box::new(Nic::open("ours").expect("the interface")));
+    let mut controllers = [controller(0), controller(1)];
+    for outcome in ask(&mut wire, &mut controllers, connect(&[("encoder-1", FIRST), ("encoder-2", SECOND)])) {
+        assert_standing(&outcome);
+    }
+    let reads = || vec![Request::Read { target: IM0, length: 64 }; 2];
+    for outcome in ask(&mut wire, &mut controllers, reads()) {
+        assert!(matches!(&outcome, Outcome::Record(outcome) if outcome.is_accepted()), "{outcome:?}");
+    }
+
+    // A minute goes by for the first one: its connection stands.
+    assert_eq!(say(&hand(1), "clock 60"), "ok");
+    exchange(&mut wire, &mut controllers, Duration::from_millis(700));
+    assert!(controllers.iter_mut().all(|controller| controller.take_end().is_none()), "both connections stand");
+
+    // The first one loses its supply: its connection ends, the other one stands.
+    assert_eq!(say(&hand(1), "power down"), "ok");
+    let mut ended = |controllers: &mut [Controller]| controllers[0].take_end().is_some();
+    assert!(run(&mut wire, &mut controllers, Duration::from_secs(10), &mut ended, &mut |_, _| {}), "it ends");
+    assert!(controllers[1].take_end().is_none(), "the second one has its supply");
+
+    // It boots, which takes two seconds of its own clock, and is there again under the name that was stored.
+    assert_eq!(say(&hand(1), "power up"), "ok");
+    assert_eq!(say(&hand(1), "clock 2"), "ok");
+    let by = || IdentifyBy::Name(b"encoder-1".to_vec());
+    let wait = Duration::from_secs(1);
+    let found = ask(&mut wire, &mut controllers[..1], vec![Request::Identify { by: by(), wait }]);
+    assert!(matches!(&found[0], Outcome::Stations(stations) if stations.len() == 1), "{:?}", found[0]);
+
+    assert_eq!(say(&hand(2), "turn revolutions 1 rpm 60"), "ok done-in 1000000000");
+    assert_eq!(say(&hand(2), "fault light present"), "cannot the reference device has no such means");
+    let abilities = "ok clock fault.memory link power renew shaft.counts shaft.speed turn";
+    assert_eq!(say(&hand(2), "abilities"), abilities);
+
+    // A fresh device forgets its connection, and the next one finds it.
+    assert_eq!(say(&hand(2), "renew"), "ok");
+    let mut ended = |controllers: &mut [Controller]| controllers[1].take_end().is_some();
+    assert!(run(&mut wire, &mut controllers, Duration::from_secs(10), &mut ended, &mut |_, _| {}), "it ends");
+    let again = ask(&mut wire, &mut controllers[1..], connect(&[("encoder-2", SECOND)]));
+    assert_standing(&again[0]);
+    assert_eq!(started(&again[0]).address_set, Some(true), "the fresh one has no address yet");
+
+    assert_eq!(serving.interrupt(), Some(0));
+    assert!(!hand(1).exists() && !hand(2).exists(), "the control sockets go with the process");
+}
+
+#[rstest]
+#[case::unix(true)]
+#[case::tcp(false)]
+fn a_device_at_a_socket_survives_its_peer(#[case] unix: bool) {
+    let path = socket_path("frames");
+    let address = if unix {
+        path.display().to_string()
+    } else {
+        // A port that is free now is hardly taken within the moment until it is served.
+        let free = FrameSocket::bind(&"listen:127.0.0.1:0".parse().expect("an address")).expect("a free port");
+        free.address().to_string().trim_start_matches("listen:").to_owned()
+    };
+    let mut serving = Serving::start(&[MODEL, "--socket", &format!("listen:{address}"), "--name", "encoder"]);
+    for round in 0..2 {
+        let port = FrameSocket::open(&address.parse().expect("an address")).expect("the served device");
+        let mut wire = Wire::new(Box::new(port));
+        let mut controllers = [controller(round)];
+        let outcome = &ask(&mut wire, &mut controllers, connect(&[("encoder", FIRST)]))[0];
+        assert_standing(outcome);
+        exchange(&mut wire, &mut controllers, Duration::from_millis(100));
+        assert!(controllers[0].take_end().is_none());
+        // The peer vanishes in the middle of data exchange; the device's watchdog ends the connection.
+    }
+    let said = serving.end();
+    assert!(said.contains("is gone") && said.contains("back at"), "{said}");
+}
+
+#[test]
+fn the_stations_of_a_segment() {
+    if !private_network() {
+        return;
+    }
+    let nobody = encspec(&["discover", "--nic", "ours", "--wait", "1"]);
+    assert_eq!(nobody.status.code(), Some(3));
+    assert_eq!(text(&nobody.stderr), "encspec: no station answered at the interface ours within 1 s\n");
+
+    let twin = |mac: &str| {
+        Serving::start(&[MODEL, "--nic", "theirs", "--name", "press", "--ip", "192.168.0.10/16", "--mac", mac])
+    };
+    let (_first, _second) = (twin("02:00:00:00:01:00"), twin("02:00:00:00:01:05"));
+    let _third = Serving::start(&[MODEL, "--nic", "theirs", "--name", "", "--mac", "02:00:00:00:01:09"]);
+    let found = encspec(&["discover", "--nic", "ours"]);
+    assert_eq!(found.status.code(), Some(0), "{}", text(&found.stderr));
+    let one = |mac: &str, ip: &str, name: &str| {
+        format!(
+            "{mac}  {ip}  {name}\n    vendor 0x0239, device 0x0001, LIKA ROTACOD, device\n    suite lika-xac77-profinet\n"
+        )
+    };
+    assert_eq!(
+        text(&found.stdout),
+        one("02:00:00:00:01:00", "192.168.0.10", "press")
+            + &one("02:00:00:00:01:05", "192.168.0.10", "press")
+            + &one("02:00:00:00:01:09", "no address", "(no name)")
+    );
+    assert_eq!(
+        text(&found.stderr),
+        "encspec: 2 stations have the name press: 02:00:00:00:01:00, 02:00:00:00:01:05\n\
+         encspec: 2 stations have the address 192.168.0.10: 02:00:00:00:01:00, 02:00:00:00:01:05\n"
+    );
+    let json = encspec(&["discover", "--nic", "ours", "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    let first = &json["stations"][0];
+    assert_eq!(
+        (first["vendor_id"].as_u64(), first["suite"].as_str(), first["roles"][0].as_str(), first["mask"].as_str()),
+        (Some(0x0239), Some("lika-xac77-profinet"), Some("device"), Some("255.255.0.0"))
+    );
+    assert_eq!((json["stations"][2]["ip"].as_str(), json["stations"][2]["name"].as_str()), (None, Some("")));
+    assert_eq!(json["remarks"].as_array().map(Vec::len), Some(2));
+}
+
+#[rstest]
+#[case::no_port(&["serve", MODEL], 2, "--nic <IF>|--socket <ADDRESS>")]
+#[case::two_ports(&["serve", MODEL, "--nic", "a", "--socket", "b:1"], 2, "cannot be used with")]
+#[case::kind(&["serve", "lika-xac77-profinet", "--nic", "a"], 2, "write model:MANUAL[/VARIANT]")]
+#[case::manual(&["serve", "model:lika-xac78-profinet", "--nic", "a"], 2, "did you mean `lika-xac77-profinet`?")]
+#[case::variant(&["serve", "model:lika-xac77-profinet/xac7719", "--nic", "a"], 2, "did you mean `xac7718`?")]
+#[case::bug(&["serve", MODEL, "--nic", "a", "--bug", "preset-on-fallling-edge"], 2, "did you mean `preset-on-falling-edge`?")]
+#[case::address(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0"], 2, "`192.168.0` is no IP address")]
+#[case::prefix(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0.1/33"], 2, "from 1 to 32")]
+#[case::mac(&["serve", MODEL, "--nic", "a", "--mac", "02:00"], 2, "six pairs of hexadecimal digits")]
+#[case::socket(&["serve", MODEL, "--socket", "nowhere"], 2, "`nowhere` is no address of a socket")]
+#[case::absent_nic(&["serve", MODEL, "--nic", "encspec-none"], 3, "encspec-none")]
+#[case::absent_peer(&["discover", "--socket", "/nowhere/at-all"], 3, "/nowhere/at-all")]
+#[case::discover_nothing(&["discover"], 2, "--nic <IF>|--socket <ADDRESS>")]
+fn a_mistake_ends_at_once(#[case] arguments: &[&str], #[case] status: i32, #[case] says: &str) {
+    let output = encspec(arguments);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{said}");
+    assert!(said.contains(says), "{said}");
+    assert_eq!(text(&output.stdout), "");
+}
