@@ -124,8 +124,14 @@ fn file_name(device: &str) -> String {
     let readable: String = device.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(60).collect();
     let sum = device
         .bytes()
+        .chain(network().bytes())
         .fold(0xCBF2_9CE4_8422_2325_u64, |sum, octet| (sum ^ u64::from(octet)).wrapping_mul(0x0000_0100_0000_01B3));
     format!("encspec-{readable}-{sum:016x}.lock")
+}
+
+/// Which network namespace this is: interfaces in two of them may have the same name and are two.
+fn network() -> String {
+    std::fs::read_link("/proc/thread-self/ns/net").map_or_else(|_| String::new(), |link| link.display().to_string())
 }
 
 #[cfg(test)]

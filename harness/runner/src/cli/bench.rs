@@ -6,6 +6,7 @@ use crate::bench_file::{BenchFile, Claim, LinkSpec, is_station_name};
 use crate::engine;
 use crate::live::discover::{Found, discover, own_mac};
 use crate::live::journal::{self, Entry, Journal};
+use crate::lock::Lock;
 use crate::report::ExitStatus;
 use crate::suite::device::Origin;
 use crate::suite::model::Manual;
@@ -17,6 +18,8 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+/// How long another process may go on using the device.
+const LOCK_WAIT: Duration = Duration::from_secs(60);
 /// How long answers are awaited.
 const WAIT: Duration = Duration::from_secs(3);
 
@@ -107,14 +110,35 @@ fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> 
             BenchFile::bare(link, Claim { manual: manual.clone(), variant: variant.clone() })
         }
     };
-    bench.mac = mac.parse().ok();
+    let unreadable =
+        |_| Stop::usage(format!("the journal names no MAC address that can be read: {}", mac.escape_debug()));
+    bench.mac = Some(mac.parse().map_err(unreadable)?);
+    let device = super::live::lock_name(&bench);
+    let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
+    let _lock = Lock::take(&device, &std::env::temp_dir(), LOCK_WAIT, &mut waiting)
+        .map_err(|error| Stop::bench(error.to_string()))?;
     bench.station_name = None;
     (bench.consent.set_name, bench.consent.set_ip) = (true, true);
     if bench.ip.is_none() && !kept.found.ip.is_unspecified() {
         bench.ip = Some(kept.found.ip);
     }
     let dut = super::live::open(bench, suites, false)?;
-    engine::put_back(&dut, &kept.found, &kept.parameters).map_err(|error| Stop::bench(error.to_string()))
+    let live = dut.live().ok_or_else(|| Stop::bench("the journal is of no live device"))?;
+    if let Some(why) = live.passive() {
+        return Err(Stop::bench(format!("nothing is put back now: {why}")));
+    }
+    let (was, is) = (&kept.found, live.found());
+    if (was.vendor_id, was.device_id) != (is.vendor_id, is.device_id) {
+        return Err(Stop::bench(format!("{mac} is another device than the one of the journal; nothing is put back")));
+    }
+    let changed = |word: &str| kept.changes.iter().any(|change| change.starts_with(word));
+    let wrote_parameters = changed("parameters");
+    let parameters = if wrote_parameters { kept.parameters.as_slice() } else { &[] };
+    let kept = engine::Kept { parameters, wrote_parameters, saved: changed("nvm_write") };
+    let left = engine::put_back(&dut, was, &kept).map_err(|error| Stop::bench(error.to_string()))?;
+    // What was done here to reach the device is put back with the rest; the journal of the run stays open until all is.
+    live.note(&Entry::Restored).map_err(Stop::bench)?;
+    Ok(left)
 }
 
 fn init(args: &InitArgs) -> Ended {

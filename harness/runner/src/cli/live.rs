@@ -62,9 +62,15 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool) -> Result<DutSpec
     let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle };
     link::interrupt::watch();
     let granted = link::realtime::raise();
-    let mut prepared = preflight::prepare(&bench, &wanted).map_err(|why| Stop::bench(why.to_string()))?;
+    let mut offers = None;
+    let mut ask_the_stand = || {
+        offers = LiveStand::new(&bench.stand).offers()?;
+        Ok(())
+    };
+    let prepared = preflight::prepare(&bench, &wanted, &mut ask_the_stand);
+    let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
+    bench.stand.offers = offers;
     prepared.notes.extend(granted);
-    bench.stand.offers = LiveStand::new(&bench.stand).offers().map_err(Stop::bench)?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));

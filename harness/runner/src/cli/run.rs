@@ -278,6 +278,14 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         long: args.long,
         suites: args.suites.clone(),
     };
+    // A folder that is misspelt is told before a live device is touched.
+    for wanted in &args.report {
+        let folder = wanted.file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            let (file, folder) = (wanted.file.display(), folder.display());
+            return Err(Stop::usage(format!("the report {file} cannot be written: there is no folder {folder}")));
+        }
+    }
     let ready = request.ready(&manuals)?;
     let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
     let bar = progress_bar();

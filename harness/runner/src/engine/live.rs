@@ -3,12 +3,13 @@
 //! This room must not know how a bench is found or prepared, nor which kind of link it has.
 
 use super::needs::{self, Need};
+use super::probe::Kept;
 use super::segment::{Segment, Tap};
 use super::trial::Place;
 use crate::bench_file::BenchFile;
 use crate::live::guard::Guard;
-use crate::live::journal::{Entry, Found, Journal};
-use crate::live::preflight::Prepared;
+use crate::live::journal::{Entry, Found, Journal, Parameter};
+use crate::live::preflight::{Prepared, is_cyclic};
 use crate::live::stand::LiveStand;
 use crate::result::Finding;
 use crate::suite::model::{Manual, Service, Start, Step, Trial, Variant, Verb, Via};
@@ -17,7 +18,16 @@ use link::Wire;
 use station::{Duration, Outbox, Stand, StandAction, Station, Time};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use wire::ethernet::Mac;
 
+/// What a journal calls parameters that are written and not kept by the device.
+const PARAMETERS: &str = "parameters";
+/// How a journal's word for writes to the memory begins.
+const MEMORY: &str = "nvm_write";
+/// Record of the base mode parameter access.
+const PARAMETER_ACCESS: u16 = 0xB02E;
+/// After so many trials in a row without an answer the device is not asked any more.
+const PATIENCE: u32 = 3;
 /// How long a line that is gone is waited for before the next trial.
 const COMES_BACK: Duration = Duration::from_secs(10);
 /// How often a line that is gone is looked after while a trial runs.
@@ -54,6 +64,10 @@ struct Hands {
     has_changed: bool,
     nvm_left: u32,
     frames_lost: u64,
+    wrote_parameters: bool,
+    saved: bool,
+    /// Trials in a row in which the device did not answer.
+    unanswered: u32,
     /// The line did not come back, and why it went.
     lost: Option<String>,
 }
@@ -90,6 +104,9 @@ impl LiveDevice {
             has_changed: prepared.has_changed,
             nvm_left: bench.consent.nvm_write,
             frames_lost: 0,
+            wrote_parameters: false,
+            saved: false,
+            unanswered: 0,
             lost: None,
         };
         LiveDevice(Arc::new(Inner {
@@ -150,17 +167,54 @@ impl LiveDevice {
         let mut hands = self.hands();
         hands.wire.restart();
         hands.wire.reset_lateness();
-        Box::new(LiveSegment { hands, broken: None, gone: false, unheard: Outbox::new(), looked_at: Time::ZERO })
+        let [(first, _), (second, _)] = self.place().controllers;
+        Box::new(LiveSegment {
+            hands,
+            broken: None,
+            gone: false,
+            unheard: Outbox::new(),
+            looked_at: Time::ZERO,
+            spoilt: None,
+            device: self.place().mac.unwrap_or_default(),
+            ours: [first, second],
+        })
     }
 
     /// Adds a line to the journal.
     pub fn note(&self, entry: &Entry) -> Result<(), String> {
         let mut hands = self.hands();
-        hands.has_changed |= matches!(entry, Entry::Changes { .. });
+        if let Entry::Changes { what, .. } = entry {
+            hands.has_changed = true;
+            hands.wrote_parameters |= what.iter().any(|word| word == PARAMETERS);
+            hands.saved |= what.iter().any(|word| word.starts_with(MEMORY));
+        }
         let journal = &mut hands.journal;
         journal.add(entry).map_err(|error| {
             format!("the journal {} cannot be written, so nothing more is changed: {error}", journal.path().display())
         })
+    }
+
+    /// What may have been changed of the parameters, which were found as these.
+    pub fn kept<'k>(&self, parameters: &'k [Parameter]) -> Kept<'k> {
+        let hands = self.hands();
+        let parameters = if hands.wrote_parameters { parameters } else { &[] };
+        Kept { parameters, wrote_parameters: hands.wrote_parameters, saved: hands.saved }
+    }
+
+    /// Counts whether the device answered in a trial; one that does not over and over is not asked any more.
+    pub fn counts(&self, answered: bool) {
+        let mut hands = self.hands();
+        hands.unanswered = if answered { 0 } else { hands.unanswered + 1 };
+        if hands.unanswered >= PATIENCE {
+            hands
+                .lost
+                .get_or_insert_with(|| format!("the device has not answered in {PATIENCE} trials one after the other"));
+        }
+    }
+
+    /// Nothing more can be tested, and why.
+    pub fn lose(&self, why: &str) {
+        self.hands().lost.get_or_insert_with(|| why.to_owned());
     }
 
     /// Whether something was changed that may have to be put back.
@@ -186,11 +240,20 @@ impl LiveDevice {
             return Err(Excluded::NotApplicable(format!("only what reads may run: {why}")));
         }
         self.line_is_there().map_err(Excluded::Inconclusive)?;
-        self.renew().map_err(Excluded::Inconclusive)?;
-        let what: Vec<String> = needs.iter().filter_map(lasting).collect();
+        let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
+        if writes_parameters(trial) {
+            what.push(PARAMETERS.to_owned());
+        }
+        let renews = self.0.passive.is_none() && self.bench().stand.serves("renew");
+        if renews {
+            what.push("renew".to_owned());
+        }
         if !what.is_empty() {
             let entry = Entry::Changes { trial: trial.id.clone(), what };
             self.note(&entry).map_err(Excluded::Inconclusive)?;
+        }
+        if renews {
+            self.renew().map_err(Excluded::Inconclusive)?;
         }
         let mut hands = self.hands();
         hands.nvm_left = hands.nvm_left.saturating_sub(needs::nvm_writes(&needs));
@@ -215,26 +278,24 @@ impl LiveDevice {
     fn line_is_there(&self) -> Result<(), String> {
         let mut hands = self.hands();
         if let Some(why) = &hands.lost {
-            return Err(format!("the line is lost: {why}"));
+            return Err(format!("nothing more can be tested: {why}"));
         }
         hands.wire.restart();
         let mut nothing = |_: Time, _: &[u8]| {};
         let Err(error) = hands.wire.step(&mut [], Time::ZERO, &mut |_| false, &mut nothing) else { return Ok(()) };
         let until = hands.wire.now() + COMES_BACK;
-        match hands.wire.recover(until) {
-            Ok(()) => Ok(()),
-            Err(_) => {
-                hands.lost = Some(error.to_string());
-                Err(error.to_string())
+        while hands.wire.now() < until && !link::interrupt::requested() {
+            let soon = hands.wire.now() + CARRIER;
+            if hands.wire.recover(soon).is_ok() {
+                return Ok(());
             }
         }
+        hands.lost = Some(error.to_string());
+        Err(error.to_string())
     }
 
-    /// Puts a new device into the place of the old one, where the stand can do that.
+    /// Puts a new device into the place of the old one.
     fn renew(&self) -> Result<(), String> {
-        if !self.bench().stand.serves("renew") {
-            return Ok(());
-        }
         let mut hands = self.hands();
         let Hands { wire, guard, stand, .. } = &mut *hands;
         let no_new = |refusal| format!("no new device: {refusal:?}");
@@ -243,6 +304,9 @@ impl LiveDevice {
         let mut at_work = true;
         while at_work || wire.now() < until {
             if at_work {
+                if link::interrupt::requested() {
+                    return Err("the run was interrupted".to_owned());
+                }
                 if wire.now() >= latest {
                     return Err(format!("no new device: the stand has not done it within {} s", RENEWED.as_secs()));
                 }
@@ -255,6 +319,23 @@ impl LiveDevice {
         }
         Ok(())
     }
+}
+
+/// Whether a trial writes parameters of the base mode parameter access.
+fn writes_parameters(trial: &Trial) -> bool {
+    let mut writes = false;
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        super::scan::each_step(steps, &mut |step| {
+            writes |= match &step.verb {
+                Verb::Write(access) => matches!(access.via, Via::Parameters),
+                Verb::Send { service, .. } => {
+                    matches!(service, Service::RecordWrite { index, .. } if *index == PARAMETER_ACCESS)
+                }
+                _ => false,
+            };
+        });
+    }
+    writes
 }
 
 /// What a need changes for good, in the word of the consent.
@@ -296,6 +377,12 @@ impl fmt::Debug for LiveDevice {
     }
 }
 
+/// Whether a frame is cyclic data from the device to somebody who is not us.
+fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
+    let (Some(to), Some(from)) = (frame.get(..6), frame.get(6..12)) else { return false };
+    from == device.0 && !ours.iter().any(|own| own.0 == to) && is_cyclic(frame)
+}
+
 /// A real wire with our controllers on it, for one trial.
 struct LiveSegment<'a> {
     hands: MutexGuard<'a, Hands>,
@@ -303,14 +390,16 @@ struct LiveSegment<'a> {
     gone: bool,
     unheard: Outbox,
     looked_at: Time,
+    /// What makes the evidence worthless although the line is there.
+    spoilt: Option<String>,
+    /// The device, and who may exchange data with it.
+    device: Mac,
+    ours: [Mac; 2],
 }
 
 impl LiveSegment<'_> {
     /// Notes what makes evidence worthless although frames still come and go: no cable, frames lost on our side.
-    fn look_at_line(&mut self, now: Time) {
-        if now < self.looked_at {
-            return;
-        }
+    fn look(&mut self, now: Time) {
         self.looked_at = now + CARRIER;
         let port = self.hands.wire.port_mut();
         if !port.carrier() {
@@ -320,7 +409,7 @@ impl LiveSegment<'_> {
         let lost = port.lost();
         if lost > self.hands.frames_lost {
             self.hands.frames_lost = lost;
-            self.broken.get_or_insert("this machine was too slow and lost frames that had arrived".to_owned());
+            self.spoilt.get_or_insert("this machine was too slow and lost frames that had arrived".to_owned());
         }
     }
 
@@ -351,6 +440,13 @@ impl Segment for LiveSegment<'_> {
         let mac = |controller: &Controller| controller.settings().mac.0;
         let Hands { wire, guard, .. } = &mut *self.hands;
         let mut fence = |frame: &[u8]| guard.allows(frame);
+        let (device, ours, spoilt) = (self.device, self.ours, &mut self.spoilt);
+        let tap: Tap<'_> = &mut |time, frame| {
+            if spoilt.is_none() && is_foreign_exchange(frame, device, &ours) {
+                *spoilt = Some("another controller exchanges data with the device".to_owned());
+            }
+            tap(time, frame);
+        };
         let stepped = match controllers {
             [first] => wire.step(&mut [(mac(first), first)], until, &mut fence, tap),
             [first, second] => wire.step(&mut [(mac(first), first), (mac(second), second)], until, &mut fence, tap),
@@ -359,7 +455,9 @@ impl Segment for LiveSegment<'_> {
         match stepped {
             Ok(step) => {
                 let now = self.hands.wire.now();
-                self.look_at_line(now);
+                if now >= self.looked_at {
+                    self.look(now);
+                }
                 step == link::Step::Worked
             }
             Err(error) => {
@@ -384,6 +482,15 @@ impl Segment for LiveSegment<'_> {
 
     fn broken_line(&self) -> Option<String> {
         self.broken.clone()
+    }
+
+    fn spoilt(&self) -> Option<String> {
+        self.spoilt.clone()
+    }
+
+    fn look_at_line(&mut self) {
+        let now = self.hands.wire.now();
+        self.look(now);
     }
 
     fn is_interrupted(&self) -> bool {

@@ -22,7 +22,7 @@ impl<'a> Run<'a> {
     /// Opens the window of an expectation and waits until it is decided.
     pub fn expect(&mut self, condition: &'a Condition, within: &'a Span, hold: &'a Hold) -> Done {
         let by_itself = self.comes_by_itself(condition);
-        if self.world.segment.is_model() && matches!(hold, Hold::None) {
+        if matches!(hold, Hold::None) {
             self.refuse_idle(condition)?;
         }
         self.checks += 1;
@@ -121,7 +121,12 @@ impl<'a> Run<'a> {
         let view = crate::judge::view::View { image, ..self.world.view_at(last) };
         if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
             let what = "The expectation was already true before the last action, so it tells nothing; use `for`.";
-            return Err(Trouble::other(Blame::Suite, Verdict::Error, what));
+            // What an earlier trial left on a live device may be to blame; on a model it is the suite.
+            let (blame, verdict) = match self.world.segment.is_model() {
+                true => (Blame::Suite, Verdict::Error),
+                false => (Blame::Environment, Verdict::Inconclusive),
+            };
+            return Err(Trouble::other(blame, verdict, what));
         }
         Ok(())
     }

@@ -26,6 +26,7 @@ mod world;
 
 pub use dut::{DutKind, DutSpec, Nobody};
 pub use live::LiveDevice;
+pub use probe::Kept;
 pub use run::{
     BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, put_back, run, run_trial, run_trial_on, selects,
 };

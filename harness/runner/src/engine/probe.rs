@@ -24,6 +24,20 @@ const LENGTH: u32 = 1024;
 /// The drive object of an encoder: the first and only one.
 const DO_ID: u8 = 1;
 
+/// The parameter that saves the others: "transfer to non-volatile memory" of the drive profile.
+const SAVE: u16 = 971;
+
+/// What a run may have changed of the parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept<'a> {
+    /// The parameters as they were found.
+    pub parameters: &'a [journal::Parameter],
+    /// Whether trials wrote parameters.
+    pub wrote_parameters: bool,
+    /// Whether trials wrote the memory.
+    pub saved: bool,
+}
+
 /// What was seen before the first trial.
 #[derive(Clone, Debug, Default)]
 pub struct Looked {
@@ -51,7 +65,7 @@ impl Run<'_> {
             if unknown || (bench.telegrams.is_none() && standing) {
                 continue;
             }
-            let Ok(accepted) = self.stands_with(&start) else { continue };
+            let Ok(Some(accepted)) = self.stands_with(&start) else { continue };
             if accepted && !standing {
                 standing = true;
                 looked.firmware = self.firmware_now();
@@ -65,13 +79,14 @@ impl Run<'_> {
                     Some(Connected { slot: of.slot, subslot: of.subslot, ident: of.ident, input, output })
                 }));
             }
-            if accepted != is_claimed {
+            if bench.telegrams.is_some() && accepted != is_claimed {
                 let claims = if is_claimed { "supports" } else { "does not support" };
                 let does = if accepted { "connects with it" } else { "does not connect with it" };
                 looked.findings.push(wrong_claim(&module.name, claims, does));
             }
         }
         // Nothing is judged here; what cannot be let go of now is told by the first trial.
+        self.world.closing = true;
         let _ = self.disconnect(false);
         if let (Some(said), Some(seen)) = (&bench.firmware, &looked.firmware)
             && said != seen
@@ -88,17 +103,20 @@ impl Run<'_> {
         looked
     }
 
-    /// Whether a connection stands after this start-up.
-    fn stands_with(&mut self, start: &Start) -> Result<bool, Trouble> {
+    /// Whether a connection stands after this start-up; none where the device neither accepts nor refuses it.
+    fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let whereabouts = self.whereabouts();
         let (connection, _) = startup::connection(&self.world.manual.device, start, &whereabouts);
         self.module = Some(start.module);
         self.apply_outputs();
         match self.ask(false, Request::Connect(Box::new(connection)))? {
-            Outcome::StartUp(outcome) => Ok(outcome.standing
-                && outcome.module_diff.is_none()
-                && outcome.connect == Some(ConnectOutcome::Accepted)),
+            Outcome::StartUp(outcome) => Ok(match &outcome.connect {
+                Some(ConnectOutcome::Accepted) if outcome.standing => Some(outcome.module_diff.is_none()),
+                Some(ConnectOutcome::Accepted) if outcome.module_diff.is_some() => Some(false),
+                Some(ConnectOutcome::Refused(_)) => Some(false),
+                _ => None,
+            }),
             outcome => Err(super::access::unexpected(&outcome)),
         }
     }
@@ -151,35 +169,63 @@ impl Run<'_> {
         has.then(|| wrong_claim(name, "does not have", "answers when it is read"))
     }
 
-    /// Gives the device back the name, the address and the parameters that it was found with; what did not go back, in words.
-    pub fn put_back(&mut self, found: &Found, parameters: &[journal::Parameter]) -> Vec<String> {
+    /// Gives the device back the name, the address and the parameters that it was found with, where they are others now; what
+    /// did not go back, in words.
+    pub fn put_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
         let mut left = Vec::new();
+        // This is done however the run ended.
+        self.world.closing = true;
         let _ = self.disconnect(false);
-        let name = Value::NameOfStation(found.name.clone());
+        let Some(mac) = self.place.mac else { return vec!["anything: the device is not known".into()] };
+        self.mac = mac;
+        if kept.parameters.is_empty() && kept.wrote_parameters {
+            left.push("parameters, which could not be read before they were written".into());
+        }
+        if !kept.parameters.is_empty() {
+            self.put_parameters_back(kept, &mut left);
+        }
+        let Ok(Some(now)) = self.seen_now() else {
+            left.push("the station name and the address, since the device does not answer".into());
+            return left;
+        };
+        let consent = self.place.bench.as_ref().map(|bench| bench.consent).unwrap_or_default();
+        if now.name != found.name
+            && !(consent.set_name && self.give(BlockQualifier::PERMANENT, Value::NameOfStation(found.name.clone())))
+        {
+            left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug()));
+        }
         let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
-        if let Some(bench) = self.place.bench.clone() {
-            if !parameters.is_empty() {
-                let device = &self.world.manual.device;
-                let module = (0..device.modules.len())
-                    .map(|index| startup::plain_start(device, self.variant_number(), index))
-                    .find(|start| crate::gsdml::needs_description(device, start).is_none());
-                let stands = module.is_some_and(|start| self.stands_with(&start).unwrap_or(false));
-                let write = |run: &mut Self, parameter: &journal::Parameter| stands && run.write_parameter(parameter);
-                for parameter in parameters {
-                    if !write(self, parameter) {
-                        left.push(format!("P{} (0x{})", parameter.number, hex(&parameter.octets)));
-                    }
-                }
-                let _ = self.disconnect(false);
-            }
-            if bench.consent.set_name && !self.give(BlockQualifier::PERMANENT, name) {
-                left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug()));
-            }
-            if bench.consent.set_ip && !self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) {
-                left.push(format!("the address {}", found.ip));
-            }
+        // A device that had none got one for the run only.
+        let is_other = now.ip != address && !found.ip.is_unspecified();
+        if is_other && !(consent.set_ip && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address))) {
+            left.push(format!("the address {}", found.ip));
         }
         left
+    }
+
+    fn put_parameters_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {
+        let device = &self.world.manual.device;
+        let module = (0..device.modules.len())
+            .map(|index| startup::plain_start(device, self.variant_number(), index))
+            .find(|start| crate::gsdml::needs_description(device, start).is_none());
+        let stands = module.is_some_and(|start| matches!(self.stands_with(&start), Ok(Some(true))));
+        let mut all = stands;
+        for parameter in kept.parameters {
+            let is_same = |run: &mut Self| run.parameter_now(parameter.number).as_ref() == Some(parameter);
+            if !(stands && (is_same(self) || self.write_parameter(parameter) && is_same(self))) {
+                left.push(format!("P{} (0x{})", parameter.number, hex(&parameter.octets)));
+                all = false;
+            }
+        }
+        // What the run has saved is saved once more, so that it is not there again after the next power-on.
+        let save = device.parameters.iter().find(|of| of.number == SAVE && of.writable);
+        if let (true, true, Some(save)) = (all, kept.saved, save) {
+            let format = save.kind.formats.first().copied().unwrap_or(Format::WORD.0);
+            if !self.write_parameter(&journal::Parameter { number: SAVE, format, octets: vec![0, 1] }) {
+                left.push("what the memory keeps of the parameters".into());
+            }
+        }
+        let _ = self.disconnect(false);
     }
 
     fn give(&mut self, qualifier: BlockQualifier, value: Value) -> bool {

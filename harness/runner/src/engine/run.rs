@@ -4,13 +4,13 @@ use super::dut::DutSpec;
 use super::failure;
 use super::live::{Excluded, LiveDevice};
 use super::needs;
-use super::probe::Looked;
+use super::probe::{Kept, Looked};
 use super::scan::check_covers;
 use super::segment::Segment;
 use super::trial::{Place, Run};
 use super::world::World;
 use crate::judge::rule::Violation;
-use crate::live::journal::{Entry, Found, Parameter};
+use crate::live::journal::{Entry, Found};
 use crate::result::{
     Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, RunResult, Severity,
 };
@@ -129,11 +129,11 @@ fn device(
         let outcome = one(manual, variant, dut, trial, options)?;
         Ok(TrialOutcome { trace: Trace::new(), ..outcome })
     });
-    let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
     let mut notes = Vec::new();
     if let (Some(live), Some(looked)) = (dut.live(), &looked) {
-        notes = end(dut, live, looked)?;
+        notes = end(dut, live, looked);
     }
+    let outcomes: Vec<TrialOutcome> = outcomes.into_iter().collect::<Result<_, String>>().map_err(BenchError)?;
     let identity = outcomes.iter().find_map(|outcome| outcome.identity.clone());
     // Every rule is judged on every trial that ran; a broken one is told whatever the filter says.
     let mut judged = Vec::new();
@@ -170,7 +170,7 @@ fn device(
     })
 }
 
-/// Does `work` for each item on some threads; the results keep the order of the items.
+/// Does `work` for each item on some threads, a single one being this one; the results keep the order of the items.
 fn all<'a, R: Send>(
     items: &[&'a Trial],
     threads: usize,
@@ -181,6 +181,14 @@ fn all<'a, R: Send>(
         0 => thread::available_parallelism().map_or(1, usize::from),
         threads => threads,
     };
+    if threads == 1 {
+        let one = |(at, item): (usize, &&'a Trial)| {
+            let result = work(item);
+            progress(at + 1);
+            result
+        };
+        return items.iter().enumerate().map(one).collect();
+    }
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
     let results = Mutex::new(Vec::with_capacity(items.len()));
@@ -222,6 +230,8 @@ pub struct RuleSeen {
     pub decided: Decided,
     /// The first time it was broken, and what a person is told about it.
     pub broken: Option<(Violation, Failure)>,
+    /// Whether the trial was disturbed, so that what was seen in it says nothing about the device.
+    pub disturbed: bool,
 }
 
 /// Runs one trial against a fresh device and gives what it and the rules came to, with every frame.
@@ -258,8 +268,12 @@ fn one(
         Ok(()) => run_trial_on(dut.segment(manual, &trial.id)?, manual, variant, dut, trial, options),
         Err(excluded) => not_run(manual, variant, trial, excluded),
     };
+    let answered = outcome.identity.is_some() || outcome.case.frames == 0;
+    live.counts(answered);
     let verdict = outcome.case.verdict.word().to_owned();
-    live.note(&Entry::Verdict { trial: trial.id.clone(), verdict })?;
+    if let Err(why) = live.note(&Entry::Verdict { trial: trial.id.clone(), verdict }) {
+        live.lose(&why);
+    }
     Ok(outcome)
 }
 
@@ -294,7 +308,7 @@ fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, excluded: Excluded
         at: trial.at.clone(),
         evidence: None,
     };
-    let unseen = RuleSeen { decided: Decided::default(), broken: None };
+    let unseen = RuleSeen { decided: Decided::default(), broken: None, disturbed: false };
     TrialOutcome { case, rules: vec![unseen; variant.rules.len()], identity: None, trace: Trace::new() }
 }
 
@@ -322,17 +336,16 @@ fn with_run<R>(
 }
 
 /// Ends a live run: what was changed is put back; what did not go back is told.
-fn end(dut: &DutSpec, live: &LiveDevice, looked: &Looked) -> Result<Vec<String>, BenchError> {
+fn end(dut: &DutSpec, live: &LiveDevice, looked: &Looked) -> Vec<String> {
     if !live.has_changed() {
-        return Ok(Vec::new());
+        return Vec::new();
     }
-    let left = put_back(dut, live.found(), &looked.parameters)?;
-    if left.is_empty() {
-        live.note(&Entry::Restored).map_err(BenchError)?;
-        return Ok(Vec::new());
-    }
-    let what = left.join(", ");
-    Ok(vec![format!("Not everything went back: {what}. `encspec bench restore` tries again.")])
+    let left = match put_back(dut, live.found(), &live.kept(&looked.parameters)) {
+        Ok(left) if left.is_empty() => return live.note(&Entry::Restored).err().into_iter().collect(),
+        Ok(left) => left.join(", "),
+        Err(error) => error.to_string(),
+    };
+    vec![format!("Not everything went back: {left}. `encspec bench restore` tries again.")]
 }
 
 /// What was found about the device besides its cases.
@@ -346,25 +359,33 @@ fn findings(dut: &DutSpec, looked: Option<Looked>, left: Vec<String>) -> Vec<Fin
         gsdml: None,
         device: None,
     };
+    let passive = dut.live().and_then(LiveDevice::passive).map(|why| {
+        remark(
+            Severity::Error,
+            "passive",
+            format!("Only what reads was run, so this is no verdict about the device: {why}."),
+        )
+    });
     let notes = dut.live().map(|live| live.notes().to_vec()).unwrap_or_default();
     let notes = notes.into_iter().map(|text| remark(Severity::Info, "bench", text));
-    let left = left.into_iter().map(|text| remark(Severity::Warning, "put-back", text));
+    let left = left.into_iter().map(|text| remark(Severity::Error, "put-back", text));
     before
         .into_iter()
         .chain(looked.map(|looked| looked.findings).unwrap_or_default())
         .chain(notes)
+        .chain(passive)
         .chain(left)
         .collect()
 }
 
 /// Puts a live device back as its journal says it was found, through the suite of what it claims to be; what did not go back,
 /// in words.
-pub fn put_back(dut: &DutSpec, found: &Found, parameters: &[Parameter]) -> Result<Vec<String>, BenchError> {
+pub fn put_back(dut: &DutSpec, found: &Found, kept: &Kept<'_>) -> Result<Vec<String>, BenchError> {
     let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is no live device")))?;
     let manual = live.manual();
     let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
     let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
-    with_run(manual, variant, dut, |run| run.put_back(found, parameters)).map_err(BenchError)
+    with_run(manual, variant, dut, |run| run.put_back(found, kept)).map_err(BenchError)
 }
 
 /// Runs one trial on a segment that somebody has prepared.
@@ -410,6 +431,7 @@ fn controllers(place: &Place, id: &str) -> Vec<(wire::ethernet::Mac, Controller)
 }
 
 fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
+    let disturbed = !run.world.segment.is_model() && run.is_disturbed();
     let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
     let repeat = format!("--dut {dut}{bugs}");
     let manual = run.world.manual;
@@ -458,7 +480,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
             let failure = rule_failure(&run.world, of, violation, trial, &repeat);
             (violation.clone(), failure)
         });
-        RuleSeen { decided: rule.decided(), broken }
+        RuleSeen { decided: rule.decided(), broken, disturbed }
     });
     let rules = rules.collect();
     let case = CaseResult {
@@ -516,6 +538,7 @@ fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &T
 fn rule_result(manual: &Manual, rule: &Rule, index: usize, outcomes: &[TrialOutcome], filtered: bool) -> CaseResult {
     let mut decided = Decided::default();
     let mut failures = Vec::new();
+    let mut disturbed: Option<String> = None;
     for outcome in outcomes {
         let seen = &outcome.rules[index];
         // What was seen of a device in a trial that did not pass proves nothing in its favour.
@@ -524,12 +547,20 @@ fn rule_result(manual: &Manual, rule: &Rule, index: usize, outcomes: &[TrialOutc
         }
         decided.undecided += seen.decided.undecided;
         decided.looked_at += seen.decided.looked_at;
-        if let (Some((_, failure)), true) = (&seen.broken, failures.is_empty()) {
-            failures.push(failure.clone());
+        match &seen.broken {
+            Some((_, failure)) if seen.disturbed => {
+                disturbed.get_or_insert_with(|| failure.what.clone());
+            }
+            Some((_, failure)) if failures.is_empty() => failures.push(failure.clone()),
+            _ => {}
         }
     }
     let (verdict, reason) = match (failures.first(), decided.premises) {
         (Some(failure), _) => (Verdict::Fail, Some(failure.what.clone())),
+        (None, _) if disturbed.is_some() => (
+            Verdict::Inconclusive,
+            disturbed.map(|what| format!("{what} That trial was disturbed, so it says nothing.")),
+        ),
         (None, 0) => {
             let red = if filtered { "" } else { "; every rule has to be decided at least once in a whole run" };
             let reason = format!("premise never seen ({} frames and events looked at){red}", decided.looked_at);

@@ -36,6 +36,14 @@ pub trait Segment {
         None
     }
 
+    /// What makes everything that was seen worthless, although the line is there.
+    fn spoilt(&self) -> Option<String> {
+        None
+    }
+
+    /// Looks once more whether the line is as it should be.
+    fn look_at_line(&mut self) {}
+
     /// Whether somebody wants the run to end.
     fn is_interrupted(&self) -> bool {
         false

@@ -137,7 +137,8 @@ impl<'a> Run<'a> {
             Ok(()) => Ok(()),
             Err(Refusal::CannotDo(why)) => Err(Trouble::other(
                 Blame::Environment,
-                Verdict::NotApplicable,
+                // A live bench has said before that it can, else the trial would not run.
+                if self.place.bench.is_some() { Verdict::Inconclusive } else { Verdict::NotApplicable },
                 format!("The stand cannot do it: {why}."),
             )),
             Err(Refusal::Broken(why)) => {

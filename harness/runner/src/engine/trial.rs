@@ -188,6 +188,7 @@ impl<'a> Run<'a> {
     pub fn new(mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
         world.scene.notebook.address = Some(place.controllers[0].1.octets());
         world.scene.notebook.noise = place.noise;
+        world.scene.notebook.slack = place.slack;
         Run {
             outputs: OutputImage::new(&world.manual.device),
             mac: place.mac.unwrap_or_default(),
@@ -237,21 +238,51 @@ impl<'a> Run<'a> {
     /// Runs the trial; the failure that decided, if there is one.
     pub fn run(&mut self) -> Option<(Verdict, Failure)> {
         let trial = self.trial;
-        let outcome = self.prove_life().map_err(|trouble| (trouble, None)).and_then(|()| self.test());
-        let decided = outcome.err().map(|(trouble, step)| {
+        if let Err(trouble) = self.prove_life() {
+            // Whoever this is, or nobody: it is left alone.
+            let verdict = trouble.verdict.unwrap_or(Verdict::Inconclusive);
+            return Some((verdict, failure::failure(self, None, trouble, &[])));
+        }
+        let decided = self.test().err().map(|(trouble, step)| {
             let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
             (verdict, failure::failure(self, step, trouble, &[]))
         });
         let decided = decided.map(|decided| self.not_ours(decided));
-        let finally = self.steps(&trial.finally).map_err(|(trouble, step)| (trouble, Some(step)));
         self.world.closing = true;
+        let finally = self.steps(&trial.finally).map_err(|(trouble, step)| (trouble, Some(step)));
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
         let cleaned = finally.and(cleaned);
+        // A trial that was not applicable on its way says nothing; a device that is not there any more does.
+        let decided = decided.filter(|(verdict, _)| *verdict != Verdict::NotApplicable || cleaned.is_ok());
         let decided = decided.or_else(|| {
             let (trouble, step) = cleaned.err()?;
             Some((Verdict::Inconclusive, failure::failure(self, step, trouble.before_the_test(), &[])))
         });
-        decided.or_else(|| self.unexpected())
+        decided.or_else(|| self.unexpected()).or_else(|| self.disturbed())
+    }
+
+    /// A trial in which everything was right says nothing all the same if the line broke or frames were lost in it.
+    fn disturbed(&mut self) -> Option<(Verdict, Failure)> {
+        self.world.segment.look_at_line();
+        let why = self.world.halted()?;
+        Some((Verdict::Inconclusive, failure::failure(self, None, super::verbs::halted(&why), &[])))
+    }
+
+    /// Why nothing can be said about the device, whatever was seen: the line, the end of the run, or ourselves.
+    fn not_the_device(&self) -> Option<String> {
+        let (late, slack) = (self.world.segment.lateness(), self.slack);
+        let too_late = || {
+            (late > slack)
+                .then(|| format!("the harness itself was {late:?} late, more than the {slack:?} that are allowed"))
+        };
+        let held_back =
+            || self.world.segment.objections().into_iter().next().filter(|_| !self.world.segment.is_model());
+        self.world.halted().or_else(held_back).or_else(too_late)
+    }
+
+    /// Whether what was seen in this trial says nothing about the device.
+    pub fn is_disturbed(&self) -> bool {
+        self.not_the_device().is_some()
     }
 
     /// A failure of the device, unless the line broke, the run was interrupted or we were late ourselves: then nothing can be
@@ -261,12 +292,7 @@ impl<'a> Run<'a> {
         if verdict != Verdict::Fail {
             return (verdict, failure);
         }
-        let why = self.world.halted().or_else(|| {
-            let (late, slack) = (self.world.segment.lateness(), self.slack);
-            (late > slack)
-                .then(|| format!("the harness itself was {late:?} late, more than the {slack:?} that are allowed"))
-        });
-        match why {
+        match self.not_the_device() {
             Some(why) => {
                 failure.what = format!("Nothing can be said, because {why}. What was seen: {}", failure.what);
                 failure.blame = Blame::Environment;
@@ -449,7 +475,7 @@ impl<'a> Run<'a> {
 
     /// What the device of a live bench says of itself: asked for by its name, which is answered at once, else among all, since
     /// it may have another name now.
-    fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
+    pub fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
         let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
         let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];
         for (by, wait) in questions.into_iter().flatten() {
@@ -478,10 +504,17 @@ impl<'a> Run<'a> {
     fn unexpected(&mut self) -> Option<(Verdict, Failure)> {
         self.world.act();
         if !self.world.segment.is_model() {
-            let alarms =
-                self.world.unexpected.iter().map(|(what, frame)| format!("no step expected {what} (frame {frame})"));
-            self.notes.extend(alarms);
-            return None;
+            let alarms = self.world.unexpected.iter();
+            self.notes.extend(alarms.map(|(what, frame)| format!("no step expected {what} (frame {frame})")));
+            // What others send is not the device's.
+            let mac = self.mac;
+            let trace = &self.world.trace;
+            let from_device =
+                |number: u64| trace.get(number as usize).is_some_and(|of| of.octets.get(6..12) == Some(&mac.0));
+            let (why, frame) = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame))?.clone();
+            let trouble = Trouble::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
+            let failure = failure::failure(self, None, trouble, &[]);
+            return Some(self.not_ours((Verdict::Fail, failure)));
         }
         let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
             (Some((what, frame)), _) => (format!("The device sent {what}, which no step expected."), *frame),
@@ -541,7 +574,9 @@ impl<'a> Run<'a> {
             Ok(()) => (Verdict::Pass, None),
             Err((trouble, at)) => {
                 let verdict = trouble.verdict.unwrap_or(Verdict::Fail);
-                (verdict, Some(failure::failure(self, Some(at), trouble, &step.covers)))
+                let failure = failure::failure(self, Some(at), trouble, &step.covers);
+                let (verdict, failure) = self.not_ours((verdict, failure));
+                (verdict, Some(failure))
             }
         };
         self.checked.push(Check { covers: step.covers.clone(), verdict, failure });

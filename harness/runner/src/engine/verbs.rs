@@ -317,7 +317,12 @@ impl<'a> Run<'a> {
             }
         };
         self.may_end |= matches!(service, Service::DcpReset { .. } | Service::Abort | Service::Broken(_));
-        self.renamed |= matches!(service, Service::DcpReset { .. });
+        self.renamed |= match service {
+            Service::DcpReset { .. } => true,
+            // A device that does not see the damage takes the name.
+            Service::Broken(word) => word.starts_with("dcp") && !self.world.segment.is_model(),
+            _ => false,
+        };
         let before = self.world.trace.len();
         let outcome = self.ask(second, request)?;
         if let Outcome::Broken(broken) = &outcome {

@@ -209,6 +209,9 @@ impl<'a> World<'a> {
 
     /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
     pub fn halted(&self) -> Option<String> {
+        if let Some(why) = self.segment.spoilt() {
+            return Some(why);
+        }
         match self.segment.broken_line() {
             _ if self.segment.is_interrupted() => Some("the run was interrupted".to_owned()),
             Some(why) if !self.line_may_break => Some(why),

@@ -145,7 +145,7 @@ impl<'a> RuleWatch<'a> {
             self.decided.undecided += 1;
             return;
         };
-        let window = Window::open(view.tick.time, within, Duration::ZERO, stay, self.watchdog).of_rule();
+        let window = Window::open(view.tick.time, within, view.notebook.slack, stay, self.watchdog).of_rule();
         let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
         self.open.push(Open { window, trigger: view.tick, count: 1 });
     }

@@ -8,7 +8,7 @@ use crate::suite::device::{Device, EventName, Field, NameId, NameKind};
 use crate::suite::expr::{Env, Shown, State, Type, Value};
 use crate::suite::model::{AnswerPart, Variant};
 use crate::suite::words;
-use station::Time;
+use station::{Duration, Time};
 
 /// What a trial knows besides its connection: saved values, answers, what the stand shows. Empty on a capture.
 #[derive(Clone, Debug, Default)]
@@ -27,6 +27,8 @@ pub struct Notebook {
     pub address: Option<[u8; 4]>,
     /// By how many steps two looks at a shaft at rest may differ.
     pub noise: u32,
+    /// The extra time that deadlines get on a live bench.
+    pub slack: Duration,
 }
 
 /// The names of one variant at one instant of one connection.

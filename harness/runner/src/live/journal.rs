@@ -213,13 +213,14 @@ pub fn read(path: &Path) -> Result<Kept, JournalError> {
     Ok(kept)
 }
 
-/// The journals in `folder` by which something is still to be put back, the oldest first.
+/// The journals in `folder` by which something is still to be put back, the newest first: what the last run found is put
+/// back before what the one before it found.
 pub fn open_ones(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> =
         entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "jsonl")).collect();
     paths.retain(|path| read(path).is_ok_and(|kept| !kept.restored && !kept.changes.is_empty()));
-    paths.sort_by_key(|path| read(path).map_or(0, |kept| kept.found.began));
+    paths.sort_by_key(|path| std::cmp::Reverse(read(path).map_or(0, |kept| kept.found.began)));
     paths
 }
 

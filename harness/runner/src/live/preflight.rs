@@ -120,9 +120,12 @@ pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
 }
 
 /// Makes a bench ready: opens the link, listens, finds the device, and gives it the name and the address of the bench.
-pub fn prepare(bench: &BenchFile, wanted: &Wanted) -> Ready<Prepared> {
+///
+/// `opened` is called once the link is open and privileges are given up, before anything is sent.
+pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> Result<(), String>) -> Ready<Prepared> {
     let port = open(&bench.link)?;
     link::privileges::drop()?;
+    opened().map_err(Unusable)?;
     let macs = controller_macs(bench, port.as_ref());
     let mut scout = Scout { wire: Wire::new(port), guard: Guard::new(None, bench.consent), heard: Heard::default() };
     scout.wire.restart();
@@ -139,6 +142,15 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted) -> Ready<Prepared> {
     let mut station = found.clone();
     let found = written_down(bench, &station);
     let folder = Path::new(journal::FOLDER);
+    let open_before = journal::open_ones(folder)
+        .into_iter()
+        .find(|path| journal::read(path).is_ok_and(|kept| kept.found.mac == found.mac));
+    if let Some(path) = open_before {
+        notes.push(format!(
+            "an earlier run on this device did not put everything back ({}): `encspec bench restore` does",
+            path.display()
+        ));
+    }
     let begun = Journal::begin(folder, &found);
     let mut journal = begun
         .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
@@ -146,7 +158,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted) -> Ready<Prepared> {
     if passive.is_none() {
         has_changed = scout.name(bench, &mut controller, &mut station, &mut journal)?;
     }
-    let ip = address(bench, &station)?;
+    let ip = address(bench, &station, &mut notes)?;
     let addresses = scout.free_addresses(bench, &ip, &macs, &others)?;
     if scout.answers(macs[0], ip.address)?.into_iter().any(|mac| mac != station.mac) {
         return unusable(format!(
@@ -164,7 +176,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted) -> Ready<Prepared> {
     }
     if passive.is_none() {
         let mut controller = self::controller(macs[0], addresses[0], ip.mask);
-        scout.give_address(&mut controller, &station, ip)?;
+        has_changed |= scout.give_address(&mut controller, &station, ip, &mut journal)?;
         scout.ask_what_is_plugged(&mut controller, &station, ip, &mut says)?;
     }
     let Scout { wire, guard, .. } = scout;
@@ -234,8 +246,15 @@ fn passive(
 }
 
 /// The address that the device is given: the bench's, else its own.
-fn address(bench: &BenchFile, station: &StationSeen) -> Ready<IpParameter> {
+fn address(bench: &BenchFile, station: &StationSeen, notes: &mut Vec<String>) -> Ready<IpParameter> {
+    let has = !station.ip.address.is_unspecified();
     match bench.ip {
+        // Even one that is set for the run only may clear what the device has stored.
+        Some(address) if has && address != station.ip.address && !bench.consent.set_ip => {
+            let own = station.ip.address;
+            notes.push(format!("the device keeps its address {own}, since the bench gives no consent to set_ip"));
+            Ok(station.ip)
+        }
         Some(address) => Ok(IpParameter { address, mask: bench.mask, gateway: station.ip.gateway }),
         None if station.ip.address != Ipv4Addr::UNSPECIFIED => Ok(station.ip),
         None => unusable(
@@ -243,6 +262,12 @@ fn address(bench: &BenchFile, station: &StationSeen) -> Ready<IpParameter> {
              the run",
         ),
     }
+}
+
+/// Whether a frame is one of the cyclic exchange, of whatever class; a tag may stand before its type.
+pub fn is_cyclic(frame: &[u8]) -> bool {
+    let at = if frame.get(12..14) == Some(&[0x81, 0x00]) { 16 } else { 12 };
+    frame.get(at..at + 2) == Some(&[0x88, 0x92]) && frame.get(at + 2).is_some_and(|high| (0x01..0xFC).contains(high))
 }
 
 /// Who was heard before anybody was asked.
@@ -266,8 +291,7 @@ impl Heard {
         match header.ether_type {
             EtherType::PROFINET => {
                 self.speakers.insert(header.source);
-                let is_cyclic = payload.first().is_some_and(|high| (0x80..0xFC).contains(high));
-                if is_cyclic {
+                if is_cyclic(frame) {
                     self.cyclic.insert((header.source, header.destination));
                 }
             }
@@ -329,7 +353,7 @@ impl Scout {
     ) -> Ready<()> {
         while !done(stations) && self.wire.clock().now() < until {
             if link::interrupt::requested() {
-                return unusable("interrupted before anything was touched");
+                return unusable("interrupted; `encspec bench restore` puts back what was changed, if anything was");
             }
             let Scout { wire, guard, heard } = self;
             wire.step(stations, until, &mut |frame| guard.allows(frame), &mut |time, frame| heard.hear(time, frame))?;
@@ -441,13 +465,21 @@ impl Scout {
     }
 
     /// Gives the device the address of this run, until it loses power.
-    fn give_address(&mut self, controller: &mut Controller, station: &StationSeen, ip: IpParameter) -> Ready<()> {
+    fn give_address(
+        &mut self,
+        controller: &mut Controller,
+        station: &StationSeen,
+        ip: IpParameter,
+        journal: &mut Journal,
+    ) -> Ready<bool> {
         if station.ip.address == ip.address && station.ip.mask == ip.mask {
-            return Ok(());
+            return Ok(false);
         }
+        let entry = Entry::Changes { trial: "preflight".into(), what: vec!["set_ip".into()] };
+        journal.add(&entry).map_err(|error| Unusable(format!("the journal cannot be written: {error}")))?;
         let blocks = vec![Block::set(BlockQualifier::TEMPORARY, Value::IpParameter(ip))];
         match self.ask(controller, Request::DcpSet { to: station.mac, blocks })? {
-            Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
+            Outcome::Dcp(DcpOutcome::Accepted) => Ok(true),
             outcome => unusable(format!("the device does not take the address {}: {outcome:?}", ip.address)),
         }
     }

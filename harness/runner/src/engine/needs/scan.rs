@@ -363,6 +363,8 @@ impl<'a> Scan<'a> {
     fn service(&mut self, service: &Service, times: u64) {
         match service {
             Service::DcpReset { .. } => self.add(Need::Consent(Consent::FactoryReset)),
+            // A device that does not see the damage takes the name.
+            Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
             Service::RecordWrite { index, bytes, .. } if PARAMETER_RECORDS.contains(index) => {
                 self.parameter_request(bytes, times);
             }
