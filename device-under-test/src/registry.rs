@@ -176,6 +176,18 @@ mod tests {
     }
 
     #[test]
+    fn names_of_bugs_are_unique_and_sentences_are_sentences() {
+        for manual in manuals() {
+            for (n, bug) in manual.bugs.iter().enumerate() {
+                assert!(manual.bugs[..n].iter().all(|other| other.name != bug.name), "{}", bug.name);
+                let is_plain = |octet: u8| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'-';
+                assert!(bug.name.bytes().all(is_plain), "{}", bug.name);
+                assert!(bug.sentence.ends_with('.') && bug.sentence.starts_with(|c: char| c.is_ascii_uppercase()));
+            }
+        }
+    }
+
+    #[test]
     fn the_stand_reaches_the_encoder() {
         let mut device =
             build("lika-xac77-profinet", "xac7718", &SETUP).map_err(|error| error.to_string()).expect("known");

@@ -88,9 +88,13 @@ impl Lock {
 fn wait(file: &File, patience: Duration) -> io::Result<bool> {
     let (done, answer) = mpsc::channel();
     let waiter = file.try_clone()?;
-    thread::spawn(move || done.send(waiter.lock()));
+    let waiting = thread::spawn(move || done.send(waiter.lock()));
     match answer.recv_timeout(patience) {
-        Ok(locked) => locked.map(|()| true),
+        Ok(locked) => {
+            // Privileges can be given up only where no other thread is left that has them.
+            let _ = waiting.join();
+            locked.map(|()| true)
+        }
         Err(_) => Ok(false),
     }
 }

@@ -2,13 +2,15 @@
 
 mod served;
 
+use controllers::profinet_io::{Controller, Request};
 use libtest_mimic::{Arguments, Trial};
-use link::{Clock, Nic, Port};
+use link::{Clock, Nic, Port, Wire};
 use serde_json::Value;
-use served::{MODEL, Serving, private_network, socket_path};
+use served::{MODEL, Serving, ask, assert_standing, connection, controller, private_network, socket_path};
 use station::{Duration, Time};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
+use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Output, Stdio};
 use wire::ethernet::Mac;
@@ -23,7 +25,10 @@ const AT_ONCE: usize = 12;
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads.get_or_insert(AT_ONCE);
-    let tests: [(&str, fn()); 9] = [
+    let tests: [(&str, fn()); 12] = [
+        ("a_connection_of_somebody_else_is_not_touched", a_connection_of_somebody_else_is_not_touched),
+        ("a_peer_that_comes_back_is_tested_on", a_peer_that_comes_back_is_tested_on),
+        ("wrong_claims_of_the_bench_are_findings", wrong_claims_of_the_bench_are_findings),
         ("a_device_at_an_interface_is_tested_and_put_back", a_device_at_an_interface_is_tested_and_put_back),
         ("what_has_no_consent_is_not_done", what_has_no_consent_is_not_done),
         ("frames_go_to_the_device_under_test_only", frames_go_to_the_device_under_test_only),
@@ -229,6 +234,76 @@ fn a_vanished_peer_ends_in_verdicts() {
     let trials = || cases.iter().filter(|case| case["kind"] != "rule");
     assert!(trials().any(|case| case["verdict"] == "inconclusive"), "{text}");
     assert!(!trials().any(|case| case["verdict"] == "fail"), "a broken line is no fault of the device: {text}");
+}
+
+/// The peer ends in the middle of a run and is there again: what came between is inconclusive, what comes after is tested.
+fn a_peer_that_comes_back_is_tested_on() {
+    let path = socket_path("wire");
+    let listen = format!("listen:{}", path.display());
+    let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
+    let bench = Bench::new("back", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
+    let mut run = bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json", "telegrams/"]);
+    let run = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
+    wait_for_verdict(&bench);
+    serving.end();
+    let _again = Serving::start(&[MODEL, "--socket", &listen]);
+    let output = run.wait_with_output().expect("its end");
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).unwrap_or_else(|_| panic!("{}", said(&output)));
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    let cases = report["runs"][0]["cases"].as_array().expect("cases").iter().filter(|case| case["kind"] != "rule");
+    let verdicts: Vec<&str> = cases.map(|case| case["verdict"].as_str().unwrap_or_default()).collect();
+    assert!(!verdicts.contains(&"fail") && !verdicts.contains(&"error"), "{verdicts:?}");
+    assert_eq!(verdicts.last(), Some(&"pass"), "{verdicts:?}");
+}
+
+/// A controller in this process works with the device: it is not disturbed, whatever the bench allows.
+fn a_connection_of_somebody_else_is_not_touched() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.10"]);
+    let mut wire = Wire::new(Box::new(Nic::open("ours").expect("the interface")));
+    let mut controllers = [controller(0)];
+    let connection = connection("encoder-under-test", Ipv4Addr::new(192, 168, 0, 10));
+    let outcomes = ask(&mut wire, &mut controllers, vec![Request::Connect(Box::new(connection))]);
+    assert_standing(&outcomes[0]);
+    let bench = Bench::new("foreign", "nic:ours", &free(&control));
+    let mut run =
+        bench.command(&["run", "--dut", "bench.yaml", "--report", "json=run.json", "--no-evidence", "preset/"]);
+    let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the binary");
+    let mut over = |_: &mut [Controller]| run.try_wait().expect("its status").is_some();
+    assert!(served::run(&mut wire, &mut controllers, Duration::from_secs(60), &mut over, &mut |_, _| {}));
+    assert!(controllers[0].take_end().is_none(), "the connection stands");
+    assert_eq!(run.wait().expect("its status").code(), Some(1));
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    let cases = report["runs"][0]["cases"].as_array().expect("cases");
+    let reason = cases[0]["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("works with the controller"), "{reason}");
+    assert!(
+        cases.iter().filter(|case| case["kind"] != "rule").all(|case| case["verdict"] == "not-applicable"),
+        "{text}"
+    );
+}
+
+fn wrong_claims_of_the_bench_are_findings() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs"]);
+    let claims = "telegrams: [telegram_81, telegram_83, telegram_84]\nlacks: [P65000]\nfirmware: 9.9.9";
+    let bench = Bench::new("claims", "nic:ours", &format!("{claims}\n{}", free(&control)));
+    let (status, cases) = bench.run("station/type-of-station");
+    assert_eq!(status, Some(1), "a wrong claim is red: {cases:?}");
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
+    let report: Value = serde_json::from_str(&text).expect("JSON");
+    let findings = report["runs"][0]["findings"].as_array().expect("findings").iter();
+    let errors = findings.filter(|finding| finding["severity"] == "error");
+    let mut ids: Vec<&str> = errors.map(|finding| finding["id"].as_str().unwrap_or_default()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["claim.P65000", "claim.telegram_82", "firmware"]);
 }
 
 /// Waits until the journal has the verdict of a trial.

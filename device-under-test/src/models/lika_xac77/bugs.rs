@@ -380,19 +380,3 @@ pub static BUGS: &[Bug] = bugs! {
     "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
         => |b| b.diagnosis.severity = Severity::MaintenanceRequired;
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_unique_and_sentences_are_sentences() {
-        for (n, bug) in BUGS.iter().enumerate() {
-            assert!(BUGS[..n].iter().all(|other| other.name != bug.name), "{}", bug.name);
-            assert!(
-                bug.name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'-')
-            );
-            assert!(bug.sentence.ends_with('.') && bug.sentence.starts_with(|c: char| c.is_ascii_uppercase()));
-        }
-    }
-}

@@ -119,19 +119,3 @@ pub static BUGS: &[Bug] = bugs! {
     "any-endpoint-ends-connection" "An ERR-RTA for another alarm endpoint ends the connection."
         => |b| b.stack.checks_alarm_endpoints = false;
 };
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_unique_and_sentences_are_sentences() {
-        for (n, bug) in BUGS.iter().enumerate() {
-            assert!(BUGS[..n].iter().all(|other| other.name != bug.name), "{}", bug.name);
-            assert!(
-                bug.name.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'-')
-            );
-            assert!(bug.sentence.ends_with('.') && bug.sentence.starts_with(|c: char| c.is_ascii_uppercase()));
-        }
-    }
-}

@@ -4,14 +4,13 @@ use super::port::PortArgs;
 use super::{Ended, Stop, Suites, complain, show};
 use crate::bench_file::{BenchFile, Claim, LinkSpec, is_station_name};
 use crate::engine;
-use crate::live::discover::{Found, discover, own_mac};
+use crate::live::discover::Found;
 use crate::live::journal::{self, Entry, Journal};
 use crate::lock::Lock;
 use crate::report::ExitStatus;
 use crate::suite::device::Origin;
 use crate::suite::model::Manual;
 use clap::{Args, Subcommand};
-use link::{Wire, interrupt, privileges};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::Write as _;
@@ -76,11 +75,13 @@ fn restore(args: &RestoreArgs) -> Ended {
         complain(&format!("nothing is left to be put back: no journal below {} is open", journal::FOLDER));
     }
     let mut status = ExitStatus::Green;
-    for path in journals {
+    let mut journals = journals.into_iter();
+    // One at a time: privileges are given up with the first link that is opened.
+    if let Some(path) = journals.next() {
         let kept = journal::read(&path).map_err(|error| Stop::usage(error.to_string()))?;
         if kept.restored || kept.changes.is_empty() {
             show(&format!("{}: everything is as it was found\n", path.display()));
-            continue;
+            return Ok(ExitStatus::Green);
         }
         let left = put_back(&kept, &args.suites)?;
         if left.is_empty() {
@@ -91,6 +92,10 @@ fn restore(args: &RestoreArgs) -> Ended {
             show(&format!("{}: not put back: {}\n", path.display(), left.join(", ")));
             status = ExitStatus::Red;
         }
+    }
+    if journals.len() > 0 {
+        show(&format!("{} more to be put back: call `encspec bench restore` again\n", journals.len()));
+        status = ExitStatus::Red;
     }
     Ok(status)
 }
@@ -146,13 +151,7 @@ fn init(args: &InitArgs) -> Ended {
         return Err(Stop::usage(format!("{} is there already; choose another name or take it away", path.display())));
     }
     let manuals = args.suites.load()?;
-    interrupt::watch();
-    let port = args.port.open()?;
-    let unusable = |error: link::LinkError| Stop::bench(error.to_string());
-    privileges::drop().map_err(unusable)?;
-    let own = own_mac(port.mac());
-    let mut wire = Wire::new(port);
-    let survey = discover(&mut wire, own, WAIT, &mut interrupt::requested).map_err(unusable)?;
+    let (survey, _) = args.port.survey(WAIT)?;
     survey.remarks.iter().for_each(|remark| complain(remark));
     let found = chosen(&survey.stations, args.station.as_deref())?;
     let claim = claim(found, &manuals);
@@ -280,7 +279,7 @@ fn text(link: &LinkSpec, found: &Found, claim: &Claimed<'_>) -> String {
         let _ = writeln!(out, "ip: {}\nmask: {}", ip.address, ip.mask);
     } else {
         let _ =
-            writeln!(out, "# It has no address; a run gives it this one until it is switched off.\n# ip: 192.168.0.10");
+            writeln!(out, "# It has no address; a run gives it this one until it is switched off.\nip: 192.168.0.10");
     }
     out.push_str(REST);
     out

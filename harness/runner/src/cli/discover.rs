@@ -2,12 +2,11 @@
 
 use super::port::PortArgs;
 use super::{Ended, Format, Stop, Suites, complain, list, show};
-use crate::live::discover::{Found, discover, own_mac};
+use crate::live::discover::Found;
 use crate::report::{ExitStatus, printable};
 use crate::suite::device::Origin;
 use crate::suite::model::Manual;
 use clap::Args;
-use link::{Wire, interrupt, privileges};
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -78,15 +77,7 @@ fn suites_for(ids: (u16, u16), manuals: &[Manual]) -> (Option<String>, Vec<Strin
 
 pub(super) fn run(args: &DiscoverArgs) -> Ended {
     let manuals = args.suites.load()?;
-    interrupt::watch();
-    let port = args.port.open()?;
-    let unusable = |error: link::LinkError| Stop::bench(error.to_string());
-    privileges::drop().map_err(unusable)?;
-    let own = own_mac(port.mac());
-    let place = port.describe();
-    let mut wire = Wire::new(port);
-    let found = discover(&mut wire, own, Duration::from_secs(args.wait), &mut interrupt::requested);
-    let survey = found.map_err(unusable)?;
+    let (survey, place) = args.port.survey(Duration::from_secs(args.wait))?;
     let stations: Vec<Shown> = survey.stations.iter().map(|found| Shown::of(found, &manuals)).collect();
     match args.format {
         Format::Json => {

@@ -77,7 +77,7 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
             _ => return Err(unknown(dut)),
         }
     }
-    if !bugs.is_empty() && devices.here.iter().any(|spec| spec.bugs().is_empty()) {
+    if !bugs.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(|spec| spec.bugs().is_empty())) {
         return Err("only reference devices (`--dut model:...`) can be told to have a bug".into());
     }
     Ok(devices)

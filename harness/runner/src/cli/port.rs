@@ -2,8 +2,10 @@
 
 use super::Stop;
 use crate::bench_file::LinkSpec;
+use crate::live::discover::{Survey, discover, own_mac};
 use clap::Args;
-use link::{BadAddress, FrameSocket, LinkError, Nic, Port, SocketAddress};
+use link::{BadAddress, FrameSocket, LinkError, Nic, Port, SocketAddress, Wire, interrupt, privileges};
+use std::time::Duration;
 
 /// The network interface or the socket that a command works at.
 #[derive(Clone, Debug, Args)]
@@ -34,6 +36,18 @@ impl PortArgs {
     /// Opens it, but does not wait for a peer that has to come here.
     pub fn wait(&self) -> Result<Box<dyn Port>, Stop> {
         self.with(FrameSocket::bind)
+    }
+
+    /// Opens it and asks who is there; the survey, and what the place is called.
+    pub fn survey(&self, wait: Duration) -> Result<(Survey, String), Stop> {
+        interrupt::watch();
+        let port = self.open()?;
+        let unusable = |error: LinkError| Stop::bench(error.to_string());
+        privileges::drop().map_err(unusable)?;
+        let (own, place) = (own_mac(port.mac()), port.describe());
+        let mut wire = Wire::new(port);
+        let survey = discover(&mut wire, own, wait, &mut interrupt::requested).map_err(unusable)?;
+        Ok((survey, place))
     }
 
     fn with(&self, open: fn(&SocketAddress) -> Result<FrameSocket, LinkError>) -> Result<Box<dyn Port>, Stop> {

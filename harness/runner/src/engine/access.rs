@@ -404,7 +404,7 @@ impl Run<'_> {
 }
 
 /// Whether a frame may carry an acyclic request: all but cyclic frames.
-fn is_request(frame: &[u8]) -> bool {
+pub fn is_request(frame: &[u8]) -> bool {
     let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
     header.ether_type != EtherType::PROFINET || FrameId::peek(payload).is_ok_and(|id| !id.is_cyclic())
 }

@@ -66,6 +66,7 @@ struct Hands {
     frames_lost: u64,
     wrote_parameters: bool,
     saved: bool,
+    calls: u64,
     /// Trials in a row in which the device did not answer.
     unanswered: u32,
     /// The line did not come back, and why it went.
@@ -106,6 +107,7 @@ impl LiveDevice {
             frames_lost: 0,
             wrote_parameters: false,
             saved: false,
+            calls: 0,
             unanswered: 0,
             lost: None,
         };
@@ -210,6 +212,13 @@ impl LiveDevice {
                 .lost
                 .get_or_insert_with(|| format!("the device has not answered in {PATIENCE} trials one after the other"));
         }
+    }
+
+    /// A number that no call before had.
+    pub fn next_call(&self) -> u64 {
+        let mut hands = self.hands();
+        hands.calls += 1;
+        hands.calls << 32
     }
 
     /// Nothing more can be tested, and why.

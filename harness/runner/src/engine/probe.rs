@@ -178,29 +178,48 @@ impl Run<'_> {
         let _ = self.disconnect(false);
         let Some(mac) = self.place.mac else { return vec!["anything: the device is not known".into()] };
         self.mac = mac;
+        // A connection wants a name, so the one of the device is put back before it, and no name after it.
+        let has_name = !found.name.is_empty();
+        if has_name {
+            self.put_name_back(found, &mut left);
+        }
         if kept.parameters.is_empty() && kept.wrote_parameters {
             left.push("parameters, which could not be read before they were written".into());
         }
         if !kept.parameters.is_empty() {
             self.put_parameters_back(kept, &mut left);
         }
-        let Ok(Some(now)) = self.seen_now() else {
-            left.push("the station name and the address, since the device does not answer".into());
-            return left;
-        };
-        let consent = self.place.bench.as_ref().map(|bench| bench.consent).unwrap_or_default();
-        if now.name != found.name
-            && !(consent.set_name && self.give(BlockQualifier::PERMANENT, Value::NameOfStation(found.name.clone())))
-        {
-            left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug()));
+        if !has_name {
+            self.put_name_back(found, &mut left);
         }
-        let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
-        // A device that had none got one for the run only.
-        let is_other = now.ip != address && !found.ip.is_unspecified();
-        if is_other && !(consent.set_ip && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address))) {
-            left.push(format!("the address {}", found.ip));
-        }
+        // A connection has given it the address of the bench.
+        self.put_address_back(found, &mut left);
         left
+    }
+
+    fn put_name_back(&mut self, found: &Found, left: &mut Vec<String>) {
+        self.renamed = true;
+        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
+        let name = || Value::NameOfStation(found.name.clone());
+        match self.seen_now() {
+            Ok(Some(now)) if now.name == found.name => {}
+            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, name()) => {}
+            _ => left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug())),
+        }
+    }
+
+    fn put_address_back(&mut self, found: &Found, left: &mut Vec<String>) {
+        // A device that had none got one for the run only.
+        if found.ip.is_unspecified() {
+            return;
+        }
+        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_ip);
+        let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
+        match self.seen_now() {
+            Ok(Some(now)) if now.ip == address => {}
+            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) => {}
+            _ => left.push(format!("the address {}", found.ip)),
+        }
     }
 
     fn put_parameters_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {

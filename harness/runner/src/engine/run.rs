@@ -329,7 +329,9 @@ fn with_run<R>(
     dut: &DutSpec,
     work: impl FnOnce(&mut Run<'_>) -> R,
 ) -> Result<R, String> {
-    let place = dut.place();
+    let mut place = dut.place();
+    // Each call has names of its own, else the device takes its requests for those of the call before.
+    place.seed = place.seed.wrapping_add(dut.live().map_or(0, LiveDevice::next_call));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
     let world = World::new(manual, variant, dut.segment(manual, &trial.id)?, controllers(&place, &trial.id));
     Ok(work(&mut Run::new(world, trial, &place)))

@@ -95,6 +95,7 @@ pub struct World<'a> {
     tracker: Tracker,
     leds: Vec<usize>,
     comment: Option<String>,
+    damaged: Vec<Vec<u8>>,
     recording: Option<Recording>,
 }
 
@@ -163,6 +164,7 @@ impl<'a> World<'a> {
             tracker: Tracker::new(),
             leds: variant.names.iter().filter_map(leds).collect(),
             comment: None,
+            damaged: Vec::new(),
             recording: None,
         }
     }
@@ -200,6 +202,11 @@ impl<'a> World<'a> {
         for number in marked {
             self.trace.comment(number, BROKEN);
         }
+    }
+
+    /// Says beside a frame, when it is seen, that it is wrong on purpose.
+    pub fn expect_broken(&mut self, frame: &[u8]) {
+        self.damaged.push(frame.to_vec());
     }
 
     /// The connections seen so far.
@@ -251,6 +258,12 @@ impl<'a> World<'a> {
             }
         });
         for number in before + 1..=seen.len() {
+            // A short one arrives filled up.
+            let is_sent = |broken: &Vec<u8>| seen.get(number).is_some_and(|frame| frame.octets.starts_with(broken));
+            if let Some(at) = self.damaged.iter().position(is_sent) {
+                self.damaged.swap_remove(at);
+                seen.comment(number, BROKEN);
+            }
             if let Some(frame) = seen.get(number) {
                 self.see(number as u64, frame.time, frame.octets);
             }

@@ -257,10 +257,12 @@ fn address(bench: &BenchFile, station: &StationSeen, notes: &mut Vec<String>) ->
         }
         Some(address) => Ok(IpParameter { address, mask: bench.mask, gateway: station.ip.gateway }),
         None if station.ip.address != Ipv4Addr::UNSPECIFIED => Ok(station.ip),
-        None => unusable(
-            "the device has no IP address; write a bench file (`encspec bench init`) with the `ip` that it is to get for \
-             the run",
-        ),
+        None => unusable(match &bench.path {
+            Some(path) => format!("the device has no IP address: say in {} by `ip` which one it gets for the run", path.display()),
+            None => "the device has no IP address: write a bench file (`encspec bench init`) with the `ip` that it gets for \
+                     the run"
+                .to_owned(),
+        }),
     }
 }
 
@@ -410,7 +412,9 @@ impl Scout {
             _ => {
                 let macs: Vec<String> = meant.iter().map(|station| station.mac.to_string()).collect();
                 let all = macs.join(", ");
-                unusable(format!("{all} could all be meant: say in a bench file by `station` or `mac` which one is"))
+                unusable(format!(
+                    "{all} could all be meant: say in a bench file by `station_name` or `mac` which one is"
+                ))
             }
         }
     }

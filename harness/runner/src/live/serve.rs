@@ -60,7 +60,8 @@ impl Server {
     ) -> Result<(), LinkError> {
         let has_desks = self.served.iter().any(|served| served.desk.is_some());
         let slice = if has_desks { LOOK } else { BREATH };
-        let mut lost = false;
+        // At a socket where somebody has to come, nobody has yet.
+        let mut lost = self.wire.port().mac().is_none() && !self.wire.port().carrier();
         loop {
             let now = self.wire.now();
             if now >= end || stop() {
