@@ -4,6 +4,7 @@
 //! wire that is ([`segment`]), nor how its results are shown.
 
 mod access;
+mod around;
 mod block;
 pub mod dut;
 mod evidence;
@@ -24,9 +25,8 @@ mod trial;
 mod verbs;
 mod world;
 
+pub use around::put_back;
 pub use dut::{DutKind, DutSpec, Nobody};
 pub use live::LiveDevice;
 pub use probe::Kept;
-pub use run::{
-    BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, put_back, run, run_trial, run_trial_on, selects,
-};
+pub use run::{BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, run, run_trial, run_trial_on, selects};

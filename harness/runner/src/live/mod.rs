@@ -7,5 +7,6 @@ pub mod discover;
 pub mod guard;
 pub mod journal;
 pub mod preflight;
+pub mod scout;
 pub mod serve;
 pub mod stand;
