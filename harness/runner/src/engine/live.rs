@@ -135,6 +135,12 @@ impl LiveDevice {
         &self.0.bench
     }
 
+    /// What it said it is when it was found.
+    pub fn identity(&self) -> String {
+        let Found { mac, vendor_id, device_id, .. } = &self.0.found;
+        format!("{mac} (vendor 0x{vendor_id:04X}, device 0x{device_id:04X})")
+    }
+
     /// Where it is found.
     pub fn place(&self) -> &Place {
         &self.0.place

@@ -159,7 +159,9 @@ fn device(
             },
             device: dut.manual.clone(),
             variant: dut.variant.clone(),
-            identity: identity.unwrap_or_else(|| "nobody said who he is".to_owned()),
+            identity: identity
+                .or_else(|| dut.live().map(LiveDevice::identity))
+                .unwrap_or_else(|| "nobody said who he is".to_owned()),
         },
         cases,
         requirements,

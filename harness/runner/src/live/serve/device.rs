@@ -53,6 +53,7 @@ impl ServedDevice {
         match Command::parse(line) {
             Ok(Command::Act(action)) => match self.act(now, &action) {
                 Ok(done) => Answer::Done(done.since(now)),
+                Err(Refusal::CannotDo(why)) => Answer::Cannot(why + &self.others_like(&ability(&action))),
                 Err(refusal) => refusal.into(),
             },
             Ok(Command::Led(name)) => match self.led(now, name) {
@@ -67,6 +68,14 @@ impl ServedDevice {
             Ok(Command::Help) => Answer::help(),
             Err(why) => Answer::Cannot(why),
         }
+    }
+
+    /// The abilities of the same kind as one that it does not have, as the end of a sentence.
+    fn others_like(&self, lacking: &str) -> String {
+        let Some((kind, _)) = lacking.split_once('.') else { return String::new() };
+        let is_like = |name: &&str| name.split_once('.').is_some_and(|(of, _)| of == kind);
+        let known: Vec<&str> = self.abilities.iter().map(String::as_str).filter(is_like).collect();
+        if known.is_empty() { String::new() } else { format!("; there are {}", known.join(", ")) }
     }
 
     /// What its own clock shows at `now`.
@@ -183,7 +192,7 @@ mod tests {
     #[case("shaft counts 1000", "ok")]
     #[case("turn revolutions 1 rpm 60", "ok done-in 1000000000")]
     #[case("fault memory present", "ok")]
-    #[case("fault light present", "cannot the reference device has no such means")]
+    #[case("fault light present", "cannot the reference device has no such means; there are fault.memory")]
     #[case("button preset pressed", "cannot the reference device has no such means")]
     #[case("clock 60", "ok")]
     #[case("renew", "ok")]
