@@ -1,16 +1,16 @@
 //! Several devices and several controllers on one segment do not get into each other's way.
 
+mod served;
+
 use bench::VirtualWire;
-use controllers::profinet_io::{
-    ArState, Connection, Controller, DeviceAddress, Outcome, Request, Settings, Submodule, Target,
-};
+use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Outcome, Request, Target};
 use reference_devices::{ReferenceDevice, Setup, build};
+use served::{connection, controller};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
-const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
 const STATIONS: u8 = 5;
 
 fn name(number: u8) -> String {
@@ -31,36 +31,12 @@ fn device(number: u8) -> Box<dyn ReferenceDevice> {
     build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
 }
 
-fn controller(number: u8) -> Controller {
-    Controller::new(Settings {
-        mac: Mac([2, 0, 0, 0, 2, number]),
-        ip: Ipv4Addr::new(192, 168, 0, 100 + number),
-        mask: MASK,
-        gateway: Ipv4Addr::UNSPECIFIED,
-        station_name: format!("controller-{number}").into_bytes(),
-        vendor_id: 0xFEED,
-        device_id: 1,
-        seed: number.into(),
-    })
-}
-
-/// Telegram 81 with the start record that makes class 4 work.
-fn connection(number: u8) -> Connection {
-    let ip =
-        IpParameter { address: Ipv4Addr::new(192, 168, 0, 10 + number), mask: MASK, gateway: Ipv4Addr::UNSPECIFIED };
-    let submodule = |slot, subslot, ident, octets: (u16, u16)| Submodule {
-        api: if slot == 0 { 0 } else { 0x3D00 },
-        slot,
-        module_ident: 1,
-        subslot,
-        submodule_ident: ident,
-        input_octets: octets.0,
-        output_octets: octets.1,
-    };
-    let mut connection = Connection::new(DeviceAddress::Name(name(number)), ip);
-    connection.vendor_id = 0x0239;
-    connection.device_id = 0x0001;
-    connection.submodules = vec![submodule(0, 1, 1, (0, 0)), submodule(1, 1, 2, (0, 0)), submodule(1, 2, 81, (12, 4))];
+/// The connection to the device `number`, with the watchdog that is usual where no time is lost.
+fn connection_to(number: u8) -> Connection {
+    let usual = Connection::new(DeviceAddress::Name(name(number)), IpParameter::NONE);
+    let mut connection = connection(&name(number), Ipv4Addr::new(192, 168, 0, 10 + number));
+    connection.watchdog_factor = usual.watchdog_factor;
+    connection.data_hold_factor = usual.data_hold_factor;
     connection
 }
 
@@ -69,7 +45,7 @@ fn each_controller_reaches_its_own_device() {
     let mut devices: Vec<_> = (1..=STATIONS).map(device).collect();
     let mut controllers: Vec<_> = (1..=STATIONS).map(controller).collect();
     for (controller, number) in controllers.iter_mut().zip(1..) {
-        let request = Request::Connect(Box::new(connection(number)));
+        let request = Request::Connect(Box::new(connection_to(number)));
         controller.request(Time::ZERO, request).expect("a controller that has nothing to do");
     }
     let mut wire = VirtualWire::new();

@@ -6,7 +6,6 @@ use crate::bench_file::{BenchFile, Claim, LinkSpec, is_station_name};
 use crate::engine;
 use crate::live::discover::Found;
 use crate::live::journal::{self, Entry, Journal};
-use crate::lock::Lock;
 use crate::report::ExitStatus;
 use crate::suite::device::Origin;
 use crate::suite::model::Manual;
@@ -67,8 +66,9 @@ pub(super) fn run(args: &BenchArgs) -> Ended {
 }
 
 fn restore(args: &RestoreArgs) -> Ended {
+    let read = |path: &PathBuf| journal::read(path).map_err(|error| Stop::usage(error.to_string()));
     let journals = match &args.journal {
-        Some(path) => vec![path.clone()],
+        Some(path) => vec![(path.clone(), read(path)?)],
         None => journal::open_ones(Path::new(journal::FOLDER)),
     };
     if journals.is_empty() {
@@ -77,9 +77,8 @@ fn restore(args: &RestoreArgs) -> Ended {
     let mut status = ExitStatus::Green;
     let mut journals = journals.into_iter();
     // One at a time: privileges are given up with the first link that is opened.
-    if let Some(path) = journals.next() {
-        let kept = journal::read(&path).map_err(|error| Stop::usage(error.to_string()))?;
-        if kept.restored || kept.changes.is_empty() {
+    if let Some((path, kept)) = journals.next() {
+        if !kept.is_open() {
             show(&format!("{}: everything is as it was found\n", path.display()));
             return Ok(ExitStatus::Green);
         }
@@ -118,10 +117,7 @@ fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> 
     let unreadable =
         |_| Stop::usage(format!("the journal names no MAC address that can be read: {}", mac.escape_debug()));
     bench.mac = Some(mac.parse().map_err(unreadable)?);
-    let device = super::live::lock_name(&bench);
-    let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
-    let _lock = Lock::take(&device, &std::env::temp_dir(), LOCK_WAIT, &mut waiting)
-        .map_err(|error| Stop::bench(error.to_string()))?;
+    let _lock = super::live::lock(&bench, LOCK_WAIT)?;
     bench.station_name = None;
     (bench.consent.set_name, bench.consent.set_ip) = (true, true);
     if bench.ip.is_none() && !kept.found.ip.is_unspecified() {

@@ -2,8 +2,9 @@
 
 use super::{CoverageArgs, Ended, Format, show};
 use crate::engine::needs::{self, Need};
+use crate::engine::scan::{check_covers, each_step_of};
 use crate::report::ExitStatus;
-use crate::suite::model::{Class, Manual, Step, Trial, Verb};
+use crate::suite::model::{Class, Manual, Trial};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -128,13 +129,11 @@ fn without_stand_reached(manual: &Manual) -> Vec<bool> {
         variant.rules.iter().for_each(|rule| reach(&rule.covers));
         for trial in variant.trials.iter().filter(|trial| !stands(&needs::needs(manual, variant, trial))) {
             reach(&trial.covers);
-            for steps in [&trial.given, &trial.steps, &trial.finally] {
-                walk(steps, &mut |step| {
-                    if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
-                        reach(&step.covers);
-                    }
-                });
-            }
+            each_step_of(trial, &mut |step| {
+                if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
+                    reach(&step.covers);
+                }
+            });
         }
     }
     reached
@@ -143,22 +142,8 @@ fn without_stand_reached(manual: &Manual) -> Vec<bool> {
 /// Every requirement that a trial covers, those of its checks included.
 pub(super) fn covers(trial: &Trial) -> Vec<usize> {
     let mut list = trial.covers.clone();
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
-        walk(steps, &mut |step| list.extend(&step.covers));
-    }
+    list.extend(check_covers(trial));
     list.sort_unstable();
     list.dedup();
     list
-}
-
-/// Visits every step, those inside blocks and readings included.
-fn walk(steps: &[Step], visit: &mut impl FnMut(&Step)) {
-    for step in steps {
-        visit(step);
-        match &step.verb {
-            Verb::Block { steps, .. } => walk(steps, visit),
-            Verb::Either(readings) => readings.iter().for_each(|reading| walk(&reading.steps, visit)),
-            _ => {}
-        }
-    }
 }

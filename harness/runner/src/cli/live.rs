@@ -6,11 +6,13 @@ use crate::engine::{DutKind, DutSpec, LiveDevice};
 use crate::gsdml::{self, Gsdml};
 use crate::live::preflight::{self, Wanted};
 use crate::live::stand::LiveStand;
+use crate::lock::Lock;
 use crate::suite::device::Origin;
 use crate::suite::model::Manual;
 use crate::suite::{BenchTimes, load};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A live device as the command line names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,8 +36,16 @@ impl Asked {
     }
 }
 
+/// Takes the device of a bench, waiting for another process that has it for at most `patience`.
+pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, Stop> {
+    let device = lock_name(bench);
+    let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
+    let lock = Lock::take(&device, &std::env::temp_dir(), patience, &mut waiting);
+    lock.map_err(|error| Stop::bench(error.to_string()))
+}
+
 /// The text that is the same for everybody who means the same link.
-pub fn lock_name(bench: &BenchFile) -> String {
+fn lock_name(bench: &BenchFile) -> String {
     match &bench.link {
         LinkSpec::Nic(name) => format!("nic:{name}"),
         LinkSpec::Socket(address) => {

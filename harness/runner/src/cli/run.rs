@@ -1,7 +1,7 @@
 //! `encspec run`: from the command line to a result, its reports and the exit status.
 
 use super::dut::{devices, suggest};
-use super::{Ended, Stop, Suites, complain, filter, show};
+use super::{Ended, Stop, Suites, filter, show};
 use crate::engine::{self, DutSpec, Part, RunOptions};
 use crate::ledger::{self, Date, Ledger};
 use crate::lock::Lock;
@@ -172,10 +172,8 @@ impl Request {
             part: self.part,
         };
         something_is_meant(&options, manuals)?;
-        let mut ledger_of_bench = None;
-        for asked in &devices.live {
-            ledger_of_bench = ledger_of_bench.or(asked.bench(manuals)?.ledger);
-        }
+        let benches = devices.live.iter().map(|asked| asked.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
+        let ledger_of_bench = benches.iter().find_map(|bench| bench.ledger.clone());
         let nobody = devices.here.iter().find(|device| device.kind_word() == "null");
         let ledger = match self.ledger.clone().or(ledger_of_bench) {
             Some(_) if nobody.is_some() => {
@@ -188,12 +186,8 @@ impl Request {
         };
         let mut locks = Vec::new();
         let mut options = options;
-        for asked in &devices.live {
-            let bench = asked.bench(manuals)?;
-            let device = super::live::lock_name(&bench);
-            let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
-            let lock = Lock::take(&device, &std::env::temp_dir(), self.patience, &mut waiting);
-            locks.push(lock.map_err(|error| Stop::bench(error.to_string()))?);
+        for bench in benches {
+            locks.push(super::live::lock(&bench, self.patience)?);
             options.duts.push(super::live::open(bench, &self.suites, self.long)?);
         }
         Ok(Ready { options, ledger, _locks: locks })

@@ -27,9 +27,9 @@ const LONGEST_LOOK: Duration = Duration::from_secs(2);
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
 /// The drive object of an encoder: the first and only one.
-const DO_ID: u8 = 1;
+pub const DO_ID: u8 = 1;
 /// Index of the base mode parameter access.
-const PARAMETER_ACCESS: u16 = 0xB02E;
+pub const PARAMETER_ACCESS: u16 = 0xB02E;
 /// Octets asked for when a record is read: more than any record has.
 const READ_LENGTH: u32 = 4096;
 

@@ -2,8 +2,10 @@
 //!
 //! This room must not know how a bench is found or prepared, nor which kind of link it has.
 
+use super::access::PARAMETER_ACCESS;
 use super::needs::{self, Need};
 use super::probe::Kept;
+use super::scan::each_step_of;
 use super::segment::{Segment, Tap};
 use super::trial::Place;
 use crate::bench_file::BenchFile;
@@ -13,7 +15,7 @@ use crate::live::preflight::Prepared;
 use crate::live::scout::is_cyclic;
 use crate::live::stand::LiveStand;
 use crate::result::Finding;
-use crate::suite::model::{Manual, Service, Start, Step, Trial, Variant, Verb, Via};
+use crate::suite::model::{Manual, Service, Start, Trial, Variant, Verb, Via};
 use controllers::profinet_io::Controller;
 use link::Wire;
 use station::{Duration, Outbox, Stand, StandAction, Station, Time};
@@ -25,8 +27,6 @@ use wire::ethernet::Mac;
 const PARAMETERS: &str = "parameters";
 /// How a journal's word for writes to the memory begins.
 const MEMORY: &str = "nvm_write";
-/// Record of the base mode parameter access.
-const PARAMETER_ACCESS: u16 = 0xB02E;
 /// After so many trials in a row without an answer the device is not asked any more.
 const PATIENCE: u32 = 3;
 /// How long a line that is gone is waited for before the next trial.
@@ -280,13 +280,11 @@ impl LiveDevice {
     fn lacks_description(&self, trial: &Trial) -> Option<String> {
         let device = &self.manual().device;
         let mut starts: Vec<&Start> = trial.start.iter().collect();
-        for steps in [&trial.given, &trial.steps, &trial.finally] {
-            super::scan::each_step(steps, &mut |step| {
-                if let Verb::Connect { start, .. } = &step.verb {
-                    starts.push(start);
-                }
-            });
-        }
+        each_step_of(trial, &mut |step| {
+            if let Verb::Connect { start, .. } = &step.verb {
+                starts.push(start);
+            }
+        });
         starts.into_iter().find_map(|start| crate::gsdml::needs_description(device, start))
     }
 
@@ -340,17 +338,13 @@ impl LiveDevice {
 /// Whether a trial writes parameters of the base mode parameter access.
 fn writes_parameters(trial: &Trial) -> bool {
     let mut writes = false;
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
-        super::scan::each_step(steps, &mut |step| {
-            writes |= match &step.verb {
-                Verb::Write(access) => matches!(access.via, Via::Parameters),
-                Verb::Send { service, .. } => {
-                    matches!(service, Service::RecordWrite { index, .. } if *index == PARAMETER_ACCESS)
-                }
-                _ => false,
-            };
-        });
-    }
+    each_step_of(trial, &mut |step| {
+        writes |= match &step.verb {
+            Verb::Write(access) => matches!(access.via, Via::Parameters),
+            Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == PARAMETER_ACCESS,
+            _ => false,
+        };
+    });
     writes
 }
 
@@ -365,17 +359,15 @@ fn lasting(need: &Need) -> Option<String> {
 /// Whether a trial connects to nothing and changes nothing.
 fn only_reads(trial: &Trial) -> bool {
     let mut reads = trial.start.is_none();
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
-        super::scan::each_step(steps, &mut |step: &Step| {
-            reads &= match &step.verb {
-                Verb::Read { access, .. } => matches!(access.via, Via::Station),
-                Verb::Send { service, .. } => matches!(service, Service::DcpIdentify(_)),
-                Verb::Expect { .. } | Verb::Wait(_) | Verb::Save(_) | Verb::Block { .. } | Verb::Either(_) => true,
-                Verb::Set(_) | Verb::Turn(_) | Verb::Exchange(_) | Verb::Write(_) => false,
-                Verb::Connect { .. } | Verb::Disconnect { .. } => false,
-            };
-        });
-    }
+    each_step_of(trial, &mut |step| {
+        reads &= match &step.verb {
+            Verb::Read { access, .. } => matches!(access.via, Via::Station),
+            Verb::Send { service, .. } => matches!(service, Service::DcpIdentify(_)),
+            Verb::Expect { .. } | Verb::Wait(_) | Verb::Save(_) | Verb::Block { .. } | Verb::Either(_) => true,
+            Verb::Set(_) | Verb::Turn(_) | Verb::Exchange(_) | Verb::Write(_) => false,
+            Verb::Connect { .. } | Verb::Disconnect { .. } => false,
+        };
+    });
     reads
 }
 

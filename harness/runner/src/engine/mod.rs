@@ -17,7 +17,7 @@ mod outputs;
 mod probe;
 mod requirements;
 mod run;
-mod scan;
+pub mod scan;
 pub mod segment;
 mod settings;
 mod startup;

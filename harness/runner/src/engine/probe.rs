@@ -3,6 +3,7 @@
 //!
 //! It judges no requirement; what is found here are findings about the bench.
 
+use super::access::DO_ID;
 use super::startup;
 use super::trial::{Run, Trouble};
 use crate::bench_file::BenchFile;
@@ -21,8 +22,6 @@ use wire::profinet::dcp::{Block, BlockQualifier, Value};
 const IM0: u16 = 0xAFF0;
 /// Most octets of a record that are taken.
 const LENGTH: u32 = 1024;
-/// The drive object of an encoder: the first and only one.
-const DO_ID: u8 = 1;
 
 /// The parameter that saves the others: "transfer to non-volatile memory" of the drive profile.
 const SAVE: u16 = 971;
@@ -121,7 +120,8 @@ impl Run<'_> {
         }
     }
 
-    fn firmware_now(&mut self) -> Option<String> {
+    /// The firmware that the device names in I&M0, asked for in the connection that stands.
+    pub fn firmware_now(&mut self) -> Option<String> {
         let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
         let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
             self.ask(false, Request::Read { target, length: LENGTH })

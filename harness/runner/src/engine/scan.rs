@@ -3,7 +3,14 @@
 use crate::suite::expr::NameId;
 use crate::suite::model::{Observation, RuleBody, Step, Trial, Verb};
 
-/// Visits every step of a trial, those inside blocks and readings included.
+/// Visits every step of a trial: what goes before it, the test itself, what comes after it.
+pub fn each_step_of<'a>(trial: &'a Trial, visit: &mut dyn FnMut(&'a Step)) {
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        each_step(steps, visit);
+    }
+}
+
+/// Visits every one of some steps, those inside blocks and readings included.
 pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
     for step in steps {
         visit(step);
@@ -42,8 +49,6 @@ pub(in crate::engine) fn observed(observation: &Observation, add: &mut dyn FnMut
 /// The requirements of the checks of a trial that are judged for themselves.
 pub fn check_covers(trial: &Trial) -> Vec<usize> {
     let mut covers = Vec::new();
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
-        each_step(steps, &mut |step| covers.extend(step.covers.iter().copied()));
-    }
+    each_step_of(trial, &mut |step| covers.extend(step.covers.iter().copied()));
     covers
 }

@@ -12,15 +12,12 @@ use crate::suite::device::{EventName, Location, NameKind, StandName};
 use crate::suite::expr::NameId;
 use crate::suite::model::{Step, Trial, Verb};
 use crate::verdict::Verdict;
-use controllers::profinet_io::{
-    ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, RecordOutcome, Request, StationSeen, Target,
-};
+use controllers::profinet_io::{ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen};
 use station::Duration;
 use std::net::Ipv4Addr;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use wire::ethernet::Mac;
-use wire::profinet::blocks::im::Im0;
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
 
@@ -30,8 +27,6 @@ pub(super) const IDENTIFY: Duration = Duration::from_millis(1300);
 const FOUND: Duration = Duration::from_millis(100);
 /// The time between two questions whether the device still lives.
 const AGAIN: Duration = Duration::from_millis(100);
-/// Index of I&M0.
-const IM0: u16 = 0xAFF0;
 /// Good samples that prove that a device lives.
 const LIVING_SAMPLES: u64 = 3;
 
@@ -497,11 +492,7 @@ impl<'a> Run<'a> {
     pub fn firmware(&mut self) -> Option<String> {
         self.prove_life().ok()?;
         self.start(self.trial.start.as_ref()?).ok()?;
-        let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
-        let outcome = self.ask(false, Request::Read { target, length: 1024 }).ok()?;
-        let Outcome::Record(RecordOutcome::Accepted { data }) = outcome else { return None };
-        let revision = Im0::parse(&data).ok()?.software_revision;
-        Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
+        self.firmware_now()
     }
 
     /// On a model an alarm that nobody expected, or a frame that cannot be read, fails the trial; on a live bench, where more

@@ -175,6 +175,13 @@ pub struct Kept {
     pub restored: bool,
 }
 
+impl Kept {
+    /// Whether something is still to be put back.
+    pub fn is_open(&self) -> bool {
+        !self.restored && !self.changes.is_empty()
+    }
+}
+
 /// Reads a journal; a last line that a crash cut short is left out.
 pub fn read(path: &Path) -> Result<Kept, JournalError> {
     let failed = |source| JournalError::File { path: path.to_owned(), source };
@@ -215,13 +222,13 @@ pub fn read(path: &Path) -> Result<Kept, JournalError> {
 
 /// The journals in `folder` by which something is still to be put back, the newest first: what the last run found is put
 /// back before what the one before it found.
-pub fn open_ones(folder: &Path) -> Vec<PathBuf> {
+pub fn open_ones(folder: &Path) -> Vec<(PathBuf, Kept)> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut paths: Vec<PathBuf> =
-        entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "jsonl")).collect();
-    paths.retain(|path| read(path).is_ok_and(|kept| !kept.restored && !kept.changes.is_empty()));
-    paths.sort_by_key(|path| std::cmp::Reverse(read(path).map_or(0, |kept| kept.found.began)));
-    paths
+    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
+    let journals = paths.filter_map(|path| read(&path).ok().map(|kept| (path, kept)));
+    let mut open: Vec<_> = journals.filter(|(_, kept)| kept.is_open()).collect();
+    open.sort_by_key(|(_, kept)| std::cmp::Reverse(kept.found.began));
+    open
 }
 
 #[cfg(test)]
@@ -286,7 +293,8 @@ mod tests {
         let second = Journal::begin(&folder, &found()).expect("another one in the same second");
         assert_ne!(first.path(), second.path());
         first.add(&Entry::Changes { trial: "t".into(), what: vec!["set_ip".into()] }).expect("written");
-        assert_eq!(open_ones(&folder), [first.path()]);
+        let open: Vec<PathBuf> = open_ones(&folder).into_iter().map(|(path, _)| path).collect();
+        assert_eq!(open, [first.path()]);
         first.add(&Entry::Restored).expect("written");
         assert!(open_ones(&folder).is_empty());
     }

@@ -126,10 +126,8 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     let mut station = found.clone();
     let found = written_down(bench, &station);
     let folder = Path::new(journal::FOLDER);
-    let open_before = journal::open_ones(folder)
-        .into_iter()
-        .find(|path| journal::read(path).is_ok_and(|kept| kept.found.mac == found.mac));
-    if let Some(path) = open_before {
+    let open_before = journal::open_ones(folder).into_iter().find(|(_, kept)| kept.found.mac == found.mac);
+    if let Some((path, _)) = open_before {
         notes.push(format!(
             "an earlier run on this device did not put everything back ({}): `encspec bench restore` does",
             path.display()
