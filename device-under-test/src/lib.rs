@@ -11,6 +11,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod application;
+pub mod behaviour;
 pub mod bugs;
 pub mod encoder;
 pub mod models;

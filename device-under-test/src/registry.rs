@@ -1,7 +1,8 @@
 //! Which manuals there are, and the devices built from them.
 
 use crate::application::StationData;
-use crate::bugs::{Behaviour, Bug};
+use crate::behaviour::Behaviour;
+use crate::bugs::{Bug, Table};
 use crate::models::lika_xac77::{self, Xac77};
 use crate::models::plain::{self, Plain};
 use crate::profinet::Device;
@@ -23,10 +24,16 @@ pub struct Manual {
     pub title: &'static str,
     /// The variants that it describes.
     pub variants: &'static [&'static str],
-    /// The bugs that its devices can be told to have.
-    pub bugs: &'static [Bug],
+    bugs: &'static [Table],
     /// Builds a device of a variant; `None` if there is no such variant.
     build: Build,
+}
+
+impl Manual {
+    /// The bugs that its devices can be told to have.
+    pub fn bugs(&self) -> impl Iterator<Item = &'static Bug> + Clone {
+        self.bugs.iter().flat_map(Table::bugs)
+    }
 }
 
 /// Builds a device from its variant, its behaviour, its MAC address, the place of its shaft and its station.
@@ -106,7 +113,7 @@ pub fn manual(name: &str) -> Result<&'static Manual, BuildError> {
 pub fn behaviour(manual: &Manual, bugs: &[&str]) -> Result<Behaviour, BuildError> {
     let mut behaviour = Behaviour::default();
     for name in bugs {
-        let bug = manual.bugs.iter().find(|bug| bug.name == *name);
+        let bug = manual.bugs().find(|bug| bug.name == *name);
         let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: manual.name, bug: name.to_string() })?;
         (bug.apply)(&mut behaviour);
     }
@@ -167,7 +174,7 @@ mod tests {
         for manual in manuals() {
             for variant in manual.variants {
                 build(manual.name, variant, &SETUP).map(|_| ()).expect("all names are known");
-                for bug in manual.bugs {
+                for bug in manual.bugs() {
                     let setup = Setup { bugs: &[bug.name], ..SETUP };
                     build(manual.name, variant, &setup).map(|_| ()).expect("all names are known");
                 }
@@ -178,8 +185,8 @@ mod tests {
     #[test]
     fn names_of_bugs_are_unique_and_sentences_are_sentences() {
         for manual in manuals() {
-            for (n, bug) in manual.bugs.iter().enumerate() {
-                assert!(manual.bugs[..n].iter().all(|other| other.name != bug.name), "{}", bug.name);
+            for (n, bug) in manual.bugs().enumerate() {
+                assert!(manual.bugs().take(n).all(|other| other.name != bug.name), "{}", bug.name);
                 let is_plain = |octet: u8| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'-';
                 assert!(bug.name.bytes().all(is_plain), "{}", bug.name);
                 assert!(bug.sentence.ends_with('.') && bug.sentence.starts_with(|c: char| c.is_ascii_uppercase()));

@@ -6,14 +6,11 @@
 //!
 //! This room must not know encoders.
 
-mod bugs;
-
-pub use bugs::BUGS;
-
 use crate::application::{
     Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Severity,
     StationData,
 };
+use crate::bugs::{self, Table};
 use alloc::collections::VecDeque;
 use alloc::format;
 use core::time::Duration;
@@ -22,6 +19,9 @@ use wire::profinet::dcp::station_name;
 
 /// The variants: there is one.
 pub const VARIANTS: [&str; 1] = ["plain"];
+
+/// Every bug that a plain device can be told to have.
+pub static BUGS: &[Table] = &[Table::All(bugs::plain::BUGS)];
 
 /// How long it is silent after power-up.
 const BOOT: Duration = Duration::from_secs(1);

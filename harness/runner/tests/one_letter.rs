@@ -152,7 +152,7 @@ impl Labels {
     fn has(&self, path: &str, word: &str) -> bool {
         match path.rsplit('/').next() {
             Some("device.yaml") => self.device.contains(word),
-            Some("requirements.yaml") => self.requirements.contains(word),
+            Some(name) if name.starts_with("requirements") => self.requirements.contains(word),
             _ => self.topics.contains(word),
         }
     }

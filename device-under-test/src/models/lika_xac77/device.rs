@@ -6,7 +6,7 @@ use super::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, TELEGRAM_SUBSLOT, V
 use crate::application::{
     Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, StationData,
 };
-use crate::bugs::Behaviour;
+use crate::behaviour::Behaviour;
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::profidrive::life_sign::Watch;
 use crate::profidrive::parameters::{BadRequest, Manager};

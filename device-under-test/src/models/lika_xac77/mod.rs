@@ -18,19 +18,17 @@
 //! - P979 has elements of 32 bits, as its values demand; its resolution and revolutions are those of the hardware.
 //! - P925 is not there, for P980 does not list it. The web server is no part of this device, LEDs are not described.
 
-mod bugs;
 mod device;
 mod live;
 mod names;
-mod parameters;
+pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;
-mod wrong;
 
-pub use bugs::BUGS;
 pub use device::Xac77;
 
 use crate::application::Plug;
+use crate::bugs::{self, Table};
 use crate::encoder::Hardware;
 use crate::profidrive::telegram;
 use alloc::vec::Vec;
@@ -58,6 +56,18 @@ pub static VARIANTS: [Variant; 2] = [
         order_id: "XAC7716/16384PT",
         hardware: Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 14 },
     },
+];
+
+/// Every bug that a reference XAC77 can be told to have.
+pub static BUGS: &[Table] = &[
+    Table::All(bugs::signals::BUGS),
+    Table::All(bugs::handshakes::BUGS),
+    Table::All(bugs::presets::BUGS),
+    Table::All(bugs::measuring::BUGS),
+    Table::All(bugs::parameters::BUGS),
+    Table::All(bugs::start::BUGS),
+    Table::All(bugs::memory::BUGS),
+    Table::All(bugs::station::BUGS),
 ];
 
 /// API of the encoder profile.

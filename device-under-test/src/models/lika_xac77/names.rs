@@ -5,7 +5,7 @@
 //! are taken: no label is empty, and the rule of the dash holds for each label. Letters may be capital, for the manual
 //! does not exclude them. The empty name is the blank state.
 
-use crate::bugs::Names;
+use crate::behaviour::Names;
 
 const LONGEST_NAME: usize = 127;
 const LONGEST_LABEL: usize = 63;

@@ -99,12 +99,8 @@ impl Station {
     /// The device `number`, from 0.
     fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
         let (manual, variant) = model(&args.model)?;
-        if let Some(unknown) = args.bugs.iter().find(|bug| manual.bugs.iter().all(|known| known.name != **bug)) {
-            return Err(suggest(
-                &format!("bug of {}", manual.name),
-                unknown,
-                manual.bugs.iter().map(|known| known.name),
-            ));
+        if let Some(unknown) = args.bugs.iter().find(|bug| manual.bugs().all(|known| known.name != **bug)) {
+            return Err(suggest(&format!("bug of {}", manual.name), unknown, manual.bugs().map(|known| known.name)));
         }
         let name = match args.count {
             _ if args.name.is_empty() => String::new(),

@@ -9,9 +9,19 @@ use super::source::{Files, Sources};
 use super::step::{Ground, Procedure};
 use super::yaml::{self, Node};
 use rustc_hash::FxHashMap;
+use std::borrow::Cow;
 
 /// The folder of what manuals share.
 pub(super) const COMMON: &str = "common";
+/// The list of a manual's requirements: this file, or several whose names begin so.
+pub(super) const REQUIREMENTS: &str = "requirements";
+/// The list of the deliberate bugs: this file, or several whose names begin so.
+pub(super) const BUGS: &str = "bugs";
+
+/// Whether the file `name` holds the list `list` or a part of it: `bugs`, `bugs-memory`.
+pub(super) fn is_part(name: &str, list: &str) -> bool {
+    name.strip_prefix(list).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+}
 
 /// Everything of a manual but its topic files.
 pub(super) struct Base {
@@ -57,13 +67,14 @@ impl Base {
         let variants = &described.device.variants;
         let requirements = match known.filter(|known| known.described.device.variants == *variants) {
             Some(known) => known.requirements.clone(),
-            None => match files.open(sources, folder, "requirements") {
-                Some((file, text)) => lists::requirements(file, &text, variants, files, mistakes),
-                None => {
+            None => {
+                let parts = parts(sources, folder, REQUIREMENTS, files);
+                if parts.is_empty() {
                     mistakes.note(device.wrong(format!("there is no file {folder}/requirements.yaml")));
                     return None;
                 }
-            },
+                lists::requirements(&parts, variants, files, mistakes)
+            }
         };
         let place = |(index, requirement): (usize, &Requirement)| {
             (requirement.id.clone(), (index, requirement.variants.clone()))
@@ -71,8 +82,8 @@ impl Base {
         let index: FxHashMap<String, (usize, Vec<usize>)> = requirements.iter().enumerate().map(place).collect();
         let mut bugs = Vec::new();
         if mistakes.count() == 0 {
-            let list = files.open(sources, folder, "bugs");
-            bugs = list.map_or_else(Vec::new, |(file, text)| lists::bugs(file, &text, &index, files, mistakes));
+            let parts = parts(sources, folder, BUGS, files);
+            bugs = lists::bugs(&parts, &index, files, mistakes);
         }
         let (bugs, bug_spots) = bugs.into_iter().unzip();
         let mut declared = described.declared.clone();
@@ -86,6 +97,12 @@ impl Base {
         let Base { index, bugs, procedures, .. } = self;
         Ground { files, mistakes, requirements: index, procedures, bugs }
     }
+}
+
+/// The files of a list with their numbers, in the order of their names.
+fn parts(sources: &Sources, folder: &str, list: &str, files: &mut Files) -> Vec<(u16, Cow<'static, str>)> {
+    let names = sources.names_in(folder).into_iter().filter(|name| is_part(name, list));
+    names.filter_map(|name| files.open(sources, folder, &name)).collect()
 }
 
 /// A common suite by the node that names it.

@@ -1,4 +1,4 @@
-//! The plain lists of a manual: `requirements.yaml` and `bugs.yaml`.
+//! The plain lists of a manual: its requirements and the bugs of its reference device, each in one file or several.
 
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::model::{Bug, Class, Level, Requirement, Source};
@@ -84,26 +84,27 @@ struct BugEntry {
 
 /// Reads the requirements; those with a mistake are left out.
 pub(super) fn requirements(
-    file: u16,
-    text: &str,
+    parts: &[(u16, impl AsRef<str>)],
     variants: &[String],
     files: &Files,
     mistakes: &Mistakes,
 ) -> Vec<Requirement> {
-    let Some(read) = mistakes.keep(from_yaml::<RequirementsFile>(file, text)) else { return Vec::new() };
-    let mut spots = Spots::new(file, text);
     let mut known = FxHashMap::default();
-    let mut list = Vec::with_capacity(read.requirements.len());
-    for entry in read.requirements {
-        let spot = spots.after("id:", &entry.id);
-        if known.insert(entry.id.clone(), spot).is_some() {
-            mistakes.note(Mistake::new(spot, format!("duplicate id `{}`", entry.id)));
-            continue;
+    let mut list = Vec::new();
+    for (file, text) in parts {
+        let Some(read) = mistakes.keep(from_yaml::<RequirementsFile>(*file, text.as_ref())) else { continue };
+        let mut spots = Spots::new(*file, text.as_ref());
+        if read.requirements.is_empty() {
+            mistakes.note(Mistake::new(spots.top(), "there are no requirements"));
         }
-        list.extend(mistakes.keep(requirement(entry, spot, variants, files)));
-    }
-    if list.is_empty() {
-        mistakes.note(Mistake::new(Spot { file, line: 1, column: 1, width: 0 }, "there are no requirements"));
+        for entry in read.requirements {
+            let spot = spots.after("id:", &entry.id);
+            if known.insert(entry.id.clone(), spot).is_some() {
+                mistakes.note(Mistake::new(spot, format!("duplicate id `{}`", entry.id)));
+                continue;
+            }
+            list.extend(mistakes.keep(requirement(entry, spot, variants, files)));
+        }
     }
     list
 }
@@ -169,34 +170,40 @@ fn requirement(entry: RequirementEntry, spot: Spot, variants: &[String], files: 
     })
 }
 
-/// Reads the bugs; each breaks requirements that exist.
+/// Reads the bugs; each has a name of its own and breaks requirements that exist.
 pub(super) fn bugs(
-    file: u16,
-    text: &str,
+    parts: &[(u16, impl AsRef<str>)],
     requirements: &FxHashMap<String, (usize, Vec<usize>)>,
     files: &Files,
     mistakes: &Mistakes,
 ) -> Vec<(Bug, Spot)> {
-    let Some(read) = mistakes.keep(from_yaml::<BugsFile>(file, text)) else { return Vec::new() };
-    let mut list = Vec::new();
-    for (name, entry) in read.bugs {
-        let spot = Spots::new(file, text).after("", &format!("{name}:"));
-        let breaks = entry.breaks.iter().map(|id| match requirements.get(id) {
-            Some((index, _)) => Ok(*index),
-            None => {
-                let mut known: Vec<&str> = requirements.keys().map(String::as_str).collect();
-                known.sort_unstable();
-                let mut at = Spots::new(file, text);
-                at.after("", &format!("{name}:"));
-                Err(Mistake::unknown(at.after("", id), "requirement", id, known))
+    let mut list: Vec<(Bug, Spot)> = Vec::new();
+    for (file, text) in parts {
+        let Some(read) = mistakes.keep(from_yaml::<BugsFile>(*file, text.as_ref())) else { continue };
+        for (name, entry) in read.bugs {
+            let spots = || Spots::new(*file, text.as_ref());
+            let spot = spots().after("", &format!("{name}:"));
+            if list.iter().any(|(bug, _)| bug.name == name) {
+                mistakes.note(Mistake::new(spot, format!("duplicate bug `{name}`")));
+                continue;
             }
-        });
-        let breaks = breaks.collect::<Read<Vec<usize>>>();
-        let breaks = breaks.and_then(|breaks| {
-            if breaks.is_empty() { Err(Mistake::new(spot, format!("`{name}` breaks nothing"))) } else { Ok(breaks) }
-        });
-        let Some(breaks) = mistakes.keep(breaks) else { continue };
-        list.push((Bug { name, why: entry.why, breaks, at: files.location(spot) }, spot));
+            let breaks = entry.breaks.iter().map(|id| match requirements.get(id) {
+                Some((index, _)) => Ok(*index),
+                None => {
+                    let mut known: Vec<&str> = requirements.keys().map(String::as_str).collect();
+                    known.sort_unstable();
+                    let mut at = spots();
+                    at.after("", &format!("{name}:"));
+                    Err(Mistake::unknown(at.after("", id), "requirement", id, known))
+                }
+            });
+            let breaks = breaks.collect::<Read<Vec<usize>>>();
+            let breaks = breaks.and_then(|breaks| {
+                if breaks.is_empty() { Err(Mistake::new(spot, format!("`{name}` breaks nothing"))) } else { Ok(breaks) }
+            });
+            let Some(breaks) = mistakes.keep(breaks) else { continue };
+            list.push((Bug { name, why: entry.why, breaks, at: files.location(spot) }, spot));
+        }
     }
     list.sort_by_key(|(_, spot)| *spot);
     list
@@ -213,6 +220,11 @@ impl<'t> Spots<'t> {
         Spots { file, lines: text.lines().enumerate() }
     }
 
+    /// The beginning of the file.
+    fn top(&self) -> Spot {
+        Spot { file: self.file, line: 1, column: 1, width: 0 }
+    }
+
     /// The next line that has `key` and then `word`; the search goes on after it.
     fn after(&mut self, key: &str, word: &str) -> Spot {
         for (index, line) in self.lines.by_ref() {
@@ -222,6 +234,6 @@ impl<'t> Spots<'t> {
                 return Spot { file: self.file, line: index as u32 + 1, column, width: word.chars().count() as u32 };
             }
         }
-        Spot { file: self.file, line: 1, column: 1, width: 0 }
+        self.top()
     }
 }

@@ -1,6 +1,6 @@
 //! From files to manuals: what is compiled in which order, and what is compared at the end.
 
-use super::base::{Base, COMMON, common, common_suite};
+use super::base::{BUGS, Base, COMMON, REQUIREMENTS, common, common_suite, is_part};
 use super::case::{Compiled, Topic};
 use super::device_yaml::Described;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
@@ -13,8 +13,10 @@ use super::yaml::{self, Node};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// File names of a manual's folder that hold no cases.
-const NO_TOPICS: [&str; 4] = ["device", "procedures", "requirements", "bugs"];
+/// Whether a file of a manual's folder holds cases or rules, by its name.
+fn is_topic(name: &str) -> bool {
+    !["device", "procedures"].contains(&name) && ![REQUIREMENTS, BUGS].iter().any(|list| is_part(name, list))
+}
 
 /// Loads the manuals of `sources`, or only the one of the name `only`.
 ///
@@ -80,7 +82,7 @@ fn read(
 
 /// The topic files of a folder by name.
 fn parse(sources: &Sources, folder: &str, files: &mut Files, mistakes: &Mistakes) -> Vec<(String, Node)> {
-    let names = sources.names_in(folder).into_iter().filter(|name| !NO_TOPICS.contains(&name.as_str()));
+    let names = sources.names_in(folder).into_iter().filter(|name| is_topic(name));
     let node = |name: String| {
         let (file, text) = files.open(sources, folder, &name)?;
         Some((name, mistakes.keep(yaml::parse(file, &text))?))
@@ -148,7 +150,7 @@ impl Checker {
 
     /// The first mistakes of the manual if the file `path` (below `suites`) had this text.
     ///
-    /// A topic file and `requirements.yaml` are looked at alone: with which others they collide is not seen.
+    /// A topic file and a file of requirements are looked at alone: with which others they collide is not seen.
     pub fn check(&self, path: &str, text: &str) -> Result<(), LoadErrors> {
         let (folder, name) = path.split_once('/').unwrap_or(("", path));
         let name = name.trim_end_matches(".yaml");
@@ -156,9 +158,10 @@ impl Checker {
         let mut files = self.files.clone();
         let sources = Sources::none().with(path, text);
         let opened = files.open(&sources, folder, name).map_or((0, Cow::Borrowed("")), |opened| opened);
-        if folder == self.folder && name == "requirements" {
-            lists::requirements(opened.0, &opened.1, &self.base.described.device.variants, &files, &mistakes);
-        } else if folder == self.folder && !NO_TOPICS.contains(&name) {
+        if folder == self.folder && is_part(name, REQUIREMENTS) {
+            let parts = [(opened.0, opened.1)];
+            lists::requirements(&parts, &self.base.described.device.variants, &files, &mistakes);
+        } else if folder == self.folder && is_topic(name) {
             if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
                 self.compile(&self.base.common, &[(name.to_owned(), node)], &files, &mistakes);
             }

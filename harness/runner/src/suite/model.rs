@@ -12,9 +12,9 @@ use std::time::Duration;
 pub struct Manual {
     /// The device description, `device.yaml`.
     pub device: Arc<Device>,
-    /// The requirements in the manual's order, `requirements.yaml`.
+    /// The requirements in the manual's order.
     pub requirements: Vec<Requirement>,
-    /// The deliberate bugs that the reference device of this manual can be told to have, `bugs.yaml`.
+    /// The deliberate bugs that the reference device of this manual can be told to have.
     pub bugs: Vec<Bug>,
     /// The compiled suites, one for each entry of `device.variants`, in that order.
     pub variants: Vec<Variant>,
@@ -103,7 +103,7 @@ pub struct Requirement {
     pub at: Location,
 }
 
-/// A deliberate bug as `bugs.yaml` lists it.
+/// A deliberate bug as the suites list it.
 #[derive(Clone, Debug)]
 pub struct Bug {
     /// The name that `catches` uses.

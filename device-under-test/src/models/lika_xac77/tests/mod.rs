@@ -8,7 +8,8 @@ mod start_up;
 
 use super::{BUGS, VARIANTS, Xac77};
 use crate::application::{Access, Application, ArKey, Plug, RecordRefusal, StationData};
-use crate::bugs::Behaviour;
+use crate::behaviour::Behaviour;
+use crate::bugs::Table;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
@@ -53,7 +54,7 @@ impl Bench {
     fn alone(variant: usize, bug: Option<&str>, shaft: u64) -> Bench {
         let mut behaviour = Behaviour::default();
         if let Some(name) = bug {
-            let bug = BUGS.iter().find(|bug| bug.name == name).expect("a bug of this name");
+            let bug = BUGS.iter().flat_map(Table::bugs).find(|bug| bug.name == name).expect("a bug of this name");
             (bug.apply)(&mut behaviour);
         }
         let mac = [2, 0, 0, 0, 1, 0];

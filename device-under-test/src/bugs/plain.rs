@@ -1,20 +1,11 @@
-//! The deliberate bugs of the plain device, by topic: a name, a sentence, and the knob that it turns.
-//!
-//! This room must not hold healthy behaviour: that stands at the seam which reads the knob.
+//! Bugs of the device after no manual, most of them bugs of its stack.
 
+use super::Bug;
 use crate::application::Severity;
-use crate::bugs::{Behaviour, Bug};
 use crate::profinet::End;
 use wire::profinet::status::RecordError;
 
-macro_rules! bugs {
-    ($($name:literal $sentence:literal => |$behaviour:ident| $turn:expr;)*) => {
-        &[$(Bug { name: $name, sentence: $sentence, apply: |$behaviour: &mut Behaviour| { $turn; } }),*]
-    };
-}
-
-/// Every bug that a plain device can be told to have.
-pub static BUGS: &[Bug] = bugs! {
+pub(crate) static BUGS: &[Bug] = bugs! {
     // Discovery
     "name-prefix-answered" "Whoever looks for the beginning of the name is answered."
         => |b| b.stack.answers_to = |own, asked| own.starts_with(asked);

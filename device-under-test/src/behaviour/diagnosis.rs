@@ -1,0 +1,27 @@
+//! What goes into the alarm channel.
+
+use crate::application::Severity;
+
+/// Diagnoses in the alarm channel.
+#[derive(Clone, Copy, Debug)]
+pub struct Diagnosis {
+    /// Whether they are sent, from compatibility mode and alarm channel control.
+    pub are_sent: fn(bool, bool) -> bool,
+    /// Whether several stand side by side.
+    pub side_by_side: bool,
+    /// Whether they go with their fault.
+    pub disappear: bool,
+    /// How bad they are.
+    pub severity: Severity,
+}
+
+impl Default for Diagnosis {
+    fn default() -> Diagnosis {
+        Diagnosis {
+            are_sent: |compatible, alarm_channel| !compatible || alarm_channel,
+            side_by_side: true,
+            disappear: true,
+            severity: Severity::Fault,
+        }
+    }
+}

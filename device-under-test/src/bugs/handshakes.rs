@@ -1,0 +1,121 @@
+//! Bugs of parking, errors and their acknowledgement.
+
+use super::Bug;
+use super::image::{ERROR, PARKED, has_error, is_lost, is_parked, without_transfer};
+use crate::profidrive::telegram::{Before, Image};
+
+pub(crate) static BUGS: &[Bug] = bugs! {
+    // Parking
+    "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
+        => |b| b.telegram.emit = park_clears_position_first;
+    "parking-ignored" "A request to park has no effect."
+        => |b| b.telegram.control_words = |[a, b]| [a, b & !PARKED];
+    "park-never-ends" "The encoder stays parked when the request is taken back."
+        => |b| b.telegram.emit = park_never_ends;
+    "speed-while-parked" "The velocity is measured while parked."
+        => |b| b.sensor.parking_stops_velocity = false;
+    "absolute-value-lost-in-park" "After parking the position has to be requested anew."
+        => |b| b.telegram.emit = absolute_value_lost_in_park;
+    "unpark-status-first" "The park bit falls one frame before the position is refreshed."
+        => |b| b.telegram.emit = unpark_status_first;
+    "park-keeps-preset-bit" "The acknowledgement of a preset stays set while parked."
+        => |b| b.sensor.parking_ends_preset = false;
+    "park-freezes-position" "G1_XIST1 and G1_XIST3 keep their last value while parked."
+        => |b| b.telegram.emit = park_freezes_position;
+    "errors-while-parked" "New errors are raised while parked."
+        => |b| b.sensor.watches_while_parked = true;
+    "error-survives-parking" "Parking does not clear an error."
+        => |b| b.sensor.parking_clears_errors = false;
+    "parks-while-turning" "The encoder parks without an error while the shaft turns."
+        => |b| b.sensor.refuses_to_park = false;
+    "park-wipes-persistent-error" "An error whose cause is still there does not come back after parking."
+        => |b| b.sensor.looks_again_after_parking = false;
+    "preset-while-parked" "A preset is carried out while parked."
+        => |b| b.sensor.presets_while_parked = true;
+
+    // Errors and their acknowledgement
+    "acknowledge-clears-persistent" "Acknowledging hides an error whose cause is still there."
+        => |b| b.sensor.clears = |_| true;
+    "sensor-error-drops-for-a-frame" "The error bit is 0 for one frame while an acknowledgement is handled."
+        => |b| b.telegram.emit = sensor_error_drops_for_a_frame;
+    "error-bit-one-frame-late" "The error bit follows its code one frame later."
+        => |b| b.telegram.emit = error_bit_one_frame_late;
+    "acknowledge-without-answer" "Bit 11 of G1_ZSW is never set."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now };
+    "acknowledge-answer-stays" "Bit 11 of G1_ZSW is never taken back."
+        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now };
+    "acknowledge-answer-without-request" "Bit 11 of G1_ZSW is set with each error."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now };
+    "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
+        => |b| b.telegram.emit = |_, now| if now.request.acknowledge { without_transfer(now) } else { now };
+    "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
+        => |b| b.telegram.control_words = |[a, b]| [a, b | (a & 0x0080) << 8];
+    "error-clears-itself" "A latched error goes away with its cause."
+        => |b| b.sensor.latches = false;
+    "error-needs-request" "The error code is shown only while the position is requested."
+        => |b| b.telegram.emit = error_needs_request;
+    "life-sign-shown-as-bus-cycle" "A lost sign of life is shown with the code of a missed bus cycle."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now };
+};
+
+const IN_PROCESS: u16 = 0x0800;
+
+fn without_positions(image: Image) -> Image {
+    Image { g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, ..image }
+}
+
+fn park_clears_position_first(before: &Before, now: Image) -> Image {
+    match is_parked(&now) && !is_parked(&before.truth) {
+        true => without_positions(Image { g1_zsw: before.truth.g1_zsw, ..now }),
+        false => now,
+    }
+}
+
+fn unpark_status_first(before: &Before, now: Image) -> Image {
+    match !is_parked(&now) && is_parked(&before.truth) {
+        true => without_positions(now),
+        false => now,
+    }
+}
+
+fn park_freezes_position(before: &Before, now: Image) -> Image {
+    match is_parked(&now) {
+        true => Image { g1_xist1: before.sent.g1_xist1, g1_xist3: before.sent.g1_xist3, ..now },
+        false => now,
+    }
+}
+
+fn sensor_error_drops_for_a_frame(before: &Before, now: Image) -> Image {
+    match before.truth.g1_zsw & !now.g1_zsw & IN_PROCESS != 0 {
+        true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+        false => now,
+    }
+}
+
+fn error_bit_one_frame_late(before: &Before, now: Image) -> Image {
+    match has_error(&now) && !has_error(&before.truth) {
+        true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+        false => now,
+    }
+}
+
+fn absolute_value_lost_in_park(before: &Before, now: Image) -> Image {
+    match is_lost(before) && !has_error(&before.truth) {
+        true => without_transfer(now),
+        false => now,
+    }
+}
+
+fn error_needs_request(_: &Before, now: Image) -> Image {
+    match has_error(&now) && !now.request.absolute {
+        true => Image { g1_xist2: 0, ..now },
+        false => now,
+    }
+}
+
+fn park_never_ends(before: &Before, now: Image) -> Image {
+    match is_parked(&before.sent) {
+        true => without_positions(Image { g1_zsw: PARKED, ..now }),
+        false => now,
+    }
+}
