@@ -9,6 +9,7 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 use station::{StandAction, Time};
+use wire::http::{Request, Response};
 
 /// The encoder behind a PROFINET device stack.
 ///
@@ -95,6 +96,17 @@ pub trait Application {
     /// How often the counter `name` has counted; `None` if there is none of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
 
+    /// Whether the web server takes connections; a device without one never does.
+    fn serves_pages(&self) -> bool {
+        false
+    }
+
+    /// Answers a request to the web server.
+    fn page(&mut self, now: Time, request: &Request) -> Response {
+        let (_, _) = (now, request);
+        Response::page(404, "")
+    }
+
     /// The next time at which [`advance`](Application::advance) has something to do.
     fn deadline(&self) -> Option<Time>;
 
@@ -115,6 +127,8 @@ pub struct Identity {
     pub order_id: &'static str,
     /// Serial number, at most 16 characters, not padded.
     pub serial_number: String,
+    /// Number of Ethernet ports.
+    pub ports: u16,
     /// Hardware revision.
     pub hardware_revision: u16,
     /// Software revision: a letter (V, R, P, U, T), then functional enhancement, bug fix, internal change.

@@ -24,6 +24,8 @@ pub struct Manual {
     pub title: &'static str,
     /// The variants that it describes.
     pub variants: &'static [&'static str],
+    /// The first three octets of the MAC addresses of its devices, if it prints them.
+    pub oui: Option<[u8; 3]>,
     bugs: &'static [Table],
     /// Builds a device of a variant; `None` if there is no such variant.
     build: Build,
@@ -33,6 +35,13 @@ impl Manual {
     /// The bugs that its devices can be told to have.
     pub fn bugs(&self) -> impl Iterator<Item = &'static Bug> + Clone {
         self.bugs.iter().flat_map(Table::bugs)
+    }
+
+    /// The MAC address of a device of this manual, with the last three octets of `mac`.
+    pub fn mac(&self, mac: [u8; 6]) -> [u8; 6] {
+        let [a, b, c, d, e, f] = mac;
+        let [a, b, c] = self.oui.unwrap_or([a, b, c]);
+        [a, b, c, d, e, f]
     }
 }
 
@@ -46,6 +55,7 @@ pub fn manuals() -> &'static [Manual] {
             name: "lika-xac77-profinet",
             title: "Lika XAC77 absolute encoder",
             variants: &[lika_xac77::VARIANTS[0].name, lika_xac77::VARIANTS[1].name],
+            oui: Some(lika_xac77::OUI),
             bugs: lika_xac77::BUGS,
             build: xac77,
         },
@@ -53,6 +63,7 @@ pub fn manuals() -> &'static [Manual] {
             name: "profinet-io",
             title: "Any PROFINET IO device",
             variants: &plain::VARIANTS,
+            oui: None,
             bugs: plain::BUGS,
             build: plain_device,
         },
@@ -209,6 +220,14 @@ mod tests {
         }
         assert_eq!(device.counter(Time::ZERO, "nvm_writes"), Some(0));
         assert_eq!(device.led(Time::ZERO, "status"), None);
+    }
+
+    /// 10 B9 FE: manual of the XAC77, 7.3.
+    #[rstest]
+    #[case("lika-xac77-profinet", [0x10, 0xB9, 0xFE, 0, 1, 2])]
+    #[case("profinet-io", [2, 0, 0, 0, 1, 2])]
+    fn addresses_begin_as_the_manual_says(#[case] name: &str, #[case] mac: [u8; 6]) {
+        assert_eq!(manual(name).expect("it is known").mac([2, 0, 0, 0, 1, 2]), mac);
     }
 
     #[rstest]

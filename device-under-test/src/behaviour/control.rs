@@ -1,19 +1,35 @@
 //! Control by PLC, as the status and control words show it.
 
-/// Control by PLC, from whether compatibility mode is on and whether bit 10 of STW2_ENC is set.
+use crate::profidrive::sensor::Request;
+
+/// What is known about Control by PLC at one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct ByPlc {
+    /// Whether compatibility mode is on.
+    pub compatible: bool,
+    /// Whether bit 10 of STW2_ENC was set in the frame before.
+    pub before: bool,
+    /// Whether it is set in this one.
+    pub now: bool,
+}
+
+/// What Control by PLC decides.
 #[derive(Clone, Copy, Debug)]
 pub struct Control {
     /// Whether G1_STW is obeyed.
-    pub is_valid: fn(bool, bool) -> bool,
+    pub is_valid: fn(ByPlc) -> bool,
     /// Whether bit 9 of ZSW2_ENC is set.
-    pub is_requested: fn(bool, bool) -> bool,
+    pub is_requested: fn(ByPlc) -> bool,
+    /// The requests that are answered while G1_STW is not obeyed, from those answered before.
+    pub when_void: fn(Request) -> Request,
 }
 
 impl Default for Control {
     fn default() -> Control {
         Control {
-            is_valid: |compatible, by_plc| compatible || by_plc,
-            is_requested: |compatible, by_plc| !compatible && by_plc,
+            is_valid: |by_plc| by_plc.compatible || by_plc.now,
+            is_requested: |by_plc| !by_plc.compatible && by_plc.now,
+            when_void: |_| Request::default(),
         }
     }
 }

@@ -7,6 +7,8 @@ use crate::application::Severity;
 pub struct Diagnosis {
     /// Whether they are sent, from compatibility mode and alarm channel control.
     pub are_sent: fn(bool, bool) -> bool,
+    /// The error type that is reported, from the right one; none reports nothing.
+    pub error_type: fn(u16) -> Option<u16>,
     /// Whether several stand side by side.
     pub side_by_side: bool,
     /// Whether they go with their fault.
@@ -19,6 +21,7 @@ impl Default for Diagnosis {
     fn default() -> Diagnosis {
         Diagnosis {
             are_sent: |compatible, alarm_channel| !compatible || alarm_channel,
+            error_type: Some,
             side_by_side: true,
             disappear: true,
             severity: Severity::Fault,

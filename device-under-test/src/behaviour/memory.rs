@@ -1,10 +1,14 @@
 //! What goes to memory, and when.
 
+use crate::application::StationData;
+use crate::encoder::PresetMode;
+use crate::encoder::memory::Outcome;
+
 /// What goes to memory, and when.
 #[derive(Clone, Copy, Debug)]
 pub struct Memory {
-    /// Whether a preset stores its offset.
-    pub stores_offset: bool,
+    /// Whether a preset of this mode stores its offset.
+    pub stores_offset: fn(PresetMode) -> bool,
     /// Whether a preset is carried out when its offset is stored, and not before.
     pub waits_for_store: bool,
     /// Whether a preset whose offset could not be stored is given up.
@@ -13,31 +17,61 @@ pub struct Memory {
     pub stores_every_write: bool,
     /// Whether a preset takes P65000 as it is stored, and not as it is.
     pub presets_stored_value: bool,
-    /// Whether a save comes to an end.
-    pub ends_save: bool,
-    /// Whether the station name is stored.
-    pub stores_name: bool,
+    /// Whether a save begins, from how many there were since power-up and whether one is running.
+    pub begins_save: fn(u32, bool) -> bool,
+    /// Whether P971 still reads 1 after a save that ended so.
+    pub stays_after_save: fn(Outcome) -> bool,
+    /// Whether a save by P971 stores the offset of the last power-up again.
+    pub save_restores_offset: bool,
+    /// What is stored of name and addresses, from what was set.
+    pub stores_station: fn(StationData) -> StationData,
+    /// What the encoder begins with after power-up.
+    pub at_power_up: fn(&mut PowerUp),
     /// Whether the user parameters survive a loss of power.
     pub keeps_user_parameters: bool,
-    /// Whether the position after power-up is the one before, wherever the shaft is.
-    pub keeps_position: bool,
     /// Whether a memory that cannot be read at power-up is a fault.
     pub reports_unreadable: bool,
+    /// Whether a memory that was never written is a fault.
+    pub reports_empty: bool,
+}
+
+/// What an encoder finds after power-up, and what it begins with.
+#[derive(Clone, Copy, Debug)]
+pub struct PowerUp {
+    /// Whether P971 has ever saved.
+    pub was_saved: bool,
+    /// Whether the encoder was parked when the power went.
+    pub was_parked: bool,
+    /// The offset with which the position would be the one before.
+    pub offset_as_before: u64,
+    /// The offset of a preset with P65000 as it is stored.
+    pub offset_of_preset_value: u64,
+    /// The offset in memory.
+    pub stored_offset: u64,
+    /// The offset in force.
+    pub offset: u64,
+    /// Whether P971 reads 1.
+    pub is_saving: bool,
+    /// Whether the encoder is parked until parking is requested and taken back.
+    pub is_parked: bool,
 }
 
 impl Default for Memory {
     fn default() -> Memory {
         Memory {
-            stores_offset: true,
+            stores_offset: |_| true,
             waits_for_store: true,
             heeds_failure: true,
             stores_every_write: false,
             presets_stored_value: false,
-            ends_save: true,
-            stores_name: true,
+            begins_save: |_, _| true,
+            stays_after_save: |outcome| outcome == Outcome::Failed,
+            save_restores_offset: false,
+            stores_station: |station| station,
+            at_power_up: |_| {},
             keeps_user_parameters: false,
-            keeps_position: false,
             reports_unreadable: true,
+            reports_empty: false,
         }
     }
 }

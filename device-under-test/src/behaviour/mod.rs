@@ -7,17 +7,21 @@ mod control;
 mod diagnosis;
 mod memory;
 mod names;
+mod records;
 mod reset;
 mod values;
+mod web;
 
-pub use control::Control;
+pub use control::{ByPlc, Control};
 pub use diagnosis::Diagnosis;
-pub use memory::Memory;
+pub use memory::{Memory, PowerUp};
 pub use names::Names;
+pub use records::Records;
 pub use reset::Reset;
-pub use values::Values;
+pub use values::{Values, View};
+pub use web::{Kept, Shown, Web};
 
-use crate::encoder::measuring;
+use crate::encoder::{measuring, velocity};
 use crate::models::plain;
 use crate::profidrive::{life_sign, parameters, sensor, telegram, user_parameters};
 use crate::profinet::StackBehaviour;
@@ -27,6 +31,8 @@ use crate::profinet::StackBehaviour;
 pub struct Behaviour {
     /// Positions and presets.
     pub measuring: measuring::Rules,
+    /// Velocity.
+    pub velocity: velocity::Rules,
     /// Handshakes and errors of the sensor interface.
     pub sensor: sensor::Rules,
     /// Telegrams and their signals.
@@ -39,16 +45,20 @@ pub struct Behaviour {
     pub user_parameters: user_parameters::Rules,
     /// Control by PLC.
     pub control: Control,
+    /// Records of the encoder object.
+    pub records: Records,
     /// Values of single parameters.
     pub values: Values,
     /// What goes to memory, and when.
     pub memory: Memory,
-    /// What survives a factory reset.
+    /// What a factory reset does.
     pub reset: Reset,
     /// Diagnoses.
     pub diagnosis: Diagnosis,
     /// Station names.
     pub names: Names,
+    /// Web server.
+    pub web: Web,
     /// The PROFINET stack.
     pub stack: StackBehaviour,
     /// The device after no manual.

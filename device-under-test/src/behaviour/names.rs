@@ -9,6 +9,12 @@ pub struct Names {
     pub may_begin: fn(u8) -> bool,
     /// Whether an octet may stand at the end of a label.
     pub may_end: fn(u8) -> bool,
+    /// The greatest total length.
+    pub longest: usize,
+    /// The shortest length of a label.
+    pub shortest_label: usize,
+    /// The last word about a name, from what the rules say.
+    pub last_word: fn(&[u8], bool) -> bool,
     /// Whether the labels are looked at, and not the total length alone.
     pub checks_labels: bool,
 }
@@ -19,6 +25,9 @@ impl Default for Names {
             is_allowed: |octet| octet.is_ascii_alphanumeric() || octet == b'-',
             may_begin: |octet| octet != b'-',
             may_end: |octet| octet != b'-',
+            longest: 127,
+            shortest_label: 1,
+            last_word: |_, is_right| is_right,
             checks_labels: true,
         }
     }

@@ -1,30 +1,40 @@
 //! What single parameters say.
 
-use crate::encoder::Hardware;
+use crate::encoder::{Hardware, Measuring};
+use crate::profidrive::user_parameters::UserParameters;
+use station::Time;
+use wire::profidrive::Format;
+
+/// What the values of parameters could be taken from.
+#[derive(Debug)]
+pub struct View<'a> {
+    /// Now.
+    pub now: Time,
+    /// What the sensor tells apart.
+    pub hardware: Hardware,
+    /// The user parameters in force.
+    pub user: &'a UserParameters,
+    /// The measuring task.
+    pub measuring: &'a Measuring,
+    /// The preset value.
+    pub preset_value: u32,
+    /// The offset that was in memory at power-up.
+    pub offset_at_power_up: u64,
+    /// The IP address before the last assignment.
+    pub address_before: [u8; 4],
+}
 
 /// Values of single parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {
-    /// What P922 says of the telegram in use.
-    pub telegram: fn(u16) -> u16,
-    /// The version in P965, from whether compatibility mode is on.
-    pub profile_version: fn(bool) -> u8,
-    /// The vendor in P964 and P975.
-    pub vendor: fn(u16) -> u16,
-    /// The hardware that P979 describes.
-    pub sensor_format: fn(Hardware) -> Hardware,
-    /// How many of its numbers P980 lists.
-    pub listed: usize,
-    /// The operating status in P65001.
-    pub operating_status: fn(u8) -> u8,
-    /// The offset in P65001, from the offset and the range.
-    pub offset: fn(u64, u64) -> u64,
-    /// The fault word in P65001.
-    pub faults: fn(u32) -> u32,
+    /// What an element or octet says, from its parameter number and subindex and the right value.
+    pub element: fn(&View<'_>, (u16, usize), u64) -> u64,
+    /// How many elements a parameter has, from its number and the right count.
+    pub elements: fn(u16, usize) -> usize,
+    /// The format of a parameter, from its number and the right one.
+    pub format: fn(u16, Format) -> Format,
     /// Whether a value starts a save when it is written to P971; none if it is refused.
     pub saves: fn(u64) -> Option<bool>,
-    /// Whether P971 stays at 1 until the save is done.
-    pub save_is_shown: bool,
     /// What P65000 becomes when it is written.
     pub preset_value: fn(u32) -> u32,
     /// Whether writing P65000 carries out a preset.
@@ -34,16 +44,10 @@ pub struct Values {
 impl Default for Values {
     fn default() -> Values {
         Values {
-            telegram: |number| number,
-            profile_version: |compatible| if compatible { 31 } else { 41 },
-            vendor: |vendor| vendor,
-            sensor_format: |hardware| hardware,
-            listed: usize::MAX,
-            operating_status: |bits| bits,
-            offset: |offset, _| offset,
-            faults: |faults| faults,
+            element: |_, _, right| right,
+            elements: |_, right| right,
+            format: |_, right| right,
             saves: |value| (value <= 1).then_some(value == 1),
-            save_is_shown: true,
             preset_value: |value| value,
             preset_value_presets: false,
         }

@@ -15,12 +15,16 @@ pub fn is_parked(image: &Image) -> bool {
     image.g1_zsw & PARKED != 0
 }
 
+pub fn has_position(image: &Image) -> bool {
+    image.g1_zsw & POSITION != 0
+}
+
 pub fn is_lost(before: &Before) -> bool {
     before.truth.request.absolute && before.sent.g1_zsw & POSITION == 0
 }
 
 pub fn without_transfer(image: Image) -> Image {
-    match image.g1_zsw & POSITION != 0 {
+    match has_position(&image) {
         true => Image { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image },
         false => image,
     }

@@ -16,16 +16,23 @@ macro_rules! bugs {
     };
 }
 
+pub(crate) mod diagnosis;
 pub(crate) mod handshakes;
 mod image;
 pub(crate) mod measuring;
 pub(crate) mod memory;
+pub(crate) mod parameter_access;
 pub(crate) mod parameters;
 pub(crate) mod plain;
 pub(crate) mod presets;
+pub(crate) mod records;
+pub(crate) mod reset;
 pub(crate) mod signals;
+pub(crate) mod stack;
 pub(crate) mod start;
 pub(crate) mod station;
+pub(crate) mod velocity;
+pub(crate) mod web;
 
 /// A deliberate deviation of a reference device from its manual.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! Bugs of telegrams, their signals, Control by PLC and signs of life.
 
 use super::Bug;
-use super::image::{ERROR, PARKED, POSITION, has_error, is_lost, is_parked, without_transfer};
+use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
 use crate::profidrive::telegram::{self, Before, Image, Signal, Telegram};
 use alloc::vec::Vec;
 use wire::octets::Append;
@@ -9,7 +9,7 @@ use wire::octets::Append;
 pub(crate) static BUGS: &[Bug] = bugs! {
     // Telegrams
     "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
-        => |b| b.telegram.control_words = |[a, b]| [b, a];
+        => |b| b.telegram.control_words = |_, [a, b]| [b, a];
     "positions-swapped" "G1_XIST1 and G1_XIST2 change places in the telegrams 81 to 83."
         => |b| b.telegram.order = positions_swapped;
     "velocity-before-xist2" "NIST_B stands before G1_XIST2 in the telegrams 83 and 84."
@@ -24,11 +24,55 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.telegram.put = nist_b_not_sign_extended;
     "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
         => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now };
+    "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
+        => |b| (b.telegram.input_octets, b.telegram.order) = (with_velocity_octets, with_velocity);
+    "velocity-of-the-other-width" "Telegram 82 carries NIST_B and telegram 83 NIST_A."
+        => |b| (b.telegram.input_octets, b.telegram.order) = (other_width_octets, other_width);
+    "xist3-of-four-octets" "G1_XIST3 has four octets."
+        => |b| (b.telegram.input_octets, b.telegram.put) = (xist3_octets, xist3_of_four_octets);
+    "inputs-padded-to-four" "The inputs are filled up to a multiple of four octets."
+        => |b| b.telegram.input_octets = |t| t.input_octets.next_multiple_of(4);
+    "setpoint-word-inserted" "The telegrams 82 and 83 expect a setpoint between STW2_ENC and G1_STW."
+        => |b| b.telegram.control_words = |t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }];
+    "telegram-84-without-g1-stw" "G1_STW is not looked at in telegram 84."
+        => |b| b.telegram.control_words = |t, [a, b]| [a, if t.number == 84 { 0 } else { b }];
+    "telegram-84-hides-errors" "G1_XIST2 of telegram 84 leaves out the error code."
+        => |b| b.telegram.put = telegram_84_hides_errors;
+    "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now };
+    "position-of-24-bits" "G1_XIST1 has 24 bits only."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now };
+    "xist2-of-16-bits" "G1_XIST2 has 16 bits only, so that it carries no revolutions."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now };
+    "xist3-upper-half-ones" "The upper half of G1_XIST3 is filled with ones."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now };
+    "gray-code" "Positions are sent in Gray code."
+        => |b| b.telegram.emit = |_, now| each_position(now, |position| position ^ position >> 1);
+    "position-left-aligned" "Positions are shifted to the left, as if their highest bit were the highest of the signal."
+        => |b| b.telegram.emit = |_, now| each_position(now, |position| position << 2);
+    "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if now.request.absolute { now.g1_xist1 } else { 0 }, ..now };
+    "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now };
+    "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
+        => |b| b.telegram.control_words = |_, [a, b]| [a & 0x00FF, b];
+    "control-word-octets-swapped" "The octets of G1_STW are exchanged."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b.swap_bytes()];
+    "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now };
     "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
         => |b| b.telegram.emit = |_, now| Image { good: !has_error(&now), ..now };
 
     "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
-        => |b| b.telegram.control_words = |[a, b]| [a, b | (b & 0x0400) << 4];
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b | (b & 0x0400) << 4];
+    "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
+        => |b| b.telegram.control_words = |_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b];
+    "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }];
+    "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now };
+    "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
+        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now };
     "status-bit-3-shows-error" "The unused bit 3 of ZSW2_ENC shows that there is an error."
         => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now };
     "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
@@ -38,17 +82,44 @@ pub(crate) static BUGS: &[Bug] = bugs! {
 
     // Control by PLC
     "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
-        => |b| b.control.is_valid = |_, _| true;
+        => |b| b.control.is_valid = |_| true;
     "control-by-plc-needed-in-compatibility-mode" "Control by PLC is demanded in compatibility mode too."
-        => |b| b.control.is_valid = |_, by_plc| by_plc;
+        => |b| b.control.is_valid = |by_plc| by_plc.now;
     "control-requested-always-set" "Bit 9 of ZSW2_ENC is always 1 without compatibility mode."
-        => |b| b.control.is_requested = |compatible, _| !compatible;
+        => |b| b.control.is_requested = |by_plc| !by_plc.compatible;
     "control-requested-never-set" "Bit 9 of ZSW2_ENC is always 0."
-        => |b| b.control.is_requested = |_, _| false;
+        => |b| b.control.is_requested = |_| false;
     "control-requested-in-compatibility-mode" "Bit 9 of ZSW2_ENC follows Control by PLC in compatibility mode too."
-        => |b| b.control.is_requested = |_, by_plc| by_plc;
+        => |b| b.control.is_requested = |by_plc| by_plc.now;
+
+    "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
+        => |b| b.telegram.emit = |before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now };
+    "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible || !by_plc.now;
+    "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible || by_plc.now && !by_plc.before;
+    "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
+        => |b| b.control.when_void = |last| last;
+    "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
+        => |b| b.telegram.emit = inputs_freeze_without_control;
 
     // Signs of life
+    "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
+        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now };
+    "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
+        => |b| b.life_sign.next = |_| 0;
+    "controller-sign-of-life-in-low-nibble" "The sign of life of the controller is looked for in bits 0 to 3."
+        => |b| b.life_sign.read = |stw2_enc| (stw2_enc & 0x000F) as u8;
+    "sign-of-life-not-watched" "The sign of life of the controller is not watched."
+        => |b| b.life_sign.begins = |_| false;
+    "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
+        => |b| b.life_sign.follows = |last, sign| sign == last + 1;
+    "tolerance-ignored" "One failure is tolerated, whatever octet 17 of the start-up record says."
+        => |b| b.life_sign.tolerated = |_| 1;
+    "life-sign-error-not-acknowledged" "Only a restart clears the error of the sign of life."
+        => |b| b.sensor.clears = |code, persists| code != 0x0F02 && !persists;
+    "missing-synchronization-is-error" "A bus cycle that is not synchronized is an error."
+        => |b| b.sensor.constant_cause = Some(0x0F04);
     "sign-of-life-through-zero" "The sign of life counts 0 to 15."
         => |b| b.life_sign.next = |sign| (sign + 1) % 16;
     "sign-of-life-stops-in-park" "The sign of life of the encoder stands still while it is parked."
@@ -73,6 +144,12 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.telegram.emit = xist2_always_shows_position;
     "xist2-keeps-last-value" "G1_XIST2 keeps its last value when neither position nor error is shown."
         => |b| b.telegram.emit = xist2_keeps_last_value;
+    "xist2-only-at-the-edge" "G1_XIST2 takes the position once, when it is requested."
+        => |b| b.telegram.emit = xist2_only_at_the_edge;
+    "position-bit-before-position" "Bit 13 of G1_ZSW is set one frame before the position stands in G1_XIST2."
+        => |b| b.telegram.emit = position_bit_before_position;
+    "transfer-needs-preset" "The position is transferred in G1_XIST2 while a preset is requested too."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }];
     "xist2-one-frame-late" "G1_XIST2 shows the position of the frame before."
         => |b| b.telegram.emit = xist2_one_frame_late;
     "absolute-value-not-served" "The request for the position in G1_XIST2 has no effect."
@@ -106,11 +183,84 @@ fn velocity_before_xist2(telegram: &Telegram) -> &'static [Signal] {
     }
 }
 
-fn xist3_halves_swapped(signal: Signal, image: &Image, out: &mut Vec<u8>) {
+fn with_velocity(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 81 { telegram::STANDARD[1].inputs } else { telegram.inputs }
+}
+
+fn with_velocity_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 81 { 14 } else { telegram.input_octets }
+}
+
+fn other_width(telegram: &Telegram) -> &'static [Signal] {
+    match telegram.number {
+        82 => telegram::STANDARD[2].inputs,
+        83 => telegram::STANDARD[1].inputs,
+        _ => telegram.inputs,
+    }
+}
+
+fn other_width_octets(telegram: &Telegram) -> u16 {
+    match telegram.number {
+        82 => 16,
+        83 => 14,
+        _ => telegram.input_octets,
+    }
+}
+
+fn xist3_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 84 { 16 } else { telegram.input_octets }
+}
+
+fn xist3_of_four_octets(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::G1Xist3 => out.put_u32(image.g1_xist3 as u32),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn telegram_84_hides_errors(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::G1Xist2 if telegram.number == 84 && has_error(image) => out.put_u32(0),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn each_position(image: Image, change: fn(u64) -> u64) -> Image {
+    let shown = |value: u32| change(value.into()) as u32;
+    Image {
+        g1_xist1: shown(image.g1_xist1),
+        g1_xist2: if has_position(&image) { shown(image.g1_xist2) } else { image.g1_xist2 },
+        g1_xist3: change(image.g1_xist3),
+        ..image
+    }
+}
+
+fn inputs_freeze_without_control(before: &Before, now: Image) -> Image {
+    match now.outputs[0] & 0x0400 == 0 && before.sent.good {
+        true => Image { zsw2_enc: now.zsw2_enc, outputs: now.outputs, ..before.sent },
+        false => now,
+    }
+}
+
+fn xist2_only_at_the_edge(before: &Before, now: Image) -> Image {
+    match has_position(&now) && has_position(&before.truth) {
+        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        false => now,
+    }
+}
+
+fn position_bit_before_position(before: &Before, now: Image) -> Image {
+    match has_position(&now) && !has_position(&before.truth) {
+        true => Image { g1_xist2: 0, ..now },
+        false => now,
+    }
+}
+
+fn xist3_halves_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
     telegram::put(signal, &Image { g1_xist3: image.g1_xist3.rotate_right(32), ..*image }, out);
 }
 
-fn position_little_endian(signal: Signal, image: &Image, out: &mut Vec<u8>) {
+fn position_little_endian(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
     let Image { g1_xist1, g1_xist2, g1_xist3, .. } = *image;
     let swapped = Image {
         g1_xist1: g1_xist1.swap_bytes(),
@@ -121,14 +271,14 @@ fn position_little_endian(signal: Signal, image: &Image, out: &mut Vec<u8>) {
     telegram::put(signal, &swapped, out);
 }
 
-fn nist_a_from_upper_half(signal: Signal, image: &Image, out: &mut Vec<u8>) {
+fn nist_a_from_upper_half(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
     match signal {
         Signal::NistA => out.put_u16((image.velocity >> 16) as u16),
         other => telegram::put(other, image, out),
     }
 }
 
-fn nist_b_not_sign_extended(signal: Signal, image: &Image, out: &mut Vec<u8>) {
+fn nist_b_not_sign_extended(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
     match signal {
         Signal::NistB if image.velocity < 0 => out.put_u32((image.velocity as u16).into()),
         other => telegram::put(other, image, out),

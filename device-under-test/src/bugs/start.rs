@@ -1,40 +1,104 @@
 //! Bugs of the record of user parameters.
 
 use super::Bug;
-use crate::encoder::{Hardware, Scaling, Unit};
-use crate::profidrive::user_parameters::{UserParameters, unit};
+use crate::encoder::{Direction, Hardware, Scaling, Unit};
+use crate::profidrive::user_parameters::{OCTETS, Rules, UserParameters, serves, unit};
 
 pub(crate) static BUGS: &[Bug] = bugs! {
-    // Start-up record
+    // Record
     "record-length-not-checked" "A record 0xBF00 of another length is accepted."
         => |b| b.user_parameters.checks_length = false;
     "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
         => |b| b.user_parameters.takes_every_record = false;
-    "class-4-always-on" "The class 4 bit is not looked at."
-        => |b| b.user_parameters.understand = |user| UserParameters { class_4: true, ..user };
-    "code-sequence-ignored" "The position rises clockwise whatever the record says."
-        => |b| b.user_parameters.directs = |_| false;
-    "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
-        => |b| b.user_parameters.directs = |_| true;
-    "scaling-without-class-4" "Scaling acts although class 4 is off."
-        => |b| b.user_parameters.scales = |user| user.scaling;
-    "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-        => |b| b.user_parameters.understand = |user| UserParameters { compatible: !user.compatible, ..user };
+    "record-half-taken-in-data-exchange" "A record in data exchange is refused and scales the position nevertheless."
+        => |b| b.user_parameters.measures_by_refused = true;
+    "bits-2-and-3-exchanged" "Preset control and scaling change places in octet 0."
+        => |b| b.user_parameters.octets =
+            |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8;
+    "reserved-bit-7-acts" "Bit 7 of octet 0 turns the code sequence round."
+        => |b| b.user_parameters.octets = |octets| octets[0] ^= octets[0] >> 7;
+    "scaling-little-endian" "The scaling parameters are read with their least significant octet first."
+        => |b| b.user_parameters.octets = scaling_little_endian;
+    "octet-17-as-unit" "The velocity unit is read from octet 17."
+        => |b| b.user_parameters.octets = |octets| octets[18] = octets[17];
+    "unit-from-octet-19" "The velocity unit is read from octet 19."
+        => |b| b.user_parameters.octets = |octets| octets[18] = octets[19];
+    "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
+        => |b| b.user_parameters.preset_value = |octets| Some(octets[30].into()).filter(|value| *value != 0);
     "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
         => |b| b.user_parameters.understand = upper_scaling_octets_ignored;
     "units-and-range-exchanged" "Units per revolution and total range change places."
         => |b| b.user_parameters.understand = units_and_range_exchanged;
+    "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
+        => |b| b.user_parameters.understand = |user| UserParameters { compatible: !user.compatible, ..user };
+    "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
+        => |b| b.user_parameters.are_wrong = |_, _| false;
+
+    // Class 4 and code sequence
+    "class-4-always-on" "The class 4 bit is not looked at."
+        => |b| b.user_parameters.understand = |user| UserParameters { class_4: true, ..user };
+    "code-sequence-ignored" "The position rises clockwise whatever the record says."
+        => |b| b.user_parameters.direction = |_, _| Direction::Clockwise;
+    "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
+        => |b| b.user_parameters.direction = |user, _| user.direction;
+    "direction-reversed" "The code sequence of the singleturn encoder is reversed."
+        => |b| b.user_parameters.direction = direction_reversed;
+
+    // Scaling
+    "scaling-without-class-4" "Scaling acts although class 4 is off."
+        => |b| b.user_parameters.scales = |user| user.scaling;
+    "scaling-bit-ignored" "Scaling acts although it is off."
+        => |b| b.user_parameters.scales = |user| user.class_4;
+    "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
+        => |b| b.user_parameters.measures_by = scaling_one_start_late;
     "full-range-refused" "The whole range of the hardware is taken for an impossible one."
-        => |b| b.user_parameters.greatest_range = |range| range - 1;
-    "default-range-of-one-revolution" "Without scaling the total range is one revolution."
-        => |b| b.user_parameters.unscaled = range_of_one_revolution;
-    "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
-        => |b| b.user_parameters.default = default_speed_unit_rpm;
+        => |b| b.user_parameters.serves = |asked, hardware| serves(asked, hardware) && asked.range < hardware.range();
+    "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
+        => |b| b.user_parameters.serves =
+            |asked, hardware| serves(asked, hardware) && asked.units_per_revolution < hardware.steps_per_revolution;
+    "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
+        => |b| b.user_parameters.serves = |asked, hardware| serves(asked, &other_variant(hardware));
+    "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
+        => |b| b.user_parameters.serves = single_limits_not_checked;
     "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
-        => |b| b.user_parameters.checks_ratio = false;
+        => |b| b.user_parameters.serves =
+            |asked, hardware| serves(asked, hardware) || are_single_limits_kept(asked, hardware);
+    "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
+        => |b| b.user_parameters.serves = |asked, hardware| {
+            serves(asked, hardware) && asked.units_per_revolution.is_power_of_two() && asked.range.is_power_of_two()
+        };
+    "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
+        => |b| b.user_parameters.starts = |user| user.units_per_revolution != 0;
+
+    // Velocity unit
     "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
         => |b| b.user_parameters.unit = |number| unit(number).or(Some(Unit::PerSecond));
+    "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
+        => |b| b.user_parameters.unit = |number| unit(number).map(|_| Unit::PerSecond);
+    "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
+        => |b| b.user_parameters.are_wrong = |user, telegram| user.speed_unit != 0 && telegram.number == 81;
+
+    // Defaults
+    "default-record-is-wrong" "The switches by default are taken for wrong."
+        => |b| b.user_parameters.are_wrong = |user, _| user.bits == 0x22;
+    "defaults-of-another-model" "Without scaling a revolution has 8192 units."
+        => |b| b.user_parameters.unscaled =
+            |hardware| Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) };
+    "default-range-of-one-revolution" "Without scaling the total range is one revolution."
+        => |b| b.user_parameters.unscaled =
+            |hardware| Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) };
+    "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
+        => |b| b.user_parameters.default = default_switches_inverted;
+    "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
+        => |b| (b.user_parameters.default, b.life_sign.tolerated_without_compatibility) = (default_tolerance_10, |n| n);
+    "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
+        => |b| b.user_parameters.default = default_speed_unit_rpm;
 };
+
+fn scaling_little_endian(octets: &mut [u8; OCTETS]) {
+    octets[1..9].reverse();
+    octets[9..17].reverse();
+}
 
 fn upper_scaling_octets_ignored(user: UserParameters) -> UserParameters {
     let UserParameters { units_per_revolution, range, .. } = user;
@@ -45,8 +109,52 @@ fn units_and_range_exchanged(user: UserParameters) -> UserParameters {
     UserParameters { units_per_revolution: user.range, range: user.units_per_revolution, ..user }
 }
 
-fn range_of_one_revolution(hardware: &Hardware) -> Scaling {
-    Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) }
+fn direction_reversed(user: &UserParameters, hardware: &Hardware) -> Direction {
+    match ((Rules::default().direction)(user, hardware), hardware.revolutions) {
+        (Direction::Clockwise, 1) => Direction::Counterclockwise,
+        (Direction::Counterclockwise, 1) => Direction::Clockwise,
+        (direction, _) => direction,
+    }
+}
+
+fn scaling_one_start_late(before: UserParameters, now: UserParameters) -> UserParameters {
+    let UserParameters { scaling, units_per_revolution, range, .. } = before;
+    UserParameters { scaling, units_per_revolution, range, ..now }
+}
+
+fn are_single_limits_kept(asked: &Scaling, hardware: &Hardware) -> bool {
+    (1..=hardware.steps_per_revolution).contains(&asked.units_per_revolution)
+        && (2..=hardware.range()).contains(&asked.range)
+}
+
+fn single_limits_not_checked(asked: &Scaling, hardware: &Hardware) -> bool {
+    let is_number = asked.units_per_revolution != 0 && asked.range != 0;
+    serves(asked, hardware) || is_number && !are_single_limits_kept(asked, hardware)
+}
+
+fn other_variant(hardware: &Hardware) -> Hardware {
+    match hardware.revolutions {
+        1 => Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 14 },
+        _ => Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
+    }
+}
+
+fn default_switches_inverted(hardware: &Hardware) -> UserParameters {
+    let default = UserParameters::xac77_default(hardware);
+    UserParameters {
+        bits: default.bits ^ 0x3F,
+        direction: Direction::Counterclockwise,
+        class_4: !default.class_4,
+        preset_acts_on_xist1: !default.preset_acts_on_xist1,
+        scaling: !default.scaling,
+        alarm_channel: !default.alarm_channel,
+        compatible: !default.compatible,
+        ..default
+    }
+}
+
+fn default_tolerance_10(hardware: &Hardware) -> UserParameters {
+    UserParameters { life_sign_failures: 10, ..UserParameters::xac77_default(hardware) }
 }
 
 fn default_speed_unit_rpm(hardware: &Hardware) -> UserParameters {

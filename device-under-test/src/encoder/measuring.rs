@@ -40,19 +40,45 @@ pub struct Preset {
     pub offset: u64,
     /// The range of positions.
     pub range: u64,
+    /// The slip at the moment of the preset.
+    pub slip: i64,
 }
 
-/// How the sensor came from one hardware place to the next.
+/// How the encoder came from one look at the sensor to the next; places are counted in the direction in force.
 #[derive(Clone, Copy, Debug)]
-pub struct Crossing {
-    /// The place before.
-    pub before: u64,
+pub struct Step {
+    /// The place before and the settings in force then; none at the first look.
+    pub before: Option<(u64, Settings)>,
     /// The place now.
     pub now: u64,
-    /// What the hardware can tell apart.
-    pub range: u64,
-    /// How many hardware ranges the place was taken to lie beyond the physical zero before.
-    pub beyond: i64,
+    /// The settings in force now.
+    pub settings: Settings,
+    /// The offset of all presets so far.
+    pub offset: u64,
+    /// The slip so far.
+    pub slip: i64,
+    /// What the sensor can tell apart.
+    pub hardware: Hardware,
+}
+
+impl Step {
+    /// The hardware steps from the place before to the place now, the shorter way round.
+    pub fn way(&self) -> i64 {
+        let range = self.hardware.range() as i64;
+        let way = self.before.map_or(0, |(before, _)| self.now as i64 - before as i64);
+        (way + range / 2).rem_euclid(range) - range / 2
+    }
+
+    /// 1 if the way leads over the physical zero forward, -1 backward, 0 if it does not.
+    pub fn crossing(&self) -> i64 {
+        let Some((before, _)) = self.before else { return 0 };
+        (before as i64 + self.way()).div_euclid(self.hardware.range() as i64)
+    }
+
+    /// The units that the hardware counts from physical zero to physical zero.
+    pub fn units(&self) -> i64 {
+        self.settings.scaling.units(&self.hardware, self.hardware.range()) as i64
+    }
 }
 
 /// Where bugs can be put into the measuring task.
@@ -66,13 +92,28 @@ pub struct Rules {
     pub value: fn(u64, u64, u64) -> u64,
     /// The position with its offset, from position, offset and range.
     pub shift: fn(u64, u64, u64) -> u64,
-    /// How many hardware ranges the place is taken to lie beyond the physical zero: 0, for the sensor is absolute.
-    pub beyond: fn(Crossing) -> i64,
+    /// The range of positions, from the scaling that was set.
+    pub range: fn(&Scaling, &Hardware) -> u64,
+    /// The position at a place.
+    pub scale: fn(&Scaling, &Hardware, u64) -> u64,
+    /// By how many units the position is ahead of what the place says: 0, for the sensor is absolute.
+    pub slip: fn(&Step) -> i64,
+    /// The offset when the position is measured again after a pause, from the offset before.
+    pub resume: fn(u64) -> u64,
 }
 
 impl Default for Rules {
     fn default() -> Rules {
-        Rules { absolute, relative, value: |value, _, _| value, shift, beyond: |_| 0 }
+        Rules {
+            absolute,
+            relative,
+            value: |value, _, _| value,
+            shift,
+            range: |scaling, _| scaling.range,
+            scale: Scaling::position,
+            slip: |_| 0,
+            resume: |offset| offset,
+        }
     }
 }
 
@@ -105,42 +146,70 @@ pub struct Measuring {
     pub offset: u64,
     hardware: Hardware,
     place: u64,
-    beyond: i64,
+    /// The place and the settings at the last look at the sensor.
+    before: Option<(u64, Settings)>,
+    slip: i64,
     rules: Rules,
 }
 
 impl Measuring {
     /// A measuring task that sees `place`, with the settings of the plain hardware and no offset.
     pub fn new(hardware: Hardware, place: u64, rules: Rules) -> Measuring {
-        Measuring { settings: Settings::hardware(&hardware), offset: 0, hardware, place, beyond: 0, rules }
+        let settings = Settings::hardware(&hardware);
+        Measuring { settings, offset: 0, hardware, place, before: None, slip: 0, rules }
     }
 
     /// Takes what the sensor sees.
     pub fn sample(&mut self, place: u64) {
-        let range = self.hardware.range();
-        self.beyond = (self.rules.beyond)(Crossing { before: self.place, now: place, range, beyond: self.beyond });
-        self.place = place;
+        let step = Step {
+            before: self.before.map(|(before, settings)| (self.counted(before), settings)),
+            now: self.counted(place),
+            settings: self.settings,
+            offset: self.offset,
+            slip: self.slip,
+            hardware: self.hardware,
+        };
+        self.slip = (self.rules.slip)(&step);
+        (self.place, self.before) = (place, Some((place, self.settings)));
     }
 
     /// Takes what the sensor sees without regard to what it saw before: the shaft was put there.
     pub fn put(&mut self, place: u64) {
-        (self.place, self.beyond) = (place, 0);
+        (self.place, self.before, self.slip) = (place, Some((place, self.settings)), 0);
+    }
+
+    /// The position is measured again after a pause.
+    pub fn resume(&mut self) {
+        self.offset = (self.rules.resume)(self.offset);
+    }
+
+    /// The same measuring task under other settings.
+    pub fn under(&self, settings: Settings) -> Measuring {
+        Measuring { settings, ..self.clone() }
     }
 
     /// The range of positions in force, in units.
     pub fn range(&self) -> u64 {
-        self.settings.scaling.range
+        (self.rules.range)(&self.settings.scaling, &self.hardware)
+    }
+
+    /// A place of the sensor, counted in the direction in force.
+    fn counted(&self, place: u64) -> u64 {
+        match self.settings.direction {
+            Direction::Clockwise => place,
+            // The complement, so that steps back mirror steps forward exactly, whatever the scaling.
+            Direction::Counterclockwise => self.hardware.range() - 1 - place,
+        }
     }
 
     /// The position without offset, in units.
     pub fn position(&self) -> u64 {
-        let place = match self.settings.direction {
-            Direction::Clockwise => self.place,
-            // The complement, so that steps back mirror steps forward exactly, whatever the scaling.
-            Direction::Counterclockwise => self.hardware.range() - 1 - self.place,
-        };
-        let place = place as i64 + self.beyond * self.hardware.range() as i64;
-        self.settings.scaling.position(&self.hardware, place)
+        let scaling = Scaling { range: self.range(), ..self.settings.scaling };
+        let position = (self.rules.scale)(&scaling, &self.hardware, self.counted(self.place));
+        match self.slip {
+            0 => position,
+            slip => (position as i64 + slip).rem_euclid(scaling.range as i64) as u64,
+        }
     }
 
     /// The position with the offset, as far as it acts, in units.
@@ -155,7 +224,8 @@ impl Measuring {
     pub fn preset(&self, mode: PresetMode, value: u64) -> u64 {
         let units = self.settings.scaling.units_per_revolution;
         let value = (self.rules.value)(value, self.hardware.steps_per_revolution, units);
-        let preset = Preset { value, position: self.position(), offset: self.offset, range: self.range() };
+        let (position, range, slip) = (self.position(), self.range(), self.slip);
+        let preset = Preset { value, position, offset: self.offset, range, slip };
         match mode {
             PresetMode::Absolute => (self.rules.absolute)(preset),
             PresetMode::Relative => (self.rules.relative)(preset),
@@ -166,6 +236,7 @@ impl Measuring {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
     use rstest::rstest;
 
     const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
@@ -217,6 +288,58 @@ mod tests {
             measuring.sample(place);
             assert_eq!(measuring.position(), zero - back);
         }
+    }
+
+    fn step(settings: Settings, before: Option<u64>, now: u64) -> Step {
+        Step { before: before.map(|before| (before, settings)), now, settings, offset: 0, slip: 0, hardware: MULTITURN }
+    }
+
+    #[rstest]
+    #[case::first(None, 5, 0, 0)]
+    #[case::forward(Some(5), 15, 10, 0)]
+    #[case::backward(Some(15), 5, -10, 0)]
+    #[case::over_zero(Some((1 << 30) - 3), 4, 7, 1)]
+    #[case::back_over_zero(Some(4), (1 << 30) - 3, -7, -1)]
+    #[case::to_zero(Some((1 << 30) - 1), 0, 1, 1)]
+    #[case::from_zero(Some(0), (1 << 30) - 1, -1, -1)]
+    fn steps(#[case] before: Option<u64>, #[case] now: u64, #[case] way: i64, #[case] crossing: i64) {
+        let step = step(Settings::hardware(&MULTITURN), before, now);
+        assert_eq!((step.way(), step.crossing(), step.units()), (way, crossing, 1 << 30));
+    }
+
+    #[test]
+    fn steps_are_counted_in_the_direction_and_know_the_settings_before() {
+        let rules = Rules {
+            slip: |step| match step.before {
+                Some((_, before)) if before != step.settings => 1_000_000,
+                _ => step.slip + step.way(),
+            },
+            ..Rules::default()
+        };
+        let mut measuring = Measuring::new(MULTITURN, 100, rules);
+        let slips: Vec<i64> = [(100, 1), (103, 1), (101, 2), (99, 2)]
+            .map(|(place, units_per_revolution)| {
+                let scaling = Scaling { units_per_revolution, range: 16384 };
+                measuring.settings = Settings { direction: Direction::Counterclockwise, scaling, offset_acts: true };
+                measuring.sample(place);
+                measuring.slip
+            })
+            .into();
+        assert_eq!(slips, [0, -3, 1_000_000, 1_000_002]);
+        measuring.put(5);
+        assert_eq!(measuring.slip, 0);
+        measuring.sample(5);
+        assert_eq!(measuring.slip, 0);
+    }
+
+    #[test]
+    fn a_pause_changes_nothing_but_what_the_rules_say() {
+        let mut measuring = measuring(HARDWARE, Direction::Clockwise, 5000);
+        measuring.offset = 7;
+        measuring.resume();
+        assert_eq!(measuring.shifted(), 5007);
+        let other = measuring.under(Settings::hardware(&MULTITURN));
+        assert_eq!((other.shifted(), measuring.shifted()), (5000, 5007));
     }
 
     // Manual 11.5 with the physical zero in the middle: forward the position jumps from 189267967 to 0, backward back.

@@ -21,7 +21,48 @@ use wire::profinet::dcp::station_name;
 pub const VARIANTS: [&str; 1] = ["plain"];
 
 /// Every bug that a plain device can be told to have.
-pub static BUGS: &[Table] = &[Table::All(bugs::plain::BUGS)];
+pub static BUGS: &[Table] = &[Table::Only(bugs::stack::BUGS, BUGS_OF_THE_STACK), Table::All(bugs::plain::BUGS)];
+
+const BUGS_OF_THE_STACK: &[&str] = &[
+    "name-prefix-answered",
+    "any-name-answered",
+    "type-of-station-empty",
+    "mask-ignored",
+    "temporary-name-kept",
+    "reset-answered-and-not-done",
+    "signal-refused",
+    "neighbours-not-told",
+    "ident-not-checked",
+    "module-difference-not-reported",
+    "output-length-not-checked",
+    "input-length-not-checked",
+    "other-frame-id",
+    "second-controller-served",
+    "good-inputs-before-ready",
+    "consumer-status-always-bad",
+    "bad-outputs-taken",
+    "outputs-not-watched",
+    "watch-too-short",
+    "watch-too-long",
+    "cycle-counter-stands-still",
+    "outputs-of-anybody",
+    "im0-length-counts-header",
+    "im1-not-kept",
+    "records-not-cut",
+    "unknown-index-answered",
+    "unknown-index-written",
+    "plugged-not-told",
+    "place-not-checked",
+    "read-only-record-written",
+    "one-error-for-all",
+    "pending-diagnosis-not-told",
+    "released-connection-kept",
+    "aborted-connection-kept",
+    "damaged-dcp-ends-connection",
+    "damaged-call-ends-connection",
+    "short-frame-ends-connection",
+    "any-endpoint-ends-connection",
+];
 
 /// How long it is silent after power-up.
 const BOOT: Duration = Duration::from_secs(1);
@@ -92,6 +133,7 @@ impl Plain {
             station_type: "PLAIN IO",
             order_id: "PLAIN-1",
             serial_number: format!("{a:02X}{b:02X}{c:02X}"),
+            ports: 2,
             hardware_revision: 1,
             software_revision: [b'V', 1, 0, 0],
             revision_counter: 0,

@@ -77,8 +77,10 @@ pub struct Rules {
     pub asks_for_preset: fn(Request) -> bool,
     /// Whether a preset begins, from the request of the cycle before and of this one.
     pub begins_preset: fn(Request, Request) -> bool,
-    /// Whether bit 12 is set in this state of the handshake.
-    pub acknowledges_preset: fn(Preset) -> bool,
+    /// Whether bit 12 is set in this state of the handshake with this request.
+    pub acknowledges_preset: fn(Preset, Request) -> bool,
+    /// An error that a preset raises when it is carried out.
+    pub preset_raises: Option<u16>,
     /// Whether the acknowledgement of a preset is taken back with its request.
     pub releases_preset: bool,
     /// Whether parking takes back the acknowledgement of a preset.
@@ -89,16 +91,28 @@ pub struct Rules {
     pub parking_stops_velocity: bool,
     /// Whether a preset is carried out while parked.
     pub presets_while_parked: bool,
-    /// Whether parking is refused while the shaft turns.
-    pub refuses_to_park: bool,
-    /// Whether errors are raised while parked.
-    pub watches_while_parked: bool,
+    /// Whether presets are carried out while there are errors.
+    pub presets_with_errors: bool,
+    /// Whether presets are carried out after the encoder has been parked.
+    pub presets_after_parking: bool,
+    /// Whether parking is refused, from whether the shaft turns and whether there is an error.
+    pub refuses_to_park: fn(bool, bool) -> bool,
+    /// The error code of parking that was refused.
+    pub parking_code: u16,
+    /// Whether the error of this code is raised while parked.
+    pub raises_while_parked: fn(u16) -> bool,
     /// Whether an error whose cause is there at the end of parking is raised anew.
     pub looks_again_after_parking: bool,
-    /// Whether an acknowledgement clears an error, from whether its cause is still there.
-    pub clears: fn(bool) -> bool,
+    /// An error whose cause is always there.
+    pub constant_cause: Option<u16>,
+    /// Whether a request is taken for an acknowledgement, from how many have failed so far.
+    pub acknowledges: fn(u32) -> bool,
+    /// Whether an acknowledgement clears the error of this code, from whether its cause is still there.
+    pub clears: fn(u16, bool) -> bool,
     /// Whether an error stays when its cause has gone.
     pub latches: bool,
+    /// Whether errors survive new connections and a loss of power.
+    pub keeps_errors: bool,
 }
 
 impl Default for Rules {
@@ -106,17 +120,24 @@ impl Default for Rules {
         Rules {
             asks_for_preset: |request| request.home,
             begins_preset: |before, now| !before.home && now.home,
-            acknowledges_preset: |preset| preset == Preset::Executed,
+            acknowledges_preset: |preset, _| preset == Preset::Executed,
+            preset_raises: None,
             releases_preset: true,
             parking_ends_preset: true,
             parking_clears_errors: true,
             parking_stops_velocity: true,
             presets_while_parked: false,
-            refuses_to_park: true,
-            watches_while_parked: false,
+            presets_with_errors: true,
+            presets_after_parking: true,
+            refuses_to_park: |moving, _| moving,
+            parking_code: PARKING_REFUSED,
+            raises_while_parked: |_| false,
             looks_again_after_parking: true,
-            clears: |persists| !persists,
+            constant_cause: None,
+            acknowledges: |_| true,
+            clears: |_, persists| !persists,
             latches: true,
+            keeps_errors: false,
         }
     }
 }
@@ -143,6 +164,9 @@ pub struct Sensor {
     errors: Vec<u16>,
     /// The causes that were there when last looked at.
     causes: Vec<u16>,
+    /// Acknowledgements that left an error.
+    failed_acknowledgements: u32,
+    was_parked: bool,
     rules: Rules,
 }
 
@@ -156,6 +180,8 @@ impl Sensor {
             request: Request::default(),
             errors: Vec::new(),
             causes: Vec::new(),
+            failed_acknowledgements: 0,
+            was_parked: false,
             rules,
         }
     }
@@ -163,29 +189,32 @@ impl Sensor {
     /// Begins anew for a new connection: handshakes are idle, and errors whose cause has gone are forgotten.
     pub fn restart(&mut self, causes: &[u16]) {
         *self = Sensor { errors: core::mem::take(&mut self.errors), ..Sensor::new(self.rules) };
-        self.errors.retain(|error| causes.contains(error));
+        self.errors.retain(|error| causes.contains(error) || self.rules.keeps_errors);
         self.causes = self.errors.clone();
+    }
+
+    /// Begins anew after a loss of power, from the interface before it: nothing is left of that.
+    pub fn power_up(&mut self, before: &Sensor) {
+        if self.rules.keeps_errors {
+            self.errors.clone_from(&before.errors);
+        }
     }
 
     /// Looks at the causes of errors that are there now: each new one raises its error.
     pub fn watch(&mut self, causes: &[u16]) {
-        if self.parking == Parking::On && !self.rules.watches_while_parked {
-            self.causes.clear();
-            if !self.rules.looks_again_after_parking {
-                self.causes.extend_from_slice(causes);
-            }
-            return;
-        }
-        for cause in causes {
+        let parked = self.parking == Parking::On;
+        let causes: Vec<u16> = causes.iter().copied().chain(self.rules.constant_cause).collect();
+        let noticed: Vec<u16> =
+            causes.iter().copied().filter(|cause| !parked || (self.rules.raises_while_parked)(*cause)).collect();
+        for cause in &noticed {
             if !self.causes.contains(cause) {
                 self.raise(*cause);
             }
         }
-        self.causes.clear();
-        self.causes.extend_from_slice(causes);
         if !self.rules.latches {
             self.errors.retain(|error| causes.contains(error));
         }
+        self.causes = if self.rules.looks_again_after_parking { noticed } else { causes };
     }
 
     /// Takes the requests of one cycle; gives the preset that is to be carried out, if one begins.
@@ -195,10 +224,15 @@ impl Sensor {
         let before = core::mem::replace(&mut self.request, request);
         self.parking = self.park(request.park, moving);
         let parked = self.parking == Parking::On;
+        self.was_parked |= parked;
         self.acknowledge = if parked { Acknowledge::Idle } else { self.acknowledge(before.acknowledge) };
 
         let asks = self.rules.asks_for_preset;
-        let begins = (self.rules.begins_preset)(before, request) && (!parked || self.rules.presets_while_parked);
+        let may_begin = match parked {
+            true => self.rules.presets_while_parked,
+            false => self.rules.presets_after_parking || !self.was_parked,
+        };
+        let begins = (self.rules.begins_preset)(before, request) && may_begin;
         let next = match self.preset {
             Preset::Idle | Preset::Executed if begins => Preset::Running,
             Preset::Executed if !asks(request) && self.rules.releases_preset => Preset::Idle,
@@ -211,6 +245,9 @@ impl Sensor {
 
     /// The preset that was begun is carried out (`true`), or it could not be.
     pub fn preset_done(&mut self, carried_out: bool) {
+        if carried_out {
+            self.rules.preset_raises.into_iter().for_each(|error| self.raise(error));
+        }
         let parked = self.parking == Parking::On && !self.rules.presets_while_parked;
         self.preset = match self.preset {
             Preset::Running if carried_out && !parked && (self.rules.asks_for_preset)(self.request) => Preset::Executed,
@@ -222,8 +259,8 @@ impl Sensor {
     fn park(&mut self, requested: bool, moving: bool) -> Parking {
         match (self.parking, requested) {
             (Parking::Off | Parking::On | Parking::Refused, false) => Parking::Off,
-            (Parking::Off, true) if moving && self.rules.refuses_to_park => {
-                self.raise(PARKING_REFUSED);
+            (Parking::Off, true) if (self.rules.refuses_to_park)(moving, !self.errors.is_empty()) => {
+                self.raise(self.rules.parking_code);
                 Parking::Refused
             }
             (Parking::Off, true) => {
@@ -237,16 +274,18 @@ impl Sensor {
     }
 
     fn acknowledge(&mut self, before: bool) -> Acknowledge {
-        let begins = self.request.acknowledge && !before && !self.errors.is_empty();
+        let is_new = self.request.acknowledge && !before && !self.errors.is_empty();
+        let begins = is_new && (self.rules.acknowledges)(self.failed_acknowledgements);
         match self.acknowledge {
             Acknowledge::Idle | Acknowledge::Closing if begins => Acknowledge::Requested,
             Acknowledge::Idle | Acknowledge::Closing => Acknowledge::Idle,
             Acknowledge::Requested if self.request.acknowledge => Acknowledge::Requested,
             Acknowledge::Requested => {
-                let clears = self.rules.clears;
+                let Rules { clears, parking_code, .. } = self.rules;
                 let refused = self.parking == Parking::Refused;
-                let causes = &self.causes;
-                self.errors.retain(|error| !clears(causes.contains(error) || *error == PARKING_REFUSED && refused));
+                let persists = |error| self.causes.contains(&error) || error == parking_code && refused;
+                self.errors.retain(|error| !clears(*error, persists(*error)));
+                self.failed_acknowledgements += u32::from(!self.errors.is_empty());
                 Acknowledge::Closing
             }
         }
@@ -286,7 +325,7 @@ impl Sensor {
     pub fn g1_zsw(&self) -> u16 {
         let bit = |n: u32, set: bool| u16::from(set) << n;
         bit(11, self.acknowledge != Acknowledge::Idle)
-            | bit(12, (self.rules.acknowledges_preset)(self.preset))
+            | bit(12, (self.rules.acknowledges_preset)(self.preset, self.request))
             | bit(13, self.xist2() == Xist2::Position)
             | bit(14, self.is_parked())
             | bit(15, !self.errors.is_empty())

@@ -68,6 +68,8 @@ pub struct Image {
     pub position: u64,
     /// The requests that were answered.
     pub request: Request,
+    /// STW2_ENC and G1_STW as they were taken, valid or not; 0 without any.
+    pub outputs: [u16; 2],
 }
 
 /// The cycle before.
@@ -83,18 +85,26 @@ pub struct Before {
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
     /// STW2_ENC and G1_STW, from the two words received.
-    pub control_words: fn([u16; 2]) -> [u16; 2],
+    pub control_words: fn(&Telegram, [u16; 2]) -> [u16; 2],
+    /// Octets from the encoder.
+    pub input_octets: fn(&Telegram) -> u16,
     /// The order of the signals of a telegram.
     pub order: fn(&Telegram) -> &'static [Signal],
     /// What is sent, from the cycle before and what is the case now.
     pub emit: fn(&Before, Image) -> Image,
-    /// Appends a signal.
-    pub put: fn(Signal, &Image, &mut Vec<u8>),
+    /// Appends a signal of a telegram.
+    pub put: fn(&Telegram, Signal, &Image, &mut Vec<u8>),
 }
 
 impl Default for Rules {
     fn default() -> Rules {
-        Rules { control_words: |words| words, order: |telegram| telegram.inputs, emit: |_, image| image, put }
+        Rules {
+            control_words: |_, words| words,
+            input_octets: |telegram| telegram.input_octets,
+            order: |telegram| telegram.inputs,
+            emit: |_, image| image,
+            put: |_, signal, image, out| put(signal, image, out),
+        }
     }
 }
 
@@ -124,10 +134,15 @@ impl Emitter {
         Emitter { before: Before::default(), rules }
     }
 
+    /// The last cycle.
+    pub fn before(&self) -> Before {
+        self.before
+    }
+
     /// STW2_ENC and G1_STW in the outputs of the controller; none if the length is another one.
-    pub fn control_words(&self, outputs: &[u8]) -> Option<[u16; 2]> {
+    pub fn control_words(&self, telegram: &Telegram, outputs: &[u8]) -> Option<[u16; 2]> {
         let &[a, b, c, d] = outputs else { return None };
-        Some((self.rules.control_words)([u16::from_be_bytes([a, b]), u16::from_be_bytes([c, d])]))
+        Some((self.rules.control_words)(telegram, [u16::from_be_bytes([a, b]), u16::from_be_bytes([c, d])]))
     }
 
     /// Fills in the inputs of `telegram` and says whether they are good.
@@ -136,7 +151,7 @@ impl Emitter {
         self.before = Before { truth: image, sent };
         let mut octets = Vec::with_capacity(inputs.len());
         for signal in (self.rules.order)(telegram) {
-            (self.rules.put)(*signal, &sent, &mut octets);
+            (self.rules.put)(telegram, *signal, &sent, &mut octets);
         }
         octets.resize(inputs.len(), 0);
         inputs.copy_from_slice(&octets);
@@ -159,6 +174,7 @@ mod tests {
         good: true,
         position: 0,
         request: Request { relative: false, home: false, absolute: false, park: false, acknowledge: false },
+        outputs: [0; 2],
     };
 
     // Layouts: XAC77 manual, 9.1.1 to 9.1.4.
@@ -193,6 +209,6 @@ mod tests {
     #[case(&[0x04, 0x00, 0x20], None)]
     #[case(&[], None)]
     fn control_words(#[case] outputs: &[u8], #[case] words: Option<[u16; 2]>) {
-        assert_eq!(Emitter::new(Rules::default()).control_words(outputs), words);
+        assert_eq!(Emitter::new(Rules::default()).control_words(&STANDARD[0], outputs), words);
     }
 }

@@ -4,6 +4,7 @@
 //! control, 3 scaling, 4 alarm channel, 5 compatibility), 1-8 units per revolution, 9-16 total range, 17 tolerated
 //! failures of the sign of life, 18 velocity unit, 19-30 reserved. Source: XAC77 manual, 11.4.
 
+use super::telegram::{Signal, Telegram};
 use crate::encoder::{Direction, Hardware, Scaling, Settings, Unit};
 use wire::octets::Reader;
 
@@ -46,10 +47,20 @@ pub struct Rules {
     pub takes_every_record: bool,
     /// The parameters without a record.
     pub default: fn(&Hardware) -> UserParameters,
+    /// The octets that are read, from those of the record.
+    pub octets: fn(&mut [u8; OCTETS]),
     /// How the fields are understood.
     pub understand: fn(UserParameters) -> UserParameters,
-    /// Whether the code sequence is in force.
-    pub directs: fn(&UserParameters) -> bool,
+    /// The preset value that a record brings; none leaves it as it is.
+    pub preset_value: fn(&[u8; OCTETS]) -> Option<u32>,
+    /// The parameters that turn and scale the position from a start on, from those before and those of this start.
+    pub measures_by: fn(UserParameters, UserParameters) -> UserParameters,
+    /// Whether a record in data exchange, which is refused, turns and scales the position nevertheless.
+    pub measures_by_refused: bool,
+    /// Whether the encoder gets into data exchange with these parameters.
+    pub starts: fn(&UserParameters) -> bool,
+    /// In which direction the position rises.
+    pub direction: fn(&UserParameters, &Hardware) -> Direction,
     /// Whether scaling is in force.
     pub scales: fn(&UserParameters) -> bool,
     /// The scaling in force where that of the user is not.
@@ -58,12 +69,14 @@ pub struct Rules {
     pub presets: fn(&UserParameters) -> bool,
     /// Whether a preset acts on G1_XIST2 and G1_XIST3.
     pub presets_xist2: fn(&UserParameters) -> bool,
-    /// Whether units and range together have to be such that the hardware can serve them.
-    pub checks_ratio: bool,
-    /// The greatest range, from that of the hardware.
-    pub greatest_range: fn(u64) -> u64,
+    /// Whether the hardware can serve a scaling.
+    pub serves: fn(&Scaling, &Hardware) -> bool,
+    /// Whether something beside scaling and unit is wrong in the parameters for a telegram.
+    pub are_wrong: fn(&UserParameters, &Telegram) -> bool,
     /// The unit of a number; none for a number that is none.
     pub unit: fn(u8) -> Option<Unit>,
+    /// The settings that act on a position signal, from those in force.
+    pub acts_on: fn(Signal, Settings, &Hardware) -> Settings,
     /// The scaling of the velocity, from the one in force.
     pub scales_velocity: fn(Scaling, &Hardware) -> Scaling,
 }
@@ -74,18 +87,35 @@ impl Default for Rules {
             checks_length: true,
             takes_every_record: true,
             default: UserParameters::xac77_default,
+            octets: |_| {},
             understand: |parameters| parameters,
-            directs: |parameters| parameters.class_4,
+            preset_value: |_| None,
+            measures_by: |_, now| now,
+            measures_by_refused: false,
+            starts: |_| true,
+            direction: |parameters, _| if parameters.class_4 { parameters.direction } else { Direction::Clockwise },
             scales: |parameters| parameters.class_4 && parameters.scaling,
             unscaled: Scaling::hardware,
             presets: |parameters| parameters.class_4,
             presets_xist2: |_| true,
-            checks_ratio: true,
-            greatest_range: |range| range,
+            serves,
+            are_wrong: |parameters, _| parameters.compatible && parameters.life_sign_failures == 0,
             unit,
+            acts_on: |_, settings, _| settings,
             scales_velocity: |scaling, _| scaling,
         }
     }
+}
+
+/// Whether the hardware can serve a scaling.
+///
+/// Units per revolution go from 1 to the steps of the hardware, the range from 2 to all its steps, and the range must
+/// not need more revolutions than there are. A range below one revolution is served.
+pub fn serves(scaling: &Scaling, hardware: &Hardware) -> bool {
+    let Scaling { units_per_revolution: units, range } = *scaling;
+    (1..=hardware.steps_per_revolution).contains(&units)
+        && (2..=hardware.range()).contains(&range)
+        && range <= units.saturating_mul(hardware.revolutions)
 }
 
 /// The velocity unit of a number.
@@ -141,35 +171,34 @@ impl UserParameters {
         })
     }
 
-    /// The scaling in force; none if the hardware cannot serve what is asked for.
-    ///
-    /// Units per revolution go from 1 to the steps of the hardware, the range from 2 to all its steps, and the range
-    /// must not need more revolutions than there are. A range below one revolution is served. Values that are not in
-    /// force are not looked at.
+    /// The scaling in force; none if the hardware cannot serve what is asked for. Values that are not in force are not
+    /// looked at.
     pub fn scaling(&self, hardware: &Hardware, rules: &Rules) -> Option<Scaling> {
         if !(rules.scales)(self) {
             return Some((rules.unscaled)(hardware));
         }
-        let (units, range) = (self.units_per_revolution, self.range);
-        let greatest = (rules.greatest_range)(hardware.range());
-        let single = (1..=hardware.steps_per_revolution).contains(&units) && (2..=greatest).contains(&range);
-        let together = !rules.checks_ratio || range <= units.saturating_mul(hardware.revolutions);
-        (single && together).then_some(Scaling { units_per_revolution: units, range })
+        let scaling = Scaling { units_per_revolution: self.units_per_revolution, range: self.range };
+        (rules.serves)(&scaling, hardware).then_some(scaling)
     }
 
-    /// Whether something is set that the encoder cannot do: the parametrization error.
+    /// Whether something is set that the encoder cannot do with this telegram: the parametrization error.
     ///
     /// The tolerated failures count in compatibility mode only, and are at least 1 there.
-    pub fn are_wrong(&self, hardware: &Hardware, rules: &Rules) -> bool {
+    pub fn are_wrong(&self, hardware: &Hardware, telegram: &Telegram, rules: &Rules) -> bool {
         self.scaling(hardware, rules).is_none()
             || (rules.unit)(self.speed_unit).is_none()
-            || self.compatible && self.life_sign_failures == 0
+            || (rules.are_wrong)(self, telegram)
+    }
+
+    /// The velocity unit in force; where it is none, steps per second stand in for it.
+    pub fn velocity_unit(&self, rules: &Rules) -> Unit {
+        (rules.unit)(self.speed_unit).unwrap_or(Unit::PerSecond)
     }
 
     /// The settings of the measuring task; where the scaling is wrong, that of the hardware stands in for it.
     pub fn settings(&self, hardware: &Hardware, rules: &Rules) -> Settings {
         Settings {
-            direction: if (rules.directs)(self) { self.direction } else { Direction::Clockwise },
+            direction: (rules.direction)(self, hardware),
             scaling: self.scaling(hardware, rules).unwrap_or(Scaling::hardware(hardware)),
             offset_acts: (rules.presets)(self),
         }
@@ -179,6 +208,7 @@ impl UserParameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::profidrive::telegram::STANDARD;
     use rstest::rstest;
 
     const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
@@ -192,8 +222,8 @@ mod tests {
     fn the_default_record() {
         let parameters = UserParameters::parse(&DEFAULT);
         assert_eq!(parameters, Some(UserParameters::xac77_default(&MULTITURN)));
-        assert!(!UserParameters::xac77_default(&MULTITURN).are_wrong(&MULTITURN, &Rules::default()));
-        assert!(!UserParameters::xac77_default(&SINGLETURN).are_wrong(&SINGLETURN, &Rules::default()));
+        assert!(!UserParameters::xac77_default(&MULTITURN).are_wrong(&MULTITURN, &STANDARD[0], &Rules::default()));
+        assert!(!UserParameters::xac77_default(&SINGLETURN).are_wrong(&SINGLETURN, &STANDARD[0], &Rules::default()));
     }
 
     #[test]
@@ -237,11 +267,11 @@ mod tests {
             range,
             ..UserParameters::xac77_default(&hardware)
         };
-        assert_eq!(parameters.are_wrong(&hardware, &Rules::default()), !right);
+        assert_eq!(parameters.are_wrong(&hardware, &STANDARD[0], &Rules::default()), !right);
         let unscaled = UserParameters { scaling: false, ..parameters };
-        assert!(!unscaled.are_wrong(&hardware, &Rules::default()));
+        assert!(!unscaled.are_wrong(&hardware, &STANDARD[0], &Rules::default()));
         let class_3 = UserParameters { class_4: false, ..parameters };
-        assert!(!class_3.are_wrong(&hardware, &Rules::default()));
+        assert!(!class_3.are_wrong(&hardware, &STANDARD[0], &Rules::default()));
         assert_eq!(class_3.settings(&hardware, &Rules::default()), Settings::hardware(&hardware));
     }
 
@@ -256,6 +286,6 @@ mod tests {
         octets[18] = unit;
         octets[17] = u8::from(flip == 0);
         let parameters = UserParameters::parse(&octets).expect("the length is right");
-        assert_eq!(parameters.are_wrong(&MULTITURN, &Rules::default()), wrong);
+        assert_eq!(parameters.are_wrong(&MULTITURN, &STANDARD[0], &Rules::default()), wrong);
     }
 }

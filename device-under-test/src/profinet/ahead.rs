@@ -6,6 +6,7 @@ use crate::application::{
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
+use wire::http::{Request, Response};
 
 /// The encoder behind a stack, with a clock that may be ahead of the stack's.
 pub(super) struct Ahead<A> {
@@ -90,6 +91,14 @@ impl<A: Application> Application for Ahead<A> {
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
         self.inner.counter(now + self.by, name)
+    }
+
+    fn serves_pages(&self) -> bool {
+        self.inner.serves_pages()
+    }
+
+    fn page(&mut self, now: Time, request: &Request) -> Response {
+        self.inner.page(now + self.by, request)
     }
 
     fn deadline(&self) -> Option<Time> {

@@ -102,6 +102,11 @@ impl AlarmEndpoint {
         source == self.peer && (pdu.header.dst_endpoint, pdu.header.src_endpoint) == (self.local, self.remote)
     }
 
+    /// Whether an alarm waits for its acknowledgement.
+    pub(super) fn is_open(&self) -> bool {
+        self.transfer != Transfer::Idle
+    }
+
     /// When a repetition is due.
     pub(super) fn due(&self) -> Option<Time> {
         match &self.transfer {
@@ -116,7 +121,8 @@ impl AlarmEndpoint {
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox, behaviour: &StackBehaviour) -> Outcome {
         match core::mem::replace(&mut self.transfer, Transfer::Idle) {
             Transfer::Idle => {
-                if let Some(notification) = self.waiting.pop_front() {
+                if let Some(mut notification) = self.waiting.pop_front() {
+                    (behaviour.alarm)(&mut notification);
                     let sequence = self.next_sequence;
                     self.next_sequence = sequence.wrapping_add(1) & 0x7FFF;
                     self.send(now, notification, sequence, self.retries, out);

@@ -1,7 +1,14 @@
 //! Where the stack can be told to do something else than a healthy one.
 
+use crate::application::{Plug, StationData};
+use alloc::vec::Vec;
 use station::Duration;
+use wire::datagram::arp::Arp;
+use wire::ethernet::Mac;
 use wire::octets::Order;
+use wire::profinet::alarm::AlarmNotification;
+use wire::profinet::blocks::connect::RtClass;
+use wire::profinet::blocks::im::Im0;
 use wire::profinet::status::RecordError;
 
 /// How a controller ends a connection.
@@ -13,6 +20,15 @@ pub enum End {
     Aborted,
 }
 
+/// What has happened to a device since it was delivered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Past {
+    /// How often I&M0 was read.
+    pub im0_reads: u32,
+    /// How often the station was reset.
+    pub resets: u32,
+}
+
 /// How the stack behaves; the default is healthy. Each field is read at one seam.
 #[derive(Clone, Copy, Debug)]
 pub struct StackBehaviour {
@@ -22,16 +38,34 @@ pub struct StackBehaviour {
     pub answers_to: fn(&[u8], &[u8]) -> bool,
     /// The type of the station that DCP tells, from the one of the device.
     pub station_type: fn(&'static str) -> &'static str,
-    /// The subnet mask after a Set, from the one in use and the one that was set.
-    pub mask: fn([u8; 4], [u8; 4]) -> [u8; 4],
+    /// The MAC address, from the one that it was made with.
+    pub mac: fn(Mac, Past) -> Mac,
+    /// Whether a frame is for a device of the first address, by the one that it is sent to.
+    pub is_addressed: fn(Mac, Mac) -> bool,
+    /// The name that DCP tells, from the one in use.
+    pub told_name: fn(&[u8]) -> Vec<u8>,
+    /// Changes what a Set has made of the station in use and of the stored one, in view of the one that was in use.
+    pub after_set: fn(&StationData, &mut StationData, &mut StationData),
+    /// Changes the stored station that is taken into use at the start and after a reset.
+    pub at_start: fn(&mut StationData),
+    /// Whether an ARP packet is looked at.
+    pub takes_arp: fn(&Arp) -> bool,
     /// Whether a name or an address that was set temporarily is gone after the next start.
     pub forgets_temporary: bool,
     /// Whether a reset that was answered positively takes place.
     pub executes_reset: bool,
+    /// Whether the device answers between a reset and the next start.
+    pub survives_reset: bool,
     /// Whether the light flashes when DCP asks for it; else that is refused.
     pub answers_signal: bool,
-    /// Whether neighbours are told who is here.
-    pub announces_itself: bool,
+    /// Whether neighbours are told who is here, by the name of the device.
+    pub announces_itself: fn(&[u8]) -> bool,
+    /// The name that neighbours are told, from the one in use and the one at the start.
+    pub announced_name: for<'a> fn(&'a [u8], &'a [u8]) -> &'a [u8],
+    /// Whether it is kept who the neighbour is.
+    pub keeps_neighbour: bool,
+    /// The kind of the line that is told.
+    pub mau_type: u16,
     /// Whether damaged DCP is passed over, and does not end the connections.
     pub survives_damaged_dcp: bool,
     /// Whether a cyclic frame that is too short is passed over, and does not end the connection.
@@ -44,12 +78,18 @@ pub struct StackBehaviour {
     pub answer_time: Duration,
     /// Whether a repeated request gets the answer again, and is not carried out again.
     pub keeps_answers: bool,
+    /// Changes what can be plugged, interface and ports among it.
+    pub plugs: fn(&mut Vec<Plug>),
     /// Whether a submodule with an unknown ident is another one than what is plugged.
     pub checks_submodule_ident: bool,
     /// Whether the length of the outputs in Connect is compared with that of the submodule.
     pub checks_output_length: bool,
     /// Whether the length of the inputs in Connect is compared with that of the submodule.
     pub checks_input_length: bool,
+    /// Whether cyclic data of this class can be agreed.
+    pub takes_rt_class: fn(RtClass) -> bool,
+    /// How many connections there can be in the life of the device.
+    pub connections_ever: u32,
     /// How many connections with cyclic data there can be at a time.
     pub connections: usize,
     /// Whether a connection that was released or aborted by its controller makes room for another one.
@@ -76,8 +116,14 @@ pub struct StackBehaviour {
     pub refuses_unknown_index: bool,
     /// Whether I&M1 to I&M3 are refused if the device does not have them.
     pub refuses_missing_im: bool,
-    /// The length in the header of I&M0, from the right one.
-    pub im0_length: fn(u16) -> u16,
+    /// Changes I&M0.
+    pub im0: fn(&mut Im0, Past),
+    /// Changes the octets of I&M0.
+    pub im0_octets: fn(&mut Vec<u8>),
+    /// Whether I&M0 can be written.
+    pub im0_is_writable: bool,
+    /// Whether a read without a connection leaves the connections alone.
+    pub survives_implicit_read: bool,
     /// Whether a record is cut to the length asked for.
     pub cuts_records: bool,
     /// Whether inputs are bad until ApplicationReady.
@@ -108,7 +154,18 @@ pub struct StackBehaviour {
     pub repeats_alarms: bool,
     /// Whether a new connection is told what is pending already.
     pub tells_pending_diagnoses: bool,
+    /// What is sent of an alarm, from the right one.
+    pub alarm: fn(&mut AlarmNotification),
+    /// Whether the inputs stay good while an alarm waits for its acknowledgement.
+    pub sends_inputs_during_alarm: bool,
+    /// Whether records tell the diagnoses that are pending.
+    pub tells_diagnoses: bool,
+    /// Whether web pages are at the address in use, and not at the first one since the start.
+    pub moves_pages: bool,
 }
+
+/// dot3MauType 100BASE-TX full duplex.
+const FAST_ETHERNET: u16 = 16;
 
 impl Default for StackBehaviour {
     fn default() -> StackBehaviour {
@@ -116,20 +173,32 @@ impl Default for StackBehaviour {
             delays_identify: true,
             answers_to: |own, asked| own == asked,
             station_type: |own| own,
-            mask: |_, set| set,
+            mac: |made_with, _| made_with,
+            is_addressed: |own, to| own == to,
+            told_name: <[u8]>::to_vec,
+            after_set: |_, _, _| {},
+            at_start: |_| {},
+            takes_arp: |_| true,
             forgets_temporary: true,
             executes_reset: true,
+            survives_reset: true,
             answers_signal: true,
-            announces_itself: true,
+            announces_itself: |_| true,
+            announced_name: |now, _| now,
+            keeps_neighbour: true,
+            mau_type: FAST_ETHERNET,
             survives_damaged_dcp: true,
             survives_short_frames: true,
             survives_damaged_calls: true,
             answer_order: |order| order,
             answer_time: Duration::ZERO,
             keeps_answers: true,
+            plugs: |_| {},
             checks_submodule_ident: true,
             checks_output_length: true,
             checks_input_length: true,
+            takes_rt_class: |class| matches!(class, RtClass::RT_CLASS_1 | RtClass::RT_CLASS_2),
+            connections_ever: u32::MAX,
             connections: 1,
             frees_connections: |_| true,
             input_frame_id: |agreed| agreed,
@@ -143,7 +212,10 @@ impl Default for StackBehaviour {
             record_error: |error| error,
             refuses_unknown_index: true,
             refuses_missing_im: true,
-            im0_length: |length| length,
+            im0: |_, _| {},
+            im0_octets: |_| {},
+            im0_is_writable: false,
+            survives_implicit_read: true,
             cuts_records: true,
             inputs_wait_for_ready: true,
             sends_consumer_status: true,
@@ -159,6 +231,10 @@ impl Default for StackBehaviour {
             first_alarm_sequence: 0xFFFF,
             repeats_alarms: true,
             tells_pending_diagnoses: true,
+            alarm: |_| {},
+            sends_inputs_during_alarm: true,
+            tells_diagnoses: true,
+            moves_pages: true,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! LLDP: the device tells its neighbour who it is, and remembers who the neighbour is.
 
 use super::StackBehaviour;
-use crate::application::StationData;
+use alloc::format;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
 use wire::ethernet::Mac;
@@ -11,7 +11,31 @@ use wire::lldp::{Lldp, Tlv};
 #[derive(Debug)]
 pub(super) struct Announcer {
     due: Time,
-    neighbour: Option<Vec<u8>>,
+    neighbour: Option<Neighbour>,
+}
+
+/// Who is at the other end of the cable.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Neighbour {
+    /// The name of its port.
+    pub port: Vec<u8>,
+    /// Its name; empty if it has none.
+    pub name: Vec<u8>,
+    /// Its address.
+    pub mac: Mac,
+}
+
+impl Neighbour {
+    /// Its address in the place of a name.
+    pub(super) fn mac_as_name(&self) -> Vec<u8> {
+        let [a, b, c, d, e, f] = self.mac.0;
+        format!("{a:02X}-{b:02X}-{c:02X}-{d:02X}-{e:02X}-{f:02X}").into_bytes()
+    }
+
+    /// The name of the device by its position: port and name of the neighbour.
+    pub(super) fn alias(&self) -> Option<Vec<u8>> {
+        (!self.name.is_empty()).then(|| [&self.port, &b"."[..], &self.name].concat())
+    }
 }
 
 impl Announcer {
@@ -19,8 +43,6 @@ impl Announcer {
     const INTERVAL: Duration = Duration::from_secs(5);
     /// How long an announcement is true, in seconds.
     const TIME_TO_LIVE: u16 = 20;
-    /// dot3MauType 100BASE-TX full duplex.
-    const FAST_ETHERNET: u16 = 16;
 
     /// Announces from `now` on.
     pub(super) fn new(now: Time) -> Announcer {
@@ -37,14 +59,22 @@ impl Announcer {
         *self = Announcer::new(now);
     }
 
-    /// The name of the device by its position: port and name of the neighbour.
-    pub(super) fn alias(&self) -> Option<&[u8]> {
-        self.neighbour.as_deref()
+    /// Announces at `now` again, to the neighbour that is there.
+    pub(super) fn announce(&mut self, now: Time) {
+        self.due = now;
+    }
+
+    /// The neighbour, once it has announced itself.
+    pub(super) fn neighbour(&self) -> Option<&Neighbour> {
+        self.neighbour.as_ref()
     }
 
     /// Takes the announcement of a neighbour; what is none is passed over.
-    pub(super) fn hear(&mut self, payload: &[u8]) {
+    pub(super) fn hear(&mut self, source: Mac, payload: &[u8], behaviour: &StackBehaviour) {
         let Ok(lldp) = Lldp::parse(payload) else { return };
+        if !behaviour.keeps_neighbour {
+            return;
+        }
         let chassis = lldp.tlvs.iter().find_map(|tlv| match tlv {
             Tlv::ChassisId { subtype: Tlv::LOCALLY_ASSIGNED, id } => Some(id),
             _ => None,
@@ -53,35 +83,30 @@ impl Announcer {
             Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id } => Some(id),
             _ => None,
         });
-        self.neighbour = match (port, chassis) {
-            (Some(port), _) if port.contains(&b'.') => Some(port.clone()),
-            (Some(port), Some(chassis)) => Some([port, &b"."[..], chassis].concat()),
-            (Some(_) | None, _) => None,
-        };
+        let mac = lldp.tlvs.iter().find_map(|tlv| if let Tlv::ChassisMac(mac) = tlv { Some(*mac) } else { None });
+        self.neighbour = port.map(|port| {
+            let mut parts = port.splitn(2, |octet| *octet == b'.');
+            let port = parts.next().unwrap_or_default().to_vec();
+            let name = parts.next().or(chassis.map(Vec::as_slice)).unwrap_or_default().to_vec();
+            Neighbour { port, name, mac: mac.unwrap_or(source) }
+        });
     }
 
     /// Sends the announcement if it is due.
-    pub(super) fn wake(
-        &mut self,
-        now: Time,
-        mac: Mac,
-        station: &StationData,
-        behaviour: &StackBehaviour,
-        out: &mut Outbox,
-    ) {
+    pub(super) fn wake(&mut self, now: Time, mac: Mac, name: &[u8], behaviour: &StackBehaviour, out: &mut Outbox) {
         if now < self.due {
             return;
         }
         self.due = now + Announcer::INTERVAL;
-        if !behaviour.announces_itself {
+        if !(behaviour.announces_itself)(name) {
             return;
         }
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
-        let (chassis, port) = if station.name.is_empty() {
+        let (chassis, port) = if name.is_empty() {
             (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: mac.0.into() }, b"port-001".to_vec())
         } else {
-            let chassis = Tlv::ChassisId { subtype: locally_assigned, id: station.name.clone() };
-            (chassis, [b"port-001.", &station.name[..]].concat())
+            let chassis = Tlv::ChassisId { subtype: locally_assigned, id: name.to_vec() };
+            (chassis, [b"port-001.", name].concat())
         };
         let lldp = Lldp {
             tlvs: [
@@ -90,7 +115,7 @@ impl Announcer {
                 Tlv::TimeToLive(Announcer::TIME_TO_LIVE),
                 Tlv::PortStatus { rt_class_2: 0, rt_class_3: 0 },
                 Tlv::ChassisMac(mac),
-                Tlv::MacPhy { autonegotiation: 3, advertised: 0x0C00, mau_type: Announcer::FAST_ETHERNET },
+                Tlv::MacPhy { autonegotiation: 3, advertised: 0x0C00, mau_type: behaviour.mau_type },
             ]
             .into(),
         };

@@ -1,5 +1,6 @@
 //! Identification and maintenance: what the device says of itself, and the three texts that a user may write.
 
+use super::stack::Kept;
 use crate::application::Identity;
 use alloc::vec::Vec;
 use wire::profinet::blocks::im::{Im0, ImText, SoftwareRevision, padded};
@@ -33,13 +34,15 @@ impl Texts {
     }
 }
 
-/// Appends I&M0 of a device with this identity; `length` gives what its header says, from the right length.
-pub(super) fn write_im0(identity: &Identity, length: fn(u16) -> u16, out: &mut Vec<u8>) {
-    let at = out.len() + 2;
-    im0(identity).write(out);
-    if let Some(place) = out.get_mut(at..).and_then(<[u8]>::first_chunk_mut) {
-        *place = length(u16::from_be_bytes(*place)).to_be_bytes();
-    }
+/// Appends I&M0 of a device with this identity, and counts that it was read.
+pub(super) fn write_im0(identity: &Identity, kept: &mut Kept, out: &mut Vec<u8>) {
+    let mut im0 = kept.written_im0.clone().unwrap_or_else(|| im0(identity));
+    (kept.behaviour.im0)(&mut im0, kept.past);
+    let mut octets = Vec::new();
+    im0.write(&mut octets);
+    (kept.behaviour.im0_octets)(&mut octets);
+    out.extend(octets);
+    kept.past.im0_reads = kept.past.im0_reads.wrapping_add(1);
 }
 
 /// I&M0 of a device with this identity.

@@ -1,7 +1,7 @@
 //! PROFINET, device side: everything that all PROFINET devices share, sans-IO.
 //!
 //! [`Device`] is a [`Station`](station::Station) around an [`Application`](crate::application::Application): it answers DCP,
-//! ARP, ICMP and RPC, opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and keeps the
+//! ARP, ICMP, RPC and HTTP, opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and keeps the
 //! records of identification, I&M and diagnosis. What deviates on purpose deviates in [`StackBehaviour`].
 //!
 //! This room must not know encoders, telegrams or parameters, nor anything of the controller's side.
@@ -19,14 +19,16 @@ mod ip;
 mod lldp;
 mod maintenance;
 mod phase;
+mod physical;
 mod plugged;
 mod records;
 mod rpc;
 mod stack;
+mod web;
 
 #[cfg(test)]
 mod tests;
 
-pub use behaviour::{End, StackBehaviour};
+pub use behaviour::{End, Past, StackBehaviour};
 pub use device::Device;
-pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENTS};
+pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENT, PORT_SUBSLOT};

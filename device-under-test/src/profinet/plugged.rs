@@ -1,6 +1,6 @@
 //! What is plugged, and how it compares with what a Connect expects.
 
-use crate::application::Plug;
+use crate::application::{Identity, Plug};
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{ExpectedModule, SubmoduleProperties, SubmoduleType};
 use wire::profinet::blocks::module_diff::{
@@ -11,8 +11,10 @@ use wire::profinet::blocks::module_diff::{
 pub const INTERFACE_SUBSLOT: u16 = 0x8000;
 /// Submodule ident of the interface; invented for our reference devices.
 pub const INTERFACE_IDENT: u32 = 0x8000;
-/// Submodule idents of the ports, whose subslots have the same numbers; invented for our reference devices.
-pub const PORT_IDENTS: [u32; 2] = [0x8001, 0x8002];
+/// Subslot of the first port, in slot 0; the others follow.
+pub const PORT_SUBSLOT: u16 = 0x8001;
+/// Submodule ident of the first port; the others follow, and all are invented for our reference devices.
+pub const PORT_IDENT: u32 = 0x8001;
 
 /// Where a submodule stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,26 +121,30 @@ pub(super) struct Plugged {
 
 impl Plugged {
     /// What is plugged before the first connection: the first alternative of each subslot of `plugs`, interface and ports.
-    pub(super) fn new(plugs: &[Plug]) -> Plugged {
+    pub(super) fn new(plugs: &[Plug], identity: &Identity, change: fn(&mut Vec<Plug>)) -> Plugged {
         let mut possible = plugs.to_vec();
         let head = plugs.iter().find(|plug| plug.slot == 0);
         let (api, module_ident) = head.map_or((0, 0), |plug| (plug.api, plug.module_ident));
-        for ident in [INTERFACE_IDENT].into_iter().chain(PORT_IDENTS) {
+        let interface = (INTERFACE_SUBSLOT, INTERFACE_IDENT);
+        let ports = (0..identity.ports).map(|port| (PORT_SUBSLOT + port, PORT_IDENT + u32::from(port)));
+        for (subslot, submodule_ident) in core::iter::once(interface).chain(ports) {
             possible.push(Plug {
                 api,
                 slot: 0,
                 module_ident,
-                subslot: ident as u16,
-                submodule_ident: ident,
+                subslot,
+                submodule_ident,
                 input_octets: 0,
                 output_octets: 0,
             });
         }
+        change(&mut possible);
         let mut plugged = Plugged { possible, real: Vec::new() };
         for at in 0..plugged.possible.len() {
             let plug = plugged.possible[at];
-            let is_first_module = plugged.module_ident(plug.slot).is_none_or(|ident| ident == plug.module_ident);
-            if is_first_module && plugged.at_subslot(plug.slot, plug.subslot).is_none() {
+            let place = Place::from(&plug);
+            let is_first_module = plugged.module_ident(place).is_none_or(|ident| ident == plug.module_ident);
+            if is_first_module && plugged.at(place).is_none() {
                 plugged.real.push(plug);
             }
         }
@@ -150,17 +156,19 @@ impl Plugged {
         &self.real
     }
 
+    /// The ports, one after the other.
+    pub(super) fn ports(&self) -> impl Iterator<Item = &Plug> {
+        self.real.iter().filter(|plug| plug.slot == 0 && plug.subslot > INTERFACE_SUBSLOT)
+    }
+
     /// What is plugged at `place`.
     pub(super) fn at(&self, place: Place) -> Option<&Plug> {
         self.real.iter().find(|plug| Place::from(*plug) == place)
     }
 
-    fn at_subslot(&self, slot: u16, subslot: u16) -> Option<&Plug> {
-        self.real.iter().find(|plug| (plug.slot, plug.subslot) == (slot, subslot))
-    }
-
-    fn module_ident(&self, slot: u16) -> Option<u32> {
-        self.real.iter().find(|plug| plug.slot == slot).map(|plug| plug.module_ident)
+    /// The ident of the module that is plugged in the slot of `place` for its application process.
+    fn module_ident(&self, place: Place) -> Option<u32> {
+        self.real.iter().find(|plug| (plug.api, plug.slot) == (place.api, place.slot)).map(|plug| plug.module_ident)
     }
 
     /// What would be plugged for `expected`: the submodule that fits it in all its numbers.
@@ -184,19 +192,21 @@ impl Plugged {
     pub(super) fn adapt(&mut self, expected: &[Expected]) -> Vec<Plug> {
         let fitting: Vec<Plug> = expected.iter().filter_map(|submodule| self.fitting(submodule)).collect();
         for plug in &fitting {
-            if self.module_ident(plug.slot) != Some(plug.module_ident) {
-                self.real.retain(|other| other.slot != plug.slot);
+            let place = Place::from(plug);
+            if self.module_ident(place) != Some(plug.module_ident) {
+                let slot = (place.api, place.slot);
+                self.real.retain(|other| (other.api, other.slot) != slot);
                 for other in self
                     .possible
                     .iter()
-                    .filter(|other| (other.slot, other.module_ident) == (plug.slot, plug.module_ident))
+                    .filter(|other| (other.api, other.slot) == slot && other.module_ident == plug.module_ident)
                 {
-                    if !self.real.iter().any(|real| (real.slot, real.subslot) == (other.slot, other.subslot)) {
+                    if !self.real.iter().any(|real| Place::from(real) == Place::from(other)) {
                         self.real.push(*other);
                     }
                 }
             }
-            if let Some(real) = self.real.iter_mut().find(|real| Place::from(&**real) == Place::from(plug)) {
+            if let Some(real) = self.real.iter_mut().find(|real| Place::from(&**real) == place) {
                 *real = *plug;
             }
         }
@@ -208,7 +218,7 @@ impl Plugged {
         let mut apis: Vec<ApiDiff> = Vec::new();
         for submodule in expected.iter().filter(|submodule| self.at_fits(submodule).is_none()) {
             let Place { api, slot, subslot } = submodule.place;
-            let (module_ident, state) = match self.module_ident(slot) {
+            let (module_ident, state) = match self.module_ident(submodule.place) {
                 None => (0, ModuleState::NO_MODULE),
                 Some(ident) if ident != submodule.module_ident => (ident, ModuleState::WRONG_MODULE),
                 Some(ident) => (ident, ModuleState::PROPER_MODULE),

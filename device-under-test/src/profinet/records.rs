@@ -1,7 +1,7 @@
 //! The records that all devices have, and which places there are at all; the others are the application's.
 
 use super::maintenance;
-use super::plugged::{Expected, Place, Scope};
+use super::plugged::{Expected, INTERFACE_SUBSLOT, Place, Scope};
 use super::stack::{Env, Stack};
 use crate::application::{Access, Plug, RecordRefusal};
 use alloc::vec::Vec;
@@ -9,7 +9,7 @@ use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::identification::{
     ApiData, ApiIdentification, IdentificationData, SlotIdentification, SubslotIdentification,
 };
-use wire::profinet::blocks::im::ImText;
+use wire::profinet::blocks::im::{Im0, ImText};
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::status::RecordError;
 
@@ -29,6 +29,9 @@ enum Subject {
     Apis,
     Im0Filter,
     Im(u16),
+    Port,
+    Interface,
+    Physical,
 }
 
 /// About which places it tells it.
@@ -61,6 +64,9 @@ fn record(index: u16) -> Option<(Width, Subject)> {
         0xE002 => Subject::ModuleDiff,
         0xF821 => Subject::Apis,
         0xF840 => Subject::Im0Filter,
+        0x802A => Subject::Port,
+        0x8080 => Subject::Interface,
+        0xF841 => Subject::Physical,
         IM0..=IM3 => Subject::Im(index - IM0),
         _ => return None,
     };
@@ -132,6 +138,7 @@ impl Stack {
                 let expected = self.ars.iter().flat_map(|ar| &ar.expected).map(expected).filter(in_scope);
                 identification(BlockType::EXPECTED_IDENTIFICATION, expected).write(out);
             }
+            Subject::Diagnosis { .. } if !self.behaviour.tells_diagnoses => {}
             Subject::Diagnosis { with_maintenance } => self.diagnoses.write(scope, with_maintenance, out),
             Subject::ModuleDiff => {
                 let difference = connection.and_then(|ar| ar.difference.clone());
@@ -148,7 +155,11 @@ impl Stack {
                 identification(BlockType::IM0_FILTER_SUBMODULE, head()).write(out);
                 identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
             }
-            Subject::Im(0) => maintenance::write_im0(env.application.identity(), self.behaviour.im0_length, out),
+            Subject::Im(0) => maintenance::write_im0(env.application.identity(), &mut self.kept, out),
+            Subject::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
+            Subject::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
+            Subject::Interface => self.interface().write(out),
+            Subject::Physical => self.physical().iter().for_each(|block| block.write(out)),
             Subject::Im(number) => {
                 let text = self.kept.texts.get(env.application.identity(), number);
                 text.ok_or(RecordError::INVALID_INDEX)?.write(out);
@@ -181,6 +192,10 @@ impl Stack {
             }
             Some((_, Subject::Im(1..))) if !self.behaviour.refuses_missing_im => Ok(()),
             Some((_, Subject::Im(1..))) => Err(RecordError::INVALID_INDEX),
+            Some((_, Subject::Im(0))) if self.behaviour.im0_is_writable => {
+                self.kept.written_im0 = Some(Im0::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?);
+                Ok(())
+            }
             Some(_) if !self.behaviour.refuses_read_only => Ok(()),
             Some(_) => Err(RecordError::ACCESS_DENIED),
         }

@@ -7,18 +7,21 @@ use super::cyclic::State;
 use super::dcp::Desk;
 use super::diagnosis::Diagnoses;
 use super::ip::{Ip, Port, Received};
-use super::lldp::Announcer;
+use super::lldp::{Announcer, Neighbour};
 use super::maintenance::Texts;
 use super::phase::{Event, Phase};
 use super::plugged::{Plugged, Scope};
 use super::rpc::{Progress, Registered, Server, Taken};
-use super::{End, StackBehaviour};
+use super::{End, Past, StackBehaviour};
 use crate::application::{Application, ArKey, DiagnosisChange, StationData};
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use station::{Outbox, Time};
+use wire::datagram::arp::{Arp, Operation};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::http::Request;
 use wire::profinet::alarm::{AlarmPriority, RtaPdu};
+use wire::profinet::blocks::im::Im0;
 use wire::profinet::rt::{FrameId, FrameKind};
 use wire::profinet::status::AbortReason;
 
@@ -37,17 +40,30 @@ pub(super) struct Env<'a> {
 pub(super) struct Kept {
     /// The address of the device.
     pub mac: Mac,
+    /// The address that it was made with.
+    made_with: Mac,
     /// How it behaves.
     pub behaviour: StackBehaviour,
     /// What a user has written about it.
     pub texts: Texts,
+    /// I&M0 as it was written, where it can be.
+    pub written_im0: Option<Im0>,
+    /// What has happened to it.
+    pub past: Past,
     connections: u32,
 }
 
 impl Kept {
     /// A device fresh from the factory.
-    pub(super) fn new(mac: Mac, behaviour: StackBehaviour) -> Kept {
-        Kept { mac, behaviour, texts: Texts::default(), connections: 0 }
+    pub(super) fn new(made_with: Mac, behaviour: StackBehaviour) -> Kept {
+        let past = Past::default();
+        let mac = (behaviour.mac)(made_with, past);
+        Kept { mac, made_with, behaviour, texts: Texts::default(), written_im0: None, past, connections: 0 }
+    }
+
+    /// Whether there can be no further connection.
+    pub(super) fn is_worn_out(&self) -> bool {
+        self.connections >= self.behaviour.connections_ever
     }
 
     /// A number that no connection had before.
@@ -67,6 +83,8 @@ pub(super) struct Stack {
     pub station: StationData,
     /// The name and the addresses after the next start.
     pub stored: StationData,
+    name_at_start: Vec<u8>,
+    is_silent: bool,
     /// What is open in DCP.
     pub desk: Desk,
     /// What is plugged.
@@ -83,15 +101,19 @@ pub(super) struct Stack {
 impl Stack {
     /// The stack as it starts at `now`.
     pub(super) fn new(now: Time, application: &dyn Application, kept: Kept) -> Stack {
-        let station = application.stored_station();
+        let stored = application.stored_station();
+        let mut station = stored.clone();
+        (kept.behaviour.at_start)(&mut station);
         let mut ip = Ip::new(now, kept.mac);
-        ip.configure(&station);
+        ip.configure(&station, &kept.behaviour);
         Stack {
             behaviour: kept.behaviour,
-            station: station.clone(),
-            stored: station,
+            name_at_start: station.name.clone(),
+            station,
+            stored,
+            is_silent: false,
             desk: Desk::new(now),
-            plugged: Plugged::new(application.plugs()),
+            plugged: Plugged::new(application.plugs(), application.identity(), kept.behaviour.plugs),
             diagnoses: Diagnoses::default(),
             ars: Vec::new(),
             ip,
@@ -118,26 +140,50 @@ impl Stack {
     }
 
     /// The name of the device by its neighbour.
-    pub(super) fn alias(&self) -> Option<&[u8]> {
-        self.lldp.alias()
+    pub(super) fn alias(&self) -> Option<Vec<u8>> {
+        self.lldp.neighbour()?.alias()
+    }
+
+    /// Who is at the other end of the cable.
+    pub(super) fn neighbour(&self) -> Option<&Neighbour> {
+        self.lldp.neighbour()
     }
 
     /// Takes a frame.
     pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
         let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
-        let is_for_us = header.destination == self.kept.mac;
-        if header.source == self.kept.mac || !(is_for_us || header.destination.is_group()) {
+        let is_for_us = (self.behaviour.is_addressed)(self.kept.mac, header.destination);
+        if self.is_silent || header.source == self.kept.mac || !(is_for_us || header.destination.is_group()) {
             return;
         }
         match header.ether_type {
             EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_for_us),
-            EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => self.lldp.hear(payload),
+            EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => {
+                self.lldp.hear(header.source, payload, &self.behaviour);
+            }
+            EtherType::ARP if self.receive_arp(env, payload) => {}
             other if Ip::takes(other) => {
+                self.serve_pages(env);
                 self.ip.receive(env.now, &header, payload, env.out);
                 self.receive_datagrams(env);
+                self.serve_pages(env);
             }
             _ => {}
         }
+    }
+
+    /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over, or if it is to be
+    /// passed over; says whether it did.
+    fn receive_arp(&self, env: &mut Env<'_>, payload: &[u8]) -> bool {
+        let Ok(arp) = Arp::parse(payload) else { return false };
+        if !(self.behaviour.takes_arp)(&arp) {
+            return true;
+        }
+        let is_probe = arp.operation == Operation::REQUEST && arp.sender_ip.is_unspecified();
+        if is_probe && !arp.target_ip.is_unspecified() && arp.target_ip.octets() == self.station.ip {
+            env.out.push_with(|frame| arp.reply(self.kept.mac).write_frame(frame));
+        }
+        is_probe
     }
 
     fn receive_profinet(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
@@ -227,6 +273,12 @@ impl Stack {
         }
     }
 
+    fn serve_pages(&mut self, env: &mut Env<'_>) {
+        let (now, is_open) = (env.now, env.application.serves_pages());
+        let mut pages = |request: &Request| env.application.page(now, request);
+        self.ip.serve(now, is_open, &self.behaviour, &mut pages, env.out);
+    }
+
     /// Draws the conclusion from how ApplicationReady is getting on; says whether the call is over.
     fn follow(&mut self, env: &mut Env<'_>, at: usize, progress: Progress) -> bool {
         match progress {
@@ -280,10 +332,12 @@ impl Stack {
             env.application.advance(env.now);
         }
         self.wake_dcp(env);
-        self.lldp.wake(env.now, self.kept.mac, &self.station, &self.behaviour, env.out);
+        let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
+        self.lldp.wake(env.now, self.kept.mac, name, &self.behaviour, env.out);
         if is_due(self.ip.due()) {
             self.ip.poll(env.now, env.out);
             self.receive_datagrams(env);
+            self.serve_pages(env);
         }
         self.send_replies(env);
         for at in (0..self.ars.len()).rev() {
@@ -315,7 +369,8 @@ impl Stack {
             }
         }
         if let Some(exchange) = &mut ar.exchange {
-            let state = State { is_ready: ar.phase.is_ready(), has_problem };
+            let is_held_up = exchange.alarms.is_open() && !self.behaviour.sends_inputs_during_alarm;
+            let state = State { is_ready: ar.phase.is_ready() && !is_held_up, has_problem };
             exchange.provider.wake(env, state, &self.behaviour);
         }
         if let Some(call) = &mut ar.call {
@@ -377,10 +432,29 @@ impl Stack {
         }
     }
 
-    /// Uses `station` from now on.
-    pub(super) fn use_station(&mut self, station: StationData) {
-        self.ip.configure(&station);
+    /// Uses `station` from now on; neighbours are told a new name at once.
+    pub(super) fn use_station(&mut self, now: Time, station: StationData) {
+        self.ip.configure(&station, &self.behaviour);
+        if station.name != self.station.name {
+            self.lldp.announce(now);
+        }
         self.station = station;
+    }
+
+    /// Takes the stored station into use, after a reset of it.
+    pub(super) fn restart_station(&mut self, env: &mut Env<'_>) {
+        self.end_all(env, AbortReason::RESET_TO_FACTORY);
+        self.kept.past.resets = self.kept.past.resets.wrapping_add(1);
+        self.is_silent = !self.behaviour.survives_reset;
+        let mac = (self.behaviour.mac)(self.kept.made_with, self.kept.past);
+        if mac != self.kept.mac {
+            self.kept.mac = mac;
+            self.ip = Ip::new(env.now, mac);
+        }
+        self.stored = env.application.stored_station();
+        let mut station = self.stored.clone();
+        (self.behaviour.at_start)(&mut station);
+        self.use_station(env.now, station);
     }
 
     /// Whether the outputs of a connection are watched for coming in time.

@@ -268,6 +268,33 @@ fn an_unacknowledged_alarm_ack_is_repeated_and_then_ends_the_ar() {
     assert_eq!((kind, priority), (RtaKind::ERR, AlarmPriority::Low));
 }
 
+/// Held: nothing is heard of the alarm, and its repetition is the first one once it is given again. Received: the transport
+/// acknowledges, the application as soon as it is given again.
+#[test]
+fn acknowledgements_are_kept_back_and_made_up_for() {
+    use AlarmPriority::Low;
+    let mut rig = Rig::standing();
+    rig.controller.acknowledge_alarms(AlarmAcknowledge::Held);
+    send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
+    rig.run(Duration::from_secs(1));
+    assert_eq!(heard(&mut rig), []);
+    rig.controller.acknowledge_alarms(AlarmAcknowledge::Given);
+    send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
+    assert_eq!(heard(&mut rig), [(RtaKind::ACK, Low, 0xFFFE, 0xFFFF), (RtaKind::DATA, Low, 0xFFFF, 0xFFFF)]);
+    send_ack(&mut rig, Low, 0xFFFF, 0xFFFF);
+    rig.controller.acknowledge_alarms(AlarmAcknowledge::Received);
+    send_alarm(&mut rig, Low, 0, 0xFFFF, 6);
+    send_alarm(&mut rig, Low, 1, 0xFFFF, 7);
+    rig.run(Duration::from_secs(1));
+    assert_eq!(heard(&mut rig), [(RtaKind::ACK, Low, 0xFFFF, 0), (RtaKind::ACK, Low, 0xFFFF, 1)]);
+    rig.controller.acknowledge_alarms(AlarmAcknowledge::Given);
+    rig.run(Duration::from_micros(100));
+    assert_eq!(heard(&mut rig), [(RtaKind::DATA, Low, 0, 1)]);
+    send_ack(&mut rig, Low, 1, 0);
+    assert_eq!(heard(&mut rig), [(RtaKind::DATA, Low, 1, 1)]);
+    assert_eq!((rig.controller.state(), rig.controller.take_end()), (ArState::Data, None));
+}
+
 #[test]
 fn an_alarm_for_another_endpoint_is_passed_over() {
     let mut rig = Rig::standing();

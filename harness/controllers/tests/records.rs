@@ -8,6 +8,7 @@ use core::time::Duration;
 use encspec_controllers::profinet_io::*;
 use rstest::rstest;
 use wire::datagram::Datagram;
+use wire::datagram::arp::Arp;
 use wire::ethernet::{FrameHeader, Mac};
 use wire::octets::Order;
 use wire::profinet::alarm::RtaBody;
@@ -368,6 +369,21 @@ fn dcp_services_give_what_the_device_says() {
     let nobody = Mac([2, 9, 9, 9, 9, 9]);
     let wait = Wait { what: Waiting::StationSet, time: Duration::from_secs(3) };
     assert_eq!(rig.ask(Request::DcpSignal { to: nobody }), Outcome::Dcp(DcpOutcome::NoAnswer(wait)));
+}
+
+/// Everybody who says that he has the address is named, and a probe names no sender.
+#[rstest]
+#[case(false, [192, 168, 0, 77], &[DEVICE])]
+#[case(true, [192, 168, 0, 77], &[DEVICE])]
+#[case(true, [192, 168, 0, 78], &[])]
+fn the_owners_of_an_address_are_asked_for(#[case] probe: bool, #[case] target: [u8; 4], #[case] owners: &[Mac]) {
+    let mut rig = Rig::new();
+    rig.device.ip.address = [192, 168, 0, 77].into();
+    let wait = Duration::from_millis(500);
+    assert_eq!(rig.ask(Request::Arp { target: target.into(), probe, wait }), Outcome::Owners(owners.to_vec()));
+    let (_, frame) = rig.sent().next().unwrap();
+    let asked = Arp::parse(FrameHeader::parse(frame).unwrap().1).unwrap();
+    assert_eq!((asked.sender_ip.is_unspecified(), asked.target_mac), (probe, Mac::ZERO));
 }
 
 #[rstest]

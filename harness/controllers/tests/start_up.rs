@@ -65,6 +65,24 @@ fn a_device_of_known_mac_is_asked_directly() {
     assert!(!rig.sent().any(|(_, frame)| to_all(frame)));
 }
 
+/// Without an address from us the device is called at its own, and at the one that was meant if it has none.
+#[test]
+fn a_device_that_is_given_no_address() {
+    let mut rig = Rig::new();
+    let own = wire::profinet::dcp::block::IpParameter { address: [192, 168, 0, 77].into(), ..ip() };
+    rig.device.ip = own;
+    let none = || Connection { gives_address: false, ..connection() };
+    let result = rig.start(none());
+    assert_eq!(result.address_set, None);
+    assert_eq!((rig.device.ip, result.partner.map(|partner| partner.ip)), (own, Some(own.address)));
+    let mut rig = Rig::new();
+    let result = rig.start(none());
+    assert_eq!((result.address_set, result.partner), (None, Some(Partner { mac: DEVICE, ip: ip().address })));
+    assert!(rig.device.ip.address.is_unspecified());
+    let arp = |frame: &[u8]| FrameHeader::parse(frame).is_ok_and(|(header, _)| header.ether_type == EtherType::ARP);
+    assert!(!rig.sent().any(|(_, frame)| arp(frame)), "there is nothing to ask for");
+}
+
 #[test]
 fn a_device_that_appears_late_is_found() {
     let mut rig = Rig::new();

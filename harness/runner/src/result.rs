@@ -174,6 +174,8 @@ pub struct Covered {
 pub struct RequirementResult {
     /// The id.
     pub id: String,
+    /// The chapter and topic, for instance `7 factory reset`; none where the manual's requirements are not parted.
+    pub chapter: Option<String>,
     /// The clause.
     pub cites: String,
     /// Our sentence of it.

@@ -61,6 +61,10 @@ fn the_example_says_what_it_says() {
     assert_eq!(bench.lacks, ["P61001"]);
     assert_eq!(bench.firmware.as_deref(), Some("1.1.0"));
     assert_eq!(bench.position_noise, 1);
+    let pages: Vec<&str> = bench.pages.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(pages, ["information", "position", "preset"]);
+    assert_eq!(bench.pages[1].1.path.as_deref(), Some("/status/position.html"));
+    assert_eq!(bench.pages[2].1.fields, [("value".to_owned(), "preset".to_owned())]);
     assert_eq!(bench.stand.hooks.len(), 5);
     assert_eq!(bench.stand.ask, ["link"]);
     assert_eq!(bench.stand.folder, path.parent().expect("a folder"));
@@ -72,6 +76,7 @@ fn the_example_says_what_it_says() {
         set_ip: true,
         nvm_write: 50,
         position_reference: true,
+        firmware: true,
         alone: true,
     };
     assert_eq!(bench.consent, all);
@@ -220,8 +225,10 @@ fn every_prefix_is_read_without_harm() {
 #[test]
 fn every_changed_word_is_noticed() {
     let folder = Folder::new("letters");
-    // Names that only the bench itself gives, and what hooks run.
-    let free = ["station_name:", "power:", "fault.memory:", "turn:", "shaft.counts:", "shaft.speed:"];
+    // Names that only the bench itself gives, what stands in its pages, and what hooks run.
+    let pages = ["path: ", "position: \"", "value: \""];
+    let hooks = ["power:", "fault.memory:", "turn:", "shaft.counts:", "shaft.speed:"];
+    let free = [&["station_name:"], &pages[..], &hooks[..]].concat();
     let (mut unseen, mut count, mut start) = (Vec::new(), 0, 0);
     for line in EXAMPLE.split_inclusive('\n') {
         let code = line.split('#').next().unwrap_or_default();

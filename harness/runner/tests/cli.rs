@@ -245,7 +245,9 @@ fn what_is_no_capture_does_not_take_the_others_with_it() {
 #[case(&["list"])]
 #[case(&["list", "--format", "json"])]
 #[case(&["bugs"])]
+#[case(&["bugs", "--format", "json"])]
 #[case(&["errata"])]
+#[case(&["errata", "--format", "json"])]
 #[case(&["schema"])]
 #[case(&["coverage"])]
 fn a_reader_that_goes_away_is_no_failure(#[case] arguments: &[&str]) {
@@ -355,7 +357,22 @@ fn coverage_keeps_its_contract() {
         assert_eq!(sum, number("total"), "every requirement has one class");
         let uncovered = manual["uncovered"].as_array().expect("a list").len() as u64;
         assert_eq!(number("covered") + uncovered, number("testable"));
+        let left_out = ["untestable", "out-of-scope"].map(|class| classes[class].as_u64().expect("a number"));
+        assert_eq!(number("testable") + left_out.iter().sum::<u64>(), number("total"));
         assert!(manual["id"].is_string());
+    }
+}
+
+#[test]
+fn nearly_every_requirement_is_covered() {
+    let said = encspec(&folder("covered"), &["coverage", "--format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    for manual in report["manuals"].as_array().expect("manuals") {
+        let number = |key: &str| manual[key].as_u64().expect("a number");
+        let uncovered = &manual["uncovered"];
+        assert!(number("covered") * 100 >= number("testable") * 95, "{}: {uncovered}", manual["id"]);
+        assert!((number("total") - number("testable")) * 10 < number("total"), "{}: too many left out", manual["id"]);
+        assert!(manual["by_class"]["implicit"].as_u64() <= Some(3), "{}: too many are implicit", manual["id"]);
     }
 }
 

@@ -23,7 +23,7 @@ fn the_suite_loads_with_each_description() {
         assert_eq!(trials(manual), trials(&plain[0]), "{file}: the same cases as for the reference device");
         // Interface and port stand in slot 0 beside the access point, in its module.
         let in_head = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
-        assert_eq!(in_head.map(|of| of.module_ident).collect::<Vec<_>>(), [Some(1); 3], "{file}");
+        assert_eq!(in_head.map(|of| of.module_ident(0)).collect::<Vec<_>>(), [Some(1); 3], "{file}");
     }
 }
 
@@ -62,8 +62,8 @@ fn a_dcp_identify_looks_for_a_name_or_for_whom_it_says() {
     let text = text.expect("it is shipped");
     for (wrong, message) in [
         ("{ who: own_nam }", "did you mean `own_name`"),
-        ("{ who: own_name, name: 'a' }", "needs `name` or `who`, and not both"),
-        ("{}", "needs `name` or `who`"),
+        ("{ who: own_name, name: 'a' }", "needs one of `name`, `alias` and `who`"),
+        ("{}", "needs one of `name`, `alias` and `who`"),
     ] {
         let text = text.replacen("{ who: own_name }", wrong, 1);
         let errors = load(&Sources::embedded().with(path, text), Some(ANY_DEVICE)).expect_err(wrong).to_string();

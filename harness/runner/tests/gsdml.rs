@@ -130,15 +130,15 @@ fn the_shipped_files_are_those_of_the_reference_devices() {
         let overlay = gsdml::overlay(&mut known, index, Some(&own), None);
         assert_eq!(overlay.missing, [""; 0], "{manual}/{variant}");
         assert!(!overlay.taken.is_empty(), "{manual}/{variant}");
-        assert_eq!(idents(&known), idents(device), "{manual}/{variant}");
+        assert_eq!(idents(&known, index), idents(device, index), "{manual}/{variant}");
         assert!(invented(&known).is_empty(), "{manual}/{variant}: {:?}", invented(&known));
     }
     assert_eq!(seen, gsdml::embedded().len(), "each shipped file is that of a reference device");
 }
 
-/// Every ident of a description and the device ID.
-fn idents(device: &Device) -> Vec<(String, u32, Option<u32>)> {
-    let submodules = device.submodules.iter().map(|of| (of.name.clone(), of.ident, of.module_ident));
+/// Every ident of a description for a variant, and the device ID.
+fn idents(device: &Device, variant: usize) -> Vec<(String, u32, Option<u32>)> {
+    let submodules = device.submodules.iter().map(|of| (of.name.clone(), of.ident, of.module_ident(variant)));
     let modules = device.modules.iter().map(|of| (of.name.clone(), of.ident, None));
     let id = ("device ID".to_owned(), device.identity.device_id.into(), None);
     submodules.chain(modules).chain([id]).collect()
@@ -241,8 +241,9 @@ fn invented_data_never_disagree() {
     let mut known = device(MANUAL).clone();
     let overlay = gsdml::overlay(&mut known, 0, Some(&other), None);
     assert_eq!(overlay.missing, [""; 0]);
-    let ident = |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident));
-    assert_eq!(ident("dap"), Some((0x00AB_0001, Some(0x00AB_0001))));
+    let ident =
+        |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(0)));
+    assert_eq!(ident("dap"), Some((0x00AB_0001, Some(0x00AB_0002))));
     assert_eq!(ident("parameter_access_point"), Some((0x00AB_0002, None)));
     assert_eq!(ident("telegram_83"), Some((0x00AB_0053, None)));
     assert!(known.modules.iter().all(|of| of.ident == 0x00AB_0001));
@@ -250,8 +251,8 @@ fn invented_data_never_disagree() {
     // The device itself is no finding either, as long as the GSDML knows it.
     let mut says = DeviceSays::default();
     says.ids(0x0239, 0x0302);
-    says.plugged = vec![plugged(0, 1, 0, 0x00AB_0001, 0x00AB_0001)];
-    says.plugged.extend((0x8000..=0x8002).map(|of| plugged(0, of, 0, 0x00AB_0001, of.into())));
+    says.plugged = vec![plugged(0, 1, 0, 0x00AB_0002, 0x00AB_0001)];
+    says.plugged.extend((0x8000..=0x8001).map(|of| plugged(0, of, 0, 0x00AB_0002, of.into())));
     assert_eq!(shown(&gsdml::compare(device(MANUAL), 0, Some(&other), Some(&says))), [""; 0]);
 }
 
@@ -264,8 +265,12 @@ fn the_device_is_compared_with_both() {
     let mut says = DeviceSays::default();
     says.ids(0x0239, 0x0007);
     says.apis = Some(vec![0]);
-    says.plugged = vec![plugged(0, 1, 0, 1, 1), plugged(1, 1, 0x3D00, 1, 2), plugged(1, 2, 0x3D00, 1, 99)];
-    says.plugged.extend((0x8000..=0x8001).map(|of| plugged(0, of, 0, 1, of.into())));
+    says.plugged = vec![
+        plugged(0, 1, 0, 2, 1),
+        plugged(1, 1, 0x3D00, 1, 2),
+        plugged(1, 2, 0x3D00, 1, 99),
+        plugged(0, 0x8000, 0, 2, 0x8000),
+    ];
     let own = read(shipped());
     let findings = gsdml::compare(device(MANUAL), 0, Some(&own), Some(&says));
     let told = |of: &Finding| [Some(of.id.clone()), of.manual.clone(), of.gsdml.clone(), of.device.clone()];
@@ -276,7 +281,7 @@ fn the_device_is_compared_with_both() {
             [Some("device_id"), None, Some("0x0001"), Some("0x0007")],
             [Some("api_0x3d00"), Some("has it"), Some("has it"), Some("has it not")],
             [Some("slot_1.subslot_2"), None, Some("0x51, 0x52, 0x53, 0x54"), Some("0x63")],
-            [Some("slot_0.subslot_0x8002"), None, Some("`Port 2` is built in"), Some("nothing is there")],
+            [Some("slot_0.subslot_0x8001"), None, Some("`Port 1` is built in"), Some("nothing is there")],
         ]
         .map(|three| three.map(|said: Option<&str>| said.map(str::to_owned))),
         "{:#?}",
@@ -307,7 +312,7 @@ fn a_device_alone_gives_what_is_certain() {
     // Which telegram 0x22 is cannot be told.
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_83", "telegram_84"].repeat(2));
     let of = |name: &str, known: &Device| {
-        known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident))
+        known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(0)))
     };
     assert_eq!(of("dap", &known), Some((0x11, Some(0x10))));
     assert_eq!(of("parameter_access_point", &known), Some((0x21, None)));
@@ -359,7 +364,7 @@ fn a_vendor_may_build_his_modules_otherwise() {
     let overlay = gsdml::overlay(&mut known, 1, Some(&vendor), None);
     assert_eq!(overlay.missing, [""; 0]);
     let submodule =
-        |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident));
+        |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(1)));
     assert_eq!(submodule("dap"), Some((0x0101, Some(0x0003))), "the access point of the variant");
     assert_eq!(submodule("parameter_access_point"), Some((0xFFFF, None)));
     let module = |name: &str| known.modules.iter().find(|of| of.name == name).map(|of| of.ident);
@@ -389,7 +394,7 @@ fn the_access_point_that_is_plugged_wins_over_the_one_that_is_claimed() {
     let mut known = device(MANUAL).clone();
     gsdml::overlay(&mut known, 1, Some(&vendor), Some(&says));
     let dap = known.submodules.iter().find(|of| of.slot == 0).expect("the access point");
-    assert_eq!((dap.ident, dap.module_ident), (0x0101, Some(0x0002)));
+    assert_eq!((dap.ident, dap.module_ident(1)), (0x0101, Some(0x0002)));
 }
 
 #[test]

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Output, Stdio};
 use wire::ethernet::Mac;
 
-const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
+const DEVICE: Mac = Mac([0x10, 0xB9, 0xFE, 0, 1, 0]);
 const EVERYTHING: &str =
     "{ set_name: true, set_ip: true, nvm_write: 1000, position_reference: true, factory_reset: true, alone: true }";
 
@@ -25,7 +25,8 @@ const AT_ONCE: usize = 12;
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads.get_or_insert(AT_ONCE);
-    let tests: [(&str, fn()); 12] = [
+    let tests: [(&str, fn()); 13] = [
+        ("web_pages_are_asked_for_if_the_bench_knows_them", web_pages_are_asked_for_if_the_bench_knows_them),
         ("a_connection_of_somebody_else_is_not_touched", a_connection_of_somebody_else_is_not_touched),
         ("a_peer_that_comes_back_is_tested_on", a_peer_that_comes_back_is_tested_on),
         ("wrong_claims_of_the_bench_are_findings", wrong_claims_of_the_bench_are_findings),
@@ -119,6 +120,29 @@ fn journal(bench: &Bench) -> Vec<String> {
     let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let texts = files.map(|file| std::fs::read_to_string(file.path()).expect("a journal"));
     texts.flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>()).collect()
+}
+
+fn web_pages_are_asked_for_if_the_bench_knows_them() {
+    if !private_network() {
+        return;
+    }
+    let control = socket_path("control");
+    let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
+    let pages = "pages: { information: {}, parameters: {}, position: {}, preset: {}, upgrade: {} }";
+    let bench = Bench::new("web", "nic:ours", &format!("{pages}\n{}", free(&control)));
+    let (status, cases) = bench.run("web/");
+    let other = |of: &str| -> Vec<_> { cases.iter().filter(|(_, (verdict, _))| verdict == of).collect() };
+    assert_eq!(status, Some(0), "{:?}", other("fail"));
+    let left_alone = other("not-applicable");
+    assert!(left_alone.iter().all(|(_, (_, why))| why.contains("no consent to firmware")), "{left_alone:?}");
+    assert!(left_alone.len() == 4 && other("pass").len() > 20, "{cases:?}");
+    // Without a word about its pages only the one is asked for whose place the manual prints.
+    let bench = Bench::new("web-unknown", "nic:ours", &free(&control));
+    let (status, cases) = bench.run("web/");
+    assert_eq!(status, Some(0), "{cases:?}");
+    let unknown = cases.values().filter(|(verdict, why)| verdict == "not-applicable" && why.contains("does not print"));
+    let passed = cases.values().filter(|(verdict, _)| verdict == "pass");
+    assert_eq!((unknown.count(), passed.count()), (cases.len() - 6, 6), "{cases:?}");
 }
 
 fn a_device_at_an_interface_is_tested_and_put_back() {

@@ -53,8 +53,8 @@ fn devices_at_an_interface_and_the_hands_at_them() {
     assert_eq!(
         serving.said,
         [
-            "station encoder-1 02:00:00:00:01:00 - model:lika-xac77-profinet/xac7718",
-            "station encoder-2 02:00:00:00:01:01 - model:lika-xac77-profinet/xac7718",
+            "station encoder-1 10:b9:fe:00:01:00 - model:lika-xac77-profinet/xac7718",
+            "station encoder-2 10:b9:fe:00:01:01 - model:lika-xac77-profinet/xac7718",
             "ready 2 at the interface theirs",
         ]
     );
@@ -88,9 +88,9 @@ fn devices_at_an_interface_and_the_hands_at_them() {
     assert!(matches!(&found[0], Outcome::Stations(stations) if stations.len() == 1), "{:?}", found[0]);
 
     assert_eq!(say(&hand(2), "turn revolutions 1 rpm 60"), "ok done-in 1000000000");
-    let no_light = "cannot the reference device has no such means; there are fault.memory";
+    let no_light = "cannot the reference device has no such means; there are fault.memory, fault.sensor";
     assert_eq!(say(&hand(2), "fault light present"), no_light);
-    let abilities = "ok clock fault.memory link power renew shaft.counts shaft.speed turn";
+    let abilities = "ok clock device fault.memory fault.sensor link power renew shaft.counts shaft.speed turn";
     assert_eq!(say(&hand(2), "abilities"), abilities);
 
     // A fresh device forgets its connection, and the next one finds it.

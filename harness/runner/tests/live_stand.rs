@@ -57,6 +57,7 @@ fn done(stand: &mut LiveStand, action: &StandAction<'_>) -> Result<Time, Refusal
 #[case(StandAction::Fault("memory", true), "fault.memory", "present")]
 #[case(StandAction::Button("preset", false), "button.preset", "released")]
 #[case(StandAction::Switch("address", 12), "switch.address", "12")]
+#[case(StandAction::Deliver, "device", "as_delivered")]
 #[case(StandAction::Skip(Duration::from_millis(1500)), "clock", "1.5")]
 fn a_hook_is_given_the_value(#[case] action: StandAction<'_>, #[case] name: &str, #[case] value: &str) {
     let folder = Folder::new(&format!("value-{name}"));

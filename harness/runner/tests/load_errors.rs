@@ -37,6 +37,7 @@ parameters:
 codes: { channel_error: { memory: 0x9000 } }
 stand: { faults: { memory: it cannot be read }, leds: { bus: [dark, red] } }
 roles: { position: [POS] }
+pages: { home: { path: '/' }, state: { path: '/state', fields: { value: v }, shows: { level: { behind: Level, form: decimal } } } }
 ";
 
 const PROCEDURES: &str = "\
@@ -94,6 +95,10 @@ cases:
       - connect: { module: short, scaling: enabled, range: 100 }
         answer: { bf00: accepted, connection: data }
       - expect: { led.bus: dark, alarm.error: { not: memory } }
+      - send: { http_get: { page: home } }
+      - send: { http_post: { page: state, fields: { value: '1' } } }
+        answer: { status: 200, contains: 'Level', lacks: ['error'] }
+      - read: { page.level: 3 }
       - observe: [ { count: rises(ZSW.parked), is: 1 } ]
         steps:
           - wait: 20ms
@@ -203,6 +208,19 @@ fn the_small_manual_loads() {
     "ZSW.praked: =value",
     "unknown field `praked` of ZSW"
 )]
+#[case("probe/topic.yaml", "page: state", "page: stait", "stait", "unknown page `stait`")]
+#[case(
+    "probe/topic.yaml",
+    "fields: { value: '1'",
+    "fields: { valeu: '1'",
+    "valeu: '1'",
+    "unknown field of the page `valeu`"
+)]
+#[case("probe/topic.yaml", "page.level", "page.lewel", "page.lewel", "unknown value `lewel` of the web pages")]
+#[case("probe/topic.yaml", "contains: 'L", "contians: 'L", "contians", "unknown part of a web answer `contians`")]
+#[case("probe/topic.yaml", "lacks: ['error']", "lacks: ['']", "''", "an empty text is in every page")]
+#[case("probe/device.yaml", "path: '/state'", "path: 'state'", "'state'", "a path begins with a slash")]
+#[case("probe/device.yaml", "form: decimal", "form: decimel", "decimel", "unknown word for form `decimel`")]
 #[case("probe/topic.yaml", "P922: 81", "P923: 81", "P923: 81", "unknown parameter `P923`")]
 #[case(
     "probe/topic.yaml",
@@ -433,6 +451,98 @@ fn the_small_manual_loads() {
     "{ fdl_status",
     "`fdl_status` exists on PROFIBUS only"
 )]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- connect: { module: long, instead: { rt_class: 4 } }",
+    "4",
+    "4 is no RT class of a cyclic frame"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- connect: { module: long, instead: { slot: 65536 } }",
+    "65536",
+    "is out of range"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- connect: { module: long, instead: { dap_idnet: 2 } }",
+    "dap_idnet",
+    "unknown key of instead `dap_idnet`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- connect: { module: long, instead: { ip: 192.168.0.7 } }",
+    "192.168.0.7",
+    "`ip` is `none` here"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { read: { P922: { refused: any } }, instead: { index: 3 } }",
+    "index",
+    "unknown key of instead `index`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { write: { station.name: 'x' }, instead: { destination: \"02 00\" }, answer: none }",
+    "\"02 00\"",
+    "a MAC address has 6 octets"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { read: { station.name: 'x' }, instead: { destination: \"02 00 00 00 00 99\" } }",
+    "destination",
+    "what another station is asked for has no answer to compare with"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- write: { station.mac: \"02\" }",
+    "station.mac",
+    "`station.mac` has no `write`"
+)]
+#[case("probe/topic.yaml", "- wait: 20ms", "- read: { station.mca: any }", "station.mca", "station.mca")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- expect: { lldp.nmae: 'x' }", "lldp.nmae", "lldp.nmae")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- set: { lldp.name: 'x' }", "lldp.name", "`lldp.name` has no `set`")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- set: { device: new }", "new", "`new` is no word of `device`")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- expect: { device: as_delivered }", "device", "`device` has no `expect`")]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- set: { io.alarm_acknowledge: hold }",
+    "hold",
+    "`hold` is no word of `io.alarm_acknowledge`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- expect: { io.alarm_acknowledge: held }",
+    "io.alarm_acknowledge",
+    "`io.alarm_acknowledge` has no `expect`"
+)]
+#[case("probe/topic.yaml", "- wait: 20ms", "- send: { arp: { pi: 192.168.0.1 } }", "pi", "unknown field of arp `pi`")]
+#[case("probe/topic.yaml", "- wait: 20ms", "- send: { arp_probe: { ip: 192.168.0 } }", "192.168.0", "is no address")]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- send: { dcp_identify: { alias: 'a.b', name: 'c' } }",
+    "{ alias",
+    "dcp_identify needs one of `name`, `alias` and `who`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "      - read: { P922: 81, P1000.faults.memory: 0 }",
+    "      - { read: { P922: 81, P1000.faults.memory: 0 }, covers: [PRB-9] }",
+    "PRB-9",
+    "unknown requirement `PRB-9`"
+)]
+#[case("probe/device.yaml", "range: { octets", "device: { octets", "device: {", "`device` is a name already")]
 #[case("probe/topic.yaml", "is: 1 } ]", "si: 1 } ]", "si", "unknown key of an observed rule `si`")]
 #[case(
     "probe/topic.yaml",
@@ -541,6 +651,43 @@ fn a_case_without_a_check_is_refused() {
     assert!(errors.to_string().contains("`more/idle` checks nothing"), "{errors}");
 }
 
+/// Checks with `covers` of their own are not judged for what the case covers, so that nothing could fail it.
+#[rstest]
+#[case("- read: { P922: 81 }\n        covers: [PRB-1]", false)]
+#[case("- send: { dcp_signal: {} }\n      - read: { P922: 81 }\n        covers: [PRB-1]", false)]
+#[case("- write: { P971: 1 }\n      - expect: ZSW.parked\n        covers: [PRB-1]", false)]
+#[case("- steps: [ { expect: ZSW.parked, covers: [PRB-1] } ]", false)]
+#[case("- read: { P922: 81 }\n        covers: [PRB-1]\n      - expect: ZSW.parked", true)]
+#[case("- read: { P922: 81 }\n        covers: [PRB-1]\n      - steps: [ { expect: ZSW.parked } ]", true)]
+#[case(
+    "- read: { P922: 81 }\n        covers: [PRB-1]\n      - send: { dcp_signal: {} }\n        answer: accepted",
+    true
+)]
+#[case("- observe: [ { always: ZSW.parked } ]\n        steps: [ { read: { P922: 81 }, covers: [PRB-1] } ]", true)]
+fn requirements_that_no_check_can_fail(#[case] steps: &str, #[case] loads: bool) {
+    let topic = |covers: &str| {
+        format!(
+            "suite: more\ndefaults: {{ start: {{ module: long }} }}\ncases:\n  - id: blind\n    why: Nothing.\n{covers}    steps:\n      {steps}\n"
+        )
+    };
+    let loaded = load(&sources().with("probe/more.yaml", topic("    covers: [PRB-1]\n")), None);
+    match loaded {
+        Ok(_) => assert!(loads, "{steps}"),
+        Err(errors) => {
+            let said = errors.to_string();
+            let good = said.contains("nothing in `more/blind` can fail what the case itself covers");
+            assert!(
+                !loads && good && said.contains("covers: [PRB-1]") && said.contains("name these requirements"),
+                "{said}"
+            );
+            // Without requirements of its own there is nothing to object to.
+            if let Err(errors) = load(&sources().with("probe/more.yaml", topic("")), None) {
+                panic!("{errors}");
+            }
+        }
+    }
+}
+
 #[test]
 fn the_line_is_shown_and_the_nearest_word_suggested() {
     let errors = changed("probe/topic.yaml", "ZSW.parked: =value", "ZSW.praked: =value").expect_err("misspelt");
@@ -557,7 +704,7 @@ fn all_mistakes_of_a_file_come_at_once() {
         TOPIC.replacen("ZSW.parked", "ZSW.praked", 1).replacen("P922", "P923", 1).replacen("wait: 20ms", "wait: 20", 1);
     let errors = load(&sources().with("probe/topic.yaml", text), None).expect_err("three mistakes");
     let lines: Vec<u32> = errors.0.iter().map(|error| error.at.line).collect();
-    assert_eq!(lines, [16, 19, 36], "{errors}");
+    assert_eq!(lines, [16, 19, 40], "{errors}");
 }
 
 #[rstest]

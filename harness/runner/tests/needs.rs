@@ -77,6 +77,12 @@ fn nothing_lasting_is_overlooked() {
                 (writes("station.ip") || writes("station.mask"), consents(|of| *of == Consent::SetIp), "address"),
                 (sets("request_home_position: 1"), consents(|of| *of == Consent::PositionReference), "preset"),
                 (sets("request_home_position: 1"), consents(|of| matches!(of, Consent::NvmWrite(_))), "preset is kept"),
+                (sets("as_delivered"), stands("device") && consents(|of| *of == Consent::FactoryReset), "delivery"),
+                (
+                    text.iter().any(|line| line.contains("destination:")),
+                    needs.iter().any(|need| matches!(need, Need::Virtual(_))),
+                    "another station",
+                ),
                 (writes("P971"), consents(|of| matches!(of, Consent::NvmWrite(_))), "save"),
                 (sets("power:"), stands("power"), "power"),
                 (sets("fault.memory"), stands("fault.memory"), "fault"),
@@ -88,6 +94,36 @@ fn nothing_lasting_is_overlooked() {
         }
     }
     assert!(found > 100, "only {found} lasting things were found");
+}
+
+/// What no shipped case need show: the needs of single steps, and what a bench says to them that allows everything.
+#[rstest]
+#[case("set: { device: as_delivered }", &[Need::Consent(Consent::FactoryReset), Need::Consent(Consent::SetName), Need::Stand(Ability::Delivery)], Some("the stand cannot set device"))]
+#[case(
+    "{ write: { station.name: 'x' }, instead: { destination: \"02 00 00 00 00 99\" }, answer: none }",
+    &[Need::Consent(Consent::SetName), Need::Virtual("a request to another station")],
+    Some("only a virtual wire can take it: a request to another station")
+)]
+#[case("set: { io.alarm_acknowledge: held }", &[], None)]
+#[case("send: { arp_probe: {} }", &[], None)]
+#[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }", &[], None)]
+#[case("read: { station.mac: any }", &[], None)]
+fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case] why: Option<&str>) {
+    let topic = format!(
+        "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [XAC77-PRK-001]\n    start: none\n    \
+         steps:\n      - {step}\n      - read: {{ station.vendor_id: 0x0239 }}\n"
+    );
+    let sources = Sources::embedded().with("lika-xac77-profinet/tried.yaml", topic);
+    let manuals = load(&sources, Some("lika-xac77-profinet")).unwrap_or_else(|errors| panic!("{errors}"));
+    let variant = &manuals[0].variants[0];
+    let trial = variant.trials.iter().find(|trial| trial.id == "tried/tried").expect("it was added");
+    let needs = needs(&manuals[0], variant, trial);
+    assert_eq!(needs, wanted);
+    assert_eq!(missing(&needs, &bench(ALL), false, 1000).as_deref(), why);
+    if wanted.contains(&Need::Stand(Ability::Delivery)) {
+        let held = bench(&format!("stand: {{ hooks: {{ device: './renew {{value}}' }} }}\n{ALL}"));
+        assert_eq!(missing(&needs, &held, false, 1000), None);
+    }
 }
 
 fn all_text(trial: &Trial) -> Vec<String> {

@@ -1,30 +1,30 @@
 //! Every trial after the other on one and the same device, as on a live bench: what a trial leaves behind must not make a
 //! later one fail.
 
-use encspec::engine::segment::{DeviceOnStand, VirtualSegment};
+use encspec::engine::segment::{DeviceOnStand, Model, VirtualSegment};
 use encspec::engine::{DutKind, DutSpec, RunOptions, dut, run_trial_on};
 use encspec::suite::{Sources, load};
 use encspec::verdict::Verdict;
-use reference_devices::{ReferenceDevice, Setup, build};
+use reference_devices::{Setup, build};
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 
 /// A device for which time goes on from trial to trial.
-struct Kept {
-    device: Box<dyn ReferenceDevice>,
+struct Kept<'a> {
+    device: Model<'a>,
     /// What the device's clock showed when the trial began.
     began: Time,
     /// What the trial's clock showed last.
     last: Time,
 }
 
-impl Kept {
+impl Kept<'_> {
     fn time(&mut self, now: Time) -> Time {
         self.last = self.last.max(now);
         self.began + now.since(Time::ZERO)
     }
 }
 
-impl Station for Kept {
+impl Station for Kept<'_> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         let now = self.time(now);
         self.device.receive(now, frame, out);
@@ -41,7 +41,7 @@ impl Station for Kept {
     }
 }
 
-impl Stand for Kept {
+impl Stand for Kept<'_> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
         let now = self.time(now);
         let done = self.device.act(now, action)?;
@@ -59,9 +59,9 @@ impl Stand for Kept {
     }
 }
 
-struct Lent<'a>(&'a mut Kept);
+struct Lent<'a, 'b>(&'a mut Kept<'b>);
 
-impl DeviceOnStand for Lent<'_> {
+impl DeviceOnStand for Lent<'_, '_> {
     fn station(&mut self) -> &mut dyn Station {
         &mut *self.0
     }
@@ -82,8 +82,9 @@ fn trials_do_not_stand_in_each_others_way() {
                 variant: variant.name.clone(),
                 kind: DutKind::Model { bugs: Vec::new() },
             };
+            let known = reference_devices::manual(&spec.manual).expect("a reference device for every suite");
             let setup = Setup {
-                mac: dut::DEVICE.0.0,
+                mac: known.mac(dut::DEVICE.0.0),
                 bugs: &[],
                 shaft: 0x1234,
                 station_name: dut::STATION_NAME,
@@ -91,7 +92,10 @@ fn trials_do_not_stand_in_each_others_way() {
                 mask: [0; 4],
                 gateway: [0; 4],
             };
-            let device = build(&spec.manual, &spec.variant, &setup).unwrap_or_else(|error| panic!("{error}"));
+            let built =
+                |setup: &Setup<'_>| build(&spec.manual, &spec.variant, setup).map_err(|error| error.to_string());
+            let fresh = || built(&Setup { station_name: "", ..setup.clone() });
+            let device = Model::new(built(&setup).expect("it can be built"), Box::new(fresh));
             let mut kept = Kept { device, began: Time::ZERO, last: Time::ZERO };
             for trial in &variant.trials {
                 let segment = Box::new(VirtualSegment::new(Box::new(Lent(&mut kept))));

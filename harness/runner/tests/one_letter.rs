@@ -63,9 +63,18 @@ fn words(line: &str, start: usize, words_out: &mut Vec<Range<usize>>) {
 
 fn piece(path: &str, text: String, part: Range<usize>) -> Piece {
     let (mut list, mut start) = (Vec::new(), 0);
+    // How far a mapping of free texts is indented that has a line for each of them.
+    let mut free: Option<usize> = None;
     for line in text.split_inclusive('\n') {
+        let indent = line.len() - line.trim_start().len();
+        free = free.filter(|outer| indent > *outer || line.trim().is_empty());
         if part.contains(&start) {
-            words(line, start, &mut list);
+            let is_text = free.is_some();
+            let end = if is_text { line.find(':').unwrap_or(line.len()) } else { line.len() };
+            words(&line[..end], start, &mut list);
+        }
+        if FREE_VALUES.iter().any(|key| line.trim_end().trim_start() == format!("{key}:")) {
+            free = Some(indent);
         }
         start += line.len();
     }
@@ -138,6 +147,8 @@ impl Labels {
         labels.device.extend(manual.unused.iter().map(|(name, _)| last(name)));
         let access_point = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
         labels.device.extend(access_point.map(|submodule| submodule.name.clone()));
+        // A page is looked at by the names of what it shows.
+        labels.device.extend(manual.device.pages.iter().map(|page| page.name.clone()));
         // The only variant need not be told apart from any other.
         labels.device.extend(manual.device.variants.iter().filter(|_| manual.device.variants.len() == 1).cloned());
         labels.requirements.extend(manual.requirements.iter().map(|requirement| requirement.id.clone()));

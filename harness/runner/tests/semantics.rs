@@ -1,5 +1,6 @@
 //! What observations, rules and expectations mean where it is easy to be wrong: at the borders of a block, over what is
-//! unknown, and for events. Each small suite here runs against the reference device without a bug.
+//! unknown, and for events; and what each verb does that no shipped suite shows in its wrong form. Each small suite here runs
+//! against the reference device.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
 use encspec::suite::{Sources, load};
@@ -10,6 +11,10 @@ const MANUAL: &str = "lika-xac77-profinet";
 
 /// Runs the case `tried` of a topic file with these keys of the case, and with these rules.
 fn tried(case: &str, rules: &str) -> TrialOutcome {
+    with_bugs(case, rules, &[])
+}
+
+fn with_bugs(case: &str, rules: &str, bugs: &[&str]) -> TrialOutcome {
     let topic = format!(
         "suite: tried\ndefaults: {{ start: {{ module: telegram_81 }} }}\ncases:\n  - id: tried\n    why: Tries a meaning.\n    \
          covers: [XAC77-PRK-001]\n{case}{rules}"
@@ -18,7 +23,7 @@ fn tried(case: &str, rules: &str) -> TrialOutcome {
     let manuals = load(&sources, Some(MANUAL)).unwrap_or_else(|errors| panic!("the suite loads:\n{errors}"));
     let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
     let trial = variant.trials.iter().find(|trial| trial.id.ends_with("tried/tried")).expect("the trial is there");
-    let kind = DutKind::Model { bugs: Vec::new() };
+    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
 }
@@ -97,4 +102,205 @@ fn a_premise_that_stays_true_is_counted_at_every_frame_and_costs_no_more() {
     let decided = decided.expect("there are rules");
     assert!((59_000..61_500).contains(&decided.premises), "{decided:?}: one for each frame of a minute at 2 ms");
     assert!(began.elapsed() < std::time::Duration::from_secs(20), "it took {:?}", began.elapsed());
+}
+
+/// A case with these keys, and its steps one after the other.
+fn steps(keys: &str, steps: &[&str]) -> TrialOutcome {
+    let lines: String = steps.iter().map(|line| format!("      - {line}\n")).collect();
+    tried(&format!("{keys}    steps:\n{lines}"), "")
+}
+
+const NONE: &str = "    start: none\n";
+const ALIVE: &str = "read: { station.vendor_id: 0x0239 }";
+const RESET: &str = "send: { dcp_reset: { mode: factory } }";
+const CONNECTED: &str = "connect: { module: telegram_81 }";
+
+/// What is changed in a start-up is refused for itself, and the right one works afterwards.
+#[rstest]
+#[case::rt_class("{ rt_class: 3 }", "{ connect: { refused: any } }")]
+#[case::slot("{ slot: 0 }", "[ { connect: { refused: any } }, { module_diff.telegram_81: { in: [missing, wrong] } } ]")]
+#[case::other_slot(
+    "{ slot: 7 }",
+    "[ { connect: { refused: any } }, { module_diff.telegram_81: { in: [missing, wrong] } } ]"
+)]
+#[case::dap_ident("{ dap_ident: 0x7777 }", "[ { connect: { refused: any } }, { module_diff.dap: wrong } ]")]
+fn a_start_up_with_something_else(#[case] instead: &str, #[case] answer: &str) {
+    let wrong = format!("{{ connect: {{ module: telegram_81, instead: {instead} }}, answer: {answer} }}");
+    let outcome = steps(NONE, &[&wrong, CONNECTED, "expect: { G1_ZSW.sensor_error: 0 }"]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let asked = "{ connect: accepted, module_diff.telegram_81: proper, module_diff.dap: proper }";
+    let as_if = format!("{{ connect: {{ module: telegram_81, instead: {instead} }}, answer: {asked} }}");
+    let outcome = steps(NONE, &[&as_if]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+#[test]
+fn a_class_that_the_device_has_is_as_good_as_none_said() {
+    let outcome =
+        steps(NONE, &["{ connect: { module: telegram_81, instead: { rt_class: 1 } }, answer: { connection: data } }"]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+}
+
+/// The device is called at the address that it has; one without an address hears nothing, and the right start-up gives it one.
+#[test]
+fn a_start_up_that_gives_no_address() {
+    let own = "write: { station.ip: 192.168.0.77, station.mask: 255.255.255.0, station.gateway: 0.0.0.0 }";
+    let none = "connect: { module: telegram_81, instead: { ip: none } }";
+    let keeps = "read: { station.ip: 192.168.0.77 }";
+    let outcome = steps(NONE, &[own, none, keeps]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let blank = "{ read: { station.ip: 0.0.0.0 }, within: =timing.power_up }";
+    let silent =
+        "{ connect: { module: telegram_81, instead: { ip: none } }, answer: { connect: none, connection: none } }";
+    let outcome = steps(NONE, &[RESET, blank, silent, blank, CONNECTED, "expect: { G1_ZSW.sensor_error: 0 }"]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let outcome = steps(NONE, &[RESET, blank, none]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+#[rstest]
+#[case("{ subslot: 2 }")]
+#[case("{ slot: 0 }")]
+#[case("{ slot: 9 }")]
+#[case("{ api: 5 }")]
+fn parameters_are_asked_for_elsewhere(#[case] instead: &str) {
+    let refused = format!("{{ read: {{ P922: {{ refused: any }} }}, instead: {instead} }}");
+    let outcome = steps("", &[&refused, "read: { P922: 81 }"]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let outcome = steps("", &[&format!("{{ read: {{ P922: 81 }}, instead: {instead} }}")]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+#[test]
+fn what_another_station_is_told_is_not_heard() {
+    let other = "{ write: { station.name: 'enc-9' }, instead: { destination: \"02 00 00 00 00 99\" }, answer: none }";
+    let kept = "read: { station.name: 'enc-1' }";
+    let outcome = steps(NONE, &["write: { station.name: 'enc-1' }", other, kept]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let accepted = other.replace(", answer: none", "");
+    let outcome = steps(NONE, &[&accepted, ALIVE]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+#[test]
+fn the_mac_address_is_the_one_that_answers() {
+    let read = "read: { station.mac: \".. .. .. .. .. ..\", station.vendor_id: 0x0239 }";
+    let again = "{ read: { station.mac: =before }, within: =timing.power_up }";
+    let outcome = steps(NONE, &[read, "save: { before: station.mac }", "do: power_cycle", again]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let outcome = steps(NONE, &["read: { station.mac: \"02 00 00 00 00 01\" }"]);
+    assert_eq!(outcome.case.verdict, Fail, "the one of the controller: {:?}", outcome.case.reason);
+}
+
+/// An announcement is one event with its parts, with and without a connection; what it lacks or says otherwise is no match.
+#[rstest]
+#[case("", "{ lldp: 1, lldp.name: 'encoder-under-test', lldp.port: 'port-001' }", Pass)]
+#[case(NONE, "{ lldp: 1, lldp.name: 'encoder-under-test', lldp.port: 'port-001' }", Pass)]
+#[case(NONE, "lldp.mac == mac and lldp.chassis != mac", Pass)]
+#[case(NONE, "lldp.chassis == mac", Fail)]
+#[case(NONE, "{ lldp.name: 'encoder-under-tes' }", Fail)]
+#[case(NONE, "{ lldp.port: 'port-002' }", Fail)]
+#[case("", "{ lldp.mac: \"02 00 00 00 00 01\" }", Fail)]
+fn parts_of_an_announcement(#[case] keys: &str, #[case] wanted: &str, #[case] verdict: Verdict) {
+    let mac = "read: { station.mac: any }";
+    let expect = format!("{{ expect: {wanted}, within: 12s }}");
+    let outcome = steps(keys, &[mac, "save: { mac: station.mac }", &expect]);
+    assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
+}
+
+#[test]
+fn only_the_device_announces_itself() {
+    let own = "send: { lldp: { chassis: 'controller-1', port: 'port-001' } }";
+    let outcome = steps(NONE, &[ALIVE, own, "{ expect: { lldp: 1, lldp.name: 'controller-1' }, within: 12s }"]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+/// The second controller reads without a connection, and the connection of the first one goes on.
+#[test]
+fn a_second_controller_reads_without_a_connection() {
+    let identity = "{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }";
+    let bytes = "expect: { answer.bytes: \"00 20 00 38 01 00 02 39 *\" }";
+    let outcome = steps("", &[identity, bytes, "{ expect: not G1_ZSW.sensor_error, for: 50ms }"]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let missing = identity.replace("0xAFF0", "0x1234");
+    let outcome = steps("", &[&missing]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+    let outcome = steps(NONE, &[identity]);
+    assert_eq!(outcome.case.verdict, Fail, "it has no address yet: {:?}", outcome.case.reason);
+}
+
+/// Nothing was sent, so silence is no answer and no answer is none.
+#[rstest]
+#[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, answer: any }")]
+#[case("{ send: { record_write: { slot: 1, subslot: 1, index: 0xBF00, bytes: \"00\" } }, answer: none }")]
+#[case("{ write: { P65000: 1 }, answer: none }")]
+#[case("{ write: { P65000: 1 }, as: second, answer: none }")]
+#[case("read: { P922: { refused: any } }")]
+fn what_was_never_sent_has_no_answer(#[case] step: &str) {
+    let outcome = steps(NONE, &[ALIVE, step]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+#[test]
+fn a_device_as_delivered_has_no_name_no_address_and_nothing_stored() {
+    let given = ["write: { P65000: 77 }", "do: save_parameters", "read: { P65000: 77 }", "connect: none"];
+    let deliver = "set: { device: as_delivered }";
+    let blank = "{ read: { station.name: '', station.ip: 0.0.0.0 }, within: =timing.power_up }";
+    let then = [deliver, blank, CONNECTED, "read: { P65000: 0 }"];
+    let outcome = steps("", &[&given[..], &then[..]].concat());
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let kept = ["{ read: { station.name: 'encoder-under-test' } }"];
+    let outcome = steps("", &[&given[..], &[deliver], &kept[..]].concat());
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+#[rstest]
+#[case(&[CONNECTED, "send: { arp: {} }", "send: { arp_probe: {} }"], Pass)]
+#[case(&[CONNECTED, "send: { arp_probe: { ip: 192.168.0.10 } }"], Pass)]
+#[case(&[CONNECTED, "{ send: { arp_probe: { ip: 192.168.0.99 } }, answer: none }"], Pass)]
+#[case(&[CONNECTED, "send: { arp: { ip: 192.168.0.99 } }"], Fail)]
+#[case(&[CONNECTED, "{ send: { arp: {} }, answer: none }"], Fail)]
+// The controller's own address is the controller's.
+#[case(&[CONNECTED, "send: { arp: { ip: 192.168.0.2 } }"], Fail)]
+fn the_owner_of_an_address(#[case] list: &[&str], #[case] verdict: Verdict) {
+    let outcome = steps(NONE, list);
+    assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
+}
+
+#[test]
+fn a_station_is_found_by_its_neighbour() {
+    let told = "send: { lldp: { chassis: 'switch-1', port: 'port-003' } }";
+    let found = "send: { dcp_identify: { alias: 'port-003.switch-1' } }";
+    let outcome = steps(NONE, &[told, found]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let outcome = steps(NONE, &[told, &found.replace("003", "004")]);
+    assert_eq!(outcome.case.verdict, Fail, "{:?}", outcome.case.reason);
+}
+
+/// Held: the device repeats its alarm, which is one alarm all the same, and gives up. Given again in time: it goes on.
+#[rstest]
+#[case::held(&["set: { io.alarm_acknowledge: held, fault.memory: present }", "expect: alarm", "{ expect: abort, within: 5s }"], Pass)]
+#[case::received(&["set: { io.alarm_acknowledge: received, fault.memory: present }", "expect: alarm", "{ expect: connection == data, for: 2s }"], Pass)]
+#[case::given_in_time(
+    &["set: { io.alarm_acknowledge: held, fault.memory: present }", "expect: alarm", "set: { io.alarm_acknowledge: given }",
+      "{ expect: connection == data, for: 2s }"], Pass)]
+#[case::held_is_no_connection(
+    &["set: { io.alarm_acknowledge: held, fault.memory: present }", "expect: alarm", "{ expect: connection == data, for: 5s }"], Fail)]
+fn alarms_that_nobody_acknowledges(#[case] list: &[&str], #[case] verdict: Verdict) {
+    let outcome = steps("", list);
+    assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
+}
+
+/// What was true before anybody asked for it tells nothing: a mistake of the suite, but the device's where it deviates.
+#[test]
+fn an_idle_expectation_is_no_error_where_the_device_deviates() {
+    let case = "    steps:\n      - set: { STW2_ENC.control_by_plc: 1, fault.memory: present }\n      \
+                - expect: { alarm: 1, G1_ZSW.sensor_error: 1 }\n        within: 2s\n      - wait: 10 cycles\n      \
+                - set: { G1_STW.acknowledge_error: 1 }\n      - expect: { G1_ZSW.acknowledge_in_process: 1 }\n";
+    let healthy = tried(case, "");
+    assert_eq!(healthy.case.verdict, Pass, "{:?}", healthy.case.reason);
+    let early = with_bugs(case, "", &["acknowledge-answer-without-request"]);
+    assert_eq!(early.case.verdict, Fail, "{:?}", early.case.reason);
+    let idle = tried(&case.replace("acknowledge_in_process: 1", "sensor_error: 1"), "");
+    assert_eq!(idle.case.verdict, Verdict::Error, "{:?}", idle.case.reason);
 }

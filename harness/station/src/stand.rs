@@ -40,6 +40,8 @@ pub enum StandAction<'a> {
     Temperature(f64),
     /// Puts a device as delivered into its place, with the name and the address that the bench has for it.
     Renew,
+    /// Brings the device into the state in which it is delivered: without a name, an address and anything stored.
+    Deliver,
     /// Lets so much time go by for the device at once, so that nobody has to wait for it.
     Skip(Duration),
 }

@@ -43,7 +43,7 @@ pub struct Ipv4<'a> {
     pub source: Ipv4Addr,
     /// Whom it is for.
     pub destination: Ipv4Addr,
-    /// What the payload is; 17 is UDP.
+    /// What the payload is; 6 is TCP, 17 is UDP.
     pub protocol: u8,
     /// The same in all fragments of one packet.
     pub identification: u16,
@@ -60,6 +60,8 @@ pub struct Ipv4<'a> {
 }
 
 impl<'a> Ipv4<'a> {
+    /// The protocol number of TCP.
+    pub const TCP: u8 = 6;
     /// The protocol number of UDP.
     pub const UDP: u8 = 17;
 

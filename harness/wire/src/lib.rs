@@ -1,4 +1,4 @@
-//! Bytes and their meaning: PROFINET and PROFIdrive.
+//! Bytes and their meaning: PROFINET, PROFIdrive and what of HTTP devices have.
 //!
 //! Every wire format stands here once and serves both reading and writing. Unknown values and reserved bits are kept:
 //! a tester that drops them hides the finding. Parsers never panic, whatever the octets.
@@ -16,6 +16,7 @@ pub mod octets;
 
 pub mod datagram;
 pub mod ethernet;
+pub mod http;
 pub mod lldp;
 pub mod profidrive;
 pub mod profinet;

@@ -6,7 +6,7 @@ use super::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, TELEGRAM_SUBSLOT, V
 use crate::application::{
     Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, StationData,
 };
-use crate::behaviour::Behaviour;
+use crate::behaviour::{Behaviour, PowerUp};
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::profidrive::life_sign::Watch;
 use crate::profidrive::parameters::{BadRequest, Manager};
@@ -16,15 +16,16 @@ use alloc::format;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
+use wire::http::{Request, Response};
 
 /// Record of the user parameters.
 const USER_PARAMETERS: u16 = 0xBF00;
-/// Record of the parameter access.
-const PARAMETER_ACCESS: u16 = 0xB02E;
 /// How long the encoder is silent after power-up; the manual does not say.
 const BOOT: Duration = Duration::from_secs(2);
 /// How long it takes from the end of the parameters to the first good data; the manual does not say.
 const READY: Duration = Duration::from_millis(5);
+/// Later than anybody waits for good data.
+const NEVER: Duration = Duration::from_secs(3600);
 
 /// A reference XAC77 behind its PROFINET stack.
 pub struct Xac77 {
@@ -36,6 +37,8 @@ pub struct Xac77 {
     faults: Faults,
     store: Store,
     ram: Ram,
+    /// The name and the addresses that come back with the next power-up.
+    returns: Option<StationData>,
     manager: Manager<ArKey>,
     powered: bool,
 }
@@ -54,11 +57,12 @@ impl Xac77 {
             variant,
             behaviour,
             identity: identity(&variant, mac),
-            plugs: super::plugs(),
+            plugs: super::plugs(&variant, &behaviour.telegram),
             shaft,
             faults,
             store,
             ram,
+            returns: None,
             manager: Manager::new(behaviour.parameters),
             powered: true,
         }
@@ -77,32 +81,44 @@ impl Xac77 {
     }
 
     fn access(&self, access: Access) -> Result<(), RecordRefusal> {
-        match (access.api, access.slot, access.subslot) {
-            (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT) => Ok(()),
-            _ => Err(RecordRefusal::InvalidIndex),
+        let place = (self.behaviour.records.place)((ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT));
+        match (access.api, access.slot, access.subslot) == place {
+            true => Ok(()),
+            false => Err(RecordRefusal::InvalidIndex),
         }
     }
 
-    fn write_user_parameters(&mut self, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
-        let rules = &self.behaviour.user_parameters;
-        if self.ram.phase != access.ar.map_or(Phase::Alone, Phase::Parameters) || access.ar.is_none() {
-            return Err(RecordRefusal::StateConflict);
-        }
+    fn write_user_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
+        let rules = self.behaviour.user_parameters;
         if rules.checks_length && data.len() != user_parameters::OCTETS {
             return Err(RecordRefusal::WriteLength);
         }
-        let mut octets = data.to_vec();
-        octets.resize(user_parameters::OCTETS, 0);
+        let mut octets = [0; user_parameters::OCTETS];
+        octets.iter_mut().zip(data).for_each(|(octet, sent)| *octet = *sent);
+        (rules.octets)(&mut octets);
         let parameters = UserParameters::parse(&octets).ok_or(RecordRefusal::WriteLength)?;
+        if !(self.behaviour.records.go_with)(self.ram.telegram, parameters.class_4) {
+            return Err(RecordRefusal::InvalidParameter);
+        }
+        if self.ram.phase != access.ar.map_or(Phase::Alone, Phase::Parameters) || access.ar.is_none() {
+            if rules.measures_by_refused {
+                self.ram.measuring.settings = parameters.settings(&self.variant.hardware, &rules);
+            }
+            return Err(RecordRefusal::StateConflict);
+        }
         if rules.takes_every_record || !self.ram.was_parametrized {
             self.ram.staged = parameters;
         }
         self.ram.was_parametrized = true;
+        if let Some(value) = (rules.preset_value)(&octets) {
+            self.live(now).set_preset_value(value);
+        }
         Ok(())
     }
 
     fn request_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
         let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
+        self.ram.held_up_until = now + self.behaviour.records.hold_up;
         let mut live = Live {
             now,
             hardware: self.variant.hardware,
@@ -119,15 +135,14 @@ impl Xac77 {
     }
 
     fn reset_application(&mut self, now: Time) {
-        let keeps = self.behaviour.reset;
-        if !keeps.keeps_offset {
-            self.store.offset.replace(0);
-            self.ram.measuring.offset = 0;
-        }
-        if !keeps.keeps_preset_value {
-            self.store.preset_value.replace(0);
-            self.ram.preset_value = 0;
-        }
+        let rules = self.behaviour.reset;
+        let offset = (rules.offset)(*self.store.offset.stored());
+        self.store.offset.replace(offset);
+        self.ram.measuring.offset = (rules.offset)(self.ram.measuring.offset);
+        let preset_value = (rules.preset_value)(*self.store.preset_value.stored());
+        self.store.preset_value.replace(preset_value);
+        self.ram.preset_value = (rules.preset_value)(self.ram.preset_value);
+        (rules.identity)(&mut self.identity);
         self.ram.staged = (self.behaviour.user_parameters.default)(&self.variant.hardware);
         let mut live = self.live(now);
         live.parametrize();
@@ -135,13 +150,10 @@ impl Xac77 {
     }
 
     fn reset_station(&mut self) {
-        let keeps = self.behaviour.reset;
+        let rules = &self.behaviour.reset;
         let before = self.store.station.stored().clone();
-        let station = StationData {
-            name: if keeps.keeps_name { before.name } else { Vec::new() },
-            gateway: if keeps.keeps_gateway { before.gateway } else { [0; 4] },
-            ..StationData::default()
-        };
+        let station = (rules.station)(&before);
+        self.returns = (!rules.lasts).then_some(before);
         self.ram.address = station.ip;
         self.store.station.replace(station);
     }
@@ -156,6 +168,7 @@ fn identity(variant: &Variant, mac: [u8; 6]) -> Identity {
         station_type: "LIKA ROTACOD",
         order_id: variant.order_id,
         serial_number: format!("{a:02X}{b:02X}{c:02X}"),
+        ports: 1,
         hardware_revision: 1,
         software_revision: [b'V', 1, 1, 0],
         revision_counter: 0,
@@ -182,11 +195,10 @@ impl Application for Xac77 {
 
     fn set_station(&mut self, now: Time, current: &StationData, stored: &StationData) {
         self.advance(now);
-        self.ram.address = current.ip;
-        let mut stored = stored.clone();
-        if !self.behaviour.memory.stores_name {
-            stored.name.clear();
+        if current.ip != self.ram.address {
+            self.ram.address_before = core::mem::replace(&mut self.ram.address, current.ip);
         }
+        let stored = (self.behaviour.memory.stores_station)(stored.clone());
         if *self.store.station.stored() != stored {
             self.store.station.replace(stored);
         }
@@ -198,7 +210,7 @@ impl Application for Xac77 {
 
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {
         self.advance(now);
-        if self.behaviour.reset.refused_while_connected && self.ram.phase != Phase::Alone {
+        if (self.behaviour.reset.is_refused)(self.ram.phase != Phase::Alone) {
             return false;
         }
         match scope {
@@ -221,15 +233,32 @@ impl Application for Xac77 {
 
     fn power_up(&mut self, now: Time) {
         let hardware = self.variant.hardware;
+        if let Some(station) = self.returns.take() {
+            self.store.station.replace(station);
+        }
         let ram = Ram::new(now, hardware, &self.behaviour, &self.shaft, &self.store, self.faults);
         let before = core::mem::replace(&mut self.ram, ram);
+        self.ram.sensor.power_up(&before.sensor);
         let keeps = self.behaviour.memory;
         if keeps.keeps_user_parameters {
             (self.ram.staged, self.ram.was_parametrized) = (before.staged, before.was_parametrized);
         }
-        if keeps.keeps_position {
-            let measuring = &mut self.ram.measuring;
-            measuring.offset = measuring.preset(PresetMode::Absolute, before.measuring.shifted());
+        let ram = &mut self.ram;
+        let stored_offset = *self.store.offset.stored();
+        let mut begin = PowerUp {
+            was_saved: self.store.preset_value.writes() > 0,
+            was_parked: before.sensor.is_parked(),
+            offset_as_before: ram.measuring.preset(PresetMode::Absolute, before.measuring.shifted()),
+            offset_of_preset_value: ram.measuring.preset(PresetMode::Absolute, ram.preset_value.into()),
+            stored_offset,
+            offset: ram.measuring.offset,
+            is_saving: false,
+            is_parked: false,
+        };
+        (keeps.at_power_up)(&mut begin);
+        (ram.measuring.offset, ram.is_saving, ram.stays_parked) = (begin.offset, begin.is_saving, begin.is_parked);
+        if begin.stored_offset != stored_offset {
+            self.store.offset.replace(begin.stored_offset);
         }
         self.manager = Manager::new(self.behaviour.parameters);
         self.powered = true;
@@ -255,6 +284,7 @@ impl Application for Xac77 {
             ram.staged = (self.behaviour.user_parameters.default)(&self.variant.hardware);
         }
         ram.phase = Phase::Parameters(ar);
+        ram.web.was_connected = true;
         ram.outputs = None;
         ram.emitter = Emitter::new(self.behaviour.telegram);
         ram.watch = Watch::default();
@@ -274,7 +304,8 @@ impl Application for Xac77 {
         let mut live = self.live(now);
         live.parametrize();
         live.look_for_errors();
-        now + READY
+        let starts = (live.behaviour.user_parameters.starts)(&live.ram.user);
+        now + if starts { READY } else { NEVER }
     }
 
     fn ended(&mut self, now: Time, ar: ArKey) {
@@ -294,8 +325,8 @@ impl Application for Xac77 {
         self.advance(now);
         self.access(access)?;
         match access.index {
-            USER_PARAMETERS => self.write_user_parameters(access, data),
-            PARAMETER_ACCESS => self.request_parameters(now, access, data),
+            USER_PARAMETERS => self.write_user_parameters(now, access, data),
+            index if index == self.behaviour.records.parameter_access => self.request_parameters(now, access, data),
             _ => Err(RecordRefusal::InvalidIndex),
         }
     }
@@ -305,7 +336,7 @@ impl Application for Xac77 {
         self.access(access)?;
         match access.index {
             USER_PARAMETERS => Err(RecordRefusal::AccessDenied),
-            PARAMETER_ACCESS => {
+            index if index == self.behaviour.records.parameter_access => {
                 let response = access.ar.and_then(|key| self.manager.fetch(key));
                 out.extend(response.ok_or(RecordRefusal::StateConflict)?);
                 Ok(())
@@ -354,6 +385,10 @@ impl Application for Xac77 {
                 self.faults.memory = present;
                 now
             }
+            StandAction::Fault("sensor", present) => {
+                self.faults.sensor = present;
+                now
+            }
             StandAction::Fault("commissioning", present) => {
                 self.faults.commissioning = present;
                 now
@@ -372,6 +407,15 @@ impl Application for Xac77 {
         self.advance(now);
         let store = &self.store;
         (name == "nvm_writes").then(|| store.offset.writes() + store.preset_value.writes() + store.station.writes())
+    }
+
+    fn serves_pages(&self) -> bool {
+        self.ram.web.serves(&self.behaviour.web)
+    }
+
+    fn page(&mut self, now: Time, request: &Request) -> Response {
+        self.advance(now);
+        self.live(now).page(request)
     }
 
     fn deadline(&self) -> Option<Time> {

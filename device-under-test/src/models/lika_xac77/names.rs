@@ -7,20 +7,20 @@
 
 use crate::behaviour::Names;
 
-const LONGEST_NAME: usize = 127;
 const LONGEST_LABEL: usize = 63;
 
 /// Whether the encoder takes `name`.
 pub fn accepts(name: &[u8], rules: &Names) -> bool {
     let labels = || name.split(|octet| *octet == b'.').all(|label| is_label(label, rules));
-    name.is_empty() || name.len() <= LONGEST_NAME && (!rules.checks_labels || labels())
+    let is_right = name.is_empty() || name.len() <= rules.longest && (!rules.checks_labels || labels());
+    (rules.last_word)(name, is_right)
 }
 
 fn is_label(label: &[u8], rules: &Names) -> bool {
-    (1..=LONGEST_LABEL).contains(&label.len())
+    (rules.shortest_label..=LONGEST_LABEL).contains(&label.len())
         && label.iter().all(|octet| (rules.is_allowed)(*octet))
-        && label.first().is_some_and(|octet| (rules.may_begin)(*octet))
-        && label.last().is_some_and(|octet| (rules.may_end)(*octet))
+        && label.first().is_none_or(|octet| (rules.may_begin)(*octet))
+        && label.last().is_none_or(|octet| (rules.may_end)(*octet))
 }
 
 #[cfg(test)]

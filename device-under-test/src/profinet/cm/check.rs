@@ -121,7 +121,7 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
         return if has_more { Err(refusal(CmrpcError::UNKNOWN_BLOCKS)) } else { Ok(plan) };
     }
     for (at, iocr) in iocrs.iter().enumerate() {
-        check_iocr(iocr)?;
+        check_iocr(iocr, behaviour)?;
         let is_unique = iocrs[..at].iter().all(|other| other.iocr_reference != iocr.iocr_reference);
         demand(Finder::IOCR_BLOCK, [(IOCR_REFERENCE, is_unique)])?;
     }
@@ -181,9 +181,13 @@ const IOCR_REFERENCE: u8 = 5;
 /// Greatest data hold time and watchdog time in units of 31.25 us: 1.92 s.
 const LONGEST_HOLD: u32 = 61_440;
 
-fn check_iocr(iocr: &IocrBlockReq) -> Result<(), PnioStatus> {
+fn check_iocr(iocr: &IocrBlockReq, behaviour: &StackBehaviour) -> Result<(), PnioStatus> {
     let class = iocr.iocr_properties.rt_class();
-    let frame_ids = if class == RtClass::RT_CLASS_1 { 0xC000..=0xF7FF } else { 0x8000..=0xBBFF };
+    let frame_ids = match class {
+        RtClass::RT_CLASS_1 => 0xC000..=0xF7FF,
+        RtClass::RT_CLASS_3 => 0x0100..=0x6FFF,
+        _ => 0x8000..=0xBBFF,
+    };
     let leaves_frame_id = iocr.iocr_type == IocrType::OUTPUT && iocr.frame_id == 0xFFFF;
     let (clock, reduction) = (iocr.send_clock_factor, iocr.reduction_ratio);
     let longest = |factor: u16| u32::from(factor) * u32::from(clock) * u32::from(reduction) <= LONGEST_HOLD;
@@ -193,7 +197,7 @@ fn check_iocr(iocr: &IocrBlockReq) -> Result<(), PnioStatus> {
         [
             (4, matches!(iocr.iocr_type, IocrType::INPUT | IocrType::OUTPUT)),
             (6, iocr.lt == 0x8892),
-            (7, matches!(class, RtClass::RT_CLASS_1 | RtClass::RT_CLASS_2) && iocr.iocr_properties.0 >> 4 == 0),
+            (7, (behaviour.takes_rt_class)(class) && iocr.iocr_properties.0 >> 4 == 0),
             (8, (40..=1440).contains(&iocr.data_length)),
             (9, frame_ids.contains(&iocr.frame_id) || leaves_frame_id),
             (10, matches!(clock, 8 | 16 | 32 | 64 | 128)),

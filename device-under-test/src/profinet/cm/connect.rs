@@ -40,7 +40,9 @@ impl Stack {
             self.end(env, at, Some(AbortReason::RE_RUN));
         }
         let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == plan.exchange.is_some()).count();
-        if others >= if plan.exchange.is_some() { self.behaviour.connections } else { ACCESS_CONNECTIONS } {
+        if self.kept.is_worn_out()
+            || others >= if plan.exchange.is_some() { self.behaviour.connections } else { ACCESS_CONNECTIONS }
+        {
             return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
         }
         let key = self.kept.next_key();

@@ -11,7 +11,7 @@ use wire::profinet::blocks::record::{
 };
 use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::{NdrRequest, Uuid};
-use wire::profinet::status::{ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{AbortReason, ErrorCode, Finder, PnioStatus};
 
 /// Octets of a record block after its version.
 const BODY: usize = 58;
@@ -68,7 +68,11 @@ impl Stack {
             Uuid::NIL => None,
             uuid => Some(self.find(code, uuid)?),
         };
-        self.answer_read(env, call, &request, target, false)
+        let answer = self.answer_read(env, call, &request, target, false);
+        if !self.behaviour.survives_implicit_read {
+            self.end_all(env, AbortReason::ABORT_REQUEST);
+        }
+        answer
     }
 
     /// `about` is the connection that the record may be about; it is the reader's own if the read `is_within`.

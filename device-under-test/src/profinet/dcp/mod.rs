@@ -102,7 +102,7 @@ impl Stack {
         let blocks = request.blocks();
         let matches = |block: &Block| match &block.value {
             Value::AllSelector => true,
-            Value::AliasName(alias) => self.alias() == Some(alias),
+            Value::AliasName(alias) => self.alias().as_ref() == Some(alias),
             Value::NameOfStation(name) => (self.behaviour.answers_to)(&self.station.name, name),
             value => self.value(env.application, value.element()).as_ref() == Some(value),
         };

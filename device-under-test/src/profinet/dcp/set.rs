@@ -41,6 +41,7 @@ impl Stack {
         }
         request.response(blocks).write_frame_to(source, self.kept.mac, env);
         if has_reset {
+            self.desk.transaction = None;
             self.restart_station(env);
         }
     }
@@ -72,7 +73,7 @@ impl Stack {
         }
         let wanted = StationData {
             ip: ip.address.octets(),
-            mask: (self.behaviour.mask)(self.station.mask, ip.mask.octets()),
+            mask: ip.mask.octets(),
             gateway: ip.gateway.octets(),
             ..StationData::default()
         };
@@ -139,7 +140,8 @@ impl Stack {
     }
 
     /// Uses `station` from now on and lets the application store `stored`.
-    fn adopt(&mut self, env: &mut Env<'_>, station: StationData, stored: StationData) {
+    fn adopt(&mut self, env: &mut Env<'_>, mut station: StationData, mut stored: StationData) {
+        (self.behaviour.after_set)(&self.station, &mut station, &mut stored);
         if station.name != self.station.name {
             self.end_all(env, AbortReason::STATION_NAME_CHANGED);
         } else if station != self.station {
@@ -147,7 +149,7 @@ impl Stack {
         }
         env.application.set_station(env.now, &station, &stored);
         self.stored = stored;
-        self.use_station(station);
+        self.use_station(env.now, station);
     }
 
     fn reset(&mut self, env: &mut Env<'_>, scope: ResetScope, has_reset: &mut bool) -> Result<(), BlockError> {
@@ -167,13 +169,6 @@ impl Stack {
         }
         *has_reset = true;
         Ok(())
-    }
-
-    fn restart_station(&mut self, env: &mut Env<'_>) {
-        self.end_all(env, AbortReason::RESET_TO_FACTORY);
-        self.desk.transaction = None;
-        self.stored = env.application.stored_station();
-        self.use_station(self.stored.clone());
     }
 }
 

@@ -10,10 +10,10 @@ use station::Duration;
 use wire::ethernet::Mac;
 use wire::octets::Order;
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{Connect, Content};
+use wire::profinet::blocks::connect::{Connect, Content, RtClass};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest};
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
+use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Element, Value};
 use wire::profinet::rpc::{NdrRequest, Opnum, Pdu};
 use wire::profinet::rt::DataStatus;
 use wire::profinet::status::PnioStatus;
@@ -218,14 +218,74 @@ fn missing_im_is_refused(bench: &mut Bench) -> bool {
     bench.operate(Opnum::WRITE, &blocks).0 == PnioStatus::from(0xDF80_B000)
 }
 
+fn tells_its_name_as_it_is(bench: &mut Bench) -> bool {
+    let answers = bench.dcp(&Dcp::get(3, [Element::NAME_OF_STATION].into()), DEVICE);
+    answers[0].blocks()[0].value == Value::NameOfStation(b"toy".to_vec())
+}
+
+fn sets_of_others_are_passed_over(bench: &mut Bench) -> bool {
+    let name = Value::NameOfStation(b"new".to_vec());
+    let other = Mac([2, 0, 0, 0, 7, 7]);
+    bench.dcp(&Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, name)].into()), other);
+    bench.device.application().stored.name == b"toy"
+}
+
+fn has_its_own_mac(bench: &mut Bench) -> bool {
+    bench.dcp(&Dcp::identify(7, 1, [Value::Mac(DEVICE)].into()), Mac::DCP_MULTICAST).len() == 1
+}
+
+fn uses_the_stored_address(bench: &mut Bench) -> bool {
+    let filter = Value::IpParameter(IpParameter {
+        address: Ipv4Addr::new(192, 168, 0, 10),
+        mask: Ipv4Addr::new(255, 255, 255, 0),
+        gateway: Ipv4Addr::UNSPECIFIED,
+    });
+    bench.dcp(&Dcp::identify(7, 1, [filter].into()), Mac::DCP_MULTICAST).len() == 1
+}
+
+fn answers_after_a_reset(bench: &mut Bench) -> bool {
+    set(bench, BlockQualifier(0), Value::FactoryReset);
+    bench.dcp(&Dcp::identify(7, 1, [Value::AllSelector].into()), Mac::DCP_MULTICAST).len() == 1
+}
+
+fn class_3_is_refused(bench: &mut Bench) -> bool {
+    let mut blocks = connect_blocks(&modules());
+    for block in &mut blocks {
+        if let Content::IocrReq(iocr) = block {
+            iocr.iocr_properties = RtClass::RT_CLASS_3.into();
+            iocr.frame_id = if iocr.frame_id == 0xFFFF { 0xFFFF } else { 0x0100 };
+        }
+    }
+    !bench.connect(&Connect::of(blocks)).0.is_ok()
+}
+
+fn connections_come_and_go(bench: &mut Bench) -> bool {
+    let first = bench.connect(&full_connect()).0.is_ok() && bench.release().is_ok();
+    first && bench.connect(&full_connect()).0.is_ok()
+}
+
+fn a_read_from_outside_is_harmless(bench: &mut Bench) -> bool {
+    bench.start();
+    record_is_cut(bench);
+    abort(&bench.take()).is_none()
+}
+
 #[rstest]
+#[case::told_name(|knobs: &mut StackBehaviour| knobs.told_name = |name| [name, &[0]].concat(), tells_its_name_as_it_is)]
+#[case::is_addressed(|knobs: &mut StackBehaviour| knobs.is_addressed = |_, _| true, sets_of_others_are_passed_over)]
+#[case::mac(|knobs: &mut StackBehaviour| knobs.mac = |_, _| Mac([0, 0, 0, 0, 0, 9]), has_its_own_mac)]
+#[case::at_start(|knobs: &mut StackBehaviour| knobs.at_start = |station| station.ip = [0; 4], uses_the_stored_address)]
+#[case::survives_reset(|knobs: &mut StackBehaviour| knobs.survives_reset = false, answers_after_a_reset)]
+#[case::takes_rt_class(|knobs: &mut StackBehaviour| knobs.takes_rt_class = |_| true, class_3_is_refused)]
+#[case::connections_ever(|knobs: &mut StackBehaviour| knobs.connections_ever = 1, connections_come_and_go)]
+#[case::survives_implicit_read(|knobs: &mut StackBehaviour| knobs.survives_implicit_read = false, a_read_from_outside_is_harmless)]
 #[case::answers_to(|knobs: &mut StackBehaviour| knobs.answers_to = |own, asked| own.starts_with(asked), whole_name_is_compared)]
 #[case::station_type(|knobs: &mut StackBehaviour| knobs.station_type = |_| "SAMPLE", own_type_is_told)]
-#[case::mask(|knobs: &mut StackBehaviour| knobs.mask = |current, _| current, mask_is_taken)]
+#[case::after_set(|knobs: &mut StackBehaviour| knobs.after_set = |before, now, stored| (now.mask, stored.mask) = (before.mask, before.mask), mask_is_taken)]
 #[case::checks_submodule_ident(|knobs: &mut StackBehaviour| knobs.checks_submodule_ident = false, module_diff_is_told)]
 #[case::refuses_unknown_index(|knobs: &mut StackBehaviour| knobs.refuses_unknown_index = false, unknown_index_is_refused)]
 #[case::refuses_missing_im(|knobs: &mut StackBehaviour| knobs.refuses_missing_im = false, missing_im_is_refused)]
-#[case::im0_length(|knobs: &mut StackBehaviour| knobs.im0_length = |length| length + 6, im0_tells_its_length)]
+#[case::im0_octets(|knobs: &mut StackBehaviour| knobs.im0_octets = |octets| octets[3] += 6, im0_tells_its_length)]
 #[case::delays_identify(|knobs: &mut StackBehaviour| knobs.delays_identify = false, identify_waits)]
 #[case::forgets_temporary(|knobs: &mut StackBehaviour| knobs.forgets_temporary = false, temporary_is_forgotten)]
 #[case::executes_reset(|knobs: &mut StackBehaviour| knobs.executes_reset = false, reset_takes_place)]

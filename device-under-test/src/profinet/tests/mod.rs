@@ -10,6 +10,7 @@ mod connection;
 mod damage;
 mod finding;
 mod knobs;
+mod neighbours;
 mod phases;
 mod records;
 mod refusals;

@@ -32,11 +32,11 @@ fn read_at_most(bench: &mut Bench, octets: u32, header: RecordHeader, opnum: Opn
     }
 }
 
-fn read(bench: &mut Bench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
+pub(super) fn read(bench: &mut Bench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
     read_at_most(bench, 8192, header(AR, place, index), Opnum::READ)
 }
 
-fn implicit(bench: &mut Bench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
+pub(super) fn implicit(bench: &mut Bench, place: (u32, u16, u16), index: u16) -> (PnioStatus, Vec<u8>) {
     read_at_most(bench, 8192, header(Uuid::NIL, place, index), Opnum::READ_IMPLICIT)
 }
 

@@ -41,6 +41,7 @@ impl Toy {
                 station_type: "TOY",
                 order_id: "TOY-1",
                 serial_number: String::from("0042"),
+                ports: 2,
                 hardware_revision: 3,
                 software_revision: [b'V', 1, 2, 3],
                 revision_counter: 0,

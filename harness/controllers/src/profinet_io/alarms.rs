@@ -20,9 +20,23 @@ const FIRST: u16 = 0xFFFF;
 /// The sequence number that stands for "none yet".
 const BEFORE_FIRST: u16 = 0xFFFE;
 
+/// How far alarms are acknowledged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum AlarmAcknowledge {
+    /// By the transport and by the application, as it ought to be.
+    #[default]
+    Given,
+    /// By the transport only: the device knows that the alarm has come, and waits for the application.
+    Received,
+    /// Not at all, as if no alarm had come.
+    Held,
+}
+
 /// The alarm endpoint of an AR.
 #[derive(Debug)]
 pub(super) struct Alarms {
+    /// How far alarms are acknowledged.
+    pub(super) acknowledge: AlarmAcknowledge,
     ends: Ends,
     channels: [Channel; 2],
 }
@@ -94,12 +108,21 @@ impl Ends {
 
 impl Alarms {
     pub(super) fn new(ends: Ends) -> Alarms {
-        Alarms { ends, channels: [Channel::new(AlarmPriority::Low), Channel::new(AlarmPriority::High)] }
+        Alarms {
+            acknowledge: AlarmAcknowledge::Given,
+            ends,
+            channels: [Channel::new(AlarmPriority::Low), Channel::new(AlarmPriority::High)],
+        }
     }
 
-    /// When something is to be repeated.
+    /// When something is to be sent: a repetition, or at once what was kept back.
     pub(super) fn deadline(&self) -> Option<Time> {
-        self.channels.iter().filter_map(|channel| channel.outstanding.map(|outstanding| outstanding.repeat)).min()
+        let given = self.acknowledge == AlarmAcknowledge::Given;
+        let due = |channel: &Channel| match channel.outstanding {
+            Some(outstanding) => Some(outstanding.repeat),
+            None => (given && !channel.waiting.is_empty()).then_some(Time::ZERO),
+        };
+        self.channels.iter().filter_map(due).min()
     }
 
     /// Takes what follows the frame id of an alarm frame from `from`; gives the end of the AR if that is what it says.
@@ -111,7 +134,7 @@ impl Alarms {
         octets: &[u8],
         out: &mut Outbox,
     ) -> Option<ArEnd> {
-        let Alarms { ends, channels } = self;
+        let Alarms { acknowledge, ends, channels } = self;
         let pdu = RtaPdu::parse(octets).ok().filter(|_| from == ends.device)?;
         // An ERR-RTA counts whatever it says of its sender: a device that has lost the AR may have lost the number as well.
         let from_peer = pdu.header.src_endpoint == ends.device_reference || pdu.header.kind == RtaKind::ERR;
@@ -121,16 +144,23 @@ impl Alarms {
         let channel = channels.iter_mut().find(|channel| channel.priority == priority)?;
         match (pdu.header.kind, pdu.body) {
             (_, RtaBody::Error { status, .. }) => return Some(ArEnd::Aborted(status)),
-            (RtaKind::DATA, body) => channel.data(now, ends, pdu.header.send_seq_num, body, out),
-            (RtaKind::ACK, _) => channel.acknowledged(now, ends, pdu.header.ack_seq_num, out),
+            (RtaKind::DATA, _) if *acknowledge == AlarmAcknowledge::Held => return None,
+            (RtaKind::DATA, body) => channel.data(ends, pdu.header.send_seq_num, body, out),
+            (RtaKind::ACK, _) => channel.acknowledged(pdu.header.ack_seq_num),
             _ => {}
+        }
+        if *acknowledge == AlarmAcknowledge::Given {
+            channel.send_next(now, ends, out);
         }
         None
     }
 
     /// Repeats what is due; gives the end of the AR if the device never acknowledged.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<ArEnd> {
-        let Alarms { ends, channels } = self;
+        let Alarms { acknowledge, ends, channels } = self;
+        if *acknowledge == AlarmAcknowledge::Given {
+            channels.iter_mut().for_each(|channel| channel.send_next(now, ends, out));
+        }
         channels.iter_mut().find_map(|channel| channel.wake(now, ends, out)).map(ArEnd::AlarmUnacknowledged)
     }
 
@@ -160,7 +190,7 @@ impl Channel {
         RtaHeader::new(kind, ends.device_reference, ends.own_reference, send, self.taken)
     }
 
-    fn data(&mut self, now: Time, ends: &Ends, sequence: u16, body: RtaBody, out: &mut Outbox) {
+    fn data(&mut self, ends: &Ends, sequence: u16, body: RtaBody, out: &mut Outbox) {
         let new = sequence == self.expected;
         if new {
             (self.taken, self.expected) = (sequence, following(sequence));
@@ -172,14 +202,12 @@ impl Channel {
             && new
         {
             self.waiting.push_back(alarm.acknowledgement(PnioStatus::OK));
-            self.send_next(now, ends, out);
         }
     }
 
-    fn acknowledged(&mut self, now: Time, ends: &Ends, sequence: u16, out: &mut Outbox) {
-        if self.outstanding.is_some() && sequence == self.sent {
+    fn acknowledged(&mut self, sequence: u16) {
+        if sequence == self.sent {
             self.outstanding = None;
-            self.send_next(now, ends, out);
         }
     }
 

@@ -84,6 +84,9 @@ pub struct Connection {
     pub search: Duration,
     /// The address it is given, temporarily, if it has another one.
     pub ip: IpParameter,
+    /// Whether it is given that address. If not, it is called at the one that it has, and one that has none at `ip` all the
+    /// same.
+    pub gives_address: bool,
     /// Vendor number in the object UUID that is called.
     pub vendor_id: u16,
     /// Device number in the object UUID that is called.
@@ -148,6 +151,7 @@ impl Connection {
             device,
             search: Duration::from_secs(5),
             ip,
+            gives_address: true,
             vendor_id: 0,
             device_id: 0,
             instance: 1,

@@ -2,11 +2,12 @@
 //!
 //! This room must not know in which order a start-up does things; that stands in `startup`.
 
-use super::alarms::{self, Alarms};
+use super::alarms::{self, AlarmAcknowledge, Alarms};
 use super::call::{Answer, Call};
 use super::connect::{ArNames, OpenedData, is_improper};
 use super::connection::Connection;
 use super::exchange::{self, Exchange, Sample};
+use super::http::{Browser, PageOutcome};
 use super::ids::Ids;
 use super::layout::Layout;
 use super::outcome::{ArEnd, CallError};
@@ -14,6 +15,7 @@ use super::outputs::Outputs;
 use super::request::{Partner, Settings};
 use super::server::{Served, Server, order};
 use super::state::Waiting;
+use alloc::boxed::Box;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use station::{Outbox, Time};
@@ -47,6 +49,8 @@ pub(super) enum Event {
     Sample(Sample),
     /// The AR ended without our asking; it is gone.
     Ended(ArEnd),
+    /// A web server was asked, with this outcome.
+    Page(PageOutcome),
 }
 
 /// What the jobs work with.
@@ -62,8 +66,11 @@ pub(super) struct Context {
     call_in_ar: bool,
     pub(super) ar: Option<Ar>,
     pub(super) cycles_sent: u64,
+    /// How far alarms are acknowledged.
+    pub(super) alarm_acknowledge: AlarmAcknowledge,
     /// The device of the present AR or of the last one.
     pub(super) partner: Option<Partner>,
+    pub(super) browser: Option<Box<Browser>>,
     sessions: u16,
 }
 
@@ -120,7 +127,9 @@ impl Context {
             call_in_ar: false,
             ar: None,
             cycles_sent: 0,
+            alarm_acknowledge: AlarmAcknowledge::Given,
             partner: None,
+            browser: None,
             sessions: 0,
         }
     }
@@ -148,9 +157,11 @@ impl Context {
 
     /// The device has opened the AR: alarms and cyclic data begin.
     pub(super) fn open_ar(&mut self, connection: &Connection, layout: &Layout, opened: OpenedData, now: Time) {
-        let Context { own, ar: Some(ar), outputs, .. } = self else { return };
+        let Context { own, ar: Some(ar), outputs, alarm_acknowledge, .. } = self else { return };
         let references = (ar.names.alarm_reference, opened.alarm_reference);
-        ar.alarms = Some(Alarms::new(alarms::Ends::new(connection, (own.mac, ar.partner.mac), references)));
+        let mut alarms = Alarms::new(alarms::Ends::new(connection, (own.mac, ar.partner.mac), references));
+        alarms.acknowledge = *alarm_acknowledge;
+        ar.alarms = Some(alarms);
         let ends = exchange::Ends {
             own: own.mac,
             device: ar.partner.mac,

@@ -1,8 +1,10 @@
 //! The controller itself: who gets which request, which frame, which deadline.
 
+use super::alarms::AlarmAcknowledge;
 use super::broken;
 use super::context::{Context, Event};
 use super::exchange::Sample;
+use super::http::Browser;
 use super::jobs::{self, Job, Lookup, Parameter};
 use super::outcome::{ArEnd, CallError, Ended, Outcome, ParameterOutcome, RecordOutcome};
 use super::outputs::Outputs;
@@ -11,10 +13,11 @@ use super::startup::{StartUpJob, send_write};
 use super::state::ArState;
 use super::{call, presence, record};
 use alloc::vec::Vec;
+use core::net::Ipv4Addr;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
-use wire::datagram::Datagram;
 use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::{Datagram, Ipv4};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::alarm::AlarmPriority;
 use wire::profinet::dcp::{Block, BlockQualifier, Dcp, ServiceType, Value};
@@ -84,6 +87,14 @@ impl Controller {
     /// What is sent cyclically; it outlives every AR.
     pub fn outputs_mut(&mut self) -> &mut Outputs {
         &mut self.context.outputs
+    }
+
+    /// Says how far alarms are acknowledged from now on; it outlives every AR. What was kept back is made up for.
+    pub fn acknowledge_alarms(&mut self, acknowledge: AlarmAcknowledge) {
+        self.context.alarm_acknowledge = acknowledge;
+        if let Some(alarms) = self.context.ar.as_mut().and_then(|ar| ar.alarms.as_mut()) {
+            alarms.acknowledge = acknowledge;
+        }
     }
 
     /// The device of the present AR, or of the last one that was tried.
@@ -157,9 +168,21 @@ impl Controller {
                 .map(Job::Parameter)
                 .ok_or(Outcome::Parameter(ParameterOutcome::Failed(CallError::ArEnded))),
             Request::EndpointLookup { partner } => Ok(Job::Lookup(Lookup::begin(context, now, partner, out))),
+            Request::Page { partner, request } => {
+                let settings = &context.settings;
+                let browser = context.browser.get_or_insert_with(|| Browser::new(now, settings).into());
+                browser.visit(now, partner, &request, out);
+                Ok(Job::Page)
+            }
             Request::Lldp { chassis, port } => {
                 presence::announce(&context.settings, &chassis, &port, out);
                 Err(Outcome::Sent)
+            }
+            Request::Arp { target, probe, wait } => {
+                let sender = if probe { Ipv4Addr::UNSPECIFIED } else { context.settings.ip };
+                let request = Arp::request(context.settings.mac, sender, target);
+                out.push_with(|octets| request.write_frame(octets));
+                Ok(Job::Arp { target, until: now + wait, owners: Vec::new() })
             }
             Request::Raw(frame) => {
                 out.push(&frame);
@@ -242,6 +265,7 @@ impl Controller {
             out.push_with(|octets| arp.reply(mac).write_frame(octets));
         } else if arp.operation == Operation::REPLY && arp.sender_mac == header.source {
             self.dispatch(now, Event::Arp(arp), out);
+            self.browse(now, Some((header, payload)), out);
         }
     }
 
@@ -269,6 +293,20 @@ impl Controller {
             }
             _ => {}
         }
+    }
+
+    /// Gives the browser a frame, or the time.
+    fn browse(&mut self, now: Time, frame: Option<(&FrameHeader, &[u8])>, out: &mut Outbox) {
+        let Some(browser) = &mut self.context.browser else { return };
+        if let Some(outcome) = browser.go_on(now, frame, out) {
+            self.dispatch(now, Event::Page(outcome), out);
+        }
+    }
+
+    /// A packet of TCP to us.
+    fn is_segment(&self, header: &FrameHeader, payload: &[u8]) -> bool {
+        let ours = |packet: Ipv4<'_>| (packet.protocol, packet.destination) == (Ipv4::TCP, self.context.own.ip);
+        header.destination == self.context.own.mac && Ipv4::parse(payload).is_ok_and(ours)
     }
 
     fn wake_call(&mut self, now: Time, out: &mut Outbox) {
@@ -307,6 +345,7 @@ impl Station for Controller {
         match header.ether_type {
             EtherType::PROFINET => self.profinet(now, &header, payload, out),
             EtherType::ARP => self.arp(now, &header, payload, out),
+            EtherType::IPV4 if self.is_segment(&header, payload) => self.browse(now, Some((&header, payload)), out),
             EtherType::IPV4 => self.datagram(now, frame, out),
             _ => {}
         }
@@ -315,6 +354,9 @@ impl Station for Controller {
     fn wake(&mut self, now: Time, out: &mut Outbox) {
         self.wake_ar(now, out);
         self.wake_call(now, out);
+        if self.context.browser.as_ref().and_then(|browser| browser.due()).is_some_and(|due| due <= now) {
+            self.browse(now, None, out);
+        }
         if self.job.is_some() {
             self.dispatch(now, Event::Wake, out);
         }
@@ -332,7 +374,8 @@ impl Station for Controller {
         let sending = exchange.map(|exchange| exchange.provider.deadline());
         let watchdog = exchange.and_then(|exchange| exchange.consumer.deadline());
         let alarms = ar.and_then(|ar| ar.alarms.as_ref()).and_then(|alarms| alarms.deadline());
-        [due, call, job, sending, watchdog, alarms].into_iter().flatten().min()
+        let browser = self.context.browser.as_ref().and_then(|browser| browser.due());
+        [due, call, job, sending, watchdog, alarms, browser].into_iter().flatten().min()
     }
 }
 

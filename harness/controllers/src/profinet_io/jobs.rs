@@ -15,6 +15,7 @@ use super::state::{ArState, Wait, Waiting};
 use alloc::boxed::Box;
 use alloc::string::ToString;
 use alloc::vec::Vec;
+use core::net::Ipv4Addr;
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::ethernet::Mac;
@@ -43,6 +44,8 @@ pub(super) enum Job {
     Identify { xid: u32, until: Time, seen: Vec<StationSeen> },
     /// The answer to a DCP request is awaited.
     Dcp { to: Mac, service: ServiceId, xid: u32, since: Time },
+    /// The owners of an address are collected.
+    Arp { target: Ipv4Addr, until: Time, owners: Vec<Mac> },
     /// An AR is started up.
     StartUp(Box<StartUpJob>),
     /// A record is read.
@@ -57,6 +60,8 @@ pub(super) enum Job {
     Lookup(Lookup),
     /// The AR of these names is released.
     Release(ArNames),
+    /// A web server is asked.
+    Page,
 }
 
 /// A base mode request.
@@ -99,7 +104,7 @@ impl Job {
     /// When it has something to do; the call has a deadline of its own.
     pub(super) fn deadline(&self) -> Option<Time> {
         match self {
-            Job::Identify { until, .. } => Some(*until),
+            Job::Identify { until, .. } | Job::Arp { until, .. } => Some(*until),
             Job::Dcp { since, .. } => Some(*since + DCP_WAIT),
             Job::StartUp(job) => job.deadline(),
             Job::Parameter(Parameter { phase: Phase::Pause { until, .. }, .. }) => Some(*until),
@@ -108,7 +113,8 @@ impl Job {
             | Job::Write(_)
             | Job::WriteMultiple(..)
             | Job::Lookup(_)
-            | Job::Release(_) => None,
+            | Job::Release(_)
+            | Job::Page => None,
         }
     }
 
@@ -132,6 +138,15 @@ impl Job {
             }
             (Job::Identify { until, seen, .. }, Event::Wake) if now >= *until => {
                 Some(Outcome::Stations(core::mem::take(seen)))
+            }
+            (Job::Arp { target, owners, .. }, Event::Arp(arp)) if arp.sender_ip == *target => {
+                if !owners.contains(&arp.sender_mac) {
+                    owners.push(arp.sender_mac);
+                }
+                None
+            }
+            (Job::Arp { until, owners, .. }, Event::Wake) if now >= *until => {
+                Some(Outcome::Owners(core::mem::take(owners)))
             }
             (Job::Dcp { to, service, xid, .. }, Event::Dcp(from, dcp))
                 if from == *to && answers(&dcp, *service, *xid) =>
@@ -160,6 +175,7 @@ impl Job {
             (Job::Release(names), Event::Answer(answer)) => {
                 Some(Outcome::Ended(Ended::Released(control_outcome(answer, *names, BlockType::RELEASE_RES))))
             }
+            (Job::Page, Event::Page(outcome)) => Some(Outcome::Page(outcome)),
             // A call that outlived the AR was none of its calls.
             (Job::Read(_) | Job::Write(_), Event::Ended(_)) if context.call.is_none() => {
                 Some(Outcome::Record(RecordOutcome::Failed(CallError::ArEnded)))

@@ -1,7 +1,7 @@
 //! The PROFINET IO controller.
 //!
 //! A [`Controller`] takes one [`Request`] at a time and gives one [`Outcome`] for it: finding stations, DCP, the start-up of an AR, records,
-//! base mode parameters, release, abort. While an AR stands it exchanges cyclic data, acknowledges alarms and watches over the
+//! base mode parameters, web pages, release, abort. While an AR stands it exchanges cyclic data, acknowledges alarms and watches over the
 //! device by itself. What the device does is not reported here but read from the frames by whoever watches the wire.
 
 mod alarms;
@@ -12,6 +12,7 @@ mod connection;
 mod context;
 mod controller;
 mod exchange;
+mod http;
 mod ids;
 mod jobs;
 mod layout;
@@ -26,9 +27,11 @@ mod server;
 mod startup;
 mod state;
 
+pub use alarms::AlarmAcknowledge;
 pub use broken::{Broken, broken_frames};
 pub use connection::{Connection, DeviceAddress, Record, StartUpMode, Submodule, Target};
 pub use controller::Controller;
+pub use http::{LONGEST_ANSWER, PageOutcome};
 pub use layout::{FrameLayout, Layout, Place};
 pub use limits::LimitError;
 pub use outcome::{

@@ -2,6 +2,7 @@
 //!
 //! The controller acts and reports how its own requests went; what the device did is read from the frames by others.
 
+use super::http::PageOutcome;
 use super::state::{Stage, Wait};
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -33,6 +34,10 @@ pub enum Outcome {
     Endpoints(Result<Vec<Entry>, CallError>),
     /// Release or abort.
     Ended(Ended),
+    /// A web page was asked for.
+    Page(PageOutcome),
+    /// ARP: the stations that have the address, in the order of their answers.
+    Owners(Vec<Mac>),
     /// A frame was sent; nothing is waited for.
     Sent,
     /// A damaged frame was sent: these are its octets.

@@ -139,12 +139,28 @@ pub enum Request {
         /// Who is asked.
         partner: Partner,
     },
+    /// Asks a web server, over a connection of its own. Gives [`Outcome::Page`](super::Outcome::Page).
+    Page {
+        /// The server.
+        partner: Partner,
+        /// What is asked.
+        request: wire::http::Request,
+    },
     /// Announces ourselves as neighbour by LLDP, once. Gives [`Outcome::Sent`](super::Outcome::Sent).
     Lldp {
         /// The name of our chassis; that of the station where it is empty.
         chassis: Vec<u8>,
         /// The name of our port, such as `port-001`.
         port: Vec<u8>,
+    },
+    /// Asks by ARP who has an address, and collects the answers. Gives [`Outcome::Owners`](super::Outcome::Owners).
+    Arp {
+        /// The address.
+        target: Ipv4Addr,
+        /// Whether the question names no sender, as before an address is given (RFC 5227).
+        probe: bool,
+        /// How long answers are collected; the question is asked once.
+        wait: Duration,
     },
     /// Sends a frame as it is. Gives [`Outcome::Sent`](super::Outcome::Sent).
     Raw(Vec<u8>),

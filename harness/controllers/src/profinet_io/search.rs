@@ -40,6 +40,7 @@ const NO_DELAY: u16 = 1;
 pub(super) struct Search {
     device: DeviceAddress,
     ip: IpParameter,
+    gives_address: bool,
     limit: Duration,
     phase: Phase,
     began: Time,
@@ -67,6 +68,7 @@ impl Search {
         let mut search = Search {
             device: connection.device.clone(),
             ip: connection.ip,
+            gives_address: connection.gives_address,
             limit: connection.search,
             phase: Phase::Identify { xid: context.ids.xid() },
             began: now,
@@ -100,8 +102,8 @@ impl Search {
     ) -> Result<Option<Partner>, Failure> {
         let stage = self.stage();
         let step = match event {
-            Event::Wake if now >= self.next => self.wake(context, now, result, out).map(|()| None),
-            Event::Dcp(from, dcp) => self.dcp(context, now, *from, dcp, result, out).map(|()| None),
+            Event::Wake if now >= self.next => self.wake(context, now, result, out),
+            Event::Dcp(from, dcp) => self.dcp(context, now, *from, dcp, result, out),
             Event::Arp(arp) if arp.sender_ip == self.ip.address => self.arp(arp.sender_mac),
             _ => Ok(None),
         };
@@ -154,7 +156,7 @@ impl Search {
         now: Time,
         result: &mut StartUp,
         out: &mut Outbox,
-    ) -> Result<(), FailureReason> {
+    ) -> Result<Option<Partner>, FailureReason> {
         let waited = |what: Waiting| Err(FailureReason::Waited(Wait { what, time: now.since(self.began) }));
         match &mut self.phase {
             Phase::Identify { .. } if now.since(self.began) >= self.limit => waited(match self.device {
@@ -168,13 +170,13 @@ impl Search {
             Phase::Probe { mac } if self.tries >= PROBE_TRIES => {
                 let phase = Phase::SetIp { mac: *mac, xid: context.ids.xid() };
                 self.go(phase, context, now, out);
-                Ok(())
+                Ok(None)
             }
             Phase::SetIp { .. } if self.tries >= DCP_TRIES => waited(Waiting::StationSet),
             Phase::Resolve { .. } if self.tries >= ARP_TRIES => waited(Waiting::Arp),
             Phase::Identify { .. } | Phase::Probe { .. } | Phase::SetIp { .. } | Phase::Resolve { .. } => {
                 self.ask(context, now, out);
-                Ok(())
+                Ok(None)
             }
         }
     }
@@ -187,18 +189,18 @@ impl Search {
         dcp: &Dcp,
         result: &mut StartUp,
         out: &mut Outbox,
-    ) -> Result<(), FailureReason> {
+    ) -> Result<Option<Partner>, FailureReason> {
         match (&mut self.phase, &self.device) {
             (Phase::Identify { xid }, DeviceAddress::Name(name)) if identifies(dcp, *xid, name) => {
                 let (xid, seen) = (*xid, [StationSeen::of(from, dcp)].into());
                 self.go(Phase::SameName { xid, seen }, context, now, out);
-                Ok(())
+                Ok(None)
             }
             (Phase::SameName { xid, seen }, DeviceAddress::Name(name)) if identifies(dcp, *xid, name) => {
                 if seen.iter().all(|known| known.mac != from) {
                     seen.push(StationSeen::of(from, dcp));
                 }
-                Ok(())
+                Ok(None)
             }
             (Phase::Identify { xid }, DeviceAddress::Mac(mac))
                 if from == *mac && answers(dcp, ServiceId::GET, *xid) =>
@@ -213,9 +215,9 @@ impl Search {
                 result.address_set = Some(true);
                 let mac = *mac;
                 self.go(Phase::Resolve { mac }, context, now, out);
-                Ok(())
+                Ok(None)
             }
-            _ => Ok(()),
+            _ => Ok(None),
         }
     }
 
@@ -226,16 +228,25 @@ impl Search {
         seen: Vec<StationSeen>,
         result: &mut StartUp,
         out: &mut Outbox,
-    ) -> Result<(), FailureReason> {
+    ) -> Result<Option<Partner>, FailureReason> {
         if seen.len() > 1 {
             return Err(FailureReason::SameName(seen.iter().map(|station| station.mac).collect()));
         }
-        let Some(station) = seen.into_iter().next() else { return Ok(()) };
+        let Some(station) = seen.into_iter().next() else { return Ok(None) };
         let (mac, has_it) = (station.mac, station.ip == self.ip);
+        let address = station.ip.address;
         result.identify = Some(station);
+        if !self.gives_address {
+            if address.is_unspecified() {
+                return Ok(Some(Partner { mac, ip: self.ip.address }));
+            }
+            self.ip.address = address;
+            self.go(Phase::Resolve { mac }, context, now, out);
+            return Ok(None);
+        }
         result.address_set = has_it.then_some(false);
         self.go(if has_it { Phase::Resolve { mac } } else { Phase::Probe { mac } }, context, now, out);
-        Ok(())
+        Ok(None)
     }
 
     fn arp(&mut self, owner: Mac) -> Result<Option<Partner>, FailureReason> {

@@ -93,6 +93,7 @@ words! {
         ParameterAnswer "parameter_answer" "the answer to the parameter request",
         Release "release" "the answer to Release",
         Lookup "lookup" "the answer of the endpoint mapper",
+        Page "page" "the answer of the web server",
     }
 }
 

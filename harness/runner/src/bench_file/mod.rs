@@ -15,6 +15,7 @@
 //! | `cycle`, `watchdog`, `boot_time`, `position_noise` | times and tolerances of this bench |
 //! | `telegrams`, `lacks`, `firmware`, `gsdml`, `ledger` | what it is said to have and to fail; wrong claims are findings |
 //! | `stand` | who turns the shaft, cuts the power, looks at LEDs: `control` (a socket), `hooks` (programs), `ask` (a person) |
+//! | `pages` | where its web pages are and how their values are labelled, where the manual does not print that |
 //! | `consent` | what may be done that lasts; what is not here is not done |
 //!
 //! A case that needs what the stand cannot do, or what nobody has consented to, is not applicable, and the reason says so.
@@ -31,6 +32,7 @@ use std::time::Duration;
 use wire::ethernet::Mac;
 
 use crate::suite::LoadErrors;
+use crate::suite::device::{Device, Origin};
 use crate::suite::model::Manual;
 
 pub use read::is_station_name;
@@ -132,6 +134,8 @@ pub struct BenchFile {
     pub ledger: Option<PathBuf>,
     /// By how many steps a place may differ from what is expected, because the shaft is never quite still.
     pub position_noise: u32,
+    /// Its web pages whose looks the manual does not print, by their names in `device.yaml`.
+    pub pages: Vec<(String, BenchPage)>,
     /// What holds the device.
     pub stand: StandSpec,
     /// What may be done to it.
@@ -139,6 +143,22 @@ pub struct BenchFile {
 }
 
 impl BenchFile {
+    /// Gives the web pages of `device` the looks that the bench says they have.
+    pub fn describe_pages(&self, device: &mut Device) {
+        let take = |list: &[(String, String)], name: &str, into: &mut String| {
+            if let Some((_, own)) = list.iter().find(|(known, _)| known == name) {
+                into.clone_from(own);
+            }
+        };
+        for page in &mut device.pages {
+            let Some((_, own)) = self.pages.iter().find(|(known, _)| *known == page.name) else { continue };
+            page.origin = Origin::Description;
+            page.path = own.path.clone().unwrap_or_else(|| page.path.clone());
+            page.fields.iter_mut().for_each(|(name, field)| take(&own.fields, name, field));
+            page.shows.iter_mut().for_each(|value| take(&own.shows, &value.name, &mut value.behind));
+        }
+    }
+
     /// A bench without a file: nothing holds the device, and nothing that lasts may be done to it.
     pub fn bare(link: LinkSpec, claim: Claim) -> BenchFile {
         BenchFile {
@@ -161,10 +181,22 @@ impl BenchFile {
             firmware: None,
             ledger: None,
             position_noise: 0,
+            pages: Vec::new(),
             stand: StandSpec::default(),
             consent: Consents::default(),
         }
     }
+}
+
+/// A web page as it is on a live device, as far as it is another one than `device.yaml` says.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct BenchPage {
+    /// Where it is.
+    pub path: Option<String>,
+    /// The fields of its form: our name and the one in the page.
+    pub fields: Vec<(String, String)>,
+    /// Its values and the texts in front of them.
+    pub shows: Vec<(String, String)>,
 }
 
 /// What holds a live device.
@@ -229,6 +261,8 @@ pub struct Consents {
     pub nvm_write: u32,
     /// Its position may be preset: the reference of the machine that it stands in is lost.
     pub position_reference: bool,
+    /// It may be told to wait for another firmware, which stops its web server.
+    pub firmware: bool,
     /// Nothing else is on the segment that could be disturbed.
     pub alone: bool,
 }

@@ -1,10 +1,10 @@
 //! A bench file from its text: identity, addresses, times, claims, consents.
 
 use super::stand::stand;
-use super::{ANY_DEVICE, BenchFile, Claim, Consents, LinkSpec, StandSpec};
+use super::{ANY_DEVICE, BenchFile, BenchPage, Claim, Consents, LinkSpec, StandSpec};
 use crate::suite::LoadErrors;
 use crate::suite::device::{Device, Location};
-use crate::suite::device_yaml::{duration, flag, whole};
+use crate::suite::device_yaml::{duration, fields, flag, named, path, whole};
 use crate::suite::error::{LoadError, Mistake, Mistakes, Read};
 use crate::suite::keys::{self, Keyed};
 use crate::suite::model::Manual;
@@ -99,6 +99,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         firmware: reader.value("firmware", firmware),
         ledger: reader.path("ledger"),
         position_noise: reader.value("position_noise", |node| whole(node, "a noise")).unwrap_or(0),
+        pages: reader.value("pages", |node| pages(node, device)).unwrap_or_default(),
         stand: stand.unwrap_or_else(StandSpec::default),
         consent: reader.value("consent", consent).unwrap_or_default(),
     })
@@ -309,6 +310,38 @@ fn lacks(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
     })
 }
 
+/// The web pages; each name is one of the device.
+fn pages(node: &Node, device: Option<&Device>) -> Read<Vec<(String, BenchPage)>> {
+    let mut pages = Vec::new();
+    for (name, node) in named(node, "pages")? {
+        let of = device.map(|device| device.pages.iter().find(|page| page.name == name));
+        if let (Some(None), Some(device)) = (of, device) {
+            let known = device.pages.iter().map(|page| page.name.as_str());
+            return Err(Mistake::unknown(node.spot, "web page", name, known));
+        }
+        let keyed = Keyed::new(node, &keys::BENCH_PAGE)?;
+        let own = BenchPage {
+            path: keyed.get("path").map(path).transpose()?,
+            fields: keyed.get("fields").map_or(Ok(Vec::new()), fields)?,
+            shows: keyed.get("shows").map_or(Ok(Vec::new()), fields)?,
+        };
+        if let Some(Some(page)) = of {
+            let unknown =
+                |what: &str, name: &str, known: Vec<&str>| Err(Mistake::unknown(node.spot, what, name, known));
+            let fields: Vec<&str> = page.fields.iter().map(|(name, _)| name.as_str()).collect();
+            if let Some((name, _)) = own.fields.iter().find(|(name, _)| !fields.contains(&name.as_str())) {
+                return unknown("field of the page", name, fields);
+            }
+            let shown: Vec<&str> = page.shows.iter().map(|value| value.name.as_str()).collect();
+            if let Some((name, _)) = own.shows.iter().find(|(name, _)| !shown.contains(&name.as_str())) {
+                return unknown("value of the page", name, shown);
+            }
+        }
+        pages.push((name.to_owned(), own));
+    }
+    Ok(pages)
+}
+
 fn firmware(node: &Node) -> Read<String> {
     let text = node.text("a firmware")?;
     let parts: Vec<&str> = text.split('.').collect();
@@ -328,6 +361,7 @@ fn consent(node: &Node) -> Read<Consents> {
         set_ip: flag(keyed, "set_ip")?,
         nvm_write: keyed.get("nvm_write").map_or(Ok(0), |node| whole(node, "a number of writes"))?,
         position_reference: flag(keyed, "position_reference")?,
+        firmware: flag(keyed, "firmware")?,
         alone: flag(keyed, "alone")?,
     })
 }

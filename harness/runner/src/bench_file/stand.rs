@@ -24,6 +24,7 @@ pub const HOOKS: &[(&str, &str)] = &[
     ("led.NAME", "the first line that it writes is what the LED shows, in a word of device.yaml"),
     ("counter.NAME", "the first line that it writes is the number"),
     ("renew", "puts a device as delivered into its place, with the same name and address"),
+    ("device", "`{value}` is as_delivered: the device loses its name, its address and everything stored"),
     ("clock", "`{value}` seconds go by for the device at once"),
 ];
 

@@ -30,7 +30,9 @@ struct Coverage {
     id: String,
     total: usize,
     by_class: BTreeMap<&'static str, usize>,
+    /// How many are neither untestable nor out of scope.
     testable: usize,
+    /// How many of those a case or a rule covers, the contradictory ones included.
     covered: usize,
     /// How many of those covered can be reached on a bench where nobody turns the shaft, cuts the power or looks at LEDs.
     without_stand: usize,
@@ -44,16 +46,19 @@ impl Coverage {
             ["covered", "uncovered", "implicit", "untestable", "out-of-scope", "contradictory"]
                 .map(|class| (class, 0))
                 .into();
-        let (mut uncovered, mut without_stand) = (Vec::new(), 0);
+        let (mut uncovered, mut without_stand, mut testable) = (Vec::new(), 0, 0);
         let reached = without_stand_reached(manual);
         for ((of, cases), reached) in manual.requirements.iter().zip(&covering).zip(reached) {
-            without_stand += usize::from(of.class == Class::Testable && reached);
             *by_class.entry(class(&of.class, !cases.is_empty())).or_default() += 1;
-            if of.class == Class::Testable && cases.is_empty() {
+            if matches!(of.class, Class::Untestable(_) | Class::OutOfScope(_)) {
+                continue;
+            }
+            testable += 1;
+            without_stand += usize::from(reached);
+            if cases.is_empty() {
                 uncovered.push(of.id.clone());
             }
         }
-        let testable = manual.requirements.iter().filter(|of| of.class == Class::Testable).count();
         Coverage {
             id: manual.device.name.clone(),
             total: manual.requirements.len(),
@@ -68,19 +73,40 @@ impl Coverage {
     fn text(&self) -> String {
         let mut out = String::new();
         let classes: Vec<String> = self.by_class.iter().map(|(class, n)| format!("{n} {class}")).collect();
+        let Coverage { id, total, testable, covered, without_stand, .. } = self;
+        let left_out = total - testable;
         // Writing into a String cannot fail.
-        let _ = writeln!(out, "{}: {} of {} testable requirements are covered", self.id, self.covered, self.testable);
-        let _ = writeln!(out, "  {} requirements: {}", self.total, classes.join(", "));
-        let share = (self.without_stand * 100).checked_div(self.covered).unwrap_or(0);
-        let _ = writeln!(out, "  {} of those covered ({share} %) can be reached without a stand", self.without_stand);
+        let _ = writeln!(
+            out,
+            "{id}: {covered} of {testable} testable requirements ({}) are covered",
+            share(*covered, *testable)
+        );
+        let _ = writeln!(out, "  {total} requirements: {}", classes.join(", "));
+        let _ = writeln!(out, "  {left_out} of them ({}) are untestable or out of scope", share(left_out, *total));
+        let _ = writeln!(
+            out,
+            "  {without_stand} of those covered ({}) can be reached without a stand",
+            share(*without_stand, *covered)
+        );
         if !self.uncovered.is_empty() {
             let _ = writeln!(out, "  not covered:");
-            for line in self.uncovered.chunks(6) {
-                let _ = writeln!(out, "    {}", line.join(" "));
-            }
+            columns(&mut out, &self.uncovered);
         }
         out
     }
+}
+
+/// Ids, several on a line.
+pub(super) fn columns(out: &mut String, ids: &[String]) {
+    for line in ids.chunks(6) {
+        let _ = writeln!(out, "    {}", line.join(" "));
+    }
+}
+
+/// A part of a whole in percent, rounded down: what is not quite all is never shown as all.
+pub(super) fn share(part: usize, of: usize) -> String {
+    let thousandths = (part * 1000).checked_div(of).unwrap_or(0);
+    format!("{}.{} %", thousandths / 10, thousandths % 10)
 }
 
 /// The word of a class; `covered` is derived from the cases.

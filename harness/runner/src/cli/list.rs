@@ -1,9 +1,9 @@
-//! `encspec list`, `bugs` and `errata`: what there is in the suites.
+//! `encspec list`: the cases and rules that there are.
 
-use super::coverage::{covering, covers};
-use super::{Ended, Format, Listing, Which, show};
-use crate::report::{ExitStatus, level};
-use crate::suite::model::{Class, Manual};
+use super::coverage::covers;
+use super::{Ended, Format, Listing, show};
+use crate::report::ExitStatus;
+use crate::suite::model::Manual;
 use serde::Serialize;
 use std::fmt::Write as _;
 
@@ -99,64 +99,6 @@ pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
         }
     }
     list
-}
-
-pub(super) fn bugs(args: &Which) -> Ended {
-    let mut out = String::new();
-    for manual in args.suites.load_one(args.manual.as_deref())? {
-        let cases = everything(&manual);
-        // Writing into a String cannot fail.
-        let _ = writeln!(out, "{}: {} bugs", manual.device.name, manual.bugs.len());
-        for bug in &manual.bugs {
-            let breaks: Vec<&str> = bug
-                .breaks
-                .iter()
-                .filter_map(|&index| manual.requirements.get(index))
-                .map(|of| of.id.as_str())
-                .collect();
-            let _ = writeln!(out, "  {}\n    {}\n    breaks {}", bug.name, bug.why, breaks.join(", "));
-            for case in cases.iter().filter(|case| case.catches.contains(&bug.name)) {
-                let _ = writeln!(out, "    caught by {}", case.id);
-            }
-        }
-    }
-    show(&out);
-    Ok(ExitStatus::Green)
-}
-
-pub(super) fn errata(args: &Which) -> Ended {
-    let mut out = String::new();
-    for manual in args.suites.load_one(args.manual.as_deref())? {
-        let covering = covering(&manual);
-        let open: Vec<_> = manual
-            .requirements
-            .iter()
-            .zip(&covering)
-            .filter(|(of, _)| of.ambiguity.is_some() || matches!(of.class, Class::Contradictory(_)))
-            .collect();
-        // Writing into a String cannot fail.
-        let _ = writeln!(out, "{}: {} of {} requirements", manual.device.name, open.len(), manual.requirements.len());
-        let mut clause = "";
-        for (of, cases) in open {
-            if clause != of.cites {
-                clause = &of.cites;
-                let _ = writeln!(out, "\n{clause}");
-            }
-            let _ = writeln!(out, "  {} ({})\n    {}", of.id, level(of.level), of.statement);
-            if let Some(ambiguity) = &of.ambiguity {
-                let _ = writeln!(out, "    open: {ambiguity}");
-            }
-            if let Class::Contradictory(reading) = &of.class {
-                let _ = writeln!(out, "    contradictory; read as: {reading}");
-            }
-            for case in cases {
-                let _ = writeln!(out, "    tested by {}/{case}", manual.device.name);
-            }
-        }
-        out.push('\n');
-    }
-    show(&out);
-    Ok(ExitStatus::Green)
 }
 
 /// As JSON for people and programs.

@@ -65,11 +65,14 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool) -> Result<DutSpec
     // A description has its variant to itself, so that `device: none` need not name it.
     bench.claim.variant.clone_from(&manual.device.variants[variant]);
     let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    bench.describe_pages(device);
+    let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
     let identity = &manual.device.identity;
     let told = description.as_ref().filter(|known| known.vendor_id == identity.vendor_id).map(|known| known.device_id);
     let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
     let cycle = manual.device.timing.cycle;
-    let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle };
+    let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle, firmware_pages };
     link::interrupt::watch();
     let granted = link::realtime::raise();
     let mut offers = None;

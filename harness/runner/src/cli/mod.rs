@@ -4,10 +4,12 @@
 //! [`ExitStatus`]. This room must not judge anything.
 
 mod bench;
+mod bugs;
 mod check;
 mod coverage;
 mod discover;
 pub mod dut;
+mod errata;
 mod explain;
 pub mod filter;
 pub mod gsdml;
@@ -47,10 +49,10 @@ enum Command {
     List(Listing),
     /// Say how much of each manual is covered by cases and rules
     Coverage(CoverageArgs),
-    /// List the bugs that the reference devices can be told to have
-    Bugs(Which),
-    /// List what the manuals leave open or contradict themselves in
-    Errata(Which),
+    /// List the bugs that the reference devices can be told to have, and how much of each manual they break
+    Bugs(BugsArgs),
+    /// List where the manuals contradict themselves, and where they are silent
+    Errata(Listing),
     /// Explain a requirement, a case, a rule or a bug
     Explain(ExplainArgs),
     /// Check suites and say what nothing uses
@@ -86,6 +88,19 @@ struct Listing {
     /// How it is shown
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+}
+
+#[derive(Debug, Args)]
+struct BugsArgs {
+    /// The manual; all by default
+    manual: Option<String>,
+    /// Only bugs with this in their name, or that break the requirement of this id
+    filter: Option<String>,
+    /// How it is shown
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    suites: Suites,
 }
 
 #[derive(Debug, Args)]
@@ -219,8 +234,8 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::List(args) => list::list(&args),
         Command::Coverage(args) => coverage::coverage(&args),
-        Command::Bugs(args) => list::bugs(&args),
-        Command::Errata(args) => list::errata(&args),
+        Command::Bugs(args) => bugs::bugs(&args),
+        Command::Errata(args) => errata::errata(&args),
         Command::Explain(args) => explain::explain(&args),
         Command::Check(args) => check::check(&args),
         Command::Schema => {

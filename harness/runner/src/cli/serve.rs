@@ -4,7 +4,7 @@ use super::dut::suggest;
 use super::port::PortArgs;
 use super::{Ended, Stop, complain, show};
 use crate::engine::dut::{DEVICE, STATION_NAME};
-use crate::live::serve::{Maker, Names, ServedDevice, Server};
+use crate::live::serve::{Made, Maker, Names, ServedDevice, Server};
 use crate::report::ExitStatus;
 use crate::suite::{Sources, load};
 use clap::Args;
@@ -35,9 +35,9 @@ pub(super) struct ServeArgs {
     /// Its stored IP address, with the length of the prefix if it is not 24; without one as at delivery
     #[arg(long, value_name = "ADDRESS[/LENGTH]", value_parser = address)]
     ip: Option<(Ipv4Addr, Ipv4Addr)>,
-    /// Its MAC address
-    #[arg(long, value_name = "MAC", default_value_t = DEVICE.0)]
-    mac: Mac,
+    /// Its MAC address; without one an address that begins as the manual says
+    #[arg(long, value_name = "MAC")]
+    mac: Option<Mac>,
     /// Where its shaft stands, in hardware steps
     #[arg(long, value_name = "STEPS", default_value_t = SHAFT)]
     shaft: u64,
@@ -107,7 +107,7 @@ impl Station {
             1 => args.name.clone(),
             _ => format!("{}-{}", args.name, number + 1),
         };
-        let [a, b, octets @ ..] = args.mac.0;
+        let [a, b, octets @ ..] = args.mac.map_or_else(|| manual.mac(DEVICE.0.0), |mac| mac.0);
         let [c, d, e, f] = u32::from_be_bytes(octets).wrapping_add(number.into()).to_be_bytes();
         let (ip, mask) = args.ip.unwrap_or((Ipv4Addr::UNSPECIFIED, Ipv4Addr::UNSPECIFIED));
         let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
@@ -127,22 +127,24 @@ impl Station {
     /// A function that makes the device; it is made once to see that this goes well.
     fn maker(&self) -> Result<Maker, String> {
         let station = self.clone();
-        let make = move || {
+        let make = move |made| {
+            let named = made == Made::Named;
+            let unset = Ipv4Addr::UNSPECIFIED.octets();
             let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
             let setup = Setup {
                 mac: station.mac.0,
                 bugs: &bugs,
                 shaft: station.shaft,
-                station_name: &station.name,
-                ip: station.ip.octets(),
-                mask: station.mask.octets(),
+                station_name: if named { &station.name } else { "" },
+                ip: if named { station.ip.octets() } else { unset },
+                mask: if named { station.mask.octets() } else { unset },
                 gateway: [0; 4],
             };
             reference_devices::build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
         };
-        make()?;
+        make(Made::Named)?;
         // What went well once goes well again: nothing of it changes.
-        Ok(Box::new(move || make().unwrap_or_else(|why| unreachable!("{why}"))))
+        Ok(Box::new(move |made| make(made).unwrap_or_else(|why| unreachable!("{why}"))))
     }
 
     fn shown(&self) -> String {

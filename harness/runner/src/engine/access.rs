@@ -1,7 +1,7 @@
 //! Acyclic access: which request carries a `read` or `write`, and what its answer says.
 
 use super::startup;
-use super::trial::{Run, Trouble};
+use super::trial::{IDENTIFY, Run, Trouble};
 use crate::judge::answer::{Refusal, Reply};
 use crate::judge::image::field_number;
 use crate::result::Blame;
@@ -9,16 +9,19 @@ use crate::suite::device::{Device, NameKind, ParameterType, RecordField, Station
 use crate::suite::expr::{State, Value};
 use crate::suite::model::{Access, AnswerPart, Instead, Matcher, Via};
 use crate::verdict::Verdict;
-use controllers::profinet_io::{DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
+use controllers::profinet_io::{
+    ArState, DcpOutcome, IdentifyBy, Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target,
+};
 use station::Duration;
 use std::net::Ipv4Addr;
-use wire::ethernet::{EtherType, FrameHeader};
+use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profidrive::{
     Attribute, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, RequestId, Response,
 };
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Element, Value as DcpValue};
-use wire::profinet::rt::FrameId;
+use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value as DcpValue};
+use wire::profinet::rpc::ObjectUuid;
+use wire::profinet::rt::{FrameId, FrameKind};
 use wire::profinet::status::ErrorCode;
 
 /// How long a live stand may take to look at a counter.
@@ -55,6 +58,7 @@ impl<'a> Run<'a> {
             Via::Parameters => self.parameters(access, write),
             Via::Record(record) => self.record(access, record, write),
             Via::Station => self.station(access, write),
+            Via::Pages => self.pages(access),
             Via::Stand => Ok(self.counters(access)),
         };
         if !access.instead.is_empty() {
@@ -104,13 +108,14 @@ impl<'a> Run<'a> {
             false => ParameterRequest::read_values(self.reference, DO_ID, addresses),
         };
         let octets = changed(&mut request, &access.instead);
-        let at = match self.parameter_access_point() {
+        let mut at = match self.parameter_access_point() {
             Some(at) => at,
             None => {
                 return Err(Trouble::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
             }
         };
-        let outcome = self.ask(access.second, Request::Parameter { at, request: octets })?;
+        elsewhere(&mut at, &access.instead);
+        let outcome = self.ask_in_connection(access.second, Request::Parameter { at, request: octets })?;
         let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
         Ok(self.parameter_answer(access, &addressed, write, outcome))
     }
@@ -267,11 +272,9 @@ impl<'a> Run<'a> {
             }
         }
         let mut length = READ_LENGTH;
+        elsewhere(&mut target, &access.instead);
         for instead in &access.instead {
             match instead {
-                Instead::Slot(slot) => target.slot = *slot,
-                Instead::Subslot(subslot) => target.subslot = *subslot,
-                Instead::Api(api) => target.api = *api,
                 Instead::Index(index) => target.index = *index,
                 Instead::Length(octets) => {
                     data.resize(*octets, 0);
@@ -281,8 +284,11 @@ impl<'a> Run<'a> {
                 _ => {}
             }
         }
-        let request = if write { Request::Write { target, data } } else { Request::Read { target, length } };
-        let outcome = self.ask(access.second, request)?;
+        let request = match write {
+            true => Request::Write { target, data },
+            false => self.record_read(access.second, target, length),
+        };
+        let outcome = self.ask_in_connection(access.second, request)?;
         let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let reply = startup::record(&outcome, write);
         let mut answered = Answered::whole(reply.clone(), access.items.len());
@@ -304,8 +310,19 @@ impl<'a> Run<'a> {
         Ok(answered)
     }
 
+    /// Reads a record; the second controller does it without a connection where it has none.
+    pub fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
+        let stands = |which: usize| self.world.controllers.get(which).is_some_and(|of| of.state() != ArState::None);
+        if !second || stands(1) {
+            return Request::Read { target, length };
+        }
+        let identity = &self.world.manual.device.identity;
+        let object = ObjectUuid { instance: 1, device_id: identity.device_id, vendor_id: identity.vendor_id };
+        let address = self.world.controllers[0].partner().map_or(self.station_ip.address, |partner| partner.ip);
+        Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
+    }
+
     fn station(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
-        let to = self.mac;
         let names: Vec<StationName> = access
             .items
             .iter()
@@ -314,22 +331,88 @@ impl<'a> Run<'a> {
                 _ => None,
             })
             .collect();
-        let request = if write {
-            self.may_end = true;
-            self.renamed |= names.contains(&StationName::Name);
-            Request::DcpSet { to, blocks: self.station_blocks(access, &names)? }
-        } else {
-            let mut elements: Vec<Element> = names.iter().map(|name| element(*name)).collect();
-            elements.dedup();
-            Request::DcpGet { to, elements }
-        };
-        let outcome = self.ask(access.second, request)?;
-        let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        let mut answered = Answered::whole(dcp(&outcome), access.items.len());
-        if let DcpOutcome::Values(blocks) = &outcome {
-            answered.values = names.iter().map(|name| station_value(*name, blocks)).collect();
+        if write {
+            return self.station_write(access, &names);
+        }
+        let mut elements: Vec<Element> = names.iter().filter_map(|name| element(*name)).collect();
+        elements.dedup();
+        let mut answered = Answered::whole(Reply::Accepted, access.items.len());
+        if !elements.is_empty() {
+            let outcome = self.ask(access.second, Request::DcpGet { to: self.mac, elements })?;
+            let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+            answered = Answered::whole(dcp(&outcome), access.items.len());
+            if let DcpOutcome::Values(blocks) = &outcome {
+                answered.values = names.iter().map(|name| station_value(*name, blocks)).collect();
+            }
+        }
+        if names.contains(&StationName::Mac) {
+            match self.mac_now(access.second)? {
+                Some(mac) => {
+                    let values = names.iter().zip(&mut answered.values);
+                    values
+                        .filter(|(name, _)| **name == StationName::Mac)
+                        .for_each(|(_, value)| *value = Value::bytes(&mac.0[..]));
+                }
+                None => {
+                    let silent = Reply::Silent("no station of this identity answers, or several do".into());
+                    return Ok(Answered::whole(silent, access.items.len()));
+                }
+            }
         }
         Ok(answered)
+    }
+
+    fn station_write(&mut self, access: &'a Access, names: &[StationName]) -> Result<Answered, Trouble> {
+        self.may_end = true;
+        self.renamed |= names.contains(&StationName::Name);
+        let given = self.station_ip;
+        let blocks = self.station_blocks(access, names)?;
+        let other = access.instead.iter().find_map(|instead| match instead {
+            Instead::Destination(mac) => Some(*mac),
+            _ => None,
+        });
+        let before = self.world.trace.len();
+        let outcome = self.ask(access.second, Request::DcpSet { to: other.unwrap_or(self.mac), blocks })?;
+        let Outcome::Dcp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let mut reply = dcp(&outcome);
+        if other.is_some() {
+            // It was not asked, so it has not been given anything, and any answer of it is wrong.
+            self.station_ip = given;
+            if (before + 1..=self.world.trace.len()).any(|number| self.is_set_answer(number)) {
+                reply = Reply::Wrong("the device answered a request to another station".into());
+            }
+        }
+        Ok(Answered::whole(reply, access.items.len()))
+    }
+
+    /// Whether a frame of the trace is the device's answer to a DCP Set.
+    fn is_set_answer(&self, number: usize) -> bool {
+        let Some(frame) = self.world.trace.get(number) else { return false };
+        let Ok((header, payload)) = FrameHeader::parse(frame.octets) else { return false };
+        let is_answer = |dcp: Dcp| dcp.service_id == ServiceId::SET && dcp.service_type != ServiceType::REQUEST;
+        header.source == self.mac
+            && header.ether_type == EtherType::PROFINET
+            && FrameId::peek(payload).is_ok_and(|id| id.kind() == FrameKind::DcpGetSet)
+            && Dcp::parse(payload).is_ok_and(is_answer)
+    }
+
+    /// With which address the device answers now: found by what it is, since the address itself is asked for.
+    fn mac_now(&mut self, second: bool) -> Result<Option<Mac>, Trouble> {
+        let outcome = self.ask(second, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+        let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
+        let identity = &self.world.manual.device.identity;
+        let wanted = Some((identity.vendor_id, identity.device_id));
+        let own = &self.world.addresses;
+        let found: Vec<Mac> = stations
+            .iter()
+            .filter(|station| station.id == wanted && !own.contains(&station.mac))
+            .map(|station| station.mac)
+            .collect();
+        Ok(match found.as_slice() {
+            several if several.contains(&self.mac) => Some(self.mac),
+            [only] => Some(*only),
+            _ => None,
+        })
     }
 
     fn station_blocks(&mut self, access: &'a Access, names: &[StationName]) -> Result<Vec<Block>, Trouble> {
@@ -428,13 +511,15 @@ pub fn unexpected(outcome: &Outcome) -> Trouble {
     Trouble::other(Blame::Harness, Verdict::Error, what)
 }
 
-fn element(name: StationName) -> Element {
-    match name {
+/// What DCP Get asks for; the MAC address is not among it.
+fn element(name: StationName) -> Option<Element> {
+    Some(match name {
         StationName::Name => Element::NAME_OF_STATION,
         StationName::Ip | StationName::Mask | StationName::Gateway => Element::IP_PARAMETER,
         StationName::VendorId | StationName::DeviceId => Element::DEVICE_ID,
         StationName::Type => Element::VENDOR,
-    }
+        StationName::Mac => return None,
+    })
 }
 
 fn station_value(name: StationName, blocks: &[Block]) -> Value {
@@ -454,6 +539,7 @@ fn station_value(name: StationName, blocks: &[Block]) -> Value {
             DcpValue::Vendor(octets) => Some(text(octets)),
             _ => None,
         }),
+        StationName::Mac => None,
         StationName::Ip => address(|ip| ip.address),
         StationName::Mask => address(|ip| ip.mask),
         StationName::Gateway => address(|ip| ip.gateway),
@@ -500,6 +586,18 @@ fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
         }
     }
     octets
+}
+
+/// Puts the slot, subslot and API into a target that are asked for instead.
+fn elsewhere(target: &mut Target, instead: &[Instead]) {
+    for instead in instead {
+        match instead {
+            Instead::Slot(slot) => target.slot = *slot,
+            Instead::Subslot(subslot) => target.subslot = *subslot,
+            Instead::Api(api) => target.api = *api,
+            _ => {}
+        }
+    }
 }
 
 fn each<T>(list: &mut [T], change: impl FnMut(&mut T)) {

@@ -1,7 +1,7 @@
 //! Devices under test: how each kind is put on a segment.
 
 use super::live::LiveDevice;
-use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
+use super::segment::{Deliver, DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::Place;
 use crate::suite::model::Manual;
 use bench::null::{Babbler, DiesAfter, Reflector, Silent};
@@ -17,7 +17,7 @@ use wire::profinet::dcp::block::IpParameter;
 pub const CONTROLLER: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 1]), Ipv4Addr::new(192, 168, 0, 1));
 /// The second controller.
 pub const SECOND: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 2]), Ipv4Addr::new(192, 168, 0, 2));
-/// The device under test.
+/// The device under test; a manual may say how its address begins.
 pub const DEVICE: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 1, 0]), Ipv4Addr::new(192, 168, 0, 10));
 /// The mask of the virtual segment.
 pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
@@ -148,21 +148,32 @@ impl DutSpec {
             noise: 0,
             slack: Duration::ZERO,
             bench: None,
+            deviates: !self.bugs().is_empty(),
         }
     }
 
     /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial. A live
     /// device is what it is.
-    pub fn segment(&self, manual: &Manual, id: &str) -> Result<Box<dyn Segment + '_>, String> {
+    pub fn segment<'a>(&'a self, manual: &Manual, id: &str) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
+        let mac = reference_devices::manual(&self.manual).map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
         let model = |variant: &str, bugs: &[String]| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
-            let setup = Setup { bugs: &bugs, ..setup(shaft) };
+            let setup = Setup { mac, bugs: &bugs, ..setup(shaft) };
             build(&manual.device.name, variant, &setup).map_err(|error| error.to_string())
+        };
+        let delivered = |bugs: &'a [String]| -> Deliver<'a> {
+            Box::new(move || {
+                let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
+                let setup = Setup { mac, bugs: &bugs, station_name: "", ..setup(shaft) };
+                build(&self.manual, &self.variant, &setup).map_err(|error| error.to_string())
+            })
         };
         Ok(Box::new(match &self.kind {
             DutKind::Live(device) => return Ok(device.segment()),
-            DutKind::Model { bugs } => VirtualSegment::new(Box::new(Model(model(&self.variant, bugs)?))),
+            DutKind::Model { bugs } => {
+                VirtualSegment::new(Box::new(Model::new(model(&self.variant, bugs)?, delivered(bugs))))
+            }
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => {
                 VirtualSegment::new(Box::new(Stranger(Silent, NoStand)))
             }
@@ -176,7 +187,8 @@ impl DutSpec {
                 VirtualSegment::new(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand)))
             }
             DutKind::Nobody(Nobody::DiesAfter(frames)) => {
-                VirtualSegment::new(Box::new(Mortal(DiesAfter::new(Boxed(model(&self.variant, &[])?), *frames))))
+                let device = Model::new(model(&self.variant, &[])?, delivered(&[]));
+                VirtualSegment::new(Box::new(Mortal(DiesAfter::new(device, *frames))))
             }
         }))
     }
@@ -195,15 +207,15 @@ fn shaft(id: &str) -> u64 {
 }
 
 /// A reference device that falls silent; its stand goes on working.
-struct Mortal(DiesAfter<Boxed>);
+struct Mortal<'a>(DiesAfter<Model<'a>>);
 
-impl DeviceOnStand for Mortal {
+impl DeviceOnStand for Mortal<'_> {
     fn station(&mut self) -> &mut dyn Station {
         &mut self.0
     }
 
     fn stand(&mut self) -> &mut dyn Stand {
-        &mut *self.0.station_mut().0
+        self.0.station_mut()
     }
 }
 

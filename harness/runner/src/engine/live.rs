@@ -97,6 +97,7 @@ impl LiveDevice {
             noise: bench.position_noise,
             slack: prepared.slack,
             bench: Some(Arc::new(bench.clone())),
+            deviates: false,
         };
         let hands = Hands {
             wire: prepared.wire,
@@ -352,7 +353,7 @@ fn writes_parameters(trial: &Trial) -> bool {
 fn lasting(need: &Need) -> Option<String> {
     match need {
         Need::Consent(consent) => Some(consent.to_string()),
-        Need::Stand(_) | Need::Claim(_) | Need::Long(_) => None,
+        Need::Stand(_) | Need::Claim(_) | Need::Page(_) | Need::Long(_) | Need::Virtual(_) => None,
     }
 }
 

@@ -105,7 +105,13 @@ impl<'a> Run<'a> {
                         | NameKind::Parameter { .. }
                         | NameKind::Record { .. }
                         | NameKind::Station(_)
-                        | NameKind::Event(EventName::Lldp)
+                        | NameKind::Event(
+                            EventName::Lldp
+                                | EventName::LldpName
+                                | EventName::LldpChassis
+                                | EventName::LldpPort
+                                | EventName::LldpMac
+                        )
                 )
             );
         });
@@ -121,12 +127,15 @@ impl<'a> Run<'a> {
         let view = crate::judge::view::View { image, ..self.world.view_at(last) };
         if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
             let what = "The expectation was already true before the last action, so it tells nothing; use `for`.";
-            // What an earlier trial left on a live device may be to blame; on a model it is the suite.
-            let (blame, verdict) = match self.world.segment.is_model() {
-                true => (Blame::Suite, Verdict::Error),
-                false => (Blame::Environment, Verdict::Inconclusive),
-            };
-            return Err(Trouble::other(blame, verdict, what));
+            return Err(match self.world.segment.is_model() {
+                // It was true before anybody asked for it, which it is not where the device follows its manual.
+                true if self.place.deviates => {
+                    Trouble::device("It was already true before the last action.", Vec::new())
+                }
+                true => Trouble::other(Blame::Suite, Verdict::Error, what),
+                // What an earlier trial left on a live device may be to blame.
+                false => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
+            });
         }
         Ok(())
     }

@@ -15,6 +15,7 @@ mod looks;
 pub mod needs;
 mod outputs;
 mod probe;
+pub mod reborn;
 mod requirements;
 mod run;
 pub mod scan;
@@ -23,6 +24,7 @@ mod settings;
 mod startup;
 mod trial;
 mod verbs;
+mod web;
 mod world;
 
 pub use around::put_back;

@@ -22,8 +22,12 @@ pub enum Need {
     Consent(Consent),
     /// The device is said to have this.
     Claim(Claim),
+    /// It is known where this web page is and what it looks like, which the manual does not print.
+    Page(String),
     /// The trial waits so long.
     Long(Duration),
+    /// No bench can serve it: it does something that belongs on a virtual wire only, in words.
+    Virtual(&'static str),
 }
 
 /// Something that a stand does or shows.
@@ -47,6 +51,8 @@ pub enum Ability {
         /// The lowest speed that is not 0, in revolutions per minute; none where it is computed.
         slowest: Option<f64>,
     },
+    /// Brings the device into the state in which it was delivered.
+    Delivery,
     /// Sets the supply voltage.
     Voltage,
     /// Sets the temperature of the device.
@@ -76,6 +82,8 @@ pub enum Consent {
     NvmWrite(u32),
     /// Its position is preset.
     PositionReference,
+    /// It is told to wait for another firmware.
+    Firmware,
 }
 
 /// What a device is said to have.
@@ -124,6 +132,10 @@ pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> 
         Need::Stand(ability) => cannot(ability, &bench.stand),
         Need::Consent(consent) => withheld(*consent, bench, nvm_left),
         Need::Claim(claim) => disclaimed(claim, bench),
+        Need::Page(name) => Some(format!(
+            "the manual does not print what the web page {name} looks like: the bench says it under pages"
+        )),
+        Need::Virtual(what) => Some(format!("only a virtual wire can take it: {what}")),
         Need::Long(_) if long || bench.stand.serves("clock") => None,
         Need::Long(time) => Some(format!(
             "the trial waits for {} s: the stand needs the ability clock, or the run --long",
@@ -174,6 +186,7 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
         Consent::SetName => ("set_name", given.set_name),
         Consent::SetIp => ("set_ip", given.set_ip),
         Consent::PositionReference => ("position_reference", given.position_reference),
+        Consent::Firmware => ("firmware", given.firmware),
         Consent::NvmWrite(_) if given.nvm_write == 0 => ("nvm_write", false),
         Consent::NvmWrite(writes) if writes > nvm_left => {
             let all = given.nvm_write;
@@ -209,6 +222,7 @@ impl fmt::Display for Consent {
             Consent::SetIp => f.write_str("set_ip"),
             Consent::NvmWrite(writes) => write!(f, "nvm_write ({writes})"),
             Consent::PositionReference => f.write_str("position_reference"),
+            Consent::Firmware => f.write_str("firmware"),
         }
     }
 }
@@ -219,6 +233,7 @@ impl fmt::Display for Ability {
         match self {
             Ability::Power => f.write_str("power"),
             Ability::Link => f.write_str("link"),
+            Ability::Delivery => f.write_str("device"),
             Ability::Moves | Ability::Turn { .. } => f.write_str("turn"),
             Ability::Place => f.write_str("shaft.counts"),
             Ability::Speed { .. } => f.write_str("shaft.speed"),

@@ -106,7 +106,8 @@ impl Run<'_> {
     fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let whereabouts = self.whereabouts();
-        let (connection, _) = startup::connection(&self.world.manual.device, start, &whereabouts);
+        let (connection, _) =
+            startup::connection(&self.world.manual.device, self.variant_number(), start, &whereabouts);
         self.module = Some(start.module);
         self.apply_outputs();
         match self.ask(false, Request::Connect(Box::new(connection)))? {

@@ -26,6 +26,7 @@ pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<
         };
         RequirementResult {
             id: of.id.clone(),
+            chapter: of.chapter(),
             cites: of.cites.clone(),
             statement: of.statement.clone(),
             level: of.level,

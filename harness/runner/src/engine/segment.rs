@@ -2,10 +2,11 @@
 //!
 //! The engine drives every kind of wire through [`Segment`]; it must not know which one it is.
 
+use super::reborn::Reborn;
 use bench::{Step, VirtualWire};
 use controllers::profinet_io::Controller;
 use reference_devices::ReferenceDevice;
-use station::{Duration, Refusal, Stand, StandAction, Station, Time};
+use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 
 /// A frame that was seen, as the engine takes it in.
 pub type Tap<'a> = &'a mut dyn FnMut(Time, &[u8]);
@@ -105,16 +106,61 @@ impl Segment for VirtualSegment<'_> {
     }
 }
 
-/// A reference device is its own stand.
-pub struct Model(pub Box<dyn ReferenceDevice>);
+/// Makes a reference device as delivered.
+pub type Deliver<'a> = Box<dyn Fn() -> Result<Box<dyn ReferenceDevice>, String> + 'a>;
 
-impl DeviceOnStand for Model {
+/// A reference device is its own stand, but for the exchange of itself.
+pub struct Model<'a> {
+    device: Reborn,
+    deliver: Deliver<'a>,
+}
+
+impl<'a> Model<'a> {
+    /// `device`, and how it is made as delivered.
+    pub fn new(device: Box<dyn ReferenceDevice>, deliver: Deliver<'a>) -> Model<'a> {
+        Model { device: Reborn::new(device), deliver }
+    }
+}
+
+impl DeviceOnStand for Model<'_> {
     fn station(&mut self) -> &mut dyn Station {
-        &mut *self.0
+        &mut self.device
     }
 
     fn stand(&mut self) -> &mut dyn Stand {
-        &mut *self.0
+        self
+    }
+}
+
+impl Station for Model<'_> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.device.receive(now, frame, out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.device.wake(now, out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.device.deadline()
+    }
+}
+
+impl Stand for Model<'_> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        if *action != StandAction::Deliver {
+            return self.device.act(now, action);
+        }
+        self.device.exchange(now, (self.deliver)().map_err(Refusal::Broken)?);
+        Ok(now)
+    }
+
+    fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
+        self.device.led(now, name)
+    }
+
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        self.device.counter(now, name)
     }
 }
 

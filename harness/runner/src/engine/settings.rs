@@ -7,7 +7,7 @@ use crate::suite::expr::{State, Value};
 use crate::suite::model::{SetValue, Setting, Turn, Way};
 use crate::suite::words;
 use crate::verdict::Verdict;
-use controllers::profinet_io::{ArState, CounterMode};
+use controllers::profinet_io::{AlarmAcknowledge, ArState, CounterMode};
 use station::{Duration, Refusal, StandAction, Time};
 
 /// The longest that a stand may take for one action.
@@ -83,6 +83,18 @@ impl<'a> Run<'a> {
                 self.world.controllers[0].outputs_mut().pause(self.paused);
                 Ok(false)
             }
+            (NameKind::AlarmAcknowledge, value) => {
+                let is = |word| word_is(value, words::ALARM_ACKNOWLEDGE, word);
+                let acknowledge = match () {
+                    () if is("held") => AlarmAcknowledge::Held,
+                    () if is("received") => AlarmAcknowledge::Received,
+                    () => AlarmAcknowledge::Given,
+                };
+                // A device that is not acknowledged to may give up.
+                self.may_end |= acknowledge != AlarmAcknowledge::Given;
+                self.world.controllers[0].acknowledge_alarms(acknowledge);
+                Ok(false)
+            }
             (NameKind::Stand(name), value) => self.stand(*name, value).map(|()| false),
             _ => Err(unknown()),
         }
@@ -109,6 +121,11 @@ impl<'a> Run<'a> {
         let action = match name {
             StandName::Power => StandAction::Power(word_is(value, words::UP_DOWN, "up")),
             StandName::Link => StandAction::Link(word_is(value, words::UP_DOWN, "up")),
+            StandName::Delivery => {
+                self.renamed = true;
+                self.world.line_may_break = true;
+                StandAction::Deliver
+            }
             StandName::ShaftSpeed => StandAction::ShaftSpeed(number()?),
             StandName::ShaftCounts => StandAction::ShaftCounts(number()? as u64),
             StandName::SupplyVoltage => StandAction::SupplyVoltage(number()?),
@@ -121,7 +138,7 @@ impl<'a> Run<'a> {
             }
             StandName::Switch(index) => StandAction::Switch(&names.switches[index].0, number()? as u32),
         };
-        self.may_end |= matches!(name, StandName::Power | StandName::Link);
+        self.may_end |= matches!(name, StandName::Power | StandName::Link | StandName::Delivery);
         if !self.touched.contains(&name) {
             self.touched.push(name);
         }
@@ -200,9 +217,11 @@ impl<'a> Run<'a> {
                 StandName::ShaftSpeed => StandAction::ShaftSpeed(0.0),
                 StandName::Fault(index) => StandAction::Fault(&names.faults[index].0, false),
                 StandName::Button(index) => StandAction::Button(&names.buttons[index].0, false),
-                StandName::ShaftCounts | StandName::SupplyVoltage | StandName::Temperature | StandName::Switch(_) => {
-                    continue;
-                }
+                StandName::ShaftCounts
+                | StandName::SupplyVoltage
+                | StandName::Temperature
+                | StandName::Switch(_)
+                | StandName::Delivery => continue,
             };
             self.act_on_stand(&action)?;
         }

@@ -39,13 +39,15 @@ pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
     Start { module, cycle, watchdog, parameters, instead: Vec::new() }
 }
 
-/// The frame id that is proposed for inputs of class 2.
+/// The frame ids that are proposed for inputs, by class.
+const FRAME_ID_OF_CLASS_1: u16 = 0xC001;
 const FRAME_ID_OF_CLASS_2: u16 = 0x8001;
+const FRAME_ID_OF_CLASS_3: u16 = 0x0101;
 /// One send clock, 31.25 µs, times 32: the clock that every device has.
 const SEND_CLOCK: Duration = Duration::from_millis(1);
 
 /// The connection that `start` asks for, and for each of its records which record of the device it is.
-pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connection, Vec<usize>) {
+pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabouts) -> (Connection, Vec<usize>) {
     let mut submodules = Vec::new();
     let module = &device.modules[start.module];
     let telegram = module.submodules.iter().copied().max_by_key(|&index| {
@@ -57,8 +59,8 @@ pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connecti
     for (index, submodule) in access_point.chain(of_module) {
         let mut expected = Submodule {
             api: submodule.api,
-            slot: submodule.slot,
-            module_ident: submodule.module_ident.unwrap_or(module.ident),
+            slot: slot_asked(start, submodule.slot),
+            module_ident: submodule.module_ident(variant).unwrap_or(module.ident),
             subslot: submodule.subslot,
             submodule_ident: submodule.ident,
             input_octets: submodule.input_octets,
@@ -72,6 +74,7 @@ pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connecti
                 InsteadStart::ModuleIdent(ident) if submodule.slot != 0 => expected.module_ident = *ident,
                 InsteadStart::SubmoduleIdent(ident) if of_telegram => expected.submodule_ident = *ident,
                 InsteadStart::Api(api) if of_telegram => expected.api = *api,
+                InsteadStart::AccessPointIdent(ident) if submodule.slot == 0 => expected.module_ident = *ident,
                 _ => {}
             }
         }
@@ -95,11 +98,27 @@ pub fn connection(device: &Device, start: &Start, at: &Whereabouts) -> (Connecti
     connection.watchdog_factor = u16::try_from(watchdog).unwrap_or(u16::MAX);
     connection.data_hold_factor = connection.watchdog_factor;
     for instead in &start.instead {
-        if let InsteadStart::StationName(name) = instead {
-            connection.station_name = Some(name.clone().into_bytes());
+        match instead {
+            InsteadStart::StationName(name) => connection.station_name = Some(name.clone().into_bytes()),
+            InsteadStart::RtClass(class) => {
+                connection.rt_class = RtClass(*class);
+                (connection.frame_id_in, connection.unchecked) = (frame_id_of(connection.rt_class), true);
+            }
+            InsteadStart::NoAddress => connection.gives_address = false,
+            // Slot 0 has a module of its own, and a subslot may then stand in it twice.
+            InsteadStart::Slot(_) => connection.unchecked = true,
+            _ => {}
         }
     }
     (connection, indices)
+}
+
+fn frame_id_of(class: RtClass) -> u16 {
+    match class {
+        RtClass::RT_CLASS_2 => FRAME_ID_OF_CLASS_2,
+        RtClass::RT_CLASS_3 => FRAME_ID_OF_CLASS_3,
+        _ => FRAME_ID_OF_CLASS_1,
+    }
 }
 
 fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (Vec<StartRecord>, Vec<usize>) {
@@ -107,7 +126,8 @@ fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (V
     let mut indices = Vec::new();
     for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
         let at = &device.submodules[record.at];
-        if !submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (at.slot, at.subslot)) {
+        let slot = slot_asked(start, at.slot);
+        if !submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (slot, at.subslot)) {
             continue;
         }
         let mut data =
@@ -121,7 +141,7 @@ fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (V
             }
         }
         if sent {
-            let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
+            let target = Target { api: at.api, slot, subslot: at.subslot, index: record.index };
             records.push(StartRecord { target, data });
             indices.push(index);
         }
@@ -195,8 +215,17 @@ pub fn record(outcome: &RecordOutcome, written: bool) -> Reply {
     }
 }
 
+/// The slot in which a submodule of the device was asked for.
+fn slot_asked(asked: &Start, slot: u16) -> u16 {
+    let moved = asked.instead.iter().find_map(|instead| match instead {
+        InsteadStart::Slot(moved) => Some(*moved),
+        _ => None,
+    });
+    moved.filter(|_| slot != 0).unwrap_or(slot)
+}
+
 /// The parts of the answer to a start-up.
-pub fn replies(device: &Device, start: &StartUp, records: &[usize]) -> Vec<(AnswerPart, Reply)> {
+pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize]) -> Vec<(AnswerPart, Reply)> {
     let mut replies = Vec::new();
     if let Some(outcome) = &start.connect {
         replies.push((AnswerPart::Connect, connect(outcome)));
@@ -217,7 +246,7 @@ pub fn replies(device: &Device, start: &StartUp, records: &[usize]) -> Vec<(Answ
     let connected = start.connect == Some(ConnectOutcome::Accepted);
     for (index, submodule) in device.submodules.iter().enumerate().filter(|_| connected) {
         let state = match &start.module_diff {
-            Some(diff) => module_state(diff, submodule.slot, submodule.subslot),
+            Some(diff) => module_state(diff, slot_asked(asked, submodule.slot), submodule.subslot),
             None => "proper",
         };
         replies.push((AnswerPart::ModuleDiff(index), word(state)));

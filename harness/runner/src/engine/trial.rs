@@ -12,7 +12,9 @@ use crate::suite::device::{EventName, Location, NameKind, StandName};
 use crate::suite::expr::NameId;
 use crate::suite::model::{Step, Trial, Verb};
 use crate::verdict::Verdict;
-use controllers::profinet_io::{ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen};
+use controllers::profinet_io::{
+    AlarmAcknowledge, ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen,
+};
 use station::Duration;
 use std::net::Ipv4Addr;
 use std::ops::{Deref, DerefMut};
@@ -118,6 +120,8 @@ pub struct Place {
     pub slack: Duration,
     /// The bench file of a live bench.
     pub bench: Option<Arc<BenchFile>>,
+    /// Whether the device is told to deviate from its manual.
+    pub deviates: bool,
 }
 
 /// A check with requirements of its own.
@@ -362,6 +366,7 @@ impl<'a> Run<'a> {
             return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
         }
         self.mac = station.mac;
+        self.world.scene.follower.station = Some(station.mac);
         self.identity = Some(station);
         Ok(())
     }
@@ -403,6 +408,7 @@ impl<'a> Run<'a> {
             self.world.controllers[0].outputs_mut().pause(false);
             self.paused = false;
         }
+        self.world.controllers[0].acknowledge_alarms(AlarmAcknowledge::Given);
         if !self.world.segment.is_model() {
             self.outputs_to_zero();
         }

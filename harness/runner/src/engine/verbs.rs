@@ -23,6 +23,8 @@ use wire::profinet::status::{AbortReason, ErrorCode};
 
 /// The longest that a request may take before it counts as a mistake of ours: every wait of the controller is shorter.
 const LONGEST_REQUEST: Duration = Duration::from_secs(120);
+/// How long answers to an ARP request are collected.
+const ARP_WAIT: Duration = Duration::from_millis(500);
 /// The time between two reads of a `read` with `within`.
 const REPEAT: Duration = Duration::from_millis(20);
 
@@ -71,6 +73,16 @@ impl<'a> Run<'a> {
             Some(why) => halted(&why),
             None => busy("Our controller did not come to an end with a request.".into()),
         })
+    }
+
+    /// Sends a request that goes through a connection; where none stands nothing was sent, and nothing can be an answer.
+    pub fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+        let is_inside = !matches!(request, Request::ReadImplicit { .. });
+        let controller = self.world.controllers.get(usize::from(second));
+        if is_inside && controller.is_some_and(|controller| controller.state() == ArState::None) {
+            return Err(no_connection());
+        }
+        self.ask(second, request)
     }
 
     /// Begins an action: what is expected afterwards is told apart from what was true before.
@@ -133,14 +145,14 @@ impl<'a> Run<'a> {
         self.action();
         let device = &self.world.manual.device;
         let whereabouts = self.whereabouts();
-        let (connection, records) = startup::connection(device, start, &whereabouts);
+        let (connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
         if !second {
             self.module = Some(start.module);
             self.apply_outputs();
         }
         let outcome = self.ask(second, Request::Connect(Box::new(connection)))?;
         let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        self.world.scene.notebook.answers = startup::replies(&self.world.manual.device, &outcome, &records);
+        self.world.scene.notebook.answers = startup::replies(&self.world.manual.device, start, &outcome, &records);
         if !second {
             self.may_end = false;
         }
@@ -283,18 +295,23 @@ impl<'a> Run<'a> {
                     Sought::All => IdentifyBy::All,
                     Sought::OwnName => IdentifyBy::Name(self.place.name.clone().into_bytes()),
                     Sought::Name(name) => IdentifyBy::Name(name.clone().into_bytes()),
+                    Sought::Alias(alias) => IdentifyBy::Alias(alias.clone().into_bytes()),
                 };
                 let wait = if by == IdentifyBy::All { IDENTIFY } else { Duration::from_secs(1) };
                 Request::Identify { by, wait }
             }
             Service::RecordRead { slot, subslot, index, length } => {
-                Request::Read { target: self.target(*slot, *subslot, *index), length: *length }
+                self.record_read(second, self.target(*slot, *subslot, *index), *length)
             }
             Service::RecordWrite { slot, subslot, index, bytes } => {
                 Request::Write { target: self.target(*slot, *subslot, *index), data: bytes.clone() }
             }
             Service::Lldp { chassis, port } => {
                 Request::Lldp { chassis: chassis.clone().into_bytes(), port: port.clone().into_bytes() }
+            }
+            Service::Arp { ip, probe } => {
+                let target = ip.unwrap_or(self.station_ip.address);
+                Request::Arp { target, probe: *probe, wait: ARP_WAIT }
             }
             Service::Abort => Request::Abort { code: AbortReason::RELEASE_RECEIVED },
             Service::Broken(word) => {
@@ -308,13 +325,8 @@ impl<'a> Run<'a> {
                 };
                 Request::Broken { broken, partner: None }
             }
-            Service::HttpGet { .. } => {
-                return Err(Trouble::other(
-                    Blame::Harness,
-                    Verdict::NotApplicable,
-                    "Web pages are not asked for by this version.",
-                ));
-            }
+            Service::HttpGet { page } => self.page_request(*page, None),
+            Service::HttpPost { page, fields } => self.page_request(*page, Some(fields)),
         };
         self.may_end |= matches!(service, Service::DcpReset { .. } | Service::Abort | Service::Broken(_));
         self.renamed |= match service {
@@ -324,7 +336,10 @@ impl<'a> Run<'a> {
             _ => false,
         };
         let before = self.world.trace.len();
-        let outcome = self.ask(second, request)?;
+        let outcome = match service {
+            Service::RecordRead { .. } | Service::RecordWrite { .. } => self.ask_in_connection(second, request)?,
+            _ => self.ask(second, request)?,
+        };
         if let Outcome::Broken(broken) = &outcome {
             // On a real wire it was seen already, on the virtual one it is still on its way.
             match self.world.segment.is_model() {
@@ -340,12 +355,19 @@ impl<'a> Run<'a> {
         let whole = match &outcome {
             Outcome::Dcp(outcome) => dcp(outcome),
             Outcome::Stations(stations) if stations.iter().any(|station| station.mac == to) => Reply::Accepted,
+            Outcome::Owners(owners) if owners.contains(&to) => Reply::Accepted,
+            Outcome::Owners(_) => Reply::Silent("the device did not answer".into()),
             Outcome::Stations(_) => Reply::Silent("the device did not answer".into()),
             Outcome::Record(outcome) => {
                 if let controllers::profinet_io::RecordOutcome::Accepted { data } = outcome {
                     replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
                 }
                 startup::record(outcome, matches!(service, Service::RecordWrite { .. }))
+            }
+            Outcome::Page(outcome) => {
+                let (whole, parts) = super::web::replies(outcome);
+                replies.extend(parts);
+                whole
             }
             // Nobody answers these, so that they say nothing about the device.
             Outcome::Sent | Outcome::Ended(_) | Outcome::Broken(_) => return Ok(()),
@@ -417,5 +439,5 @@ pub fn halted(why: &str) -> Trouble {
 
 /// The trouble with a step that needs a connection where none stands.
 fn no_connection() -> Trouble {
-    Trouble::device("No connection stands, so nothing can be exchanged.", Vec::new())
+    Trouble::device("No connection stands, so nothing can be exchanged or asked for.", Vec::new())
 }

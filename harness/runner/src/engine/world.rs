@@ -336,7 +336,9 @@ impl<'a> World<'a> {
             recording.kept.push(moment);
         }
         let view = self.scene.view(tick);
-        if from == Source::Wire {
+        // Rules are judged on connections, and an announcement also comes without one.
+        let is_lldp = matches!(self.scene.follower.image.happening, Happening::Lldp(_));
+        if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_lldp) {
             self.judges.rules.tick(&view);
         }
         let counted = self.judges.blocks.iter_mut().fold(false, |counted, block| block.tick(&view) | counted);
@@ -442,6 +444,6 @@ pub fn happening(happening: &Happening) -> String {
         Happening::Abort(code) => {
             format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
         }
-        Happening::Lldp => "an announcement of the neighbour".into(),
+        Happening::Lldp(_) => "an announcement of the neighbour".into(),
     }
 }

@@ -189,7 +189,7 @@ impl<'w> Work<'w> {
         let plugged = self.plugged_at(0, of.subslot);
         let known = point.submodules.iter().find(|known| places::holds(&known.subslots, of.subslot));
         let module = Three {
-            manual: printed(hex(of.module_ident.unwrap_or(of.ident)), of.ident_origin),
+            manual: printed(hex(of.module_ident(self.variant).unwrap_or(of.ident)), of.ident_origin),
             gsdml: Some(hex(point.ident)),
             device: plugged.map(|plugged| hex(plugged.module_ident)),
         };
@@ -207,7 +207,7 @@ impl<'w> Work<'w> {
 
     fn module(&mut self, name: &str, slot: u16, slotted: &Slotted<'_>, index: usize, submodules: &[usize]) {
         let three = Three {
-            manual: places::printed_module_ident(self.device, index, submodules).map(hex),
+            manual: places::printed_module_ident(self.device, self.variant, index, submodules).map(hex),
             gsdml: Some(hex(slotted.ident)),
             device: None,
         };

@@ -97,9 +97,12 @@ impl Work<'_> {
     }
 
     fn settle(&mut self, index: usize, module_ident: u32, ident: u32, from: Source) {
+        let number = self.device.variants.iter().position(|known| *known == self.variant).unwrap_or_default();
         let Some(submodule) = self.device.submodules.get_mut(index) else { return };
         submodule.ident = ident;
-        submodule.module_ident = submodule.module_ident.map(|_| module_ident);
+        if let Some(known) = submodule.module_idents.as_mut().and_then(|idents| idents.get_mut(number)) {
+            *known = module_ident;
+        }
         submodule.ident_origin = Origin::Description;
         let name = submodule.name.clone();
         self.settled.push(index);
@@ -177,7 +180,7 @@ impl Work<'_> {
     /// The ident that the manual's module has in all slots whose submodules say no other.
     fn module_ident(&mut self, index: usize, idents: &Idents, from: Source) {
         let of_module = |&&(index, ..): &&(usize, u32, u32)| {
-            self.device.submodules.get(index).is_some_and(|of| of.module_ident.is_none())
+            self.device.submodules.get(index).is_some_and(|of| of.module_idents.is_none())
         };
         let used: Vec<u32> = idents.submodules.iter().filter(of_module).map(|(_, ident, _)| *ident).collect();
         let module = &mut self.device.modules[index];

@@ -147,10 +147,15 @@ pub(super) fn slots(device: &Device, module: usize) -> Vec<(u16, Vec<usize>)> {
 }
 
 /// The ident of the module in a slot as the manual prints it.
-pub(super) fn printed_module_ident(device: &Device, module: usize, submodules: &[usize]) -> Option<u32> {
+pub(super) fn printed_module_ident(
+    device: &Device,
+    variant: usize,
+    module: usize,
+    submodules: &[usize],
+) -> Option<u32> {
     let of_module = device.modules.get(module).filter(|of| of.ident_origin == Origin::Manual).map(|of| of.ident);
     let own = submodules.iter().filter_map(|&index| device.submodules.get(index)).find_map(|of| {
-        let ident = of.module_ident?;
+        let ident = of.module_ident(variant)?;
         Some((of.ident_origin == Origin::Manual).then_some(ident))
     });
     own.unwrap_or(of_module)
@@ -167,7 +172,8 @@ pub(super) fn find<'g>(
     says: Option<&DeviceSays>,
 ) -> Match<'g> {
     let plugged = says.and_then(|says| says.plugged.iter().find(|of| of.slot == slot)).map(|of| of.module_ident);
-    let printed = printed_module_ident(device, module, submodules);
+    let number = device.variants.iter().position(|known| known == variant).unwrap_or_default();
+    let printed = printed_module_ident(device, number, module, submodules);
     let called = device.modules.get(module).map_or("", |of| &of.name);
     let wanted: Vec<(usize, &device::Submodule)> =
         submodules.iter().filter_map(|&index| Some((index, device.submodules.get(index)?))).collect();

@@ -22,6 +22,8 @@ pub enum Refusal {
     Dcp(u8),
     /// DCP says that it does not know the service.
     NotSupported,
+    /// A status of HTTP that is no success.
+    Http(u16),
 }
 
 /// What came back for a request, or for a part of one.
@@ -68,6 +70,7 @@ impl fmt::Display for Refusal {
                 None => write!(f, "DCP block error {error}"),
             },
             Refusal::NotSupported => f.write_str("the service is not supported"),
+            Refusal::Http(status) => write!(f, "HTTP status {status}"),
         }
     }
 }
@@ -79,6 +82,7 @@ impl fmt::Display for Reply {
             Reply::Refused(refusal) => write!(f, "refused: {refusal}"),
             Reply::Wrong(why) => write!(f, "no proper answer: {why}"),
             Reply::Silent(wait) => write!(f, "no answer ({wait})"),
+            Reply::Value(Value::Text(text)) => write!(f, "'{}'", super::page::shortened(text)),
             Reply::Value(value) => write!(f, "{}", super::view::plain(value)),
         }
     }
@@ -176,5 +180,7 @@ pub fn part_name(part: &AnswerPart, view: &View<'_>) -> String {
         AnswerPart::Connection => "answer.connection".into(),
         AnswerPart::Status => "answer.status".into(),
         AnswerPart::Contains => "answer.contains".into(),
+        AnswerPart::Lacks => "answer.lacks".into(),
+        AnswerPart::Text => "answer.text".into(),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Truth;
 use super::answer;
+use super::page;
 use super::view::{View, plain};
 use crate::result::PartSeen;
 use crate::suite::expr::{self, Env, NameId, Order, Program, State, Value};
@@ -120,6 +121,8 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cur
             Value::Bytes(bytes) => Truth::from(pattern.matches(bytes)),
             _ => Truth::False,
         },
+        Matcher::Contains(texts) => Truth::from(texts.iter().all(|text| page::has(seen, text))),
+        Matcher::Lacks(texts) => Truth::from(!texts.iter().any(|text| page::has(seen, text))),
         Matcher::Set(_) | Matcher::Refused(_) | Matcher::Accepted => Truth::False,
     }
 }
@@ -200,7 +203,13 @@ fn wanted(matcher: &Matcher, name: Option<NameId>, view: &View<'_>, cursor: &mut
         Matcher::Set(words) => format!("[{}]", words.join(", ")),
         Matcher::Bytes(pattern) => pattern.to_string(),
         Matcher::Any => "anything".into(),
+        Matcher::Contains(texts) => format!("all of {}", quoted(texts)),
+        Matcher::Lacks(texts) => format!("none of {}", quoted(texts)),
         Matcher::Accepted => "accepted".into(),
         Matcher::Refused(codes) => answer::refused(codes),
     }
+}
+
+fn quoted(texts: &[String]) -> String {
+    texts.iter().map(|text| format!("'{text}'")).collect::<Vec<_>>().join(", ")
 }

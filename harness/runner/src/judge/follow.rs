@@ -1,10 +1,12 @@
 //! Follows one connection after the other: observations in, ticks out, the image up to date.
 
-use super::image::{AlarmSeen, Happening, Image, Placement};
+use super::image::{AlarmSeen, Happening, Image, LldpSeen, Placement};
 use super::{Tick, TickKind};
 use crate::observe::{Ar, ArId, Direction, Observation};
 use crate::suite::device::Device;
 use station::Time;
+use wire::ethernet::Mac;
+use wire::lldp::{Lldp, Tlv};
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
 
@@ -35,13 +37,15 @@ pub enum Ending {
 pub struct Follower {
     /// What is known.
     pub image: Image,
+    /// The device, where it is known before its connection stands.
+    pub station: Option<Mac>,
     ar: Option<ArId>,
 }
 
 impl Follower {
     /// Follows nothing yet.
     pub fn new(device: &Device) -> Follower {
-        Follower { image: Image::new(device), ar: None }
+        Follower { image: Image::new(device), station: None, ar: None }
     }
 
     /// The connection that is followed.
@@ -70,7 +74,12 @@ impl Follower {
                 Some(Change::Opened)
             }
             _ if observation.ar().is_none_or(|ar| Some(ar) != self.ar) => match observation {
-                Observation::Lldp { .. } if self.ar.is_some() => self.happened(Happening::Lldp, event),
+                Observation::Lldp { source, pdu } => {
+                    let seen = announcement(pdu);
+                    let is_device =
+                        self.is_device(ars, *source) || seen.mac.is_some_and(|mac| self.is_device(ars, mac));
+                    if is_device { self.happened(Happening::Lldp(seen), event) } else { None }
+                }
                 _ => None,
             },
             Observation::Cyclic { direction, data, at, status, .. } => {
@@ -107,6 +116,13 @@ impl Follower {
         }
     }
 
+    /// Whether `mac` is the device's: the one of the connection that is followed, else the one that is known. Its ports may
+    /// send from addresses of their own, and then tell the one that they share.
+    fn is_device(&self, ars: &[Ar], mac: Mac) -> bool {
+        let of_ar = self.ar.and_then(|ar| ars.get(ar.0 as usize)).map(|ar| ar.device.mac);
+        of_ar.or(self.station) == Some(mac)
+    }
+
     fn happened(&mut self, happening: Happening, tick: Tick) -> Option<Change> {
         self.image.happening = happening;
         Some(Change::Tick(tick))
@@ -118,6 +134,34 @@ impl Follower {
         self.ar = None;
         Some(Change::Closed(tick, ending))
     }
+}
+
+/// An announcement as the names show it.
+///
+/// The station name stands in the chassis id, or in the port id behind a dot, as newer devices have it.
+fn announcement(pdu: &Lldp) -> LldpSeen {
+    let text = |octets: &[u8]| String::from_utf8_lossy(octets).into_owned();
+    let mut seen = LldpSeen::default();
+    let mut behind_the_dot = None;
+    for tlv in &pdu.tlvs {
+        match tlv {
+            Tlv::ChassisId { subtype, id } => {
+                let is_name = *subtype == Tlv::LOCALLY_ASSIGNED;
+                seen.name = Some(if is_name { text(id) } else { String::new() });
+                seen.chassis = Some(id.clone());
+            }
+            Tlv::PortId { id, .. } => {
+                let id = text(id);
+                let (port, name) = id.split_once('.').map_or((&*id, None), |(port, name)| (port, Some(name)));
+                behind_the_dot = name.map(str::to_owned);
+                seen.port = Some(port.to_owned());
+            }
+            Tlv::ChassisMac(mac) => seen.mac = Some(*mac),
+            _ => {}
+        }
+    }
+    seen.name = behind_the_dot.or(seen.name);
+    seen
 }
 
 /// An alarm as the names show it: its first channel diagnosis, where it has one.
@@ -132,5 +176,36 @@ fn alarm(notification: &AlarmNotification) -> AlarmSeen {
         error: channel.map(|channel| channel.error_type.0),
         severity: channel.map(|channel| channel.properties.severity() as u8),
         channel: channel.map(|channel| channel.channel),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    const MAC: Mac = Mac([0x10, 0xB9, 0xFE, 0, 0, 1]);
+
+    fn chassis(subtype: u8, id: &[u8]) -> Tlv {
+        Tlv::ChassisId { subtype, id: id.into() }
+    }
+
+    fn port(id: &str) -> Tlv {
+        Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: id.into() }
+    }
+
+    /// The station name stands in the chassis id, in newer devices behind the port; a blank station tells its address only.
+    #[rstest]
+    #[case(vec![chassis(7, b"enc-1"), port("port-001")], (Some("enc-1"), Some("port-001"), None))]
+    #[case(vec![chassis(7, b"Encoder 1.0"), port("port-001.enc.one")], (Some("enc.one"), Some("port-001"), None))]
+    #[case(vec![chassis(4, &MAC.0), port("port-001"), Tlv::ChassisMac(MAC)], (Some(""), Some("port-001"), Some(MAC)))]
+    #[case(vec![chassis(4, &MAC.0), port("port-001.enc-1")], (Some("enc-1"), Some("port-001"), None))]
+    #[case(vec![Tlv::TimeToLive(20)], (None, None, None))]
+    fn what_an_announcement_tells(
+        #[case] tlvs: Vec<Tlv>,
+        #[case] (name, port, mac): (Option<&str>, Option<&str>, Option<Mac>),
+    ) {
+        let seen = announcement(&Lldp { tlvs });
+        assert_eq!((seen.name.as_deref(), seen.port.as_deref(), seen.mac), (name, port, mac));
     }
 }

@@ -6,6 +6,7 @@ use crate::observe::{Ar, Direction};
 use crate::suite::device::{Device, RecordField};
 use station::Duration;
 use std::ops::Range;
+use wire::ethernet::Mac;
 use wire::profinet::rt::{ApduStatus, IoxS};
 
 /// The data area of one direction.
@@ -55,6 +56,19 @@ pub struct AlarmSeen {
     pub structure: Option<u16>,
 }
 
+/// An announcement as the names `lldp.*` show it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LldpSeen {
+    /// `lldp.name`.
+    pub name: Option<String>,
+    /// `lldp.chassis`.
+    pub chassis: Option<Vec<u8>>,
+    /// `lldp.port`.
+    pub port: Option<String>,
+    /// `lldp.mac`.
+    pub mac: Option<Mac>,
+}
+
 /// What happened at this instant, besides cyclic data.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Happening {
@@ -66,7 +80,7 @@ pub enum Happening {
     /// The connection was ended with an ERR-RTA; its PNIO status as one number, ErrorCode first.
     Abort(u32),
     /// The device announced itself to its neighbour.
-    Lldp,
+    Lldp(LldpSeen),
 }
 
 /// What is known about one connection.

@@ -7,6 +7,7 @@ pub mod answer;
 pub mod condition;
 pub mod follow;
 pub mod image;
+pub mod page;
 pub mod rule;
 pub mod scene;
 pub mod view;

@@ -57,8 +57,8 @@ impl View<'_> {
         match self.image.happening {
             Happening::Nothing => false,
             Happening::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
-            Happening::Lldp => *event == EventName::Lldp,
-            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode | EventName::Lldp),
+            Happening::Lldp(_) => is_lldp(*event),
+            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !is_lldp(*event),
         }
     }
 
@@ -90,6 +90,11 @@ impl View<'_> {
             Some(NameKind::Record { record, field: Some(field) } | NameKind::StartParameter { record, field }) => {
                 let record = self.device.records.get(*record);
                 record.and_then(|record| record.fields.get(*field)).map(|field| &field.words[..])
+            }
+            Some(NameKind::Page { page, value }) => {
+                let of = self.device.pages.get(*page).and_then(|page| page.shows.get(*value));
+                let word = of.and_then(|of| of.table.as_ref()?.word(i64::try_from(number).ok()?));
+                return word.map_or_else(|| hex(number, 0), str::to_owned);
             }
             Some(NameKind::Led(led)) => {
                 let words = self.device.stand.leds.get(*led).map(|(_, words)| words);
@@ -129,7 +134,7 @@ impl View<'_> {
             NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
             NameKind::ConsumerStatus(submodule) => Value::Word(self.image.consumer_status(*submodule)?.into()),
             NameKind::Connection => Value::Word(self.image.stands().into()),
-            NameKind::Parameter { .. } | NameKind::Record { .. } | NameKind::Station(_) => {
+            NameKind::Parameter { .. } | NameKind::Record { .. } | NameKind::Station(_) | NameKind::Page { .. } => {
                 self.notebook.read.iter().find(|(read, _)| *read == name)?.1.clone()
             }
             NameKind::Led(led) => Value::Word((*self.notebook.leds.get(*led)?)?),
@@ -153,7 +158,7 @@ impl View<'_> {
             NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
             NameKind::BenchAddress => Value::Address(self.notebook.address?),
             NameKind::Constant(value) => value.clone(),
-            NameKind::Cyclic | NameKind::Stand(_) => return None,
+            NameKind::Cyclic | NameKind::AlarmAcknowledge | NameKind::Stand(_) => return None,
         })
     }
 
@@ -162,12 +167,20 @@ impl View<'_> {
         let happening = &self.image.happening;
         let alarm = match happening {
             Happening::Alarm(alarm) => Some(alarm),
-            Happening::Nothing | Happening::Abort(_) | Happening::Lldp => None,
+            Happening::Nothing | Happening::Abort(_) | Happening::Lldp(_) => None,
+        };
+        let lldp = match happening {
+            Happening::Lldp(lldp) => Some(lldp),
+            Happening::Nothing | Happening::Abort(_) | Happening::Alarm(_) => None,
         };
         match name {
             EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
             EventName::Abort => Some(Value::Bit(matches!(happening, Happening::Abort(_)))),
-            EventName::Lldp => Some(Value::Bit(*happening == Happening::Lldp)),
+            EventName::Lldp => Some(Value::Bit(lldp.is_some())),
+            EventName::LldpName => lldp?.name.as_deref().map(Value::text),
+            EventName::LldpChassis => lldp?.chassis.as_deref().map(Value::bytes),
+            EventName::LldpPort => lldp?.port.as_deref().map(Value::text),
+            EventName::LldpMac => lldp?.mac.map(|mac| Value::bytes(&mac.0[..])),
             EventName::AlarmChange => alarm?.change.map(|word| Value::Word(word.into())),
             EventName::AlarmError => alarm?.error.map(|word| Value::Word(word.into())),
             EventName::AlarmSeverity => alarm?.severity.map(|word| Value::Word(word.into())),
@@ -182,6 +195,12 @@ impl View<'_> {
             },
         }
     }
+}
+
+/// Whether an event is the announcement or a part of it.
+fn is_lldp(event: EventName) -> bool {
+    use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort};
+    matches!(event, Lldp | LldpName | LldpChassis | LldpPort | LldpMac)
 }
 
 /// A value of no particular name, as reports show it.

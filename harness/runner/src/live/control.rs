@@ -14,7 +14,7 @@ use std::time::Duration;
 pub const LONGEST_LINE: usize = 1_000;
 
 /// Every command and what it does, as `help` tells it.
-pub const FORMS: [(&str, &str); 17] = [
+pub const FORMS: [(&str, &str); 18] = [
     ("power up|down", "connects or cuts the supply"),
     ("link up|down", "plugs or pulls the cable of the bus"),
     ("shaft speed RPM", "turns the shaft steadily, clockwise positive"),
@@ -27,6 +27,7 @@ pub const FORMS: [(&str, &str); 17] = [
     ("voltage V", "sets the supply voltage, in volts"),
     ("temperature C", "sets the temperature of the device, in degrees Celsius"),
     ("renew", "puts a device as delivered into its place, with the same name and addresses"),
+    ("device as_delivered", "takes its name, its addresses and everything stored from the device"),
     ("clock SECONDS", "lets so much time go by for the device at once"),
     ("led NAME", "asks what an LED shows"),
     ("counter NAME", "asks how often something was counted"),
@@ -76,6 +77,7 @@ pub fn ability(action: &StandAction<'_>) -> String {
         StandAction::SupplyVoltage(_) => "supply.voltage".into(),
         StandAction::Temperature(_) => "supply.temperature".into(),
         StandAction::Renew => "renew".into(),
+        StandAction::Deliver => "device".into(),
         StandAction::Skip(_) => "clock".into(),
     }
 }
@@ -105,6 +107,7 @@ impl<'a> Command<'a> {
             ["voltage", volts] => act(StandAction::SupplyVoltage(number(volts)?)),
             ["temperature", degrees] => act(StandAction::Temperature(number(degrees)?)),
             ["renew"] => act(StandAction::Renew),
+            ["device", "as_delivered"] => act(StandAction::Deliver),
             ["clock", time] => act(StandAction::Skip(seconds(time)?)),
             ["led", name] => Ok(Command::Led(self::name(name)?)),
             ["counter", name] => Ok(Command::Counter(self::name(name)?)),
@@ -144,6 +147,7 @@ fn write_action(action: &StandAction<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Re
         StandAction::SupplyVoltage(volts) => write!(f, "voltage {volts}"),
         StandAction::Temperature(degrees) => write!(f, "temperature {degrees}"),
         StandAction::Renew => f.write_str("renew"),
+        StandAction::Deliver => f.write_str("device as_delivered"),
         StandAction::Skip(time) => write!(f, "clock {}.{:09}", time.as_secs(), time.subsec_nanos()),
     }
 }

@@ -4,7 +4,9 @@
 //! must not know why a frame is sent.
 
 use crate::bench_file::Consents;
+use wire::datagram::Ipv4;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::http;
 use wire::profinet::dcp::{BlockQualifier, Body, Dcp, Element, ResetMode, ServiceId};
 use wire::profinet::rt::{FrameId, FrameKind};
 
@@ -13,14 +15,16 @@ use wire::profinet::rt::{FrameId, FrameKind};
 pub struct Guard {
     device: Option<Mac>,
     consent: Consents,
+    /// The paths of the web pages whose forms let the device wait for another firmware.
+    firmware_pages: Vec<String>,
     held_back: u64,
     first: Option<String>,
 }
 
 impl Guard {
     /// A guard that lets discovery through, and what goes to `device` once it is known who that is.
-    pub fn new(device: Option<Mac>, consent: Consents) -> Guard {
-        Guard { device, consent, held_back: 0, first: None }
+    pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
+        Guard { device, consent, firmware_pages, held_back: 0, first: None }
     }
 
     /// Whether `frame` may be sent; one that may not is counted.
@@ -69,6 +73,9 @@ impl Guard {
     /// What a frame to the device would change for good without consent.
     fn no_consent(&self, frame: &[u8]) -> Option<String> {
         let (header, payload) = FrameHeader::parse(frame).ok()?;
+        if header.ether_type == EtherType::IPV4 {
+            return self.no_consent_to_page(payload);
+        }
         if header.ether_type != EtherType::PROFINET || FrameId::peek(payload).ok()?.kind() != FrameKind::DcpGetSet {
             return None;
         }
@@ -98,6 +105,27 @@ impl Guard {
     }
 }
 
+impl Guard {
+    /// What a packet over TCP would reach but the web server, or change by a form without consent.
+    fn no_consent_to_page(&self, packet: &[u8]) -> Option<String> {
+        let packet = Ipv4::parse(packet).ok().filter(|packet| packet.protocol == Ipv4::TCP)?;
+        let segment = packet.payload;
+        let port = segment.get(2..4).map(|octets| u16::from_be_bytes([octets[0], octets[1]]));
+        if port != Some(http::PORT) || packet.is_fragment() {
+            return Some("a packet over TCP that is not for the web server".to_owned());
+        }
+        let data = segment.get(12).and_then(|offset| segment.get(usize::from(offset >> 4) * 4..))?;
+        let path = data.strip_prefix(b"POST ")?;
+        let is_path = |known: &&String| path.strip_prefix(known.as_bytes()).is_some_and(|rest| rest.starts_with(b" "));
+        match self.firmware_pages.iter().find(is_path) {
+            Some(_) if self.consent.firmware => None,
+            Some(path) => Some(format!("the form of {path} without the consent firmware")),
+            None if self.consent.nvm_write > 0 => None,
+            None => Some("the form of a web page without the consent nvm_write".to_owned()),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,6 +137,10 @@ mod tests {
     const DEVICE: Mac = Mac([2, 0, 0, 0, 1, 0]);
     const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
     const OURS: Mac = Mac([2, 0, 0, 0, 0, 1]);
+
+    fn guard(device: Option<Mac>, consent: Consents) -> Guard {
+        Guard::new(device, consent, vec!["/upgrade.htm".to_owned()])
+    }
 
     fn dcp(to: Mac, dcp: &Dcp) -> Vec<u8> {
         let mut frame = Vec::new();
@@ -128,7 +160,7 @@ mod tests {
 
     #[test]
     fn discovery_goes_to_everybody_and_the_rest_to_the_device_only() {
-        let mut guard = Guard::new(Some(DEVICE), Consents::default());
+        let mut guard = guard(Some(DEVICE), Consents::default());
         assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
         assert!(guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
         assert_eq!(guard.held_back(), None);
@@ -143,7 +175,7 @@ mod tests {
 
     #[test]
     fn before_the_device_is_known_only_discovery_goes() {
-        let mut guard = Guard::new(None, Consents::default());
+        let mut guard = guard(None, Consents::default());
         assert!(!guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
         assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
     }
@@ -154,15 +186,47 @@ mod tests {
     #[case::reset(set(BlockQualifier::TEMPORARY, Value::FactoryReset), with(|of| of.factory_reset = true))]
     #[case::reset_to(Dcp::reset_to_factory(7, ResetMode::COMMUNICATION), with(|of| of.factory_reset = true))]
     fn what_lasts_needs_consent(#[case] request: Dcp, #[case] consent: Consents) {
-        assert!(!Guard::new(Some(DEVICE), Consents::default()).allows(&dcp(DEVICE, &request)));
-        assert!(Guard::new(Some(DEVICE), consent).allows(&dcp(DEVICE, &request)));
+        assert!(!guard(Some(DEVICE), Consents::default()).allows(&dcp(DEVICE, &request)));
+        assert!(guard(Some(DEVICE), consent).allows(&dcp(DEVICE, &request)));
     }
 
     #[test]
     fn an_address_for_this_run_needs_none_and_the_firmware_is_never_touched() {
-        let mut guard = Guard::new(Some(DEVICE), with(|of| of.factory_reset = true));
+        let mut guard = guard(Some(DEVICE), with(|of| of.factory_reset = true));
         let address = IpParameter { address: Ipv4Addr::new(192, 168, 0, 10), ..IpParameter::NONE };
         assert!(guard.allows(&dcp(DEVICE, &set(BlockQualifier::TEMPORARY, Value::IpParameter(address)))));
         assert!(!guard.allows(&dcp(DEVICE, &Dcp::reset_to_factory(7, ResetMode::FACTORY_IMAGE))));
+    }
+
+    /// A frame with TCP: headers without options, checksums not computed.
+    fn segment(port: u16, data: &[u8]) -> Vec<u8> {
+        let mut frame = Vec::new();
+        FrameHeader::new(DEVICE, OURS, EtherType::IPV4).write(&mut frame);
+        frame.extend([0x45, 0]);
+        frame.extend((40 + data.len() as u16).to_be_bytes());
+        frame.extend([0, 0, 0, 0, 64, 6, 0, 0, 192, 168, 0, 1, 192, 168, 0, 10]);
+        frame.extend([0xC0, 0x30]);
+        frame.extend(port.to_be_bytes());
+        frame.extend([0, 0, 0, 1, 0, 0, 0, 1, 0x50, 0x18, 0x10, 0, 0, 0, 0, 0]);
+        frame.extend(data);
+        frame
+    }
+
+    #[rstest]
+    #[case::page(80, "GET /upgrade.htm HTTP/1.1", Consents::default(), true)]
+    #[case::nothing_yet(80, "", Consents::default(), true)]
+    #[case::other_port(8080, "GET / HTTP/1.1", Consents::default(), false)]
+    #[case::form(80, "POST /preset.htm HTTP/1.1", Consents::default(), false)]
+    #[case::form_with_consent(80, "POST /preset.htm HTTP/1.1", with(|of| of.nvm_write = 1), true)]
+    #[case::upgrade(80, "POST /upgrade.htm HTTP/1.1", with(|of| of.nvm_write = 1), false)]
+    #[case::upgrade_with_consent(80, "POST /upgrade.htm HTTP/1.1", with(|of| of.firmware = true), true)]
+    fn of_tcp_only_the_web_server_and_forms_with_consent(
+        #[case] port: u16,
+        #[case] data: &str,
+        #[case] consent: Consents,
+        #[case] goes: bool,
+    ) {
+        let mut guard = guard(Some(DEVICE), consent);
+        assert_eq!(guard.allows(&segment(port, data.as_bytes())), goes, "{:?}", guard.held_back());
     }
 }

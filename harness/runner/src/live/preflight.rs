@@ -32,6 +32,8 @@ pub struct Wanted {
     pub device_id: Option<u16>,
     /// The cycle of most connections, for the slack.
     pub cycle: Duration,
+    /// The web pages whose forms let it wait for another firmware, by their paths.
+    pub firmware_pages: Vec<String>,
 }
 
 /// A bench that can be used.
@@ -111,7 +113,8 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     link::privileges::drop()?;
     opened().map_err(Unusable)?;
     let macs = controller_macs(bench, port.as_ref());
-    let mut scout = Scout { wire: Wire::new(port), guard: Guard::new(None, bench.consent), heard: Heard::default() };
+    let mut scout =
+        Scout { wire: Wire::new(port), guard: Guard::new(None, bench.consent, Vec::new()), heard: Heard::default() };
     scout.wire.restart();
     let mut ticker = Ticker(Time::ZERO + TICK);
     let listened = scout.wire.clock().now() + LISTEN;
@@ -120,7 +123,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     let slack = wanted.cycle * SLACK_CYCLES + late.min(wanted.cycle * SLACK_CYCLES);
     let mut controller = controller(macs[0], Ipv4Addr::UNSPECIFIED, bench.mask);
     let (found, others) = scout.find(bench, wanted, &mut controller)?;
-    scout.guard = Guard::new(Some(found.mac), bench.consent);
+    scout.guard = Guard::new(Some(found.mac), bench.consent, wanted.firmware_pages.clone());
     let passive = passive(bench, &scout.heard, &found, &others, &macs);
     let mut notes = Vec::new();
     let mut station = found.clone();

@@ -5,7 +5,7 @@
 
 mod device;
 
-pub use device::{Maker, Names, ServedDevice};
+pub use device::{Made, Maker, Names, ServedDevice};
 
 use crate::live::control::LONGEST_LINE;
 use link::lines::{Connection, Listener};

@@ -4,8 +4,8 @@
 
 use super::{Ar, Direction, Placed, escaped};
 use std::fmt::Write as _;
-use wire::datagram::Datagram;
 use wire::datagram::arp::{Arp, Operation};
+use wire::datagram::{Datagram, Ipv4};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::{Lldp, Tlv};
 use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaPdu};
@@ -214,7 +214,7 @@ fn value(value: &Value) -> String {
 fn datagram(octets: &[u8]) -> String {
     let datagram = match Datagram::parse(octets) {
         Ok(datagram) => datagram,
-        Err(_) => return "IPv4".into(),
+        Err(_) => return segment(octets).unwrap_or_else(|| "IPv4".into()),
     };
     let on_port = datagram.source.port() == PORT || datagram.destination.port() == PORT;
     match Pdu::parse(datagram.payload) {
@@ -222,6 +222,22 @@ fn datagram(octets: &[u8]) -> String {
         Err(error) if on_port => error.to_string(),
         Err(_) => format!("UDP {} to {} ({} octets)", datagram.source, datagram.destination, datagram.payload.len()),
     }
+}
+
+/// A packet of TCP: from whom to whom, what it does to the connection, and the first line of what it carries.
+fn segment(octets: &[u8]) -> Option<String> {
+    let (header, packet) = FrameHeader::parse(octets).ok()?;
+    let packet =
+        Ipv4::parse(packet).ok().filter(|of| header.ether_type == EtherType::IPV4 && of.protocol == Ipv4::TCP)?;
+    let (head, _) = packet.payload.split_first_chunk::<20>()?;
+    let port = |at: usize| u16::from_be_bytes([head[at], head[at + 1]]);
+    let flags = [(0x02, " SYN"), (0x01, " FIN"), (0x04, " RST")];
+    let flags: String = flags.iter().filter(|(bit, _)| head[13] & bit != 0).map(|(_, word)| *word).collect();
+    let data = packet.payload.get(usize::from(head[12] >> 4) * 4..).unwrap_or_default();
+    let line = data.split(|octet| *octet == b'\r').next().unwrap_or_default();
+    let line = if line.is_empty() { String::new() } else { format!(" '{}'", escaped(&line[..line.len().min(60)])) };
+    let (from, to) = (packet.source, packet.destination);
+    Some(format!("TCP {from}:{} to {to}:{}{flags} ({} octets){line}", port(0), port(2), data.len()))
 }
 
 fn rpc(pdu: &Pdu<'_>) -> String {

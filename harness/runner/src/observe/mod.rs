@@ -22,6 +22,7 @@ pub use describe::describe;
 pub use tracker::{Stray, Tracker};
 
 use wire::ethernet::Mac;
+use wire::lldp::Lldp;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
 use wire::profinet::dcp::Dcp;
 use wire::profinet::rt::ApduStatus;
@@ -146,6 +147,8 @@ pub enum Observation<'a> {
     Lldp {
         /// From.
         source: Mac,
+        /// What it says.
+        pdu: &'a Lldp,
     },
     /// A PROFINET frame that could not be read.
     Unreadable {

@@ -13,6 +13,7 @@ use rustc_hash::FxHashMap;
 use station::Time;
 use wire::WireError;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::lldp::Lldp;
 use wire::profinet::rpc::{Reassembler, Uuid};
 use wire::profinet::rt::{CyclicFrame, FrameId, FrameKind};
 
@@ -153,9 +154,10 @@ impl Tracker {
         match header.ether_type {
             EtherType::PROFINET => self.profinet(&seen, sink),
             EtherType::IPV4 => self.datagram(&seen, sink),
-            EtherType::LLDP if !self.is_repeated(&seen) => {
-                sink(&self.ars, Observation::Lldp { source: header.source });
-            }
+            EtherType::LLDP if !self.is_repeated(&seen) => match Lldp::parse(payload) {
+                Ok(pdu) => sink(&self.ars, Observation::Lldp { source: header.source, pdu: &pdu }),
+                Err(error) => self.unreadable(error, sink),
+            },
             _ => self.counts.other += 1,
         }
     }

@@ -1,5 +1,5 @@
-//! The report to be approved: requirement by requirement in the order of the manual, without times, numbers of frames or
-//! paths, so that two texts differ only where something about a device does.
+//! The report to be approved: chapter by chapter and requirement by requirement in the order of the manual, without times,
+//! numbers of frames or paths, so that two texts differ only where something about a device does.
 
 use super::words::{finding, level, printable, severities};
 use crate::result::{CaseResult, DeviceRun, RequirementResult, RunResult};
@@ -33,8 +33,15 @@ fn device(out: &mut String, run: &DeviceRun) -> std::fmt::Result {
         run.findings.iter().for_each(|of| out.push_str(&finding(of)));
     }
     let cases: FxHashMap<&str, &CaseResult> = run.cases.iter().map(|case| (case.id.as_str(), case)).collect();
-    let mut clause = None;
+    let (mut chapter, mut clause) = (None, None);
     for of in &run.requirements {
+        if chapter != Some(&of.chapter) {
+            (chapter, clause) = (Some(&of.chapter), None);
+            let own = run.requirements.iter().filter(|other| other.chapter == of.chapter);
+            if let Some(chapter) = &of.chapter {
+                writeln!(out, "\n# {}: {}", printable(chapter), parts(own.map(|of| of.verdict)))?;
+            }
+        }
         if clause != Some(of.cites.as_str()) {
             clause = Some(of.cites.as_str());
             writeln!(out, "\n== {}", printable(&of.cites))?;
@@ -79,11 +86,17 @@ fn line(out: &mut String, case: &CaseResult, verdict: Verdict) -> std::fmt::Resu
     Ok(())
 }
 
-/// How many there are of each verdict that occurs, as words.
+/// How many there are in all and of each verdict that occurs, as words.
 pub(super) fn totals(verdicts: impl Iterator<Item = Verdict> + Clone) -> String {
-    let all = verdicts.clone().count();
+    match verdicts.clone().count() {
+        0 => "none".into(),
+        all => format!("{all}: {}", parts(verdicts)),
+    }
+}
+
+/// How many there are of each verdict that occurs.
+fn parts(verdicts: impl Iterator<Item = Verdict> + Clone) -> String {
     let of = |wanted: Verdict| (verdicts.clone().filter(|&verdict| verdict == wanted).count(), wanted);
-    let parts: Vec<String> =
-        Verdict::ALL.into_iter().map(of).filter(|(n, _)| *n > 0).map(|(n, verdict)| format!("{n} {verdict}")).collect();
-    if parts.is_empty() { "none".into() } else { format!("{all}: {}", parts.join(", ")) }
+    let each = Verdict::ALL.into_iter().map(of).filter(|(n, _)| *n > 0);
+    each.map(|(n, verdict)| format!("{n} {verdict}")).collect::<Vec<_>>().join(", ")
 }

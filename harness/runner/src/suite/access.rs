@@ -12,6 +12,8 @@ use super::names::{Name, Verbs};
 use super::start::octets;
 use super::yaml::Node;
 use controllers::profinet_io::Broken;
+use std::net::Ipv4Addr;
+use wire::ethernet::Mac;
 use wire::profidrive::Format;
 use wire::profinet::dcp::ResetMode;
 
@@ -28,23 +30,29 @@ pub(super) const INSTEAD_PARAMETERS: &[&str] = &[
     "values",
     "length",
     "bytes",
+    "slot",
+    "subslot",
+    "api",
 ];
 /// Likewise for records.
 pub(super) const INSTEAD_RECORD: &[&str] = &["slot", "subslot", "api", "index", "length", "bytes"];
 /// Likewise for the station.
-pub(super) const INSTEAD_STATION: &[&str] = &["value", "qualifier"];
+pub(super) const INSTEAD_STATION: &[&str] = &["value", "qualifier", "destination"];
 
 /// The services of `send` with their fields.
 pub(super) const SERVICES: &[(&str, &[&str])] = &[
     ("dcp_reset", &["mode"]),
     ("dcp_signal", &[]),
-    ("dcp_identify", &["name", "who"]),
+    ("dcp_identify", &["name", "who", "alias"]),
     ("record_read", &["slot", "subslot", "index", "length"]),
     ("record_write", &["slot", "subslot", "index", "bytes"]),
     ("lldp", &["chassis", "port"]),
+    ("arp", &["ip"]),
+    ("arp_probe", &["ip"]),
     ("abort", &[]),
     ("broken", &["frame"]),
-    ("http_get", &["path"]),
+    ("http_get", &["page"]),
+    ("http_post", &["page", "fields"]),
 ];
 
 /// Whom `who` of a DCP identify means.
@@ -95,12 +103,12 @@ impl Frame<'_, '_> {
         let asked = match via {
             Via::Parameters => Asked::Parameters(&asked),
             Via::Record(_) => Asked::Whole(From::Record),
-            Via::Station | Via::Stand => Asked::Whole(From::Station),
+            Via::Station | Via::Stand | Via::Pages => Asked::Whole(From::Station),
         };
         let from = match via {
             Via::Parameters => From::Parameters,
             Via::Record(_) => From::Record,
-            Via::Station | Via::Stand => From::Station,
+            Via::Station | Via::Stand | Via::Pages => From::Station,
         };
         let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
         let mut items = Vec::new();
@@ -112,7 +120,7 @@ impl Frame<'_, '_> {
             self.exists(key, &name, write, &matcher, answer.as_ref())?;
             items.push(AccessItem { name: name.id, value: matcher });
         }
-        let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via))?;
+        let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via, write))?;
         Ok(Access { via, items, instead, answer, second })
     }
 
@@ -168,10 +176,11 @@ impl Frame<'_, '_> {
         Ok(())
     }
 
-    fn instead(&self, node: &Node, via: Via) -> Read<Vec<Instead>> {
+    fn instead(&self, node: &Node, via: Via, write: bool) -> Read<Vec<Instead>> {
         let known = match via {
             Via::Parameters => INSTEAD_PARAMETERS,
             Via::Record(_) => INSTEAD_RECORD,
+            Via::Pages => return Err(node.wrong("nothing is changed in the request for a web page")),
             Via::Station | Via::Stand => INSTEAD_STATION,
         };
         let mut list = Vec::new();
@@ -197,6 +206,14 @@ impl Frame<'_, '_> {
                 "api" => Instead::Api(self.number(value, "an API")?),
                 "index" => Instead::Index(self.number(value, "an index")?),
                 "qualifier" => Instead::Qualifier(self.number(value, "a qualifier")?),
+                "destination" if !write => {
+                    let mistake = key.wrong("what another station is asked for has no answer to compare with");
+                    return Err(mistake.help("write to it, with `answer: none`"));
+                }
+                "destination" => match <[u8; 6]>::try_from(octets(value)?) {
+                    Ok(mac) => Instead::Destination(Mac(mac)),
+                    Err(_) => return Err(value.wrong("a MAC address has 6 octets")),
+                },
                 _ => Instead::StationValue(octets(value)?),
             });
         }
@@ -242,14 +259,24 @@ impl Frame<'_, '_> {
         let service = match *name {
             "dcp_reset" => reset(field("mode")?)?,
             "dcp_signal" => Service::DcpSignal,
-            "dcp_identify" => Service::DcpIdentify(match (fields.get("who"), fields.get("name")) {
-                (Some(who), None) => match word(who, "who", SOUGHT)? {
-                    "all" => Sought::All,
-                    _ => Sought::OwnName,
-                },
-                (None, Some(_)) => Sought::Name(text("name")?),
-                _ => return Err(fields.wrong("dcp_identify needs `name` or `who`, and not both")),
-            }),
+            "dcp_identify" => {
+                Service::DcpIdentify(match (fields.get("who"), fields.get("name"), fields.get("alias")) {
+                    (Some(who), None, None) => match word(who, "who", SOUGHT)? {
+                        "all" => Sought::All,
+                        _ => Sought::OwnName,
+                    },
+                    (None, Some(_), None) => Sought::Name(text("name")?),
+                    (None, None, Some(_)) => Sought::Alias(text("alias")?),
+                    _ => return Err(fields.wrong("dcp_identify needs one of `name`, `alias` and `who`")),
+                })
+            }
+            "arp" | "arp_probe" => {
+                let ip = fields.get("ip").map(|ip| match literal(ip, &Type::Address)? {
+                    Value::Address(octets) => Ok(Ipv4Addr::from(octets)),
+                    _ => Err(ip.wrong("`ip` is an address")),
+                });
+                Service::Arp { ip: ip.transpose()?, probe: *name == "arp_probe" }
+            }
             "record_read" => Service::RecordRead {
                 slot: self.number(field("slot")?, "a slot")?,
                 subslot: self.number(field("subslot")?, "a subslot")?,
@@ -264,7 +291,11 @@ impl Frame<'_, '_> {
             },
             "lldp" => Service::Lldp { chassis: text("chassis")?, port: text("port")? },
             "abort" => Service::Abort,
-            "http_get" => Service::HttpGet { path: text("path")? },
+            "http_get" => Service::HttpGet { page: self.page(field("page")?)? },
+            "http_post" => {
+                let page = self.page(field("page")?)?;
+                Service::HttpPost { page, fields: self.fields(page, field("fields")?)? }
+            }
             _ => {
                 let frame = field("frame")?;
                 let word = plain(frame, "a frame")?;
@@ -278,12 +309,42 @@ impl Frame<'_, '_> {
             }
         };
         let asked = match service {
-            Service::HttpGet { .. } => Asked::Web,
+            Service::HttpGet { .. } | Service::HttpPost { .. } => Asked::Web,
             Service::RecordRead { .. } | Service::RecordWrite { .. } => Asked::Whole(From::Record),
             Service::Broken(_) => Asked::Whole(From::Last),
             _ => Asked::Whole(From::Station),
         };
         Ok((service, asked))
+    }
+}
+
+impl Frame<'_, '_> {
+    fn page(&self, node: &Node) -> Read<usize> {
+        let name = plain(node, "a page")?;
+        let pages = &self.names.device().pages;
+        let Some(index) = pages.iter().position(|page| page.name == name) else {
+            return Err(Mistake::unknown(node.spot, "page", name, pages.iter().map(|page| page.name.as_str())));
+        };
+        self.names.mark("page", name);
+        Ok(index)
+    }
+
+    /// What is entered in the fields of a form.
+    fn fields(&self, page: usize, node: &Node) -> Read<Vec<(usize, String)>> {
+        let of = &self.names.device().pages[page];
+        let mut entered = Vec::new();
+        for (name, value) in named(node, "fields")? {
+            let Some(index) = of.fields.iter().position(|(known, _)| known == name) else {
+                let known = of.fields.iter().map(|(known, _)| known.as_str());
+                return Err(Mistake::unknown(node.key(name).spot, "field of the page", name, known));
+            };
+            self.names.mark("page field", &format!("{}.{name}", of.name));
+            match self.literal(value, &Type::Text)? {
+                Value::Text(text) => entered.push((index, text.to_string())),
+                _ => return Err(value.wrong("what is entered is a text")),
+            }
+        }
+        Ok(entered)
     }
 }
 
@@ -307,6 +368,7 @@ fn via_of(name: &Name) -> Via {
         NameKind::Record { record, .. } => Via::Record(record),
         NameKind::Station(_) => Via::Station,
         NameKind::Parameter { .. } => Via::Parameters,
+        NameKind::Page { .. } => Via::Pages,
         _ => Via::Stand,
     }
 }

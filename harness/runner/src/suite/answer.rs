@@ -4,7 +4,7 @@ use super::codes::Service;
 use super::device::NameKind;
 use super::device_yaml::{plain, word};
 use super::error::{Mistake, Read};
-use super::expr::Type;
+use super::expr::{Type, Value};
 use super::frame::Frame;
 use super::model::{Answer, AnswerPart, Code, Matcher};
 use super::yaml::Node;
@@ -73,8 +73,9 @@ impl Frame<'_, '_> {
         match asked {
             Asked::Web => match name {
                 "status" => Ok((AnswerPart::Status, Answer::Is(self.matcher(value, &Type::whole(16, false), None)?))),
-                "contains" => Ok((AnswerPart::Contains, Answer::Is(self.matcher(value, &Type::Text, None)?))),
-                _ => Err(Mistake::unknown(key.spot, "part of a web answer", name, ["status", "contains"])),
+                "contains" => Ok((AnswerPart::Contains, Answer::Is(Matcher::Contains(self.texts(value)?)))),
+                "lacks" => Ok((AnswerPart::Lacks, Answer::Is(Matcher::Lacks(self.texts(value)?)))),
+                _ => Err(Mistake::unknown(key.spot, "part of a web answer", name, ["status", "contains", "lacks"])),
             },
             Asked::Parameters(_) | Asked::Whole(_) if name == "bytes" => bytes(),
             Asked::Parameters(written) => {
@@ -132,12 +133,27 @@ impl Frame<'_, '_> {
         }
     }
 
+    /// A text, or several.
+    fn texts(&self, node: &Node) -> Read<Vec<String>> {
+        let one = |node: &Node| match self.literal(node, &Type::Text)? {
+            Value::Text(text) if !text.trim().is_empty() => Ok(text.to_string()),
+            _ => Err(node.wrong("an empty text is in every page")),
+        };
+        match node.sequence() {
+            Some([]) => Err(node.wrong("an empty list of texts")),
+            Some(items) => items.iter().map(one).collect(),
+            None => Ok(vec![one(node)?]),
+        }
+    }
+
     /// What the last answer, or a part of it, has to be in an expectation.
     pub(super) fn answer_part(&self, node: &Node, part: &AnswerPart) -> Read<Matcher> {
         let service = match part {
             AnswerPart::Bytes => return self.matcher(node, &Type::Bytes, None),
             AnswerPart::Status => return self.matcher(node, &Type::whole(16, false), None),
-            AnswerPart::Contains => return self.matcher(node, &Type::Text, None),
+            AnswerPart::Contains => return self.texts(node).map(Matcher::Contains),
+            AnswerPart::Lacks => return self.texts(node).map(Matcher::Lacks),
+            AnswerPart::Text => return self.matcher(node, &Type::Text, None),
             AnswerPart::Parameter(..) => Service::Parameters,
             AnswerPart::Record(_) => Service::Record,
             AnswerPart::Connect => Service::Connect,

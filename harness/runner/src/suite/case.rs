@@ -1,6 +1,6 @@
 //! Topic files: cases with their tables, rules, and the common suites that a manual uses.
 
-use super::checks::{any_step, is_check, wants_life};
+use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
 use super::device_yaml::{named, plain};
 use super::error::{Mistake, Read};
 use super::frame::{Column, Frame, Progress, replaced};
@@ -179,13 +179,20 @@ impl<'n> Topic<'n> {
         let mut once = FxHashSet::default();
         covers.retain(|requirement| once.insert(*requirement));
         let (given, steps, finally) = (place.steps(&given), place.steps(&steps), place.steps(&finally));
-        if covers.is_empty() && !any_step(&steps, &|step| !step.covers.is_empty()) {
+        let any_apart = any_step(&steps, &|step| !step.covers.is_empty());
+        if covers.is_empty() && !any_apart {
             return Err(node.wrong(format!("`{id}` covers nothing")).help("name the requirements: `covers: [...]`"));
         }
         if !any_step(&steps, &|step| is_check(step)) {
             return Err(node
                 .wrong(format!("`{id}` checks nothing"))
                 .help("a case needs an `expect`, a `read`, an `answer` or an `observe`"));
+        }
+        if !covers.is_empty() && any_apart && !any_check_of_the_case(&steps) {
+            let ids = node.get("covers").or(entry.covers).or(row.covers).unwrap_or(node);
+            return Err(ids
+                .wrong(format!("nothing in `{id}` can fail what the case itself covers: every check has its own `covers`"))
+                .help("name these requirements at the checks that show them, or take `covers` away from one of the checks"));
         }
         if !any_step(&steps, &wants_life) {
             return Err(node

@@ -27,6 +27,20 @@ pub(super) fn is_check(step: &Step) -> bool {
     }
 }
 
+/// Whether a check among the steps is judged for what the case itself covers; one with requirements of its own is not, nor
+/// what is inside it.
+///
+/// That a service of `send` is carried out is asked for by the way, and is a check of the case only where its answer is named.
+pub(super) fn any_check_of_the_case(steps: &[Step]) -> bool {
+    let judged = |step: &&Step| step.covers.is_empty();
+    steps.iter().filter(judged).any(|step| match &step.verb {
+        Verb::Block { steps, observe, .. } => !observe.is_empty() || any_check_of_the_case(steps),
+        Verb::Either(readings) => readings.iter().any(|reading| any_check_of_the_case(&reading.steps)),
+        Verb::Send { answer: None, .. } => false,
+        _ => is_check(step),
+    })
+}
+
 /// Whether a step asks for something that a device that is dead or absent does not do.
 pub(super) fn wants_life(step: &Step) -> bool {
     let answered = |answer: &Option<Answer>| answer.as_ref().is_none_or(|answer| !dead_gives(answer));
@@ -52,9 +66,11 @@ fn is_answered(service: &Service) -> bool {
         Service::DcpReset { .. }
         | Service::DcpSignal
         | Service::DcpIdentify(_)
+        | Service::Arp { .. }
         | Service::RecordRead { .. }
         | Service::RecordWrite { .. }
-        | Service::HttpGet { .. } => true,
+        | Service::HttpGet { .. }
+        | Service::HttpPost { .. } => true,
     }
 }
 

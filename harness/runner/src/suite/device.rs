@@ -77,6 +77,59 @@ pub struct Device {
     pub roles: Vec<(String, Vec<String>)>,
     /// What changes the device for good, so that a live bench has to consent.
     pub changes: Changes,
+    /// Its web pages.
+    pub pages: Vec<Page>,
+}
+
+impl Device {
+    /// The web pages whose forms let it wait for another firmware.
+    pub fn pages_for_firmware(&self) -> impl Iterator<Item = &Page> {
+        self.changes.firmware.iter().filter_map(|changed| match changed {
+            Changed::Page(page) => self.pages.get(*page),
+            _ => None,
+        })
+    }
+}
+
+/// A web page.
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// Its name.
+    pub name: String,
+    /// Where it is.
+    pub path: String,
+    /// The fields of its form: our name and the one in the page.
+    pub fields: Vec<(String, String)>,
+    /// The values that it shows.
+    pub shows: Vec<PageValue>,
+    /// Where all this comes from.
+    pub origin: Origin,
+}
+
+/// A value that a web page shows.
+#[derive(Clone, Debug)]
+pub struct PageValue {
+    /// Its name, which no value of another page has.
+    pub name: String,
+    /// The text in front of it.
+    pub behind: String,
+    /// How it is written.
+    pub form: PageForm,
+    /// Whether it is a place in steps.
+    pub steps: bool,
+    /// Words for its numbers.
+    pub table: Option<Arc<WordTable>>,
+}
+
+/// How a value is written on a web page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PageForm {
+    /// A number in decimal.
+    Decimal,
+    /// A number in hexadecimal, with or without `0x`.
+    Hexadecimal,
+    /// A word.
+    Text,
 }
 
 /// What changes a device for good, besides names, addresses and resets by DCP.
@@ -88,6 +141,8 @@ pub struct Changes {
     pub nvm_write: Vec<Changed>,
     /// What brings back what it was delivered with.
     pub factory_reset: Vec<Changed>,
+    /// What lets it wait for another firmware.
+    pub firmware: Vec<Changed>,
 }
 
 /// Something that is set or written.
@@ -106,6 +161,8 @@ pub enum Changed {
     Parameter(usize),
     /// A record (index into `records`).
     Record(usize),
+    /// The form of a web page (index into `pages`).
+    Page(usize),
 }
 
 /// Who a device is.
@@ -198,9 +255,9 @@ pub struct Submodule {
     pub api: u32,
     /// Ident number.
     pub ident: u32,
-    /// Ident number of the module that it is part of, where that is another one than the entry of `modules` says; always
-    /// there in slot 0, which has no such entry.
-    pub module_ident: Option<u32>,
+    /// For each variant the ident number of the module that it is part of, where that is another one than the entry of
+    /// `modules` says; always there in slot 0, which has no such entry.
+    pub module_idents: Option<Vec<u32>>,
     /// Where the ident numbers come from.
     pub ident_origin: Origin,
     /// Octets of output data.
@@ -211,6 +268,13 @@ pub struct Submodule {
     pub outputs: Vec<usize>,
     /// Signals in the input data in order.
     pub inputs: Vec<usize>,
+}
+
+impl Submodule {
+    /// Ident number of the module that it is part of in this variant, where the entry of `modules` does not say it.
+    pub fn module_ident(&self, variant: usize) -> Option<u32> {
+        self.module_idents.as_ref()?.get(variant).copied()
+    }
 }
 
 /// A module: what one connection consists of.
@@ -347,6 +411,8 @@ pub enum NameKind {
     InputLength,
     /// `io.cyclic`: `running` or `paused`.
     Cyclic,
+    /// `io.alarm_acknowledge`: `given`, `received`, `held`.
+    AlarmAcknowledge,
     /// `io.output_status`: our IOPS, of one submodule or of all.
     OutputStatus(Option<usize>),
     /// `io.input_status`: the device's IOPS.
@@ -372,6 +438,13 @@ pub enum NameKind {
         record: usize,
         /// The field; `None` for the record as octets.
         field: Option<usize>,
+    },
+    /// A value on a web page (indices into `device.pages` and its values).
+    Page {
+        /// The page.
+        page: usize,
+        /// The value.
+        value: usize,
     },
     /// A DCP value of the station.
     Station(StationName),
@@ -421,6 +494,8 @@ pub enum StationName {
     DeviceId,
     /// `station.type`.
     Type,
+    /// `station.mac`.
+    Mac,
 }
 
 /// Something that a stand sets (indices into [`StandNames`]).
@@ -430,6 +505,8 @@ pub enum StandName {
     Power,
     /// `link`: `up`, `down`.
     Link,
+    /// `device`: `as_delivered`.
+    Delivery,
     /// `shaft.speed`, in rpm.
     ShaftSpeed,
     /// `shaft.counts`, the raw place.
@@ -471,4 +548,12 @@ pub enum EventName {
     AbortCode,
     /// `lldp`.
     Lldp,
+    /// `lldp.name`.
+    LldpName,
+    /// `lldp.chassis`.
+    LldpChassis,
+    /// `lldp.port`.
+    LldpPort,
+    /// `lldp.mac`.
+    LldpMac,
 }

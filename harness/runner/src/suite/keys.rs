@@ -183,11 +183,30 @@ key_sets! {
         "stand" may Keys(&STAND), "What a stand can do with it.";
         "roles" may Map(&List(&Name)), "Device-independent names.";
         "changes" may Keys(&CHANGES), "What changes the device for good.";
+        "pages" may Map(&Keys(&PAGE)), "Its web pages.";
     }
     CHANGES "changes" {
         "position_reference" may List(&Name), "Outputs, parameters and records that give the present place another value.";
         "nvm_write" may List(&Name), "Outputs, parameters and records that make it write its memory, besides `permanent` parameters.";
         "factory_reset" may List(&Name), "Outputs, parameters and records that bring back what it was delivered with, besides DCP.";
+        "firmware" may List(&Name), "Forms of web pages that let it wait for another firmware.";
+    }
+    PAGE "a web page" {
+        "path" must Text, "Where it is, from the first slash on.";
+        "fields" may Map(&Text), "The fields of its form: a name, and the one in the page.";
+        "shows" may Map(&Keys(&PAGE_VALUE)), "The values that it shows, each under a name that is unique among all pages.";
+        "from_source" may Word(ORIGINS), "Where all this comes from if the manual does not print it.";
+    }
+    PAGE_VALUE "a value on a web page" {
+        "behind" must Text, "The text in front of it, as a reader sees the page.";
+        "form" must Word(FORMS), "How it is written.";
+        "steps" may Flag, "It is a place in steps.";
+        "words" may Name, "The table of its words.";
+    }
+    BENCH_PAGE "a web page of a bench" {
+        "path" may Text, "Where it is; without it where device.yaml says.";
+        "fields" may Map(&Text), "The fields of its form that have other names than in device.yaml.";
+        "shows" may Map(&Text), "The texts in front of its values, where they are others.";
     }
     IDENTITY "identity" {
         "vendor_id" must Number, "Vendor ID of PI.";
@@ -224,7 +243,7 @@ key_sets! {
         "subslot" must Number, "Subslot number.";
         "api" may Number, "API, 0 by default.";
         "ident" must Number, "Ident number.";
-        "module_ident" may Number, "Ident number of the module it is part of, where it is not that of the module in use; in slot 0: where it is not its own.";
+        "module_ident" may Any, "Ident number of the module it is part of, one or one for each variant, where it is not that of the module in use; in slot 0: where it is not its own.";
         "octets" may Keys(&OCTETS), "Lengths of its cyclic data.";
         "outputs" may List(&Name), "Signals of its output data in order.";
         "inputs" may List(&Name), "Signals of its input data in order.";
@@ -295,6 +314,7 @@ key_sets! {
         "firmware" may Text, "The firmware that it is said to have, as I&M0 tells it: `1.1.0`.";
         "ledger" may Text, "The ledger of its known failures, a file.";
         "position_noise" may Number, "By how many steps a place may differ, because the shaft is never quite still; 0 by default.";
+        "pages" may Map(&Keys(&BENCH_PAGE)), "Its web pages whose looks the manual does not print, as they are on this device.";
         "stand" may Keys(&BENCH_STAND), "What holds it; without it nobody does.";
         "consent" may Keys(&BENCH_CONSENT), "What may be done to it that lasts; without it nothing.";
     }
@@ -314,6 +334,7 @@ key_sets! {
         "set_ip" may Flag, "Its address may be changed; it is put back.";
         "nvm_write" may Number, "So many times in a run its memory may be written, 0 by default.";
         "position_reference" may Flag, "Its position may be preset: a machine around it loses its reference.";
+        "firmware" may Flag, "It may be told to wait for another firmware, which stops its web server.";
         "alone" may Flag, "Nothing else is on the segment that could be disturbed.";
     }
 }
@@ -322,6 +343,8 @@ key_sets! {
 pub(crate) const TAKEN: &[&str] = &["parameter", "number", "word", "role"];
 /// Where a datum can come from that the manual does not print.
 pub(crate) const ORIGINS: &[&str] = &["description", "invented"];
+/// How values are written on web pages.
+pub(crate) const FORMS: &[&str] = &["decimal", "hexadecimal", "text"];
 /// Types of parameters.
 pub(crate) const TYPES: &[&str] = &["u8", "u16", "u32", "u64", "i8", "i16", "i32", "i64", "bytes", "text"];
 

@@ -4,8 +4,10 @@
 
 use super::device::{Device, Location, NameId, NameKind};
 use super::expr::{Program, Type, Value};
+use std::net::Ipv4Addr;
 use std::sync::Arc;
 use std::time::Duration;
+use wire::ethernet::Mac;
 
 /// One manual: its device, its requirements, its bugs, and its cases and rules compiled for each variant.
 #[derive(Debug)]
@@ -103,6 +105,15 @@ pub struct Requirement {
     pub at: Location,
 }
 
+impl Requirement {
+    /// The chapter and topic as the name of the file has them: `7 factory reset` of `requirements-07-factory-reset.yaml`.
+    pub fn chapter(&self) -> Option<String> {
+        let name = self.at.file.file_stem()?.to_str()?;
+        let (number, topic) = name.strip_prefix("requirements-")?.split_once('-')?;
+        Some(format!("{} {}", number.trim_start_matches('0'), topic.replace('-', " ")))
+    }
+}
+
 /// A deliberate bug as the suites list it.
 #[derive(Clone, Debug)]
 pub struct Bug {
@@ -186,6 +197,14 @@ pub enum InsteadStart {
     Api(u32),
     /// The station name that is put into the Connect request.
     StationName(String),
+    /// RT class of both IOCRs.
+    RtClass(u8),
+    /// The slot in which the module is expected.
+    Slot(u16),
+    /// Ident number of the module in slot 0, the device access point.
+    AccessPointIdent(u32),
+    /// No address is given; the device is called at the one that it has.
+    NoAddress,
 }
 
 /// A step: one verb, where it stands and what it covers for itself.
@@ -372,6 +391,8 @@ pub enum Via {
     Record(usize),
     /// DCP.
     Station,
+    /// Web pages.
+    Pages,
     /// What the second face of the bus says of the device itself: led, counter.
     Stand,
 }
@@ -410,11 +431,11 @@ pub enum Instead {
     Length(usize),
     /// The whole request.
     Bytes(Vec<u8>),
-    /// Record: slot.
+    /// Record, or the one that carries a parameter request: slot.
     Slot(u16),
-    /// Record: subslot.
+    /// Likewise: subslot.
     Subslot(u16),
-    /// Record: API.
+    /// Likewise: API.
     Api(u32),
     /// Record: index.
     Index(u16),
@@ -422,6 +443,8 @@ pub enum Instead {
     StationValue(Vec<u8>),
     /// Station: the block qualifier.
     Qualifier(u16),
+    /// Station: another station that the request goes to; on a virtual wire only.
+    Destination(Mac),
 }
 
 /// Whom a DCP identify looks for.
@@ -433,6 +456,8 @@ pub enum Sought {
     OwnName,
     /// The station of this name.
     Name(String),
+    /// The station at this place: the neighbour's port and name.
+    Alias(String),
 }
 
 /// One service of `send`.
@@ -478,14 +503,28 @@ pub enum Service {
         /// Port id.
         port: String,
     },
+    /// Asks by ARP who has an address: the device has to say that it has it.
+    Arp {
+        /// The address; none for the one that the device was last given.
+        ip: Option<Ipv4Addr>,
+        /// Whether the question names no sender, as before an address is given.
+        probe: bool,
+    },
     /// Aborts the own connection with an ERR-RTA.
     Abort,
     /// One of the damaged frames that the controller can make, by its word.
     Broken(String),
-    /// A web page.
+    /// A web page is asked for (index into `device.pages`).
     HttpGet {
-        /// The path.
-        path: String,
+        /// The page.
+        page: usize,
+    },
+    /// The form of a web page is sent.
+    HttpPost {
+        /// The page (index into `device.pages`).
+        page: usize,
+        /// The fields (indices into those of the page) and what is entered.
+        fields: Vec<(usize, String)>,
     },
 }
 
@@ -532,8 +571,12 @@ pub enum AnswerPart {
     Connection,
     /// Status of a web answer.
     Status,
-    /// Text in a web answer.
+    /// Texts that are in a web answer.
     Contains,
+    /// Texts that are not in a web answer.
+    Lacks,
+    /// A web answer as a reader sees it.
+    Text,
 }
 
 /// A refusal as a word of one of the code tables, with the numbers it stands for.
@@ -567,6 +610,10 @@ pub enum Matcher {
     Set(Vec<String>),
     /// Octets, with `..` for any octet and `*` for any rest.
     Bytes(super::expr::BytePattern),
+    /// A web page that has all of these texts, the case of letters apart.
+    Contains(Vec<String>),
+    /// A web page that has none of these texts.
+    Lacks(Vec<String>),
     /// Anything that is there.
     Any,
     /// One of these.
@@ -726,6 +773,8 @@ impl Matcher {
             Matcher::Word(_)
             | Matcher::Set(_)
             | Matcher::Bytes(_)
+            | Matcher::Contains(_)
+            | Matcher::Lacks(_)
             | Matcher::Any
             | Matcher::Refused(_)
             | Matcher::Accepted => {}

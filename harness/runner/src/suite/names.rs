@@ -248,10 +248,12 @@ impl<'m> Names<'m> {
                 message: format!("`{path}` has no value that could be seen"),
                 help: Some("it can only be `set`".to_owned()),
             },
-            Ok(Name { kind: NameKind::Answer(part), .. }) if part != AnswerPart::Bytes => Found::Refused {
-                message: format!("`{path}` is no value"),
-                help: Some(format!("write it as a key: `expect: {{ {path}: ... }}`")),
-            },
+            Ok(Name { kind: NameKind::Answer(part), .. }) if !matches!(part, AnswerPart::Bytes | AnswerPart::Text) => {
+                Found::Refused {
+                    message: format!("`{path}` is no value"),
+                    help: Some(format!("write it as a key: `expect: {{ {path}: ... }}`")),
+                }
+            }
             Ok(name) => Found::Name(name.id, name.ty),
         })
     }

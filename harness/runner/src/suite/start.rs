@@ -27,6 +27,10 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
     ("submodule_ident", "ident of the telegram's submodule"),
     ("api", "API of the telegram's submodule"),
     ("station_name", "name in the Connect request"),
+    ("rt_class", "RT class of both IOCRs: 1, 2 or 3"),
+    ("slot", "slot in which the module is expected"),
+    ("dap_ident", "ident of the module in slot 0"),
+    ("ip", "`none`: no address is given; the device is called where it is"),
 ];
 
 const WATCHDOG_FACTOR: u32 = 10;
@@ -142,6 +146,20 @@ impl Frame<'_, '_> {
                 ("module_ident", _) => InsteadStart::ModuleIdent(self.number(value, "an ident")?),
                 ("submodule_ident", _) => InsteadStart::SubmoduleIdent(self.number(value, "an ident")?),
                 ("api", _) => InsteadStart::Api(self.number(value, "an API")?),
+                ("rt_class", _) => match self.number(value, "an RT class")? {
+                    class @ 1..=3 => InsteadStart::RtClass(class),
+                    other => {
+                        let mistake = value.wrong(format!("{other} is no RT class of a cyclic frame"));
+                        return Err(mistake.help("it is 1, 2 or 3"));
+                    }
+                },
+                ("slot", _) => InsteadStart::Slot(self.number(value, "a slot")?),
+                ("dap_ident", _) => InsteadStart::AccessPointIdent(self.number(value, "an ident")?),
+                ("ip", _) if is_none(value) => InsteadStart::NoAddress,
+                ("ip", _) => {
+                    let mistake = value.wrong("`ip` is `none` here");
+                    return Err(mistake.help("give the device another address with `write: { station.ip: ... }`"));
+                }
                 ("station_name", _) => match literal(value, &expr::Type::Text)? {
                     Value::Text(text) => InsteadStart::StationName(text.to_string()),
                     _ => return Err(value.wrong("a station name is a text")),

@@ -5,6 +5,10 @@ pub type Table = &'static [(&'static str, i64)];
 
 /// `io.cyclic`.
 pub const CYCLIC: Table = &[("running", 0), ("paused", 1)];
+/// `io.alarm_acknowledge`.
+pub const ALARM_ACKNOWLEDGE: Table = &[("given", 0), ("received", 1), ("held", 2)];
+/// `device`.
+pub const DELIVERY: Table = &[("as_delivered", 0)];
 /// `io.output_status`, `io.input_status`, `io.consumer_status`.
 pub const STATUS: Table = &[("bad", 0), ("good", 1)];
 /// `connection`.

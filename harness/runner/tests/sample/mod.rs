@@ -71,6 +71,7 @@ pub fn failure() -> Failure {
 pub fn requirement(number: u32, clause: &str, level: Level, verdict: Verdict, cases: &[&str]) -> RequirementResult {
     RequirementResult {
         id: format!("ACME-{number:03}"),
+        chapter: clause.strip_prefix("section 3.").map(|_| "3 position".into()),
         cites: clause.into(),
         statement: format!("Statement number {number} of the manual."),
         level,

@@ -8,6 +8,8 @@ use alloc::vec::Vec;
 
 /// Error code of the sign of life.
 const LIFE_SIGN: u16 = 0x0F02;
+/// Error code of a lost reading: that of the profile for the sensor, for the manual names none.
+pub const SENSOR: u16 = 0x0001;
 /// Channel of a diagnosis that concerns the submodule as a whole.
 const WHOLE_SUBMODULE: u16 = 0x8000;
 
@@ -15,9 +17,11 @@ impl Live<'_> {
     /// The error codes whose cause is there now.
     pub fn causes(&self) -> Vec<u16> {
         let is_noticed = self.behaviour.memory.reports_unreadable || !self.ram.was_unreadable;
+        let is_empty = self.behaviour.memory.reports_empty && self.store.is_empty();
         let causes = [
             (self.ram.watch.has_failed(), LIFE_SIGN),
-            (self.faults.memory && is_noticed, MEMORY.0),
+            (self.faults.memory && is_noticed || is_empty, MEMORY.0),
+            (self.faults.sensor, SENSOR),
             (self.faults.commissioning || self.ram.wrong_parameters, COMMISSIONING.0),
         ];
         causes.iter().filter(|(is_there, _)| *is_there).map(|(_, code)| *code).collect()
@@ -31,7 +35,8 @@ impl Live<'_> {
             code if code == COMMISSIONING.0 => Some(0x9011),
             _ => None,
         };
-        let mut wanted: Vec<u16> = self.ram.sensor.errors().iter().filter_map(error_type).collect();
+        let errors = self.ram.sensor.errors().iter();
+        let mut wanted: Vec<u16> = errors.filter_map(error_type).filter_map(rules.error_type).collect();
         if !(rules.are_sent)(self.ram.user.compatible, self.ram.user.alarm_channel) {
             wanted.clear();
         }

@@ -1,6 +1,6 @@
 //! Presets, the preset value and their way into memory.
 
-use super::{Live, OFFSET_WRITE, SAVE, Save};
+use super::{Live, OFFSET_WRITE, SAVE};
 use crate::encoder::PresetMode;
 use crate::encoder::memory::Outcome;
 
@@ -16,11 +16,11 @@ impl Live<'_> {
                 self.ram.sensor.preset_done(carried_out);
             }
         }
-        match self.store.preset_value.settle(self.now, self.faults.memory) {
-            Some(Outcome::Written) if self.behaviour.memory.ends_save => self.ram.save = Save::Done,
-            Some(Outcome::Written) => self.ram.save = Save::Running,
-            Some(Outcome::Failed) => self.ram.save = Save::Failed,
-            None => {}
+        if let Some(outcome) = self.store.preset_value.settle(self.now, self.faults.memory) {
+            self.ram.is_saving = (self.behaviour.memory.stays_after_save)(outcome);
+            if self.behaviour.memory.save_restores_offset {
+                self.store.offset.replace(self.ram.offset_at_power_up);
+            }
         }
     }
 
@@ -37,13 +37,18 @@ impl Live<'_> {
 
     /// Begins to save P65000.
     pub fn save(&mut self) {
-        self.store.preset_value.write(self.now, self.ram.preset_value, SAVE);
-        self.ram.save = Save::Running;
+        let is_running = self.store.preset_value.deadline().is_some();
+        if (self.behaviour.memory.begins_save)(self.ram.saves, is_running) {
+            self.store.preset_value.write(self.now, self.ram.preset_value, SAVE);
+            self.ram.is_saving = true;
+        }
+        self.ram.saves += 1;
     }
 
     /// Begins a preset: the offset is computed now and takes effect when it is stored.
     pub(super) fn preset(&mut self, mode: PresetMode) {
-        if !(self.behaviour.user_parameters.presets)(&self.ram.user) {
+        let heeded = self.behaviour.sensor.presets_with_errors || self.ram.sensor.errors().is_empty();
+        if !heeded || !(self.behaviour.user_parameters.presets)(&self.ram.user) {
             self.ram.sensor.preset_done(true);
             return;
         }
@@ -53,10 +58,11 @@ impl Live<'_> {
             false => self.ram.preset_value,
         };
         let offset = self.ram.measuring.preset(mode, value.into());
-        if rules.stores_offset {
+        let stores = (rules.stores_offset)(mode);
+        if stores {
             self.store.offset.write(self.now, offset, OFFSET_WRITE);
         }
-        if rules.stores_offset && rules.waits_for_store {
+        if stores && rules.waits_for_store {
             self.ram.next_offset = Some(offset);
         } else {
             self.ram.measuring.offset = offset;

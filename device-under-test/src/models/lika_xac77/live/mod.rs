@@ -7,6 +7,7 @@ mod memory;
 use crate::application::{ArKey, DiagnosisChange, StationData};
 use crate::behaviour::Behaviour;
 use crate::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
+use crate::models::lika_xac77::web;
 use crate::profidrive::life_sign::Watch;
 use crate::profidrive::sensor::Sensor;
 use crate::profidrive::telegram::{self, Emitter, Telegram};
@@ -33,6 +34,13 @@ pub struct Store {
     pub station: Cell<StationData>,
 }
 
+impl Store {
+    /// Whether neither an offset nor a preset value was ever written.
+    pub fn is_empty(&self) -> bool {
+        self.offset.writes() + self.preset_value.writes() == 0
+    }
+}
+
 /// The conditions that the stand can bring about.
 #[derive(Clone, Copy, Default)]
 pub struct Faults {
@@ -40,6 +48,8 @@ pub struct Faults {
     pub memory: bool,
     /// The user parameters cannot be taken over.
     pub commissioning: bool,
+    /// The scanning unit gives no reading: the position stands still.
+    pub sensor: bool,
 }
 
 /// Where the start-up of the connection with cyclic data stands.
@@ -51,13 +61,6 @@ pub enum Phase {
     Parameters(ArKey),
     /// Data are exchanged.
     Data(ArKey),
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Save {
-    Done,
-    Running,
-    Failed,
 }
 
 /// What is lost without power.
@@ -75,14 +78,27 @@ pub struct Ram {
     pub wrong_parameters: bool,
     pub preset_value: u32,
     pub address: [u8; 4],
+    /// The address before the last assignment.
+    pub address_before: [u8; 4],
     pub measuring: Measuring,
     pub velocity: Velocity,
     pub sensor: Sensor,
     pub emitter: Emitter,
     pub outputs: Option<[u16; 2]>,
+    /// Until when a parameter request holds up the signals of the telegram.
+    pub held_up_until: Time,
     pub watch: Watch,
+    /// What the web server remembers.
+    pub web: web::State,
     sign_of_life: u8,
-    save: Save,
+    /// Whether a save by P971 is running or has failed.
+    pub is_saving: bool,
+    /// Saves since power-up.
+    saves: u32,
+    /// The offset that was in memory at power-up.
+    pub offset_at_power_up: u64,
+    /// Whether parking outlasts its request until there is another one.
+    pub stays_parked: bool,
     /// The offset that takes effect when it is stored.
     next_offset: Option<u64>,
     diagnoses: Vec<u16>,
@@ -102,6 +118,7 @@ impl Ram {
         let user = (behaviour.user_parameters.default)(&hardware);
         let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), behaviour.measuring);
         measuring.settings = user.settings(&hardware, &behaviour.user_parameters);
+        let unit = user.velocity_unit(&behaviour.user_parameters);
         measuring.offset = if faults.memory { 0 } else { *store.offset.stored() };
         Ram {
             phase: Phase::Alone,
@@ -113,23 +130,24 @@ impl Ram {
             wrong_parameters: false,
             preset_value: if faults.memory { 0 } else { *store.preset_value.stored() },
             address: store.station.stored().ip,
+            address_before: [0; 4],
             measuring,
-            velocity: Velocity::new(VELOCITY_WINDOW, now, shaft),
+            velocity: Velocity::new(VELOCITY_WINDOW, unit, hardware, now, shaft, behaviour.velocity),
             sensor: Sensor::new(behaviour.sensor),
             emitter: Emitter::new(behaviour.telegram),
             outputs: None,
+            held_up_until: now,
             watch: Watch::default(),
+            web: web::State::default(),
             sign_of_life: 0,
-            save: Save::Done,
+            is_saving: false,
+            saves: 0,
+            offset_at_power_up: *store.offset.stored(),
+            stays_parked: false,
             next_offset: None,
             diagnoses: Vec::new(),
             changes: VecDeque::new(),
         }
-    }
-
-    /// Whether no save by P971 is running or has failed.
-    pub fn saved(&self) -> bool {
-        self.save == Save::Done
     }
 }
 
@@ -148,7 +166,9 @@ impl Live<'_> {
     /// Looks at the sensor, ends what is done and raises errors.
     pub fn advance(&mut self) {
         self.ram.velocity.advance(self.now, self.shaft);
-        self.ram.measuring.sample(self.hardware.sense(self.shaft.place(self.now)));
+        if !self.faults.sensor {
+            self.ram.measuring.sample(self.hardware.sense(self.shaft.place(self.now)));
+        }
         self.settle();
         self.look_for_errors();
     }
@@ -163,8 +183,9 @@ impl Live<'_> {
     pub fn parametrize(&mut self) {
         let rules = &self.behaviour.user_parameters;
         let user = (rules.understand)(self.ram.staged);
-        self.ram.user = user;
-        self.ram.wrong_parameters = user.are_wrong(&self.hardware, rules);
-        self.ram.measuring.settings = user.settings(&self.hardware, rules);
+        let before = core::mem::replace(&mut self.ram.user, user);
+        self.ram.wrong_parameters = user.are_wrong(&self.hardware, self.ram.telegram, rules);
+        self.ram.measuring.settings = (rules.measures_by)(before, user).settings(&self.hardware, rules);
+        self.ram.velocity.unit = user.velocity_unit(rules);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Ability, Claim, Consent, LONG, Need};
 use crate::engine::scan::observed;
-use crate::suite::device::{Changed, NameKind, StandName, StationName};
+use crate::suite::device::{Changed, NameKind, Origin, StandName, StationName};
 use crate::suite::expr::{NameId, Program, Value};
 use crate::suite::model::{
     Access, Condition, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test, Trial,
@@ -223,6 +223,9 @@ impl<'a> Scan<'a> {
         if changes.factory_reset.iter().any(&hit) {
             self.add(Need::Consent(Consent::FactoryReset));
         }
+        if changes.firmware.iter().any(&hit) {
+            self.add(Need::Consent(Consent::Firmware));
+        }
         if changes.nvm_write.iter().any(&hit) {
             self.writes = self.writes.saturating_add(times);
         }
@@ -234,6 +237,12 @@ impl<'a> Scan<'a> {
         let ability = match name {
             StandName::Power => Some(Ability::Power),
             StandName::Link => Some(Ability::Link),
+            StandName::Delivery => {
+                // The name is gone, and given back at the end.
+                self.add(Need::Consent(Consent::FactoryReset));
+                self.add(Need::Consent(Consent::SetName));
+                Some(Ability::Delivery)
+            }
             StandName::ShaftCounts => Some(Ability::Place),
             StandName::SupplyVoltage => Some(Ability::Voltage),
             StandName::Temperature => Some(Ability::Temperature),
@@ -282,6 +291,9 @@ impl<'a> Scan<'a> {
             self.touched(item.name);
             self.written(item.name, times);
         }
+        if access.instead.iter().any(|instead| matches!(instead, Instead::Destination(_))) {
+            self.add(Need::Virtual("a request to another station"));
+        }
         self.raw_parameters(access, times);
     }
 
@@ -324,12 +336,20 @@ impl<'a> Scan<'a> {
                     self.has(&format!("P{}", parameter.number));
                 }
             }
+            Some(NameKind::Page { page, .. }) => self.page(*page),
             Some(NameKind::Record { record, .. }) => {
                 if let Some(record) = device.records.get(*record) {
                     self.has(&record.name);
                 }
             }
             _ => {}
+        }
+    }
+
+    /// A page whose looks the manual does not print.
+    fn page(&mut self, page: usize) {
+        if let Some(page) = self.manual.device.pages.get(page).filter(|page| page.origin == Origin::Invented) {
+            self.add(Need::Page(page.name.clone()));
         }
     }
 
@@ -363,6 +383,11 @@ impl<'a> Scan<'a> {
     fn service(&mut self, service: &Service, times: u64) {
         match service {
             Service::DcpReset { .. } => self.add(Need::Consent(Consent::FactoryReset)),
+            Service::HttpGet { page } => self.page(*page),
+            Service::HttpPost { page, .. } => {
+                self.page(*page);
+                self.changes(|changed| *changed == Changed::Page(*page), times);
+            }
             // A device that does not see the damage takes the name.
             Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
             Service::RecordWrite { index, bytes, .. } if PARAMETER_RECORDS.contains(index) => {
@@ -414,6 +439,10 @@ impl<'a> Scan<'a> {
                 self.measures |= device.signals.get(*signal).is_some_and(measured);
             }
             Some(NameKind::InputOctets) => self.measures = true,
+            Some(NameKind::Page { page, value }) => {
+                let value = device.pages.get(*page).and_then(|page| page.shows.get(*value));
+                self.measures |= value.is_some_and(|value| value.steps);
+            }
             _ => {}
         }
     }

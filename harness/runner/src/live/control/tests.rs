@@ -15,6 +15,7 @@ use rstest::rstest;
 #[case("voltage 24", StandAction::SupplyVoltage(24.0), "supply.voltage")]
 #[case("temperature -40", StandAction::Temperature(-40.0), "supply.temperature")]
 #[case("renew", StandAction::Renew, "renew")]
+#[case("device as_delivered", StandAction::Deliver, "device")]
 #[case("clock 60.500000000", StandAction::Skip(Duration::from_millis(60_500)), "clock")]
 fn each_action_has_one_line(#[case] line: &str, #[case] action: StandAction<'_>, #[case] needs: &str) {
     assert_eq!(Command::parse(line), Ok(Command::Act(action.clone())));
@@ -39,6 +40,7 @@ fn questions(#[case] line: &str, #[case] command: Command<'_>) {
 #[case("power", "write it as power up|down")]
 #[case("power on", "`on` is neither up nor down")]
 #[case("power up now", "write it as power up|down")]
+#[case("device new", "write it as device as_delivered")]
 #[case("shaft", "write it as shaft speed RPM or shaft counts N")]
 #[case("shaft speed NaN", "`NaN` is no number")]
 #[case("shaft speed inf", "`inf` is no number")]

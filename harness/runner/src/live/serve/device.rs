@@ -1,11 +1,21 @@
 //! One served device: a reference device that can be renewed, with its stand behind control lines.
 
+use crate::engine::reborn::Reborn;
 use crate::live::control::{Answer, Command, ability};
 use reference_devices::ReferenceDevice;
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 
-/// Makes a reference device as delivered, the same one each time.
-pub type Maker = Box<dyn Fn() -> Box<dyn ReferenceDevice>>;
+/// In which state a device is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Made {
+    /// With the name and the address that it is served with.
+    Named,
+    /// As delivered: without them.
+    Delivered,
+}
+
+/// Makes a reference device, the same one each time.
+pub type Maker = Box<dyn Fn(Made) -> Box<dyn ReferenceDevice>>;
 
 /// The names that a manual declares for its stand.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -27,8 +37,7 @@ pub struct Names {
 /// A renewed device begins its life at the start of its own clock, as one on a virtual wire does.
 pub struct ServedDevice {
     make: Maker,
-    device: Box<dyn ReferenceDevice>,
-    born: Time,
+    device: Reborn,
     due: Option<Time>,
     abilities: Vec<String>,
 }
@@ -36,11 +45,10 @@ pub struct ServedDevice {
 impl ServedDevice {
     /// A device as `make` makes it; of what `names` holds, the abilities list what its stand can do.
     pub fn new(make: Maker, names: &Names) -> ServedDevice {
-        let mut device = make();
-        let abilities = abilities(&mut *device, names);
-        let device = make();
+        let abilities = abilities(&mut *make(Made::Named), names);
+        let device = Reborn::new(make(Made::Named));
         let due = device.deadline();
-        ServedDevice { make, device, born: Time::ZERO, due, abilities }
+        ServedDevice { make, device, due, abilities }
     }
 
     /// What its stand can do, by the names that suites have for it.
@@ -78,29 +86,19 @@ impl ServedDevice {
         if known.is_empty() { String::new() } else { format!("; there are {}", known.join(", ")) }
     }
 
-    /// What its own clock shows at `now`.
-    fn own(&self, now: Time) -> Time {
-        Time::ZERO + now.since(self.born)
-    }
-
-    /// What the clock of the wire shows when its own shows `own`.
-    fn wires(&self, own: Time) -> Time {
-        self.born + own.since(Time::ZERO)
-    }
-
     fn note_deadline(&mut self) {
-        self.due = self.device.deadline().map(|due| self.wires(due));
+        self.due = self.device.deadline();
     }
 }
 
 impl Station for ServedDevice {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
-        self.device.receive(self.own(now), frame, out);
+        self.device.receive(now, frame, out);
         self.note_deadline();
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
-        self.device.wake(self.own(now), out);
+        self.device.wake(now, out);
         self.note_deadline();
     }
 
@@ -113,21 +111,25 @@ impl Stand for ServedDevice {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
         let done = match action {
             StandAction::Renew => {
-                (self.device, self.born) = ((self.make)(), now);
+                self.device.exchange(now, (self.make)(Made::Named));
                 Ok(now)
             }
-            action => self.device.act(self.own(now), action).map(|done| self.wires(done)),
+            StandAction::Deliver => {
+                self.device.exchange(now, (self.make)(Made::Delivered));
+                Ok(now)
+            }
+            action => self.device.act(now, action),
         };
         self.note_deadline();
         done
     }
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
-        self.device.led(self.own(now), name)
+        self.device.led(now, name)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
-        self.device.counter(self.own(now), name)
+        self.device.counter(now, name)
     }
 }
 
@@ -148,7 +150,7 @@ fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
     actions.extend(names.switches.iter().map(|(name, position)| StandAction::Switch(name, *position)));
     actions.push(StandAction::Power(true));
     let mut can: Vec<String> = actions.iter().filter(|action| device.act(now, action).is_ok()).map(ability).collect();
-    can.push(ability(&StandAction::Renew));
+    can.extend([StandAction::Renew, StandAction::Deliver].iter().map(ability));
     can.extend(names.leds.iter().filter(|name| device.led(now, name).is_some()).map(|name| format!("led.{name}")));
     let counters = names.counters.iter().filter(|name| device.counter(now, name).is_some());
     can.extend(counters.map(|name| format!("counter.{name}")));
@@ -163,12 +165,12 @@ mod tests {
     use rstest::rstest;
 
     fn served() -> ServedDevice {
-        let make = || {
+        let make = |made| {
             let setup = Setup {
                 mac: [2, 0, 0, 0, 1, 0],
                 bugs: &[],
                 shaft: 5,
-                station_name: "encoder-under-test",
+                station_name: if made == Made::Named { "encoder-under-test" } else { "" },
                 ip: [0; 4],
                 mask: [0; 4],
                 gateway: [0; 4],
@@ -196,10 +198,14 @@ mod tests {
     #[case("button preset pressed", "cannot the reference device has no such means")]
     #[case("clock 60", "ok")]
     #[case("renew", "ok")]
+    #[case("device as_delivered", "ok")]
     #[case("led bf", "cannot there is no LED bf to look at")]
     #[case("counter nvm_writes", "ok 0")]
     #[case("counter laughs", "cannot nobody counts laughs")]
-    #[case("abilities", "ok clock counter.nvm_writes fault.memory link power renew shaft.counts shaft.speed turn")]
+    #[case(
+        "abilities",
+        "ok clock counter.nvm_writes device fault.memory link power renew shaft.counts shaft.speed turn"
+    )]
     #[case("dance", "cannot there is no command dance; ask for help")]
     fn each_line_is_answered(#[case] line: &str, #[case] answer: &str) {
         assert_eq!(served().answer(NOON, line).to_string(), answer);

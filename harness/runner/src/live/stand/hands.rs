@@ -47,6 +47,7 @@ impl Job {
             StandAction::Button(_, down) => word(down, "pressed", "released"),
             StandAction::Switch(_, position) => one(position.to_string()),
             StandAction::Renew => Vec::new(),
+            StandAction::Deliver => one("as_delivered".to_owned()),
             StandAction::Skip(time) => one(time.as_secs_f64().to_string()),
         };
         Job::Act { name: name.to_owned(), line, words: operator::words(action), values }

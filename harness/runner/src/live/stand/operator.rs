@@ -79,6 +79,7 @@ pub(super) fn words(action: &StandAction<'_>) -> String {
         StandAction::SupplyVoltage(volts) => format!("Set the supply to {volts} V"),
         StandAction::Temperature(degrees) => format!("Bring the device to {degrees} degrees Celsius"),
         StandAction::Renew => "Put a device as delivered into its place, with the same name and address".into(),
+        StandAction::Deliver => "Bring the device into the state in which it was delivered".into(),
         StandAction::Skip(time) => format!("Let {} s go by for the device", time.as_secs_f64()),
     }
 }

@@ -1,20 +1,29 @@
 //! What changes a device for good: the names behind `changes`.
 
-use super::super::device::{Changed, Changes, From, Parameter, Record, Signal};
+use super::super::device::{Changed, Changes, From, Page, Parameter, Record, Signal};
 use super::super::error::{Mistake, Read};
 use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
 use super::{Reader, plain};
 
 impl<'n> Reader<'n> {
-    pub(super) fn changes(&self, signals: &[Signal], parameters: &[Parameter], records: &[Record]) -> Read<Changes> {
+    pub(super) fn changes(
+        &self,
+        signals: &[Signal],
+        parameters: &[Parameter],
+        records: &[Record],
+        pages: &[Page],
+    ) -> Read<Changes> {
         let Some(node) = self.top.get("changes") else { return Ok(Changes::default()) };
         let keyed = Keyed::new(node, &keys::CHANGES)?;
         let list = |key: &str| -> Read<Vec<Changed>> {
             let Some(node) = keyed.get(key) else { return Ok(Vec::new()) };
             let mut list = Vec::new();
             for item in node.items(key)? {
-                let changed = self.changed(item, signals, parameters, records)?;
+                let changed = match page(item, pages) {
+                    Some(index) => Changed::Page(index),
+                    None => self.changed(item, signals, parameters, records)?,
+                };
                 let saved = matches!(changed, Changed::Parameter(index) if parameters.get(index).is_some_and(|of| of.permanent));
                 if key == "nvm_write" && saved {
                     return Err(item
@@ -32,6 +41,7 @@ impl<'n> Reader<'n> {
             position_reference: list("position_reference")?,
             nvm_write: list("nvm_write")?,
             factory_reset: list("factory_reset")?,
+            firmware: list("firmware")?,
         })
     }
 
@@ -68,4 +78,10 @@ impl<'n> Reader<'n> {
             fields.chain(wholes).chain(writable).chain(records.iter().map(|of| of.name.clone())).collect();
         Err(Mistake::unknown(node.spot, "output, parameter or record", path, known.iter().map(String::as_str)))
     }
+}
+
+/// The page with a form that `page.x` stands for.
+fn page(node: &Node, pages: &[Page]) -> Option<usize> {
+    let name = node.scalar()?.strip_prefix("page.")?;
+    pages.iter().position(|page| page.name == name && !page.fields.is_empty())
 }

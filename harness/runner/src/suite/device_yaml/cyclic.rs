@@ -21,7 +21,8 @@ impl<'n> Reader<'n> {
         for (name, node) in self.entries("submodules") {
             self.declare("submodule", name, node.spot);
             if self.mistakes.count() == before {
-                submodules.extend(self.mistakes.keep(submodule(name, node, &signals)));
+                let read = self.submodule(name, node, &signals);
+                submodules.extend(self.mistakes.keep(read));
             }
         }
         for (name, node) in self.entries("modules") {
@@ -111,6 +112,37 @@ impl<'n> Reader<'n> {
         }
         Ok(Field { name: name.to_owned(), low, width, signed, words: words_of(table.as_deref()), table, counts })
     }
+
+    fn submodule(&self, name: &str, node: &Node, signals: &[Signal]) -> Read<Submodule> {
+        let keyed = Keyed::new(node, &keys::SUBMODULE)?;
+        let (mut output_octets, mut input_octets) = (0, 0);
+        if let Some(octets) = keyed.get("octets") {
+            let octets = Keyed::new(octets, &keys::OCTETS)?;
+            output_octets = whole::<u16>(octets.must("out")?, "a length")?;
+            input_octets = whole::<u16>(octets.must("in")?, "a length")?;
+        }
+        let outputs = carried(keyed, "outputs", From::Controller, signals, output_octets)?;
+        let inputs = carried(keyed, "inputs", From::Device, signals, input_octets)?;
+        let ident = whole(keyed.must("ident")?, "an ident")?;
+        let slot = whole(keyed.must("slot")?, "a slot")?;
+        let module_idents = match keyed.get("module_ident") {
+            Some(node) => Some(self.per_variant(node, |node, _| whole(node, "an ident"))?),
+            None => (slot == 0).then(|| vec![ident; self.variants.len()]),
+        };
+        Ok(Submodule {
+            name: name.to_owned(),
+            slot,
+            subslot: whole(keyed.must("subslot")?, "a subslot")?,
+            api: keyed.get("api").map_or(Ok(0), |node| whole(node, "an API"))?,
+            ident,
+            module_idents,
+            ident_origin: origin(keyed)?,
+            output_octets,
+            input_octets,
+            outputs,
+            inputs,
+        })
+    }
 }
 
 /// The words of a table with their numbers as the wire has them.
@@ -120,37 +152,6 @@ pub(super) fn words_of(table: Option<&WordTable>) -> Vec<(String, i128)> {
         .iter()
         .map(|(word, number)| (word.clone(), i128::from(*number)))
         .collect()
-}
-
-fn submodule(name: &str, node: &Node, signals: &[Signal]) -> Read<Submodule> {
-    let keyed = Keyed::new(node, &keys::SUBMODULE)?;
-    let (mut output_octets, mut input_octets) = (0, 0);
-    if let Some(octets) = keyed.get("octets") {
-        let octets = Keyed::new(octets, &keys::OCTETS)?;
-        output_octets = whole::<u16>(octets.must("out")?, "a length")?;
-        input_octets = whole::<u16>(octets.must("in")?, "a length")?;
-    }
-    let outputs = carried(keyed, "outputs", From::Controller, signals, output_octets)?;
-    let inputs = carried(keyed, "inputs", From::Device, signals, input_octets)?;
-    let ident = whole(keyed.must("ident")?, "an ident")?;
-    let slot = whole(keyed.must("slot")?, "a slot")?;
-    let module_ident = match keyed.get("module_ident") {
-        Some(node) => Some(whole(node, "an ident")?),
-        None => (slot == 0).then_some(ident),
-    };
-    Ok(Submodule {
-        name: name.to_owned(),
-        slot,
-        subslot: whole(keyed.must("subslot")?, "a subslot")?,
-        api: keyed.get("api").map_or(Ok(0), |node| whole(node, "an API"))?,
-        ident,
-        module_ident,
-        ident_origin: origin(keyed)?,
-        output_octets,
-        input_octets,
-        outputs,
-        inputs,
-    })
 }
 
 /// The signals of one direction, which together have to be as long as `octets` says.

@@ -5,9 +5,11 @@
 
 mod changes;
 mod cyclic;
+mod pages;
 mod plain;
 mod rest;
 
+pub(crate) use pages::{fields, path};
 pub(crate) use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
 pub(crate) use plain::{flag, numeral};
 
@@ -95,7 +97,8 @@ impl<'n> Reader<'n> {
         let codes = self.codes();
         let stand = self.stand()?;
         let roles = self.roles()?;
-        let changes = if sound { self.changes(&signals, &parameters, &records)? } else { Changes::default() };
+        let pages = self.pages();
+        let changes = if sound { self.changes(&signals, &parameters, &records, &pages)? } else { Changes::default() };
         let derived = self.derived()?;
         self.names_differ(&records);
         let title = self.top.must("title")?.text("title")?.to_owned();
@@ -127,6 +130,7 @@ impl<'n> Reader<'n> {
             stand,
             roles,
             changes,
+            pages,
         };
         let mut mentioned = self.mentioned.into_inner();
         // The submodules of the device access point are part of every connection.
@@ -298,12 +302,13 @@ impl Scope for Constants<'_> {
 }
 
 /// First parts of the names that every device has.
-const RESERVED: [&str; 19] = [
+const RESERVED: [&str; 21] = [
     "io",
     "connection",
     "station",
     "power",
     "link",
+    "device",
     "shaft",
     "fault",
     "button",
@@ -315,6 +320,7 @@ const RESERVED: [&str; 19] = [
     "abort",
     "lldp",
     "answer",
+    "page",
     "bench",
     "cycle",
     "timing",

@@ -1,6 +1,6 @@
 //! Each name made from its path: the table of section 3 of the language.
 
-use super::super::device::{EventName, From, NameKind, Parameter, StandName, StationName};
+use super::super::device::{EventName, From, NameKind, PageForm, Parameter, StandName, StationName};
 use super::super::device_yaml::parameter_number;
 use super::super::expr::{Circle, NumberType, Type, Value, WordTable};
 use super::super::model::AnswerPart;
@@ -30,11 +30,13 @@ impl Names<'_> {
                 good(NameKind::Connection, built_in("connection", words::CONNECTION), Verbs::EXPECT)
             }
             ("station", Some(rest)) => station(rest),
-            ("power" | "link" | "shaft" | "fault" | "button" | "switch" | "supply" | "led" | "counter", _) => {
-                self.stand(head, rest)
-            }
+            (
+                "power" | "link" | "device" | "shaft" | "fault" | "button" | "switch" | "supply" | "led" | "counter",
+                _,
+            ) => self.stand(head, rest),
             ("alarm" | "abort" | "lldp", _) => self.event(head, rest),
             ("answer", rest) => self.answer(rest),
+            ("page", Some(rest)) => Some(self.page(rest)),
             ("bench", Some("address")) => good(NameKind::BenchAddress, Type::Address, Verbs::NONE),
             ("cycle", None) => good(NameKind::Cycle, Type::Time, Verbs::NONE),
             ("timing", Some(rest)) => self.timing(rest),
@@ -205,6 +207,10 @@ impl Names<'_> {
             ("inputs", None) => good(NameKind::InputOctets, Type::Bytes, Verbs::EXPECT),
             ("input_length", None) => good(NameKind::InputLength, Type::whole(16, false), Verbs::EXPECT),
             ("cyclic", None) => good(NameKind::Cyclic, built_in("io.cyclic", words::CYCLIC), Verbs::SET),
+            ("alarm_acknowledge", None) => {
+                let word = built_in("io.alarm_acknowledge", words::ALARM_ACKNOWLEDGE);
+                good(NameKind::AlarmAcknowledge, word, Verbs::SET)
+            }
             ("global_control" | "clock_offset" | "diagnosis_pending", None) => {
                 Some(Err((format!("`io.{head}` exists on PROFIBUS only"), None)))
             }
@@ -231,6 +237,7 @@ impl Names<'_> {
         match (head, rest) {
             ("power", None) => set(StandName::Power, built_in("power", words::UP_DOWN)),
             ("link", None) => set(StandName::Link, built_in("link", words::UP_DOWN)),
+            ("device", None) => set(StandName::Delivery, built_in("device", words::DELIVERY)),
             ("shaft", Some("speed")) => set(StandName::ShaftSpeed, Type::FRACTION),
             ("shaft", Some("counts")) => set(StandName::ShaftCounts, Type::whole(64, false)),
             ("supply", Some("voltage")) => set(StandName::SupplyVoltage, Type::FRACTION),
@@ -301,6 +308,10 @@ impl Names<'_> {
                 event(EventName::AbortCode, Type::Word(table))
             }
             ("lldp", None) => event(EventName::Lldp, Type::Bit),
+            ("lldp", Some("name")) => event(EventName::LldpName, Type::Text),
+            ("lldp", Some("chassis")) => event(EventName::LldpChassis, Type::Bytes),
+            ("lldp", Some("port")) => event(EventName::LldpPort, Type::Text),
+            ("lldp", Some("mac")) => event(EventName::LldpMac, Type::Bytes),
             _ => None,
         }
     }
@@ -315,6 +326,8 @@ impl Names<'_> {
             Some("application_ready") => AnswerPart::ApplicationReady,
             Some("status") => AnswerPart::Status,
             Some("contains") => AnswerPart::Contains,
+            Some("lacks") => AnswerPart::Lacks,
+            Some("text") => AnswerPart::Text,
             Some(rest) => {
                 if let Some(record) = device.records.iter().position(|record| record.name == rest) {
                     AnswerPart::Record(record)
@@ -332,10 +345,28 @@ impl Names<'_> {
         let ty = match part {
             AnswerPart::Bytes => Type::Bytes,
             AnswerPart::Status => Type::whole(16, false),
-            AnswerPart::Contains => Type::Text,
+            AnswerPart::Contains | AnswerPart::Lacks | AnswerPart::Text => Type::Text,
             _ => Type::Bit,
         };
         good(NameKind::Answer(part), ty, Verbs::EXPECT)
+    }
+
+    fn page(&self, name: &str) -> Built {
+        let pages = &self.device().pages;
+        let place = |page: usize| Some((page, pages[page].shows.iter().position(|value| value.name == name)?));
+        let Some((page, value)) = (0..pages.len()).find_map(place) else {
+            let known = pages.iter().flat_map(|page| &page.shows).map(|value| value.name.as_str());
+            return unknown("value", name, "the web pages", known);
+        };
+        self.mark("page", &pages[page].name);
+        self.mark("page value", name);
+        let of = &pages[page].shows[value];
+        let ty = match (&of.table, of.form) {
+            (Some(table), _) => Type::Word(table.clone()),
+            (None, PageForm::Text) => Type::Text,
+            (None, _) => Type::Number(NumberType { steps: of.steps, ..NumberType::WHOLE }),
+        };
+        Ok((NameKind::Page { page, value }, ty, Verbs::READ))
     }
 
     fn timing(&self, rest: &str) -> Option<Built> {
@@ -396,6 +427,7 @@ fn station(rest: &str) -> Option<Built> {
         "vendor_id" => (StationName::VendorId, Type::whole(16, false), Verbs::READ),
         "device_id" => (StationName::DeviceId, Type::whole(16, false), Verbs::READ),
         "type" => (StationName::Type, Type::Text, Verbs::READ),
+        "mac" => (StationName::Mac, Type::Bytes, Verbs::READ),
         _ => return None,
     };
     good(NameKind::Station(name), ty, verbs)

@@ -35,6 +35,8 @@ impl Names<'_> {
         stand.switches.iter().for_each(|(name, ..)| visit(&format!("switch.{name}")));
         stand.leds.iter().for_each(|(name, _)| visit(&format!("led.{name}")));
         stand.counters.iter().for_each(|(name, _)| visit(&format!("counter.{name}")));
+        let shown = device.pages.iter().flat_map(|page| &page.shows);
+        shown.for_each(|value| visit(&format!("page.{}", value.name)));
         device.roles.iter().for_each(|(name, _)| visit(&format!("role.{name}")));
         BUILT_IN.iter().for_each(|(name, _)| visit(name));
         self.values(visit);
@@ -47,6 +49,7 @@ pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
     ("io.inputs", "the input data as octets"),
     ("io.input_length", "octets of input data"),
     ("io.cyclic", "whether we send cyclic frames: running, paused"),
+    ("io.alarm_acknowledge", "how far we acknowledge alarms: given, received (by the transport only), held"),
     ("io.output_status", "our provider status: good, bad; also of one submodule"),
     ("io.input_status", "the device's provider status: good, bad"),
     ("io.consumer_status", "the device's consumer status: good, bad"),
@@ -58,10 +61,12 @@ pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
     ("station.vendor_id", "its vendor ID"),
     ("station.device_id", "its device ID"),
     ("station.type", "its type"),
+    ("station.mac", "the address with which it answers, 6 octets"),
     ("shaft.speed", "revolutions per minute, clockwise positive"),
     ("shaft.counts", "the raw place in hardware steps"),
     ("power", "up, down"),
     ("link", "up, down"),
+    ("device", "as_delivered: it loses its name, its address and everything stored"),
     ("supply.voltage", "in volts"),
     ("supply.temperature", "in degrees Celsius"),
     ("alarm", "an alarm came"),
@@ -75,8 +80,16 @@ pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
     ("abort", "the device aborted the connection"),
     ("abort.code", "why, as a word"),
     ("lldp", "the device announced itself to its neighbour"),
+    ("lldp.name", "the station name that it tells there, empty if none"),
+    ("lldp.chassis", "the octets of the chassis id"),
+    ("lldp.port", "the port id, without a station name in it"),
+    ("lldp.mac", "the MAC address that it tells there, 6 octets"),
     ("answer", "the last answer"),
     ("answer.bytes", "the octets of the last response"),
+    ("answer.status", "the status of the last web answer"),
+    ("answer.contains", "texts that stand in the last web answer"),
+    ("answer.lacks", "texts that do not"),
+    ("answer.text", "the last web answer as a reader sees it"),
     ("bench.address", "the controller's address"),
     ("cycle", "the time between two cyclic frames"),
     ("timing.reaction", "the default deadline"),

@@ -5,6 +5,7 @@ pub mod control;
 pub mod identification;
 pub mod im;
 pub mod module_diff;
+pub mod physical;
 pub mod record;
 
 mod header;

@@ -1,0 +1,99 @@
+//! Bugs of the velocity.
+
+use super::Bug;
+use crate::encoder::velocity::{self, Factor, Steps};
+use crate::encoder::{Hardware, Scaling, Unit};
+use crate::profidrive::telegram::{self, Before, Image, Signal, Telegram};
+use crate::profidrive::user_parameters::unit;
+use alloc::vec::Vec;
+use core::time::Duration;
+use wire::octets::Append;
+
+pub(crate) static BUGS: &[Bug] = bugs! {
+    // Units
+    "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
+        => |b| b.velocity.factor = speed_per_minute;
+    "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
+        => |b| b.user_parameters.unit = speed_units_exchanged;
+    "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
+        => |b| b.velocity.factor = rpm_from_scaled_steps;
+    "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
+        => |b| b.user_parameters.scales_velocity = |_, hardware| Scaling::hardware(hardware);
+
+    // Windows
+    "speed-once-a-second" "The velocity is calculated once a second."
+        => |b| b.velocity.window = |_, _| Duration::from_secs(1);
+    "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
+        => |b| b.velocity.window = |window, unit| if unit == Unit::Per10Milliseconds { window / 10 } else { window };
+    "speed-held-at-standstill" "The last velocity is held when no steps come."
+        => |b| b.velocity.steps = |steps| if steps.now == 0 { steps.before } else { steps.now };
+    "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
+        => |b| b.velocity.steps = speed_modulo_a_revolution;
+    "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
+        => |b| b.telegram.emit = preset_shows_as_speed;
+    "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
+        => |b| b.telegram.emit = wrap_shows_as_speed;
+
+    // Sign and limits
+    "speed-without-sign" "The velocity is a magnitude."
+        => |b| b.telegram.emit = |_, now| Image { velocity: now.velocity.abs(), ..now };
+    "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
+        => |b| b.velocity.sign = |_| 1;
+    "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
+        => |b| b.telegram.put = speed_overflows;
+};
+
+const EXECUTED: u16 = 0x1000;
+
+fn speed_per_minute(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
+    let factor = velocity::factor(unit, hardware, scaling);
+    Factor { above: if unit == Unit::PerSecond { factor.above * 60 } else { factor.above }, ..factor }
+}
+
+fn rpm_from_scaled_steps(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
+    let Factor { above, below } = velocity::factor(unit, hardware, scaling);
+    let steps = i128::from(hardware.steps_per_revolution);
+    match unit {
+        Unit::Rpm => Factor { above: above * i128::from(scaling.units_per_revolution), below: below * steps },
+        _ => Factor { above, below },
+    }
+}
+
+fn speed_units_exchanged(number: u8) -> Option<Unit> {
+    match number {
+        1 => unit(2),
+        2 => unit(1),
+        other => unit(other),
+    }
+}
+
+fn speed_modulo_a_revolution(steps: Steps) -> i64 {
+    let revolution = steps.of_a_revolution as i64;
+    (steps.now + revolution / 2).rem_euclid(revolution) - revolution / 2
+}
+
+fn movement(before: &Before, now: &Image) -> i64 {
+    now.position as i64 - before.truth.position as i64
+}
+
+fn preset_shows_as_speed(before: &Before, now: Image) -> Image {
+    match now.g1_zsw & !before.truth.g1_zsw & EXECUTED != 0 {
+        true => Image { velocity: movement(before, &now), ..now },
+        false => now,
+    }
+}
+
+fn wrap_shows_as_speed(before: &Before, now: Image) -> Image {
+    let movement = movement(before, &now);
+    match movement.signum() * now.velocity.signum() < 0 {
+        true => Image { velocity: movement, ..now },
+        false => now,
+    }
+}
+
+fn speed_overflows(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::NistA => out.put_u16(image.velocity as u16),
+        other => telegram::put(other, image, out),
+    }
+}

@@ -1,0 +1,116 @@
+//! The octets of requests and responses, and the checks in their order.
+
+use super::*;
+use rstest::rstest;
+
+/// 922 word, 65000 double word to be written, 965 octets, 964 three words.
+struct Sample(u64);
+
+impl Parameters for Sample {
+    fn parameter(&self, number: u16) -> Option<Parameter> {
+        let (format, is_array, values) = match number {
+            922 => (Format::WORD, false, alloc::vec![81]),
+            964 => (Format::WORD, true, alloc::vec![0x239, 1, 110]),
+            965 => (Format::OCTET_STRING, false, alloc::vec![0x3D, 41]),
+            65000 => (Format::DOUBLE_WORD, false, alloc::vec![self.0]),
+            _ => return None,
+        };
+        Some(Parameter { format, is_array, is_writable: number == 65000, values })
+    }
+
+    fn write(&mut self, _: u16, value: u64) -> Result<(), ErrorNumber> {
+        self.0 = value;
+        Ok(())
+    }
+}
+
+fn ask(request: &[u8]) -> Result<Vec<u8>, BadRequest> {
+    let mut manager = Manager::new(Rules::default());
+    manager.take((), request, &mut Sample(0x64))?;
+    Ok(manager.fetch(()).expect("a response is waiting"))
+}
+
+// Octets as the catalogue writes them out: BMP-003 to BMP-014 and ERR-001 to ERR-032. 0x39A is 922, 0x3C4 is 964,
+// 0x3C5 is 965, 0xFDE8 is 65000.
+#[rstest]
+#[case::word(&[1, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &[1, 1, 1, 1, 0x42, 1, 0, 81])]
+#[case::double_word(&[9, 1, 0, 1, 0x10, 1, 0xFD, 0xE8, 0, 0], &[9, 1, 0, 1, 0x43, 1, 0, 0, 0, 0x64])]
+#[case::octets(&[1, 1, 1, 1, 0x10, 0, 0x03, 0xC5, 0, 0], &[1, 1, 1, 1, 0x0A, 2, 0x3D, 41])]
+#[case::two_elements(&[1, 1, 1, 1, 0x10, 2, 0x03, 0xC4, 0, 1], &[1, 1, 1, 1, 0x42, 2, 0, 1, 0, 110])]
+#[case::write(&[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x43, 1, 0, 0, 3, 0xE8], &[1, 2, 1, 1])]
+#[case::write_by_type(&[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x07, 1, 0, 0, 3, 0xE8], &[1, 2, 1, 1])]
+#[case::unknown(&[1, 1, 1, 1, 0x10, 0, 0, 1, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x00])]
+#[case::read_only(&[1, 2, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0, 0x42, 1, 0, 82], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x01])]
+#[case::past_the_end(&[1, 1, 1, 1, 0x10, 1, 0x03, 0xC4, 0, 3], &[1, 0x81, 1, 1, 0x44, 2, 0, 0x03, 0, 3])]
+#[case::over_the_end(&[1, 1, 1, 1, 0x10, 3, 0x03, 0xC4, 0, 1], &[1, 0x81, 1, 1, 0x44, 2, 0, 0x03, 0, 3])]
+#[case::no_array(&[1, 1, 1, 1, 0x10, 1, 0x03, 0x9A, 0, 1], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x04])]
+#[case::narrow(&[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 5], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x05])]
+#[case::write_description(&[1, 2, 1, 1, 0x20, 0, 0xFD, 0xE8, 0, 0, 0x43, 1, 0, 0, 0, 5], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x07])]
+#[case::description(&[1, 1, 1, 1, 0x20, 0, 0xFD, 0xE8, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x09])]
+#[case::text(&[1, 1, 1, 1, 0x30, 0, 0xFD, 0xE8, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x0F])]
+#[case::attribute_0(&[1, 1, 1, 1, 0x00, 0, 0x03, 0x9A, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x16])]
+#[case::elements_235(&[1, 1, 1, 1, 0x10, 235, 0x03, 0xC4, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x16])]
+#[case::format_ff(&[1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0xFF, 1, 0, 0, 0, 5], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x17])]
+#[case::two_values(&[1, 2, 1, 1, 0x10, 1, 0xFD, 0xE8, 0, 0, 0x43, 2, 0, 0, 0, 5, 0, 0, 0, 6], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x18])]
+#[case::axis(&[1, 1, 5, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &[1, 0x81, 5, 1, 0x44, 1, 0, 0x19])]
+#[case::write_text(&[1, 2, 1, 1, 0x30, 0, 0xFD, 0xE8, 0, 0, 0x43, 1, 0, 0, 0, 5], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x20])]
+#[case::request_7f(&[1, 0x7F, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x21])]
+#[case::mixed_read(&[1, 1, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0, 1, 0, 0],
+                   &[1, 0x81, 1, 2, 0x42, 1, 0, 81, 0x44, 1, 0, 0])]
+#[case::mixed_write(&[1, 2, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 82, 0x43, 1, 0, 0, 0, 5],
+                    &[1, 0x82, 1, 2, 0x44, 1, 0, 1, 0x40, 0])]
+fn requests(#[case] request: &[u8], #[case] response: &[u8]) {
+    assert_eq!(ask(request).as_deref(), Ok(response));
+    for length in 0..request.len() {
+        // Behind an unknown format nothing can be missing; it is refused all the same.
+        assert!(ask(&request[..length]).map_or(true, |response| response[1] >= 0x80), "{length} octets");
+    }
+    for bit in 0..8 * request.len() {
+        let mut flipped = request.to_vec();
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        let _ = ask(&flipped);
+    }
+}
+
+#[test]
+fn a_refused_parameter_does_not_keep_the_others_from_being_written() {
+    let mut sample = Sample(0x64);
+    let request =
+        [1, 2, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 82, 0x43, 1, 0, 0, 0, 5];
+    Manager::new(Rules::default()).take((), &request, &mut sample).expect("the request is well formed");
+    assert_eq!(sample.0, 5);
+}
+
+#[rstest]
+#[case(0)]
+#[case(40)]
+#[case(255)]
+fn a_wrong_number_of_parameters_is_refused(#[case] count: u8) {
+    assert_eq!(ask(&[1, 1, 1, count, 0x10, 0, 0x03, 0x9A, 0, 0]), Err(BadRequest::Count));
+}
+
+#[test]
+fn the_longest_request_is_answered_in_240_octets() {
+    let mut request = alloc::vec![1, 1, 1, 39];
+    (0..39).for_each(|_| request.extend([0x10, 3, 0x03, 0xC4, 0, 0]));
+    let response = ask(&request).expect("39 parameters are allowed");
+    assert!(response.len() <= MAX_OCTETS);
+    let response = Response::parse(&response).expect("our own response");
+    let refused = response.values.iter().filter(|value| value.error().is_some()).count();
+    assert_eq!((response.values.len(), refused), (39, 19));
+    assert!(response.values[38].error().is_some() && response.values[0].error().is_none());
+}
+
+#[test]
+fn a_response_is_fetched_once_and_by_whom_it_is_for() {
+    let mut manager = Manager::new(Rules::default());
+    assert_eq!(manager.fetch(1), None);
+    manager.take(1, &[7, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
+    manager.take(1, &[8, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
+    assert_eq!(manager.fetch(2), None);
+    assert_eq!(manager.fetch(1).map(|response| response[0]), Some(8));
+    assert_eq!(manager.fetch(1), None);
+    manager.take(1, &[9, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
+    assert!(manager.take(1, &[9], &mut Sample(0)).is_err());
+    assert_eq!(manager.fetch(1), None);
+}

@@ -1,0 +1,63 @@
+//! What the device tells of its interface and its ports: records 0x8080, 0x802A and 0xF841.
+
+use super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT, Place};
+use super::stack::Stack;
+use alloc::format;
+use alloc::vec::Vec;
+use core::net::Ipv4Addr;
+use wire::profinet::blocks::physical::{InterfaceDataReal, MultipleBlock, Peer, PortDataReal};
+
+const PORT_STATE_UNKNOWN: u8 = 0;
+const LINK_UP: u8 = 1;
+const LINK_DOWN: u8 = 2;
+const COPPER: u32 = 1;
+
+impl Stack {
+    /// How the interface is.
+    pub(super) fn interface(&self) -> InterfaceDataReal {
+        InterfaceDataReal {
+            chassis: self.station.name.clone(),
+            mac: self.kept.mac,
+            address: Ipv4Addr::from(self.station.ip),
+            mask: Ipv4Addr::from(self.station.mask),
+            gateway: Ipv4Addr::from(self.station.gateway),
+        }
+    }
+
+    /// How the port at `place` is, if there is one; the cable is in the first one, for who asks has come through it.
+    pub(super) fn port(&self, place: Place) -> Option<PortDataReal> {
+        let plug = self.plugged.ports().find(|plug| Place::from(*plug) == place)?;
+        let is_linked = plug.subslot == PORT_SUBSLOT;
+        let peers = self.neighbour().filter(|_| is_linked).map(|neighbour| Peer {
+            port: neighbour.port.clone(),
+            chassis: if neighbour.name.is_empty() { neighbour.mac_as_name() } else { neighbour.name.clone() },
+            line_delay: 0,
+            mac: neighbour.mac,
+        });
+        Some(PortDataReal {
+            slot: place.slot,
+            subslot: place.subslot,
+            port: format!("port-{:03}", plug.subslot - INTERFACE_SUBSLOT).into_bytes(),
+            peers: peers.into_iter().collect(),
+            mau_type: if is_linked { self.behaviour.mau_type } else { 0 },
+            domain_boundary: 0,
+            multicast_boundary: 0,
+            port_state: PORT_STATE_UNKNOWN,
+            link_state: if is_linked { LINK_UP } else { LINK_DOWN },
+            media_type: COPPER,
+        })
+    }
+
+    /// How the interface and all ports are, one after the other.
+    pub(super) fn physical(&self) -> Vec<MultipleBlock> {
+        let block = |place: Place, write: &dyn Fn(&mut Vec<u8>)| {
+            let mut blocks = Vec::new();
+            write(&mut blocks);
+            MultipleBlock { api: place.api, slot: place.slot, subslot: place.subslot, blocks }
+        };
+        let interface = Place { api: 0, slot: 0, subslot: INTERFACE_SUBSLOT };
+        let places = self.plugged.ports().map(Place::from);
+        let ports = places.map(|place| block(place, &|out| self.port(place).iter().for_each(|port| port.write(out))));
+        core::iter::once(block(interface, &|out| self.interface().write(out))).chain(ports).collect()
+    }
+}

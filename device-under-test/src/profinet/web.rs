@@ -1,0 +1,153 @@
+//! The web server: TCP connections, and in each one request and one answer.
+//!
+//! This room must not know what a page says.
+
+use alloc::vec;
+use alloc::vec::Vec;
+use core::net::Ipv4Addr;
+use smoltcp::iface::{SocketHandle, SocketSet};
+use smoltcp::socket::tcp::{Socket, SocketBuffer, State};
+use smoltcp::time::Duration;
+use smoltcp::wire::{IpAddress, IpListenEndpoint};
+use wire::http::{PORT, Progress, Request, Response};
+
+/// Who answers a request.
+pub(super) type Pages<'a> = &'a mut dyn FnMut(&Request) -> Response;
+
+/// The connections of the web server.
+pub(super) struct Web {
+    connections: Vec<Connection>,
+}
+
+struct Connection {
+    socket: SocketHandle,
+    /// What has come of the request.
+    asked: Vec<u8>,
+    /// What is still to be sent of the answer; none before it is known.
+    answer: Option<Vec<u8>>,
+}
+
+impl Web {
+    const CONNECTIONS: usize = 4;
+    const LONGEST_REQUEST: usize = 4096;
+
+    /// A server that nobody can reach yet.
+    pub(super) fn new(sockets: &mut SocketSet<'static>) -> Web {
+        Web { connections: (0..Web::CONNECTIONS).map(|_| Connection::new(sockets)).collect() }
+    }
+
+    /// Forgets all connections, whose address is no longer in use.
+    pub(super) fn forget(&mut self, sockets: &mut SocketSet<'static>) {
+        self.connections.iter_mut().for_each(|connection| connection.renew(sockets));
+    }
+
+    /// Answers what has come, at `address` or, without one, at each address of the device; says whether there is something
+    /// to be sent.
+    ///
+    /// While the server is not open it finishes what it has begun and takes nothing new.
+    pub(super) fn serve(
+        &mut self,
+        sockets: &mut SocketSet<'static>,
+        is_open: bool,
+        address: Option<Ipv4Addr>,
+        pages: Pages<'_>,
+    ) -> bool {
+        let has_sent = self.connections.iter_mut().fold(false, |sent, of| of.go_on(sockets, pages) | sent);
+        match is_open {
+            true => self.listen(sockets, address),
+            false => self.connections.iter_mut().for_each(|of| of.stop_listening(sockets)),
+        }
+        has_sent
+    }
+
+    /// Makes free connections wait for a client; one that only waits for strays of its last client counts as free if there
+    /// is no other.
+    fn listen(&mut self, sockets: &mut SocketSet<'static>, address: Option<Ipv4Addr>) {
+        let endpoint = IpListenEndpoint { addr: address.map(IpAddress::Ipv4), port: PORT };
+        let is = |of: &Connection, sockets: &SocketSet<'_>, state| of.state(sockets) == state;
+        let waits = self.connections.iter().any(|of| is(of, sockets, State::Listen) || is(of, sockets, State::Closed));
+        if !waits && let Some(old) = self.connections.iter_mut().find(|of| is(of, sockets, State::TimeWait)) {
+            old.renew(sockets);
+        }
+        for connection in &mut self.connections {
+            if connection.state(sockets) == State::Closed {
+                connection.asked.clear();
+                connection.answer = None;
+                let listens = sockets.get_mut::<Socket<'_>>(connection.socket).listen(endpoint);
+                debug_assert!(listens.is_ok(), "the socket is closed, and the port is not 0");
+            }
+        }
+    }
+}
+
+impl Connection {
+    const BUFFER: usize = 2048;
+    /// How long a client may be gone before its connection is given up.
+    const PATIENCE: Duration = Duration::from_secs(10);
+
+    fn new(sockets: &mut SocketSet<'static>) -> Connection {
+        Connection { socket: sockets.add(Connection::socket()), asked: Vec::new(), answer: None }
+    }
+
+    fn socket() -> Socket<'static> {
+        let buffer = || SocketBuffer::new(vec![0; Connection::BUFFER]);
+        let mut socket = Socket::new(buffer(), buffer());
+        socket.set_ack_delay(None);
+        socket.set_nagle_enabled(false);
+        socket.set_timeout(Some(Connection::PATIENCE));
+        socket.set_keep_alive(Some(Connection::PATIENCE / 2));
+        socket
+    }
+
+    fn renew(&mut self, sockets: &mut SocketSet<'static>) {
+        sockets.remove(self.socket);
+        *self = Connection::new(sockets);
+    }
+
+    fn state(&self, sockets: &SocketSet<'_>) -> State {
+        sockets.get::<Socket<'_>>(self.socket).state()
+    }
+
+    fn stop_listening(&self, sockets: &mut SocketSet<'_>) {
+        let socket = sockets.get_mut::<Socket<'_>>(self.socket);
+        if socket.state() == State::Listen {
+            socket.close();
+        }
+    }
+
+    /// Takes what has come and sends what there is room for; says whether something was sent.
+    fn go_on(&mut self, sockets: &mut SocketSet<'_>, pages: Pages<'_>) -> bool {
+        let socket = sockets.get_mut::<Socket<'_>>(self.socket);
+        if self.answer.is_none() {
+            while socket.can_recv() {
+                let asked = &mut self.asked;
+                let taken = socket.recv(|octets| {
+                    asked.extend_from_slice(octets);
+                    (octets.len(), ())
+                });
+                if taken.is_err() {
+                    break;
+                }
+            }
+            self.answer = match Request::read(&self.asked) {
+                Progress::Whole(request) => Some(pages(&request).to_vec()),
+                Progress::More if self.asked.len() <= Web::LONGEST_REQUEST => None,
+                Progress::More | Progress::Bad(_) => Some(Response::page(400, "").to_vec()),
+            };
+        }
+        let Some(answer) = self.answer.as_mut().filter(|_| socket.may_send()) else {
+            // A client that goes without having asked for anything gets nothing.
+            let is_left = socket.state() == State::CloseWait;
+            if is_left {
+                socket.close();
+            }
+            return is_left;
+        };
+        let sent = socket.send_slice(answer).unwrap_or(answer.len());
+        answer.drain(..sent);
+        if answer.is_empty() {
+            socket.close();
+        }
+        answer.is_empty() || sent > 0
+    }
+}

@@ -1,0 +1,276 @@
+//! A web server is asked: one TCP connection for one request and its answer, by smoltcp over a pipe of frames.
+//!
+//! Whatever the server does the visit ends: after [`LONGEST_VISIT`], after [`LONGEST_ANSWER`] octets, or before. This room must
+//! not know what a page says.
+
+use super::request::{Partner, Settings};
+use super::state::{Wait, Waiting};
+use alloc::collections::VecDeque;
+use alloc::string::ToString;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt;
+use core::time::Duration;
+use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet};
+use smoltcp::phy::{self, DeviceCapabilities, Medium};
+use smoltcp::socket::tcp::{Socket, SocketBuffer};
+use smoltcp::time::Instant;
+use smoltcp::wire::{EthernetAddress, IpCidr, Ipv4Cidr};
+use station::{Outbox, Time};
+use wire::ethernet::{FrameHeader, Mac, pad};
+use wire::http::{PORT, Progress, Request, Response};
+
+/// How long a visit lasts at most.
+const LONGEST_VISIT: Duration = Duration::from_secs(10);
+/// Most octets of an answer, its head included.
+pub const LONGEST_ANSWER: usize = 1 << 16;
+/// The length of our network prefix: a device is on our segment whatever its address.
+const EVERYWHERE: u8 = 0;
+/// Octets that may be under way to us.
+const WINDOW: usize = 8192;
+/// The first of our TCP ports, and how many there are; each visit has the next one, beginning anywhere, for a server keeps
+/// the port of a connection that has ended for some minutes.
+const PORTS: (u16, u16) = (49_152, 16_384);
+
+/// What became of a visit to a web server.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PageOutcome {
+    /// It answered.
+    Answer(Response),
+    /// It did not take the connection, or ended it without a word.
+    Refused,
+    /// Nothing came of it in time.
+    NoAnswer(Wait),
+    /// What came is no whole answer; the sentence says in what.
+    Unreadable(&'static str),
+}
+
+impl fmt::Display for PageOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            PageOutcome::Answer(response) => write!(f, "HTTP status {}", response.status),
+            PageOutcome::Refused => f.write_str("the connection was refused"),
+            PageOutcome::NoAnswer(wait) => wait.fmt(f),
+            PageOutcome::Unreadable(why) => write!(f, "the answer cannot be read: {why}"),
+        }
+    }
+}
+
+/// Our end of the connections to web servers, one at a time.
+pub(super) struct Browser {
+    pipe: Pipe,
+    interface: Interface,
+    sockets: SocketSet<'static>,
+    /// The connection of the present visit, or what is left of the last one.
+    socket: Option<SocketHandle>,
+    visit: Option<Visit>,
+    /// Whom frames may go to.
+    server: Mac,
+    visits: u16,
+    due: Option<Time>,
+}
+
+/// A visit that has not ended.
+#[derive(Debug)]
+struct Visit {
+    request: Vec<u8>,
+    asked: bool,
+    came: Vec<u8>,
+    began: Time,
+}
+
+/// A number in which all bits of the seed take part.
+fn anywhere(seed: u64) -> u16 {
+    (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 48) as u16
+}
+
+impl Browser {
+    pub(super) fn new(now: Time, settings: &Settings) -> Browser {
+        let mut pipe = Pipe::default();
+        let mut config = Config::new(EthernetAddress(settings.mac.0).into());
+        config.random_seed = settings.seed;
+        let mut interface = Interface::new(config, &mut pipe, instant(now));
+        interface.update_ip_addrs(|addresses| {
+            // The list has room for at least one address and is empty.
+            addresses.push(IpCidr::Ipv4(Ipv4Cidr::new(settings.ip, EVERYWHERE))).ok();
+        });
+        let sockets = SocketSet::new(Vec::new());
+        Browser {
+            pipe,
+            interface,
+            sockets,
+            socket: None,
+            visit: None,
+            server: Mac([0; 6]),
+            visits: anywhere(settings.seed),
+            due: None,
+        }
+    }
+
+    /// Begins a visit; what is left of the one before is forgotten.
+    pub(super) fn visit(&mut self, now: Time, partner: Partner, request: &Request, out: &mut Outbox) {
+        self.forget();
+        let request = request.to_vec(&partner.ip.to_string());
+        let buffer = |octets: usize| SocketBuffer::new(vec![0; octets]);
+        let mut socket = Socket::new(buffer(WINDOW), buffer(request.len()));
+        socket.set_ack_delay(None);
+        socket.set_nagle_enabled(false);
+        let port = PORTS.0 + self.visits % PORTS.1;
+        self.visits = self.visits.wrapping_add(1);
+        let connects = socket.connect(self.interface.context(), (partner.ip, PORT), port);
+        debug_assert!(connects.is_ok(), "a new socket is closed, and neither port is 0");
+        self.socket = Some(self.sockets.add(socket));
+        self.server = partner.mac;
+        self.visit = Some(Visit { request, asked: false, came: Vec::new(), began: now });
+        self.poll(now, None, out);
+    }
+
+    fn forget(&mut self) {
+        if let Some(old) = self.socket.take() {
+            self.sockets.remove(old);
+        }
+    }
+
+    /// When something is to be done without a frame.
+    pub(super) fn due(&self) -> Option<Time> {
+        let end = self.visit.as_ref().map(|visit| visit.began + LONGEST_VISIT);
+        [self.due, end].into_iter().flatten().min()
+    }
+
+    /// Takes a frame, if there is one, and does what is due; gives the outcome at the end of the visit.
+    pub(super) fn go_on(
+        &mut self,
+        now: Time,
+        frame: Option<(&FrameHeader, &[u8])>,
+        out: &mut Outbox,
+    ) -> Option<PageOutcome> {
+        self.poll(now, frame, out);
+        let socket = self.sockets.get_mut::<Socket<'_>>(self.socket?);
+        let outcome = self.visit.as_mut()?.go_on(now, socket);
+        let has_failed = matches!(&outcome, Some(outcome) if !matches!(outcome, PageOutcome::Answer(_)));
+        if outcome.is_some() {
+            self.visit = None;
+            if has_failed { socket.abort() } else { socket.close() }
+        }
+        // What was written just now, or the end of the connection.
+        self.poll(now, None, out);
+        if has_failed {
+            self.forget();
+            self.poll(now, None, out);
+        }
+        outcome
+    }
+
+    fn poll(&mut self, now: Time, frame: Option<(&FrameHeader, &[u8])>, out: &mut Outbox) {
+        self.pipe.incoming = frame.map(|(header, payload)| {
+            let mut frame = Vec::with_capacity(FrameHeader::UNTAGGED_LENGTH + payload.len());
+            FrameHeader { tag: None, inner_tag: None, ..*header }.write(&mut frame);
+            frame.extend_from_slice(payload);
+            frame
+        });
+        self.interface.poll(instant(now), &mut self.pipe, &mut self.sockets);
+        let to = |frame: &[u8], mac: Mac| frame.starts_with(&mac.0);
+        for frame in self.pipe.outgoing.drain(..) {
+            if to(&frame, self.server) || to(&frame, Mac::BROADCAST) {
+                out.push_with(|buffer| {
+                    let start = buffer.len();
+                    buffer.extend_from_slice(&frame);
+                    pad(buffer, start);
+                });
+            }
+        }
+        let due = self.interface.poll_at(instant(now), &self.sockets);
+        let soonest = now + Duration::from_micros(1);
+        self.due = due.map(|due| soonest.max(Time::ZERO + Duration::from_micros(due.total_micros().unsigned_abs())));
+    }
+}
+
+impl fmt::Debug for Browser {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Browser").field("visit", &self.visit).finish_non_exhaustive()
+    }
+}
+
+impl Visit {
+    fn go_on(&mut self, now: Time, socket: &mut Socket<'_>) -> Option<PageOutcome> {
+        if !self.asked && socket.may_send() {
+            self.asked = socket.send_slice(&self.request).is_ok();
+        }
+        while socket.can_recv() {
+            let came = &mut self.came;
+            let taken = socket.recv(|octets| {
+                came.extend_from_slice(octets);
+                (octets.len(), ())
+            });
+            if taken.is_err() {
+                break;
+            }
+        }
+        if self.came.len() > LONGEST_ANSWER {
+            return Some(PageOutcome::Unreadable("it is too long"));
+        }
+        let is_closed = if self.asked { !socket.may_recv() } else { !socket.is_open() };
+        if is_closed && self.came.is_empty() {
+            return Some(PageOutcome::Refused);
+        }
+        match Response::read(&self.came, is_closed) {
+            Progress::Whole(response) => Some(PageOutcome::Answer(response)),
+            Progress::Bad(why) => Some(PageOutcome::Unreadable(why)),
+            Progress::More if now < self.began + LONGEST_VISIT => None,
+            Progress::More if self.came.is_empty() => {
+                Some(PageOutcome::NoAnswer(Wait { what: Waiting::Page, time: LONGEST_VISIT }))
+            }
+            Progress::More => Some(PageOutcome::Unreadable("it did not end in time")),
+        }
+    }
+}
+
+fn instant(time: Time) -> Instant {
+    Instant::from_micros(i64::try_from(time.as_nanos() / 1000).unwrap_or(i64::MAX))
+}
+
+/// A pair of ends: one frame in, any number of frames out.
+#[derive(Debug, Default)]
+struct Pipe {
+    incoming: Option<Vec<u8>>,
+    outgoing: VecDeque<Vec<u8>>,
+}
+
+impl phy::Device for Pipe {
+    type RxToken<'a> = Incoming;
+    type TxToken<'a> = Outgoing<'a>;
+
+    fn receive(&mut self, _: Instant) -> Option<(Incoming, Outgoing<'_>)> {
+        Some((Incoming(self.incoming.take()?), Outgoing(&mut self.outgoing)))
+    }
+
+    fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {
+        Some(Outgoing(&mut self.outgoing))
+    }
+
+    fn capabilities(&self) -> DeviceCapabilities {
+        let mut capabilities = DeviceCapabilities::default();
+        capabilities.medium = Medium::Ethernet;
+        capabilities.max_transmission_unit = 1514;
+        capabilities
+    }
+}
+
+struct Incoming(Vec<u8>);
+
+impl phy::RxToken for Incoming {
+    fn consume<R, F: FnOnce(&[u8]) -> R>(self, take: F) -> R {
+        take(&self.0)
+    }
+}
+
+struct Outgoing<'a>(&'a mut VecDeque<Vec<u8>>);
+
+impl phy::TxToken for Outgoing<'_> {
+    fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, fill: F) -> R {
+        let mut frame = vec![0; length];
+        let result = fill(&mut frame);
+        self.0.push_back(frame);
+        result
+    }
+}

@@ -1,0 +1,60 @@
+//! A reference device that can be exchanged while the clock of the wire goes on.
+
+use reference_devices::ReferenceDevice;
+use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
+
+/// A reference device with a clock of its own, which begins with its life.
+pub struct Reborn {
+    device: Box<dyn ReferenceDevice>,
+    born: Time,
+}
+
+impl Reborn {
+    /// `device` from the beginning of the wire's clock on.
+    pub fn new(device: Box<dyn ReferenceDevice>) -> Reborn {
+        Reborn { device, born: Time::ZERO }
+    }
+
+    /// Puts `device` into the place of the one before; its life begins at `now`.
+    pub fn exchange(&mut self, now: Time, device: Box<dyn ReferenceDevice>) {
+        (self.device, self.born) = (device, now);
+    }
+
+    /// What its own clock shows when that of the wire shows `now`.
+    fn own(&self, now: Time) -> Time {
+        Time::ZERO + now.since(self.born)
+    }
+
+    /// What the clock of the wire shows when its own shows `own`.
+    fn wires(&self, own: Time) -> Time {
+        self.born + own.since(Time::ZERO)
+    }
+}
+
+impl Station for Reborn {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.device.receive(self.own(now), frame, out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.device.wake(self.own(now), out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.device.deadline().map(|due| self.wires(due))
+    }
+}
+
+impl Stand for Reborn {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        self.device.act(self.own(now), action).map(|done| self.wires(done))
+    }
+
+    fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
+        self.device.led(self.own(now), name)
+    }
+
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        self.device.counter(self.own(now), name)
+    }
+}

@@ -1,0 +1,312 @@
+//! HTTP/1.1 messages, as far as the small servers in devices go (RFC 9112), and the fields of a form.
+//!
+//! A message may come in pieces: the readers say whether there is enough of it. This room must not know pages, nor connections.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt::Write;
+
+/// The TCP port of a web server.
+pub const PORT: u16 = 80;
+/// Most octets in front of a body.
+const LONGEST_HEAD: usize = 8192;
+const END_OF_HEAD: &[u8] = b"\r\n\r\n";
+
+/// How far a reader got with the octets that have come so far.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Progress<T> {
+    /// The message is complete.
+    Whole(T),
+    /// More has to come.
+    More,
+    /// This is no such message; the sentence says in what.
+    Bad(&'static str),
+}
+
+/// A request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// `GET`, `POST` or another.
+    pub method: String,
+    /// What is asked for, from the first slash on.
+    pub path: String,
+    /// What comes with it, for instance the fields of a form.
+    pub body: Vec<u8>,
+}
+
+/// An answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Response {
+    /// The number that says how it went.
+    pub status: u16,
+    /// The page.
+    pub body: Vec<u8>,
+}
+
+impl Request {
+    /// Asks for a page.
+    pub fn get(path: &str) -> Request {
+        Request { method: "GET".into(), path: path.into(), body: Vec::new() }
+    }
+
+    /// Sends the fields of a form.
+    pub fn post(path: &str, fields: &[(&str, &str)]) -> Request {
+        Request { method: "POST".into(), path: path.into(), body: form(fields).into_bytes() }
+    }
+
+    /// The octets of the request to the server `host`, after which the connection is to be closed.
+    pub fn to_vec(&self, host: &str) -> Vec<u8> {
+        let Request { method, path, body } = self;
+        let mut head = format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n");
+        if method == "POST" || !body.is_empty() {
+            head.push_str("Content-Type: application/x-www-form-urlencoded\r\n");
+            // Writing to a text cannot fail.
+            write!(head, "Content-Length: {}\r\n", body.len()).ok();
+        }
+        head.push_str("\r\n");
+        let mut octets = head.into_bytes();
+        octets.extend_from_slice(body);
+        octets
+    }
+
+    /// Reads a request from all octets that have come so far.
+    pub fn read(octets: &[u8]) -> Progress<Request> {
+        let (head, body) = match split(octets) {
+            Progress::Whole(parts) => parts,
+            Progress::More => return Progress::More,
+            Progress::Bad(why) => return Progress::Bad(why),
+        };
+        let mut words = head.first_line().split(' ');
+        let (Some(method), Some(path), Some(version), None) = (words.next(), words.next(), words.next(), words.next())
+        else {
+            return Progress::Bad("the first line is not a method, a path and a version");
+        };
+        if !path.starts_with('/') || !version.starts_with("HTTP/1.") {
+            return Progress::Bad("the first line is not that of HTTP/1");
+        }
+        let body = match head.length() {
+            Err(why) => return Progress::Bad(why),
+            Ok(length) => body.get(..length.unwrap_or(0)),
+        };
+        match body {
+            Some(body) => Progress::Whole(Request { method: method.into(), path: path.into(), body: body.into() }),
+            None => Progress::More,
+        }
+    }
+
+    /// The field `name` of the form that the request brings.
+    pub fn field(&self, name: &str) -> Option<String> {
+        let body = core::str::from_utf8(&self.body).ok()?;
+        let mut fields = body.split('&').map(|field| field.split_once('=').unwrap_or((field, "")));
+        fields.find(|(known, _)| decoded(known) == name).map(|(_, value)| decoded(value))
+    }
+}
+
+impl Response {
+    /// A page in HTML.
+    pub fn page(status: u16, html: impl Into<Vec<u8>>) -> Response {
+        Response { status, body: html.into() }
+    }
+
+    /// The octets of the answer, after which the connection is closed.
+    pub fn to_vec(&self) -> Vec<u8> {
+        let reason = match self.status {
+            200 => "OK",
+            400 => "Bad Request",
+            401 => "Unauthorized",
+            403 => "Forbidden",
+            404 => "Not Found",
+            405 => "Method Not Allowed",
+            _ => "",
+        };
+        let head = format!(
+            "HTTP/1.1 {} {reason}\r\nContent-Type: text/html\r\nContent-Length: {}\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n",
+            self.status,
+            self.body.len()
+        );
+        let mut octets = head.into_bytes();
+        octets.extend_from_slice(&self.body);
+        octets
+    }
+
+    /// Reads an answer from all octets that have come so far; `closed` says that no more will come.
+    pub fn read(octets: &[u8], closed: bool) -> Progress<Response> {
+        let more = || if closed { Progress::Bad("the connection was closed before its end") } else { Progress::More };
+        let (head, body) = match split(octets) {
+            Progress::Whole(parts) => parts,
+            Progress::More => return more(),
+            Progress::Bad(why) => return Progress::Bad(why),
+        };
+        let mut words = head.first_line().split(' ');
+        let version = words.next().unwrap_or_default();
+        let status = words.next().filter(|word| word.len() == 3).and_then(|word| word.parse::<u16>().ok());
+        let Some(status) = status.filter(|_| version.starts_with("HTTP/1.")) else {
+            return Progress::Bad("the first line is not that of an answer in HTTP/1");
+        };
+        if (100..200).contains(&status) {
+            return Response::read(body, closed);
+        }
+        if matches!(status, 204 | 304) {
+            return Progress::Whole(Response { status, body: Vec::new() });
+        }
+        if head.field("transfer-encoding").is_some_and(|coding| coding.eq_ignore_ascii_case("chunked")) {
+            return match chunks(body) {
+                Progress::Whole(body) => Progress::Whole(Response { status, body }),
+                Progress::More => more(),
+                Progress::Bad(why) => Progress::Bad(why),
+            };
+        }
+        match head.length() {
+            Err(why) => Progress::Bad(why),
+            Ok(Some(length)) => match body.get(..length) {
+                Some(body) => Progress::Whole(Response { status, body: body.into() }),
+                None => more(),
+            },
+            Ok(None) if closed => Progress::Whole(Response { status, body: body.into() }),
+            Ok(None) => Progress::More,
+        }
+    }
+}
+
+/// What stands in front of a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Head<'a>(&'a str);
+
+impl<'a> Head<'a> {
+    fn first_line(self) -> &'a str {
+        self.0.split("\r\n").next().unwrap_or_default()
+    }
+
+    /// The value of a field, whatever the case of its name.
+    fn field(self, name: &str) -> Option<&'a str> {
+        let mut fields = self.0.split("\r\n").skip(1).filter_map(|line| line.split_once(':'));
+        fields.find(|(known, _)| known.trim().eq_ignore_ascii_case(name)).map(|(_, value)| value.trim())
+    }
+
+    fn length(self) -> Result<Option<usize>, &'static str> {
+        let length = self.field("content-length").map(str::parse::<usize>).transpose();
+        length.map_err(|_| "Content-Length is no number")
+    }
+}
+
+/// The head and what follows it.
+fn split(octets: &[u8]) -> Progress<(Head<'_>, &[u8])> {
+    let end = octets.windows(END_OF_HEAD.len()).take(LONGEST_HEAD).position(|window| window == END_OF_HEAD);
+    let Some(end) = end else {
+        return if octets.len() > LONGEST_HEAD { Progress::Bad("its head has no end") } else { Progress::More };
+    };
+    let (head, rest) = octets.split_at(end);
+    match core::str::from_utf8(head) {
+        Ok(head) => Progress::Whole((Head(head), &rest[END_OF_HEAD.len()..])),
+        Err(_) => Progress::Bad("its head is no text"),
+    }
+}
+
+/// A body that comes in chunks, each with its length in front (RFC 9112, 7.1).
+fn chunks(mut octets: &[u8]) -> Progress<Vec<u8>> {
+    let mut body = Vec::new();
+    loop {
+        let Some(end) = octets.windows(2).position(|window| window == b"\r\n") else { return Progress::More };
+        let line = core::str::from_utf8(&octets[..end]).unwrap_or_default();
+        let digits = line.split(';').next().unwrap_or_default().trim();
+        let Ok(length) = usize::from_str_radix(digits, 16) else {
+            return Progress::Bad("the length of a chunk is no hexadecimal number");
+        };
+        octets = &octets[end + 2..];
+        if length == 0 {
+            return Progress::Whole(body);
+        }
+        let Some(chunk) = octets.get(..length) else { return Progress::More };
+        body.extend_from_slice(chunk);
+        octets = octets.get(length + 2..).unwrap_or_default();
+    }
+}
+
+/// The fields of a form as a body carries them (`application/x-www-form-urlencoded`).
+fn form(fields: &[(&str, &str)]) -> String {
+    let mut text = String::new();
+    for (name, value) in fields {
+        if !text.is_empty() {
+            text.push('&');
+        }
+        encode(name, &mut text);
+        text.push('=');
+        encode(value, &mut text);
+    }
+    text
+}
+
+fn encode(plain: &str, text: &mut String) {
+    for octet in plain.bytes() {
+        match octet {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' => text.push(char::from(octet)),
+            b' ' => text.push('+'),
+            // Writing to a text cannot fail.
+            _ => write!(text, "%{octet:02X}").unwrap_or_default(),
+        }
+    }
+}
+
+/// What an encoded text says; what is no text in UTF-8 is replaced.
+fn decoded(text: &str) -> String {
+    let mut octets = Vec::with_capacity(text.len());
+    let mut rest = text.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let escaped = tail.get(..2).and_then(|digits| core::str::from_utf8(digits).ok());
+        let escaped = escaped.filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit()));
+        match (first, escaped.and_then(|digits| u8::from_str_radix(digits, 16).ok())) {
+            (b'%', Some(octet)) => {
+                octets.push(octet);
+                rest = &tail[2..];
+            }
+            (b'+', _) => {
+                octets.push(b' ');
+                rest = tail;
+            }
+            _ => {
+                octets.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8_lossy(&octets).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::torture::every_prefix_and_flip;
+
+    #[test]
+    fn readers_survive_whatever_comes() {
+        let request = Request::post("/a.htm", &[("value", "10 00")]).to_vec("192.168.0.10");
+        let fixed = Response::page(200, "<html>17</html>").to_vec();
+        let chunked = b"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n<html>\r\n2;x\r\n17\r\n0\r\n\r\n";
+        every_prefix_and_flip(&request, |octets| {
+            if let Progress::Whole(request) = Request::read(octets) {
+                request.field("value");
+            }
+        });
+        for answer in [&fixed[..], &chunked[..]] {
+            for closed in [false, true] {
+                every_prefix_and_flip(answer, |octets| drop(Response::read(octets, closed)));
+            }
+        }
+    }
+
+    #[test]
+    fn every_prefix_of_a_message_asks_for_more() {
+        let request = Request::post("/a.htm", &[("value", "1000")]).to_vec("192.168.0.10");
+        let answer = Response::page(200, "<html></html>").to_vec();
+        assert!((0..request.len()).all(|end| Request::read(&request[..end]) == Progress::More));
+        assert!((0..answer.len()).all(|end| Response::read(&answer[..end], false) == Progress::More));
+        assert!(matches!(Response::read(&answer[..answer.len() - 1], true), Progress::Bad(_)));
+    }
+
+    #[test]
+    fn a_head_without_end_is_given_up() {
+        assert!(matches!(Request::read(&[b'a'; LONGEST_HEAD + 1]), Progress::Bad(_)));
+        assert_eq!(Request::read(&[b'a'; LONGEST_HEAD]), Progress::More);
+    }
+}

@@ -1,0 +1,262 @@
+//! How the interface and the ports are: records 0x8080 (interface), 0x802A (port), 0xF841 (all of them). Source:
+//! IEC 61158-6-10, PDInterfaceDataReal, PDPortDataReal, MultipleBlockHeader.
+//!
+//! Padding brings what follows to a multiple of four octets from the beginning of the block.
+
+use super::{BlockHeader, BlockType};
+use crate::error::Result;
+use crate::ethernet::Mac;
+use crate::octets::{Append, Reader};
+use alloc::vec::Vec;
+use core::net::Ipv4Addr;
+
+/// The octets of a block header, which padding counts too.
+const HEADER: usize = 6;
+
+/// The interface: block 0x0240.
+///
+/// Octets after the block header: length of the name, name, padding, MAC address of six, padding of two, IP address,
+/// subnet mask and gateway of four each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InterfaceDataReal {
+    /// The name of the station.
+    pub chassis: Vec<u8>,
+    /// Its MAC address.
+    pub mac: Mac,
+    /// Its IP address.
+    pub address: Ipv4Addr,
+    /// Its subnet mask.
+    pub mask: Ipv4Addr,
+    /// Its gateway; 0.0.0.0 or its own address for none.
+    pub gateway: Ipv4Addr,
+}
+
+/// A port: block 0x020F.
+///
+/// Octets after the block header: padding of two, slot and subslot of two each, length of the port's name, its name,
+/// number of neighbours, padding, the neighbours, kind of the line of two, padding of two, domain boundary and multicast
+/// boundary of four each, state of the port, state of the line, padding of two, medium of four.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PortDataReal {
+    /// Slot of the interface.
+    pub slot: u16,
+    /// Subslot of the port.
+    pub subslot: u16,
+    /// Its name, `port-001`.
+    pub port: Vec<u8>,
+    /// Who is at the other end of the cable.
+    pub peers: Vec<Peer>,
+    /// The kind of the line (RFC 4836, dot3MauType): 16 is 100BASE-TX full duplex, 15 the same half duplex, 0 unknown.
+    pub mau_type: u16,
+    /// Send clocks that do not pass the port, as bits.
+    pub domain_boundary: u32,
+    /// Multicast addresses that do not pass the port, as bits.
+    pub multicast_boundary: u32,
+    /// What the port does with frames (IEEE 802.1D): 0 unknown, 5 forwarding.
+    pub port_state: u8,
+    /// The line: 1 up, 2 down.
+    pub link_state: u8,
+    /// The medium: 1 copper.
+    pub media_type: u32,
+}
+
+/// A neighbour.
+///
+/// Octets: length of its port's name, the name, length of its name, its name, padding, delay of the line of four, MAC
+/// address of six, padding of two.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Peer {
+    /// The name of its port.
+    pub port: Vec<u8>,
+    /// Its name.
+    pub chassis: Vec<u8>,
+    /// The delay of the line; 0 unknown.
+    pub line_delay: u32,
+    /// Its MAC address.
+    pub mac: Mac,
+}
+
+/// Blocks about one submodule: block 0x0400.
+///
+/// Octets after the block header: padding of two, API of four, slot and subslot of two each, then the blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MultipleBlock {
+    /// Application process.
+    pub api: u32,
+    /// Slot.
+    pub slot: u16,
+    /// Subslot.
+    pub subslot: u16,
+    /// The blocks, as they are.
+    pub blocks: Vec<u8>,
+}
+
+/// Reads past the padding in the body of a block that had `whole` octets.
+fn skip(body: &mut Reader<'_>, whole: usize) -> Result<()> {
+    let read = whole - body.left() + HEADER;
+    body.take(read.next_multiple_of(4) - read)?;
+    Ok(())
+}
+
+/// Appends the padding that is needed `start` octets into `out`, where the block begins.
+fn pad(out: &mut Vec<u8>, start: usize) {
+    out.resize(start + (out.len() - start).next_multiple_of(4), 0);
+}
+
+fn read_text(body: &mut Reader<'_>) -> Result<Vec<u8>> {
+    let length = body.u8()?;
+    Ok(body.take(length.into())?.to_vec())
+}
+
+/// Appends the length and what fits of it into 255 octets.
+fn write_text(text: &[u8], out: &mut Vec<u8>) {
+    let text = text.get(..255).unwrap_or(text);
+    out.put_u8(text.len() as u8);
+    out.put(text);
+}
+
+impl InterfaceDataReal {
+    /// Reads the block with its header; fails on another type or version.
+    pub fn read(reader: &mut Reader<'_>) -> Result<InterfaceDataReal> {
+        let mut body = BlockHeader::read_only(reader, BlockType::PD_INTERFACE_DATA_REAL, "0x0240 in version 1.0")?;
+        let whole = body.left();
+        let chassis = read_text(&mut body)?;
+        skip(&mut body, whole)?;
+        let mac = Mac::read(&mut body)?;
+        skip(&mut body, whole)?;
+        let mut address = || body.u32().map(Ipv4Addr::from);
+        Ok(InterfaceDataReal { chassis, mac, address: address()?, mask: address()?, gateway: address()? })
+    }
+
+    /// Reads the record 0x8080.
+    pub fn parse(octets: &[u8]) -> Result<InterfaceDataReal> {
+        InterfaceDataReal::read(&mut Reader::new("PDInterfaceDataReal", octets))
+    }
+
+    /// Appends the block.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        let start = out.len();
+        BlockHeader::write(BlockType::PD_INTERFACE_DATA_REAL, out, |out| {
+            write_text(&self.chassis, out);
+            pad(out, start);
+            out.put(&self.mac.0);
+            pad(out, start);
+            for address in [self.address, self.mask, self.gateway] {
+                out.put(&address.octets());
+            }
+        });
+    }
+}
+
+impl Peer {
+    fn read(body: &mut Reader<'_>, whole: usize) -> Result<Peer> {
+        let port = read_text(body)?;
+        let chassis = read_text(body)?;
+        skip(body, whole)?;
+        let line_delay = body.u32()?;
+        let mac = Mac::read(body)?;
+        skip(body, whole)?;
+        Ok(Peer { port, chassis, line_delay, mac })
+    }
+
+    fn write(&self, out: &mut Vec<u8>, start: usize) {
+        write_text(&self.port, out);
+        write_text(&self.chassis, out);
+        pad(out, start);
+        out.put_u32(self.line_delay);
+        out.put(&self.mac.0);
+        pad(out, start);
+    }
+}
+
+impl PortDataReal {
+    /// Reads the block with its header; fails on another type or version.
+    pub fn read(reader: &mut Reader<'_>) -> Result<PortDataReal> {
+        let mut body = BlockHeader::read_only(reader, BlockType::PD_PORT_DATA_REAL, "0x020F in version 1.0")?;
+        let whole = body.left();
+        skip(&mut body, whole)?;
+        let (slot, subslot) = (body.u16()?, body.u16()?);
+        let port = read_text(&mut body)?;
+        let number = body.u8()?;
+        skip(&mut body, whole)?;
+        let mut peers = Vec::new();
+        for _ in 0..number {
+            peers.push(Peer::read(&mut body, whole)?);
+        }
+        let mau_type = body.u16()?;
+        skip(&mut body, whole)?;
+        let (domain_boundary, multicast_boundary) = (body.u32()?, body.u32()?);
+        let (port_state, link_state) = (body.u8()?, body.u8()?);
+        skip(&mut body, whole)?;
+        let media_type = body.u32()?;
+        Ok(PortDataReal {
+            slot,
+            subslot,
+            port,
+            peers,
+            mau_type,
+            domain_boundary,
+            multicast_boundary,
+            port_state,
+            link_state,
+            media_type,
+        })
+    }
+
+    /// Reads the record 0x802A.
+    pub fn parse(octets: &[u8]) -> Result<PortDataReal> {
+        PortDataReal::read(&mut Reader::new("PDPortDataReal", octets))
+    }
+
+    /// Appends the block; of more than 255 neighbours the first ones.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        let start = out.len();
+        BlockHeader::write(BlockType::PD_PORT_DATA_REAL, out, |out| {
+            pad(out, start);
+            out.put_u16(self.slot);
+            out.put_u16(self.subslot);
+            write_text(&self.port, out);
+            let peers = self.peers.get(..255).unwrap_or(&self.peers);
+            out.put_u8(peers.len() as u8);
+            pad(out, start);
+            peers.iter().for_each(|peer| peer.write(out, start));
+            out.put_u16(self.mau_type);
+            pad(out, start);
+            out.put_u32(self.domain_boundary);
+            out.put_u32(self.multicast_boundary);
+            out.put(&[self.port_state, self.link_state]);
+            pad(out, start);
+            out.put_u32(self.media_type);
+        });
+    }
+}
+
+impl MultipleBlock {
+    /// Reads the block with its header; fails on another type or version.
+    pub fn read(reader: &mut Reader<'_>) -> Result<MultipleBlock> {
+        let mut body = BlockHeader::read_only(reader, BlockType::MULTIPLE, "0x0400 in version 1.0")?;
+        body.u16()?;
+        Ok(MultipleBlock { api: body.u32()?, slot: body.u16()?, subslot: body.u16()?, blocks: body.rest().to_vec() })
+    }
+
+    /// Reads the blocks of a record 0xF841.
+    pub fn parse_record(octets: &[u8]) -> Result<Vec<MultipleBlock>> {
+        let mut reader = Reader::new("PDRealData", octets);
+        let mut blocks = Vec::new();
+        while !reader.is_empty() {
+            blocks.push(MultipleBlock::read(&mut reader)?);
+        }
+        Ok(blocks)
+    }
+
+    /// Appends the block.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        BlockHeader::write(BlockType::MULTIPLE, out, |out| {
+            out.put_u16(0);
+            out.put_u32(self.api);
+            out.put_u16(self.slot);
+            out.put_u16(self.subslot);
+            out.put(&self.blocks);
+        });
+    }
+}

@@ -1,0 +1,60 @@
+//! HTTP as others write it: requests by curl 7 and Python's `http.client`, answers by Python's `http.server`, kept as they came.
+
+use encspec_wire::http::{Progress, Request, Response};
+use rstest::rstest;
+
+const HEAD: &str =
+    "HTTP/1.1 200 OK\r\nServer: python\r\nDate: Mon, 01 Jan 2024 00:00:00 GMT\r\nContent-Type: text/html\r\n";
+
+fn request(octets: &[u8]) -> Request {
+    match Request::read(octets) {
+        Progress::Whole(request) => request,
+        other => panic!("it is a whole request: {other:?}"),
+    }
+}
+
+#[test]
+fn requests() {
+    let curl = b"GET /position.htm HTTP/1.1\r\nHost: 127.0.0.1:34079\r\nAccept: */*\r\nUser-Agent: curl\r\n\r\n";
+    assert_eq!(request(curl), Request::get("/position.htm"));
+    let python = b"GET / HTTP/1.1\r\nHost: 127.0.0.1:34079\r\nAccept-Encoding: identity\r\n\r\n";
+    assert_eq!(request(python), Request::get("/"));
+    let form = b"POST /preset.htm HTTP/1.1\r\nHost: 127.0.0.1:34079\r\nAccept: */*\r\nUser-Agent: curl\r\n\
+        Content-Length: 35\r\nContent-Type: application/x-www-form-urlencoded\r\n\r\n\
+        value=1+0%2B%26%C3%A9&password=lika";
+    let form = request(form);
+    assert_eq!((form.method.as_str(), form.path.as_str()), ("POST", "/preset.htm"));
+    assert_eq!(form.field("value").as_deref(), Some("1 0+&\u{e9}"));
+    assert_eq!(form.field("password").as_deref(), Some("lika"));
+    assert_eq!(form.field("other"), None);
+    // The fields as we write them are those of curl.
+    let ours = Request::post("/preset.htm", &[("value", "1 0+&\u{e9}"), ("password", "lika")]);
+    assert_eq!(ours.body, form.body);
+}
+
+#[rstest]
+#[case::length("Content-Length: 15\r\n\r\n<html>17</html>", true)]
+#[case::chunked("Transfer-Encoding: chunked\r\n\r\n6\r\n<html>\r\n9\r\n17</html>\r\n0\r\n\r\n", true)]
+#[case::close("Connection: close\r\n\r\n<html>17</html>", false)]
+fn answers(#[case] rest: &str, #[case] says_its_end: bool) {
+    let octets = format!("{HEAD}{rest}").into_bytes();
+    let whole = Progress::Whole(Response::page(200, "<html>17</html>"));
+    assert_eq!(Response::read(&octets, true), whole);
+    assert_eq!(Response::read(&octets, false), if says_its_end { whole } else { Progress::More });
+}
+
+#[rstest]
+#[case::request(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")]
+#[case::nothing_known(b"SSH-2.0-OpenSSH_9.2\r\n\r\n")]
+#[case::status(b"HTTP/1.1 twohundred OK\r\n\r\n")]
+#[case::length(b"HTTP/1.1 200 OK\r\nContent-Length: many\r\n\r\n")]
+fn no_answer(#[case] octets: &[u8]) {
+    assert!(matches!(Response::read(octets, true), Progress::Bad(_)));
+}
+
+#[test]
+fn what_is_no_request() {
+    assert!(matches!(Request::read(b"HTTP/1.1 200 OK\r\n\r\n"), Progress::Bad(_)));
+    assert!(matches!(Request::read(b"GET /\r\n\r\n"), Progress::Bad(_)));
+    assert!(matches!(Request::read(&[0xFF, b'\r', b'\n', b'\r', b'\n']), Progress::Bad(_)));
+}
