@@ -9,8 +9,8 @@ type Place = (u32, u16, u16);
 /// Records of the encoder object.
 #[derive(Clone, Copy, Debug)]
 pub struct Records {
-    /// Where they answer, from where the parameter access point is.
-    pub place: fn(Place) -> Place,
+    /// Whether they answer at a place, from the place and where the parameter access point is.
+    pub answer_at: fn(Place, Place) -> bool,
     /// Index of the parameter access.
     pub parameter_access: u16,
     /// For how long a parameter request holds up the signals of the telegram.
@@ -22,7 +22,7 @@ pub struct Records {
 impl Default for Records {
     fn default() -> Records {
         Records {
-            place: |access_point| access_point,
+            answer_at: |asked, access_point| asked == access_point,
             parameter_access: 0xB02E,
             hold_up: Duration::ZERO,
             go_with: |_, _| true,

@@ -90,6 +90,8 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now };
     "acknowledge-answer-stays" "Bit 11 of G1_ZSW is never taken back."
         => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now };
+    "acknowledge-answer-ends-first" "Bit 11 of G1_ZSW falls one frame before the error does."
+        => |b| b.telegram.emit = acknowledge_answer_ends_first;
     "acknowledge-answer-without-request" "Bit 11 of G1_ZSW is set with each error."
         => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now };
     "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
@@ -134,6 +136,14 @@ fn park_freezes_position(before: &Before, now: Image) -> Image {
 fn sensor_error_drops_for_a_frame(before: &Before, now: Image) -> Image {
     match before.truth.g1_zsw & !now.g1_zsw & IN_PROCESS != 0 {
         true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+        false => now,
+    }
+}
+
+fn acknowledge_answer_ends_first(before: &Before, now: Image) -> Image {
+    let is_answered = (before.truth.g1_zsw | now.g1_zsw) & IN_PROCESS != 0;
+    match is_answered && has_error(&before.sent) && !has_error(&now) {
+        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: before.sent.g1_xist2, ..now },
         false => now,
     }
 }

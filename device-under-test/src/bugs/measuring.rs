@@ -34,6 +34,8 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.measuring.range = |scaling, _| (scaling.range + 1).next_power_of_two();
     "range-below-a-revolution-ignored" "A range below one revolution counts as one revolution."
         => |b| b.measuring.range = |scaling, _| scaling.range.max(scaling.units_per_revolution);
+    "unit-of-whole-steps" "A unit has as many whole steps of the hardware as fit into it, and the rest is dropped."
+        => |b| b.measuring.scale = unit_of_whole_steps;
     "rounding-errors-add-up" "Each movement is scaled and rounded by itself."
         => |b| b.measuring.slip = rounding_errors_add_up;
 
@@ -53,6 +55,11 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "offset-moves-the-zero" "The jump comes where position and offset pass the end of the hardware."
         => |b| b.measuring.slip = offset_moves_the_zero;
 };
+
+fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    let steps = hardware.steps_per_revolution / scaling.units_per_revolution.max(1);
+    place / steps.max(1) % scaling.range
+}
 
 /// The units from the physical zero to a place.
 fn units(step: &Step, place: u64) -> u64 {

@@ -1,9 +1,10 @@
 //! Bugs of presets.
 
 use super::Bug;
+use super::image::{ERROR, POSITION, without_transfer};
 use crate::encoder::measuring::{self, Step};
 use crate::profidrive::sensor::{Preset, Request};
-use crate::profidrive::telegram::Image;
+use crate::profidrive::telegram::{Before, Image};
 use crate::profidrive::user_parameters::UserParameters;
 
 pub(crate) static BUGS: &[Bug] = bugs! {
@@ -46,6 +47,10 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.sensor.acknowledges_preset = |preset, request| preset == Preset::Executed && !request.relative;
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
         => |b| b.sensor.preset_raises = Some(0x1001);
+    "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
+        => |b| b.telegram.emit = preset_flashes_error;
+    "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
+        => |b| b.telegram.emit = preset_interrupts_transfer;
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
         => |b| b.user_parameters.understand = |user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user };
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
@@ -86,6 +91,24 @@ fn before_the_slip(preset: measuring::Preset) -> u64 {
 }
 
 const EXECUTED: u16 = 0x1000;
+
+fn is_carried_out(before: &Before, now: &Image) -> bool {
+    now.g1_zsw & !before.truth.g1_zsw & EXECUTED != 0
+}
+
+fn preset_flashes_error(before: &Before, now: Image) -> Image {
+    match is_carried_out(before, &now) {
+        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, ..now },
+        false => now,
+    }
+}
+
+fn preset_interrupts_transfer(before: &Before, now: Image) -> Image {
+    match is_carried_out(before, &now) {
+        true => without_transfer(now),
+        false => now,
+    }
+}
 
 fn has_mode(request: Request) -> bool {
     request.home || request.relative

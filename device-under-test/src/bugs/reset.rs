@@ -14,6 +14,11 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.reset.preset_value = |_| u32::MAX;
     "reset-keeps-offset" "The offset survives the factory reset."
         => |b| b.reset.offset = |before| before;
+    "reset-keeps-offset-unseen" "The offset survives the factory reset, and P65001 gives 0 for it at all times."
+        => |b| {
+            b.reset.offset = |before| before;
+            b.values.element = |_, at, right| if at == (65001, 8) { 0 } else { right };
+        };
     "reset-keeps-name" "The station name survives the factory reset."
         => |b| b.reset.station = |before| StationData { name: before.name.clone(), ..StationData::default() };
     "reset-gives-a-name" "After a factory reset the station has a name by default."

@@ -108,12 +108,16 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now };
     "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
         => |b| b.life_sign.next = |_| 0;
+    "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
+        => |b| b.life_sign.next = |_| 3;
     "controller-sign-of-life-in-low-nibble" "The sign of life of the controller is looked for in bits 0 to 3."
         => |b| b.life_sign.read = |stw2_enc| (stw2_enc & 0x000F) as u8;
     "sign-of-life-not-watched" "The sign of life of the controller is not watched."
         => |b| b.life_sign.begins = |_| false;
     "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
         => |b| b.life_sign.follows = |last, sign| sign == last + 1;
+    "life-sign-ends-at-14" "The sign of life of the controller is expected to go from 14 to 1."
+        => |b| b.life_sign.follows = |last, sign| sign == last % 14 + 1;
     "tolerance-ignored" "One failure is tolerated, whatever octet 17 of the start-up record says."
         => |b| b.life_sign.tolerated = |_| 1;
     "life-sign-error-not-acknowledged" "Only a restart clears the error of the sign of life."

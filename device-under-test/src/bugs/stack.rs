@@ -135,6 +135,8 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.stack.im0 = |im0, _| im0.order_id.iter_mut().filter(|octet| **octet == b' ').for_each(|octet| *octet = 0);
     "im0-serial-empty" "The serial number in I&M0 is empty."
         => |b| b.stack.im0 = |im0, _| im0.serial_number = [b' '; 16];
+    "im0-serial-of-zeros" "The serial number in I&M0 is sixteen octets of 0."
+        => |b| b.stack.im0 = |im0, _| im0.serial_number = [0; 16];
     "im0-revisions-wrong" "The hardware revision in I&M0 is the software revision."
         => |b| b.stack.im0 = |im0, _| {
             let software = im0.software_revision;

@@ -23,6 +23,8 @@ enum Manner {
     Answers(&'static str),
     /// Says this and leaves the connection open.
     Stays(&'static str),
+    /// Says this and, once it has arrived, resets the connection.
+    Tears(&'static str),
     /// Says this again and again without an end.
     Babbles(&'static str),
     /// Takes no connections.
@@ -71,10 +73,13 @@ impl Server {
         if !self.heard.is_empty() && socket.may_send() {
             match self.manner {
                 Manner::Babbles(text) => while socket.send_slice(text.as_bytes()).is_ok_and(|sent| sent > 0) {},
-                Manner::Answers(text) | Manner::Stays(text) => {
+                Manner::Answers(text) | Manner::Stays(text) | Manner::Tears(text) => {
+                    let arrived = self.said == text.len() && socket.send_queue() == 0;
                     self.said += socket.send_slice(&text.as_bytes()[self.said..]).unwrap_or(0);
-                    if self.said == text.len() && matches!(self.manner, Manner::Answers(_)) {
-                        socket.close();
+                    match self.manner {
+                        Manner::Answers(_) if self.said == text.len() => socket.close(),
+                        Manner::Tears(_) if arrived => socket.abort(),
+                        _ => {}
                     }
                 }
                 Manner::Refuses | Manner::Absent => {}
@@ -164,6 +169,7 @@ const CUT: &str = "HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\n4711";
 #[case::until_the_end(Manner::Answers(UNTIL_CLOSE), Ok(()))]
 #[case::without_an_end(Manner::Stays(UNTIL_CLOSE), Err("did not end in time"))]
 #[case::cut(Manner::Answers(CUT), Err("closed before its end"))]
+#[case::torn_off(Manner::Tears(UNTIL_CLOSE), Err("torn off before its end"))]
 #[case::too_long(Manner::Babbles("HTTP/1.1 200 OK\r\n\r\n..."), Err("too long"))]
 #[case::no_http(Manner::Babbles("what is this?\r\n\r\n"), Err("not that of an answer"))]
 #[case::refused(Manner::Refuses, Err("refused"))]
@@ -184,6 +190,14 @@ fn every_visit_ends(#[case] manner: Manner, #[case] ends: Result<(), &str>) {
     rig.run(Duration::from_secs(120));
     let now = rig.now;
     assert!(rig.sent().all(|(time, _)| time + Duration::from_secs(60) < now));
+}
+
+#[test]
+fn a_server_without_an_address_is_asked_nothing() {
+    let mut rig = Rig::with(Server::new(Manner::Answers(WHOLE)));
+    let partner = Partner { mac: DEVICE, ip: core::net::Ipv4Addr::UNSPECIFIED };
+    let outcome = rig.ask(Request::Page { partner, request: http::Request::get("/") });
+    assert!(matches!(outcome, Outcome::Page(PageOutcome::Unreadable(_))), "silence would be an answer: {outcome:?}");
 }
 
 #[test]

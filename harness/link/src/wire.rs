@@ -196,6 +196,12 @@ impl Wire {
                     tap(now, &frame);
                     let result = self.deliver(stations, None, now, &frame, guard, tap);
                     self.incoming = frame;
+                    // What the frame has put off will not be woken for: it was late all the same.
+                    if let Some((deadline, index)) = due
+                        && stations[index].1.deadline().is_none_or(|next| next > deadline)
+                    {
+                        self.lateness.woken(deadline, self.clock.now());
+                    }
                     return result.map(|()| Step::Worked);
                 }
             }

@@ -86,6 +86,8 @@ struct Scripted {
     woken: Vec<Time>,
     /// Wants to be woken at once, for ever.
     restless: bool,
+    /// A frame puts an end to all of its deadlines.
+    gives_up: bool,
 }
 
 impl Scripted {
@@ -98,6 +100,9 @@ impl Scripted {
 impl Station for Scripted {
     fn receive(&mut self, now: Time, frame: &[u8], _: &mut Outbox) {
         self.received.push((now, frame.to_vec()));
+        if self.gives_up {
+            self.deadlines.clear();
+        }
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
@@ -224,6 +229,20 @@ fn nobody_is_woken_early_and_lateness_is_counted() {
     assert_eq!(Some(lateness.gaps().max()), gaps.into_iter().max());
     wire.reset_lateness();
     assert_eq!((wire.lateness().wakes().count(), wire.lateness().gaps().max()), (0, Duration::ZERO));
+}
+
+/// A frame that waited while we were away ends what was due before it is done, as the end of a connection does.
+#[test]
+fn what_is_overdue_and_then_put_off_was_late_all_the_same() {
+    let (port, mut wire) = played();
+    port.line().incoming.push_back((millis(5), frame(ONE, 60)));
+    let mut one = Scripted { gives_up: true, ..Scripted::at([1], &[frame(STRANGER, 60)]) };
+    while wire.now() < millis(6) {
+        std::thread::yield_now();
+    }
+    run(&mut wire, &mut [(ONE, &mut one)], millis(8));
+    assert_eq!((one.woken.len(), one.received.len()), (0, 1));
+    assert!(wire.lateness().wakes().max() >= Duration::from_millis(5), "{:?}", wire.lateness().wakes().max());
 }
 
 #[test]

@@ -531,6 +531,34 @@ fn the_small_manual_loads() {
 #[case(
     "probe/topic.yaml",
     "- wait: 20ms",
+    "- send: { arp: { ip: =bench.adress } }",
+    "bench.adress",
+    "there is no name `bench.adress`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- send: { arp: { ip: =cycle } }",
+    "cycle",
+    "this compares an address with a duration"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- write: { station.ip: =bench.fre_ip }",
+    "bench.fre_ip",
+    "there is no name `bench.fre_ip`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- set: { bench.mask: 255.0.0.0 }",
+    "bench.mask",
+    "`bench.mask` has no `set`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
     "- send: { dcp_identify: { alias: 'a.b', name: 'c' } }",
     "{ alias",
     "dcp_identify needs one of `name`, `alias` and `who`"

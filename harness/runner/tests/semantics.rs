@@ -267,6 +267,20 @@ fn the_owner_of_an_address(#[case] list: &[&str], #[case] verdict: Verdict) {
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }
 
+/// What the bench gives the device and what it leaves free: the addresses of the virtual segment are 192.168.0.10 and .200.
+#[rstest]
+#[case(&[CONNECTED, "read: { station.ip: =bench.ip, station.mask: =bench.mask }", "read: { P61001: = number(bench.ip) }"], Pass)]
+#[case(&[CONNECTED, "read: { station.ip: 192.168.0.10, station.mask: 255.255.255.0 }", "read: { P61001: 0xC0A8000A }"], Pass)]
+#[case(&[CONNECTED, "read: { station.ip: =bench.free_ip }"], Fail)]
+#[case(&[CONNECTED, "read: { P61001: = number(bench.free_ip) }"], Fail)]
+#[case(&[CONNECTED, "{ send: { arp_probe: { ip: =bench.free_ip } }, answer: none }", "send: { arp: { ip: =bench.ip } }"], Pass)]
+#[case(&[CONNECTED, "send: { arp_probe: { ip: =bench.free_ip } }"], Fail)]
+#[case(&["write: { station.ip: =bench.free_ip }", "read: { station.ip: 192.168.0.200 }", CONNECTED, "read: { station.ip: =bench.ip }"], Pass)]
+fn the_addresses_of_the_bench(#[case] list: &[&str], #[case] verdict: Verdict) {
+    let outcome = steps(NONE, list);
+    assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
+}
+
 #[test]
 fn a_station_is_found_by_its_neighbour() {
     let told = "send: { lldp: { chassis: 'switch-1', port: 'port-003' } }";
@@ -303,4 +317,39 @@ fn an_idle_expectation_is_no_error_where_the_device_deviates() {
     assert_eq!(early.case.verdict, Fail, "{:?}", early.case.reason);
     let idle = tried(&case.replace("acknowledge_in_process: 1", "sensor_error: 1"), "");
     assert_eq!(idle.case.verdict, Verdict::Error, "{:?}", idle.case.reason);
+}
+
+/// A device that lost its address is asked where it was last, and not where it was long ago.
+#[test]
+fn a_web_server_without_an_address_is_looked_for_where_it_was() {
+    let moved = "write: { station.ip: 192.168.0.77, station.mask: 255.255.255.0, station.gateway: 0.0.0.0 }";
+    let blank = "write: { station.ip: 0.0.0.0, station.mask: 0.0.0.0, station.gateway: 0.0.0.0 }";
+    let gone = "{ send: { http_get: { page: home } }, answer: none }";
+    let outcome = steps(NONE, &[moved, "read: { station.ip: 192.168.0.77 }", blank, gone]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+    let asks = |number: usize| {
+        let octets = outcome.trace.get(number)?.octets;
+        let is_request = octets.get(12..14)? == [8, 6] && octets.get(20..22)? == [0, 1];
+        (is_request && octets.get(38..42)? == [192, 168, 0, 77]).then_some(number)
+    };
+    assert!((1..=outcome.trace.len()).find_map(asks).is_some(), "nobody was asked at the last address");
+}
+
+/// An address that the device refuses is not the one at which it is.
+#[test]
+fn a_refused_address_is_not_taken_for_the_own_one() {
+    let bad = "{ write: { station.ip: 224.0.0.1, station.mask: 255.255.255.0, station.gateway: 0.0.0.0 }, \
+               answer: { refused: any } }";
+    let outcome = steps("", &[bad, "{ send: { http_get: { page: home } }, answer: { status: 200 } }"]);
+    assert_eq!(outcome.case.verdict, Pass, "{:?}", outcome.case.reason);
+}
+
+/// What is not there lacks everything, which is no merit.
+#[test]
+fn an_error_page_lacks_nothing() {
+    let case = "    steps:\n      - send: { http_get: { page: position } }\n        answer: { lacks: \"kohlrabi\" }\n";
+    let healthy = tried(case, "");
+    assert_eq!(healthy.case.verdict, Pass, "{:?}", healthy.case.reason);
+    let refused = with_bugs(case, "", &["password-for-every-page"]);
+    assert_eq!(refused.case.verdict, Fail, "{:?}", refused.case.reason);
 }

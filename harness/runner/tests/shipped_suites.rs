@@ -46,6 +46,8 @@ fn the_schema_lists_verbs_names_and_codes() {
     assert_eq!(words["verbs"]["expect"]["modifiers"], serde_json::json!(["within", "for", "until", "covers"]));
     assert_eq!(words["verbs"].as_object().map(serde_json::Map::len), Some(13), "the language has thirteen verbs");
     assert!(words["codes"]["parameters"].as_array().is_some_and(|codes| codes.contains(&"read_only".into())));
+    assert_eq!(words["services"]["http_post"]["fields"], serde_json::json!(["page", "fields"]));
+    assert!(words["instead"]["station"]["destination"].is_string());
     assert!(words["broken"].as_object().is_some_and(|frames| !frames.is_empty()));
     let case = &schema["$defs"]["CASE"];
     assert_eq!(case["additionalProperties"], false);

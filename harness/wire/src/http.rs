@@ -55,10 +55,12 @@ impl Request {
         Request { method: "POST".into(), path: path.into(), body: form(fields).into_bytes() }
     }
 
-    /// The octets of the request to the server `host`, after which the connection is to be closed.
+    /// The octets of the request to the server `host`, after which the connection is to be closed. The answer is not to be
+    /// compressed.
     pub fn to_vec(&self, host: &str) -> Vec<u8> {
         let Request { method, path, body } = self;
-        let mut head = format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n");
+        let mut head =
+            format!("{method} {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nAccept-Encoding: identity\r\n");
         if method == "POST" || !body.is_empty() {
             head.push_str("Content-Type: application/x-www-form-urlencoded\r\n");
             // Writing to a text cannot fail.
@@ -133,22 +135,30 @@ impl Response {
     /// Reads an answer from all octets that have come so far; `closed` says that no more will come.
     pub fn read(octets: &[u8], closed: bool) -> Progress<Response> {
         let more = || if closed { Progress::Bad("the connection was closed before its end") } else { Progress::More };
-        let (head, body) = match split(octets) {
-            Progress::Whole(parts) => parts,
-            Progress::More => return more(),
-            Progress::Bad(why) => return Progress::Bad(why),
+        let mut rest = octets;
+        let (head, body, status) = loop {
+            let (head, body) = match split(rest) {
+                Progress::Whole(parts) => parts,
+                Progress::More => return more(),
+                Progress::Bad(why) => return Progress::Bad(why),
+            };
+            let mut words = head.first_line().split(' ');
+            let version = words.next().unwrap_or_default();
+            let status = words.next().filter(|word| word.len() == 3).and_then(|word| word.parse::<u16>().ok());
+            let Some(status) = status.filter(|_| version.starts_with("HTTP/1.")) else {
+                return Progress::Bad("the first line is not that of an answer in HTTP/1");
+            };
+            if !(100..200).contains(&status) {
+                break (head, body, status);
+            }
+            // What goes on in between; the answer comes behind it.
+            rest = body;
         };
-        let mut words = head.first_line().split(' ');
-        let version = words.next().unwrap_or_default();
-        let status = words.next().filter(|word| word.len() == 3).and_then(|word| word.parse::<u16>().ok());
-        let Some(status) = status.filter(|_| version.starts_with("HTTP/1.")) else {
-            return Progress::Bad("the first line is not that of an answer in HTTP/1");
-        };
-        if (100..200).contains(&status) {
-            return Response::read(body, closed);
-        }
         if matches!(status, 204 | 304) {
             return Progress::Whole(Response { status, body: Vec::new() });
+        }
+        if head.field("content-encoding").is_some_and(|coding| !coding.eq_ignore_ascii_case("identity")) {
+            return Progress::Bad("its body is compressed");
         }
         if head.field("transfer-encoding").is_some_and(|coding| coding.eq_ignore_ascii_case("chunked")) {
             return match chunks(body) {
@@ -293,6 +303,21 @@ mod tests {
                 every_prefix_and_flip(answer, |octets| drop(Response::read(octets, closed)));
             }
         }
+    }
+
+    /// However many there are, they take no room on the stack.
+    #[test]
+    fn answers_in_between_are_passed_over() {
+        let octets = [&b"HTTP/1.1 100\r\n\r\n".repeat(50_000)[..], &Response::page(200, "17").to_vec()].concat();
+        assert_eq!(Response::read(&octets, false), Progress::Whole(Response::page(200, "17")));
+    }
+
+    #[test]
+    fn a_compressed_page_cannot_be_read() {
+        let octets = |coding| format!("HTTP/1.1 200 OK\r\nContent-Encoding: {coding}\r\nContent-Length: 2\r\n\r\n17");
+        let read = |coding| Response::read(octets(coding).as_bytes(), true);
+        assert_eq!(read("gzip"), Progress::Bad("its body is compressed"));
+        assert_eq!(read("identity"), Progress::Whole(Response::page(200, "17")));
     }
 
     #[test]

@@ -81,8 +81,8 @@ impl Xac77 {
     }
 
     fn access(&self, access: Access) -> Result<(), RecordRefusal> {
-        let place = (self.behaviour.records.place)((ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT));
-        match (access.api, access.slot, access.subslot) == place {
+        let asked = (access.api, access.slot, access.subslot);
+        match (self.behaviour.records.answer_at)(asked, (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT)) {
             true => Ok(()),
             false => Err(RecordRefusal::InvalidIndex),
         }

@@ -120,6 +120,7 @@ const BUGS_OF_THE_STACK: &[&str] = &[
     "im0-without-vendor",
     "im0-padded-with-zeros",
     "im0-serial-empty",
+    "im0-serial-of-zeros",
     "im0-revisions-wrong",
     "im0-software-as-text",
     "im0-counts-reads",

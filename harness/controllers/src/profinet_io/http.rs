@@ -13,7 +13,7 @@ use core::fmt;
 use core::time::Duration;
 use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet};
 use smoltcp::phy::{self, DeviceCapabilities, Medium};
-use smoltcp::socket::tcp::{Socket, SocketBuffer};
+use smoltcp::socket::tcp::{Socket, SocketBuffer, State};
 use smoltcp::time::Instant;
 use smoltcp::wire::{EthernetAddress, IpCidr, Ipv4Cidr};
 use station::{Outbox, Time};
@@ -74,6 +74,8 @@ pub(super) struct Browser {
 #[derive(Debug)]
 struct Visit {
     request: Vec<u8>,
+    /// Whether there is an address to ask at; nothing is sent without one.
+    is_addressed: bool,
     asked: bool,
     came: Vec<u8>,
     began: Time,
@@ -117,11 +119,10 @@ impl Browser {
         socket.set_nagle_enabled(false);
         let port = PORTS.0 + self.visits % PORTS.1;
         self.visits = self.visits.wrapping_add(1);
-        let connects = socket.connect(self.interface.context(), (partner.ip, PORT), port);
-        debug_assert!(connects.is_ok(), "a new socket is closed, and neither port is 0");
+        let is_addressed = socket.connect(self.interface.context(), (partner.ip, PORT), port).is_ok();
         self.socket = Some(self.sockets.add(socket));
         self.server = partner.mac;
-        self.visit = Some(Visit { request, asked: false, came: Vec::new(), began: now });
+        self.visit = Some(Visit { request, is_addressed, asked: false, came: Vec::new(), began: now });
         self.poll(now, None, out);
     }
 
@@ -133,7 +134,8 @@ impl Browser {
 
     /// When something is to be done without a frame.
     pub(super) fn due(&self) -> Option<Time> {
-        let end = self.visit.as_ref().map(|visit| visit.began + LONGEST_VISIT);
+        let longest = |visit: &Visit| if visit.is_addressed { LONGEST_VISIT } else { Duration::ZERO };
+        let end = self.visit.as_ref().map(|visit| visit.began + longest(visit));
         [self.due, end].into_iter().flatten().min()
     }
 
@@ -193,6 +195,10 @@ impl fmt::Debug for Browser {
 
 impl Visit {
     fn go_on(&mut self, now: Time, socket: &mut Socket<'_>) -> Option<PageOutcome> {
+        if !self.is_addressed {
+            // Nothing was sent, so that silence is no answer.
+            return Some(PageOutcome::Unreadable("there is no address to ask at"));
+        }
         if !self.asked && socket.may_send() {
             self.asked = socket.send_slice(&self.request).is_ok();
         }
@@ -212,6 +218,11 @@ impl Visit {
         let is_closed = if self.asked { !socket.may_recv() } else { !socket.is_open() };
         if is_closed && self.came.is_empty() {
             return Some(PageOutcome::Refused);
+        }
+        // What was torn off has no end, also where its end is that of the connection.
+        let is_torn = is_closed && socket.state() == State::Closed;
+        if is_torn && Response::read(&self.came, false) == Progress::More {
+            return Some(PageOutcome::Unreadable("the connection was torn off before its end"));
         }
         match Response::read(&self.came, is_closed) {
             Progress::Whole(response) => Some(PageOutcome::Answer(response)),

@@ -287,6 +287,10 @@ const REST: &str = "
 # gsdml: GSDML-....xml
 # ledger: known-failures.yaml
 
+# Web pages of which the manual prints neither place nor looks; `{}` for one that is as device.yaml says.
+# pages:
+#   information: {}
+
 # What holds it. Without this, cases that turn the shaft, cut the power or look at LEDs are not applicable.
 # stand:
 #   hooks: { power: 'relay 1 {value}' }
@@ -300,6 +304,7 @@ const REST: &str = "
 #   factory_reset: true
 #   nvm_write: 50
 #   position_reference: true
+#   firmware: true
 #   alone: true
 ";
 

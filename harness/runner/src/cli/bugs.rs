@@ -3,7 +3,7 @@
 use super::coverage::{columns, share};
 use super::list::{Listed, everything, pretty};
 use super::{BugsArgs, Ended, Format, Stop, show};
-use crate::report::ExitStatus;
+use crate::report::{ExitStatus, count};
 use crate::suite::model::{Bug, Manual};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -89,8 +89,8 @@ impl<'a> ManualBugs<'a> {
         // Writing into a String cannot fail.
         let _ = writeln!(
             out,
-            "{id}: {} bugs; {broken} of {requirements} requirements ({}) are broken by one",
-            bugs.len(),
+            "{id}: {}; {broken} of {requirements} requirements ({}) are broken by one",
+            count(bugs.len(), "bug", "bugs"),
             share(*broken, *requirements)
         );
         for bug in bugs {

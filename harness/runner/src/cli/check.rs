@@ -1,7 +1,7 @@
 //! `encspec check`: whether suites can be used, and what in them is used by nothing.
 
 use super::{CheckArgs, Ended, Stop, show};
-use crate::report::ExitStatus;
+use crate::report::{ExitStatus, count};
 use crate::suite::model::Manual;
 use crate::suite::{Sources, load};
 use std::fmt::Write as _;
@@ -51,11 +51,13 @@ fn about(out: &mut String, manual: &Manual) -> std::fmt::Result {
     let rules: usize = manual.variants.iter().map(|variant| variant.rules.len()).sum();
     writeln!(
         out,
-        "{}: {} requirements, {} bugs, {trials} trials and {rules} rules on {} variants: nothing is wrong",
+        "{}: {}, {}, {} and {} on {}: nothing is wrong",
         manual.device.name,
-        manual.requirements.len(),
-        manual.bugs.len(),
-        manual.variants.len()
+        count(manual.requirements.len(), "requirement", "requirements"),
+        count(manual.bugs.len(), "bug", "bugs"),
+        count(trials, "trial", "trials"),
+        count(rules, "rule", "rules"),
+        count(manual.variants.len(), "variant", "variants")
     )?;
     for (what, at) in &manual.unused {
         writeln!(out, "  {}:{}: nothing uses {what}", at.file.display(), at.line)?;

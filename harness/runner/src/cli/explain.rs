@@ -5,7 +5,7 @@ use super::list::{Listed, everything};
 use super::{Ended, ExplainArgs, Stop, show};
 use crate::report::{ExitStatus, level};
 use crate::suite::expr::nearest;
-use crate::suite::model::{Bug, Class, Manual, Requirement, Source, Step, Trial, Verb};
+use crate::suite::model::{Bug, Class, Manual, Observation, Requirement, Source, Step, Trial, Verb};
 use std::fmt::Write as _;
 
 pub(super) fn explain(args: &ExplainArgs) -> Ended {
@@ -148,7 +148,15 @@ fn written(out: &mut String, steps: &[Step], indent: usize) {
     for step in steps {
         let _ = writeln!(out, "{:indent$}- {}", "", step.text);
         match &step.verb {
-            Verb::Block { steps, .. } => written(out, steps, indent + 4),
+            Verb::Block { steps, observe, .. } => {
+                for rule in observe {
+                    let (Observation::Rule { text, .. }
+                    | Observation::Count { text, .. }
+                    | Observation::Sequence { text, .. }) = rule;
+                    let _ = writeln!(out, "{:indent$}    observed: {text}", "");
+                }
+                written(out, steps, indent + 4);
+            }
             Verb::Either(readings) => {
                 for reading in readings {
                     let _ = writeln!(out, "{:indent$}  {}:", "", reading.name);

@@ -57,7 +57,7 @@ enum Command {
     Explain(ExplainArgs),
     /// Check suites and say what nothing uses
     Check(CheckArgs),
-    /// Print the JSON schema of suite files
+    /// Print the JSON schema of suite files and bench files, with a sentence for each word
     Schema,
     /// Judge captures by the rules, and say what happened in them
     Replay(ReplayArgs),
@@ -114,7 +114,7 @@ struct CoverageArgs {
 
 #[derive(Debug, Args)]
 struct ExplainArgs {
-    /// The id of a requirement, a case or a rule, or the name of a bug
+    /// The id of a requirement, a case or a rule (`parking/stays-parked` will do), or the name of a bug
     id: String,
     #[command(flatten)]
     suites: Suites,

@@ -19,6 +19,8 @@ pub const CONTROLLER: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 1]), Ipv4Addr::new(
 pub const SECOND: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 2]), Ipv4Addr::new(192, 168, 0, 2));
 /// The device under test; a manual may say how its address begins.
 pub const DEVICE: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 1, 0]), Ipv4Addr::new(192, 168, 0, 10));
+/// An address of the virtual segment that nobody has.
+const FREE: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 200);
 /// The mask of the virtual segment.
 pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
 /// The station name that virtual benches give the device.
@@ -144,6 +146,7 @@ impl DutSpec {
             mac: None,
             ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
             controllers: [CONTROLLER, SECOND],
+            free_ip: FREE,
             seed: 0,
             noise: 0,
             slack: Duration::ZERO,

@@ -3,7 +3,7 @@
 //! This room must not know how a bench is found or prepared, nor which kind of link it has.
 
 use super::access::PARAMETER_ACCESS;
-use super::needs::{self, Need};
+use super::needs::{self, Consent, Need};
 use super::probe::Kept;
 use super::scan::each_step_of;
 use super::segment::{Segment, Tap};
@@ -93,6 +93,7 @@ impl LiveDevice {
             mac: Some(prepared.station.mac),
             ip: prepared.ip,
             controllers: prepared.controllers,
+            free_ip: prepared.free_ip,
             seed: seed.as_nanos() as u64,
             noise: bench.position_noise,
             slack: prepared.slack,
@@ -258,7 +259,9 @@ impl LiveDevice {
         }
         self.line_is_there().map_err(Excluded::Inconclusive)?;
         let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
-        if writes_parameters(trial) {
+        let has_parameters = !self.manual().device.parameters.is_empty();
+        let changes_them = writes_parameters(trial) || needs.contains(&Need::Consent(Consent::FactoryReset));
+        if has_parameters && changes_them {
             what.push(PARAMETERS.to_owned());
         }
         let renews = self.0.passive.is_none() && self.bench().stand.serves("renew");
@@ -336,13 +339,15 @@ impl LiveDevice {
     }
 }
 
-/// Whether a trial writes parameters of the base mode parameter access.
+/// Whether a trial changes parameters: by the base mode parameter access, by a web page, or by a reset.
 fn writes_parameters(trial: &Trial) -> bool {
     let mut writes = false;
     each_step_of(trial, &mut |step| {
         writes |= match &step.verb {
             Verb::Write(access) => matches!(access.via, Via::Parameters),
             Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == PARAMETER_ACCESS,
+            // What is entered in a page is a parameter too, and a reset takes all of them back.
+            Verb::Send { service: Service::HttpPost { .. } | Service::DcpReset { .. }, .. } => true,
             _ => false,
         };
     });
@@ -489,6 +494,10 @@ impl Segment for LiveSegment<'_> {
         self.hands.guard.held_back().into_iter().collect()
     }
 
+    fn withheld(&self) -> Option<String> {
+        self.hands.guard.withheld().map(|what| format!("the guard of the bench kept back {what}"))
+    }
+
     fn broken_line(&self) -> Option<String> {
         self.broken.clone()
     }
@@ -514,5 +523,24 @@ impl Segment for LiveSegment<'_> {
 impl Drop for LiveSegment<'_> {
     fn drop(&mut self) {
         self.hands.guard.forget_held_back();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::suite::{Sources, load};
+    use rstest::rstest;
+
+    #[rstest]
+    #[case::by_a_page("web/entry-is-hexadecimal", true)]
+    #[case::by_a_reset("factory-reset/still-to-be-found", true)]
+    #[case::by_the_parameter_access("parameter-values/save-and-confirm", true)]
+    #[case::not_at_all("web/links", false)]
+    fn what_a_trial_changes_of_the_parameters(#[case] id: &str, #[case] changes: bool) {
+        let manuals = load(&Sources::embedded(), Some("lika-xac77-profinet"));
+        let manuals = manuals.unwrap_or_else(|errors| panic!("{errors}"));
+        let trial = manuals[0].variants[0].trials.iter().find(|trial| trial.id.starts_with(id));
+        assert_eq!(writes_parameters(trial.expect("the suite has it")), changes);
     }
 }

@@ -105,6 +105,7 @@ impl<'a> Run<'a> {
                         | NameKind::Parameter { .. }
                         | NameKind::Record { .. }
                         | NameKind::Station(_)
+                        | NameKind::Page { .. }
                         | NameKind::Event(
                             EventName::Lldp
                                 | EventName::LldpName

@@ -22,6 +22,7 @@ pub mod scan;
 pub mod segment;
 mod settings;
 mod startup;
+mod station;
 mod trial;
 mod verbs;
 mod web;

@@ -32,6 +32,11 @@ pub trait Segment {
         Vec::new()
     }
 
+    /// Why something was not sent that the device was to get, if that was so.
+    fn withheld(&self) -> Option<String> {
+        None
+    }
+
     /// What happened to the line since the trial began, where it broke.
     fn broken_line(&self) -> Option<String> {
         None

@@ -7,6 +7,7 @@ use super::startup::Whereabouts;
 use super::world::World;
 use crate::bench_file::BenchFile;
 use crate::judge::image::Image;
+use crate::judge::view::BenchAddresses;
 use crate::result::{Blame, Failure, PartSeen};
 use crate::suite::device::{EventName, Location, NameKind, StandName};
 use crate::suite::expr::NameId;
@@ -112,6 +113,8 @@ pub struct Place {
     pub ip: IpParameter,
     /// The addresses of our controllers.
     pub controllers: [(Mac, Ipv4Addr); 2],
+    /// An address of the device's subnet that nobody has.
+    pub free_ip: Ipv4Addr,
     /// What their UUIDs and transaction numbers are made of, besides the name of the trial.
     pub seed: u64,
     /// By how many steps two looks at a shaft at rest may differ.
@@ -152,6 +155,8 @@ pub struct Run<'a> {
     pub renamed: bool,
     /// The address that the device was last given.
     pub station_ip: IpParameter,
+    /// The last address that it had.
+    pub last_ip: Ipv4Addr,
     /// The module in use.
     pub module: Option<usize>,
     /// Whether cyclic frames are paused.
@@ -185,7 +190,12 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// A trial that has not begun.
     pub fn new(mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
-        world.scene.notebook.address = Some(place.controllers[0].1.octets());
+        world.scene.notebook.bench = Some(BenchAddresses {
+            controller: place.controllers[0].1,
+            device: place.ip.address,
+            mask: place.ip.mask,
+            free: place.free_ip,
+        });
         world.scene.notebook.noise = place.noise;
         world.scene.notebook.slack = place.slack;
         Run {
@@ -194,6 +204,7 @@ impl<'a> Run<'a> {
             identity: None,
             renamed: false,
             station_ip: place.ip,
+            last_ip: place.ip.address,
             module: None,
             paused: false,
             reference: 0,
@@ -260,10 +271,11 @@ impl<'a> Run<'a> {
         decided.or_else(|| self.unexpected()).or_else(|| self.disturbed())
     }
 
-    /// A trial in which everything was right says nothing all the same if the line broke or frames were lost in it.
+    /// A trial in which everything was right says nothing all the same if the line broke or frames were lost in it, or were
+    /// never sent: no answer to those is no answer.
     fn disturbed(&mut self) -> Option<(Verdict, Failure)> {
         self.world.segment.look_at_line();
-        let why = self.world.halted()?;
+        let why = self.world.halted().or_else(|| self.world.segment.withheld())?;
         Some((Verdict::Inconclusive, failure::failure(self, None, super::verbs::halted(&why), &[])))
     }
 

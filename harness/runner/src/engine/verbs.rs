@@ -1,8 +1,9 @@
 //! The verbs that act: set, exchange, connect, write, read, send, wait, save; those that look are in [`super::looks`].
 
-use super::access::{Answered, dcp, unexpected};
+use super::access::{Answered, unexpected};
 use super::looks::NO_SAMPLE;
 use super::startup;
+use super::station::dcp;
 use super::trial::{Done, IDENTIFY, Run, Trouble};
 use crate::bench_file::BenchFile;
 use crate::judge::Truth;
@@ -18,6 +19,7 @@ use crate::suite::model::{
 use crate::verdict::Verdict;
 use controllers::profinet_io::{ArState, Broken, Ended, IdentifyBy, Outcome, Request, Reset, Target};
 use station::{Duration, StandAction};
+use std::net::Ipv4Addr;
 use std::sync::Arc;
 use wire::profinet::status::{AbortReason, ErrorCode};
 
@@ -310,7 +312,17 @@ impl<'a> Run<'a> {
                 Request::Lldp { chassis: chassis.clone().into_bytes(), port: port.clone().into_bytes() }
             }
             Service::Arp { ip, probe } => {
-                let target = ip.unwrap_or(self.station_ip.address);
+                let target = match ip.as_ref().map(|ip| ip.eval(&self.world.view(), &State::default())) {
+                    None => self.station_ip.address,
+                    Some(Value::Address(octets)) => Ipv4Addr::from(octets),
+                    Some(_) => {
+                        return Err(Trouble::other(
+                            Blame::Suite,
+                            Verdict::Error,
+                            "The address to be asked for is not known.",
+                        ));
+                    }
+                };
                 Request::Arp { target, probe: *probe, wait: ARP_WAIT }
             }
             Service::Abort => Request::Abort { code: AbortReason::RELEASE_RECEIVED },
@@ -325,8 +337,8 @@ impl<'a> Run<'a> {
                 };
                 Request::Broken { broken, partner: None }
             }
-            Service::HttpGet { page } => self.page_request(*page, None),
-            Service::HttpPost { page, fields } => self.page_request(*page, Some(fields)),
+            Service::HttpGet { page } => self.page_request(*page, None)?,
+            Service::HttpPost { page, fields } => self.page_request(*page, Some(fields))?,
         };
         self.may_end |= matches!(service, Service::DcpReset { .. } | Service::Abort | Service::Broken(_));
         self.renamed |= match service {

@@ -4,11 +4,12 @@ use super::access::{Answered, unexpected};
 use super::trial::{Run, Trouble};
 use crate::judge::answer::{Refusal, Reply};
 use crate::judge::page;
+use crate::result::Blame;
 use crate::suite::device::NameKind;
 use crate::suite::expr::Value;
 use crate::suite::model::{Access, AnswerPart};
+use crate::verdict::Verdict;
 use controllers::profinet_io::{Outcome, PageOutcome, Partner, Request};
-use std::net::Ipv4Addr;
 use wire::http;
 
 /// Most characters of a page that can be saved.
@@ -16,7 +17,7 @@ const SAVED: usize = 2000;
 
 impl<'a> Run<'a> {
     /// The request for a page, or with its form filled in.
-    pub fn page_request(&self, index: usize, entered: Option<&[(usize, String)]>) -> Request {
+    pub fn page_request(&self, index: usize, entered: Option<&[(usize, String)]>) -> Result<Request, Trouble> {
         let of = &self.world.manual.device.pages[index];
         let request = match entered {
             None => http::Request::get(&of.path),
@@ -25,9 +26,13 @@ impl<'a> Run<'a> {
                 http::Request::post(&of.path, &fields.collect::<Vec<_>>())
             }
         };
-        let known = [self.station_ip.address, self.place.ip.address];
-        let ip = known.into_iter().find(|ip| !ip.is_unspecified()).unwrap_or(Ipv4Addr::UNSPECIFIED);
-        Request::Page { partner: Partner { mac: self.mac, ip }, request }
+        // One without an address is asked where it was last: there nobody may answer any more.
+        let known = [self.station_ip.address, self.last_ip];
+        let Some(ip) = known.into_iter().find(|ip| !ip.is_unspecified()) else {
+            let what = "There is no address at which the web server could be asked.";
+            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+        };
+        Ok(Request::Page { partner: Partner { mac: self.mac, ip }, request })
     }
 
     /// Reads values from pages; each page is asked for once.
@@ -38,7 +43,7 @@ impl<'a> Run<'a> {
         for item in &access.items {
             let Some(&NameKind::Page { page: index, value }) = self.kind(item.name) else { continue };
             if !asked.iter().any(|(known, _)| *known == index) {
-                let outcome = self.ask(access.second, self.page_request(index, None))?;
+                let outcome = self.ask(access.second, self.page_request(index, None)?)?;
                 let Outcome::Page(outcome) = outcome else { return Err(unexpected(&outcome)) };
                 let reply = reply(&outcome);
                 asked.push((index, source(&outcome).filter(|_| reply == Reply::Accepted)));
@@ -60,10 +65,12 @@ pub fn replies(outcome: &PageOutcome) -> (Reply, Vec<(AnswerPart, Reply)>) {
     let source = source(outcome).unwrap_or_default();
     let text: String = page::text(&source).chars().take(SAVED).collect();
     let page = || Reply::Value(Value::text(source.as_str()));
+    // An error page lacks what the page would have.
+    let lacking = if reply(outcome) == Reply::Accepted { page() } else { reply(outcome) };
     let parts = vec![
         (AnswerPart::Status, Reply::Value(Value::whole(response.status))),
         (AnswerPart::Contains, page()),
-        (AnswerPart::Lacks, page()),
+        (AnswerPart::Lacks, lacking),
         (AnswerPart::Text, Reply::Value(Value::text(text))),
     ];
     (reply(outcome), parts)

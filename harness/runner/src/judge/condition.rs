@@ -122,7 +122,7 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cur
             _ => Truth::False,
         },
         Matcher::Contains(texts) => Truth::from(texts.iter().all(|text| page::has(seen, text))),
-        Matcher::Lacks(texts) => Truth::from(!texts.iter().any(|text| page::has(seen, text))),
+        Matcher::Lacks(texts) => Truth::from(page::lacks(seen, texts)),
         Matcher::Set(_) | Matcher::Refused(_) | Matcher::Accepted => Truth::False,
     }
 }

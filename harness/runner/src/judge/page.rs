@@ -41,6 +41,14 @@ pub fn has(page: &Value, wanted: &str) -> bool {
     page.to_ascii_lowercase().contains(&wanted) || text(page).to_ascii_lowercase().contains(&wanted)
 }
 
+/// Whether a page that can be read has none of these texts. What is empty or no text, as UTF-16 is not, lacks everything, and
+/// that tells nothing.
+pub fn lacks(page: &Value, unwanted: &[String]) -> bool {
+    let Value::Text(source) = page else { return false };
+    let is_readable = !source.contains('\0') && !text(source).is_empty();
+    is_readable && !unwanted.iter().any(|text| has(page, text))
+}
+
 /// The first characters of a page, for a report.
 pub fn shortened(page: &str) -> String {
     let text = text(page);
@@ -101,6 +109,18 @@ mod tests {
         let page = Value::text(PAGE);
         assert!(has(&page, "WWW.example.com") && has(&page, "current position 4711"));
         assert!(!has(&page, "www.example.org") && !has(&Value::Unknown, "x"));
+    }
+
+    #[test]
+    fn only_a_page_that_can_be_read_lacks_something() {
+        let unwanted = ["password".to_owned()];
+        assert!(lacks(&Value::text(PAGE), &unwanted));
+        assert!(!lacks(&Value::text("<p>Password</p>"), &unwanted));
+        let utf_16: String = "<p>Password</p>".chars().flat_map(|letter| [letter, '\0']).collect();
+        for nothing in ["", " \r\n", "<html></html>", utf_16.as_str(), "\u{1f}\u{fffd}\u{8}\0"] {
+            assert!(!lacks(&Value::text(nothing), &unwanted), "{nothing:?}");
+        }
+        assert!(!lacks(&Value::Unknown, &unwanted) && !lacks(&Value::whole(404_u16), &unwanted));
     }
 
     #[test]

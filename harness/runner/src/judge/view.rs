@@ -4,11 +4,12 @@ use super::answer::Reply;
 use super::image::{Happening, Image};
 use super::{Tick, TickKind};
 use crate::observe::Direction;
-use crate::suite::device::{Device, EventName, Field, NameId, NameKind};
+use crate::suite::device::{BenchName, Device, EventName, Field, NameId, NameKind};
 use crate::suite::expr::{Env, Shown, State, Type, Value};
 use crate::suite::model::{AnswerPart, Variant};
 use crate::suite::words;
 use station::{Duration, Time};
+use std::net::Ipv4Addr;
 
 /// What a trial knows besides its connection: saved values, answers, what the stand shows. Empty on a capture.
 #[derive(Clone, Debug, Default)]
@@ -23,12 +24,36 @@ pub struct Notebook {
     pub leds: Vec<Option<i64>>,
     /// What each counter shows.
     pub counters: Vec<Option<u64>>,
-    /// The controller's address.
-    pub address: Option<[u8; 4]>,
+    /// The addresses of the bench.
+    pub bench: Option<BenchAddresses>,
     /// By how many steps two looks at a shaft at rest may differ.
     pub noise: u32,
     /// The extra time that deadlines get on a live bench.
     pub slack: Duration,
+}
+
+/// The addresses of a bench.
+#[derive(Clone, Copy, Debug)]
+pub struct BenchAddresses {
+    /// That of our first controller.
+    pub controller: Ipv4Addr,
+    /// What the bench gives the device.
+    pub device: Ipv4Addr,
+    /// The mask that goes with it.
+    pub mask: Ipv4Addr,
+    /// One of the device's subnet that nobody has.
+    pub free: Ipv4Addr,
+}
+
+impl BenchAddresses {
+    fn of(&self, name: BenchName) -> Ipv4Addr {
+        match name {
+            BenchName::Address => self.controller,
+            BenchName::Ip => self.device,
+            BenchName::Mask => self.mask,
+            BenchName::FreeIp => self.free,
+        }
+    }
 }
 
 /// The names of one variant at one instant of one connection.
@@ -156,7 +181,7 @@ impl View<'_> {
             NameKind::Derived(index) => self.variant.derived.get(*index)?.1.eval(self, &State::default()),
             NameKind::Saved(index) => self.notebook.saved.get(*index)?.clone(),
             NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
-            NameKind::BenchAddress => Value::Address(self.notebook.address?),
+            NameKind::Bench(name) => Value::Address(self.notebook.bench?.of(*name).octets()),
             NameKind::Constant(value) => value.clone(),
             NameKind::Cyclic | NameKind::AlarmAcknowledge | NameKind::Stand(_) => return None,
         })

@@ -19,12 +19,14 @@ pub struct Guard {
     firmware_pages: Vec<String>,
     held_back: u64,
     first: Option<String>,
+    /// The first that was meant for the device.
+    withheld: Option<String>,
 }
 
 impl Guard {
     /// A guard that lets discovery through, and what goes to `device` once it is known who that is.
     pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
-        Guard { device, consent, firmware_pages, held_back: 0, first: None }
+        Guard { device, consent, firmware_pages, held_back: 0, first: None, withheld: None }
     }
 
     /// Whether `frame` may be sent; one that may not is counted.
@@ -33,6 +35,9 @@ impl Guard {
             None => true,
             Some(why) => {
                 self.held_back += 1;
+                if self.device.is_some_and(|device| frame.starts_with(&device.0)) {
+                    self.withheld.get_or_insert_with(|| why.clone());
+                }
                 self.first.get_or_insert(why);
                 false
             }
@@ -45,9 +50,14 @@ impl Guard {
         Some(format!("{} frame(s) of ours were held back; the first: {first}", self.held_back))
     }
 
+    /// What the device was to get and did not, for instance for want of consent: its silence then says nothing.
+    pub fn withheld(&self) -> Option<&str> {
+        self.withheld.as_deref()
+    }
+
     /// Forgets what was held back.
     pub fn forget_held_back(&mut self) {
-        (self.held_back, self.first) = (0, None);
+        (self.held_back, self.first, self.withheld) = (0, None, None);
     }
 
     fn objection(&self, frame: &[u8]) -> Option<String> {
@@ -115,7 +125,14 @@ impl Guard {
             return Some("a packet over TCP that is not for the web server".to_owned());
         }
         let data = segment.get(12).and_then(|offset| segment.get(usize::from(offset >> 4) * 4..))?;
-        let path = data.strip_prefix(b"POST ")?;
+        if data.is_empty() || data.starts_with(b"GET ") {
+            return None;
+        }
+        let Some(path) = data.strip_prefix(b"POST ").filter(|path| path.contains(&b' ')) else {
+            // A piece of a request, of which nobody can say what it is.
+            let all = self.consent.nvm_write > 0 && (self.consent.firmware || self.firmware_pages.is_empty());
+            return (!all).then(|| "a piece of a request for a web page without the consents for all forms".to_owned());
+        };
         let is_path = |known: &&String| path.strip_prefix(known.as_bytes()).is_some_and(|rest| rest.starts_with(b" "));
         match self.firmware_pages.iter().find(is_path) {
             Some(_) if self.consent.firmware => None,
@@ -170,6 +187,7 @@ mod tests {
         assert!(!guard.allows(&dcp(Mac::DCP_MULTICAST, &name)));
         assert!(!guard.allows(&[0xff; 20]));
         let said = guard.held_back().expect("three frames were held back");
+        assert_eq!(guard.withheld(), None, "nothing was kept from the device itself");
         assert!(said.starts_with("3 frame(s)") && said.contains(&OTHER.to_string()), "{said}");
     }
 
@@ -219,6 +237,9 @@ mod tests {
     #[case::form(80, "POST /preset.htm HTTP/1.1", Consents::default(), false)]
     #[case::form_with_consent(80, "POST /preset.htm HTTP/1.1", with(|of| of.nvm_write = 1), true)]
     #[case::upgrade(80, "POST /upgrade.htm HTTP/1.1", with(|of| of.nvm_write = 1), false)]
+    #[case::piece(80, "POST /upg", with(|of| of.nvm_write = 1), false)]
+    #[case::other_piece(80, "rade.htm HTTP/1.1", with(|of| of.nvm_write = 1), false)]
+    #[case::piece_with_all_consents(80, "POST /upg", with(|of| (of.nvm_write, of.firmware) = (1, true)), true)]
     #[case::upgrade_with_consent(80, "POST /upgrade.htm HTTP/1.1", with(|of| of.firmware = true), true)]
     fn of_tcp_only_the_web_server_and_forms_with_consent(
         #[case] port: u16,
@@ -228,5 +249,6 @@ mod tests {
     ) {
         let mut guard = guard(Some(DEVICE), consent);
         assert_eq!(guard.allows(&segment(port, data.as_bytes())), goes, "{:?}", guard.held_back());
+        assert_eq!(guard.withheld().is_none(), goes);
     }
 }

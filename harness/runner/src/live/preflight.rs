@@ -56,6 +56,8 @@ pub struct Prepared {
     pub ip: IpParameter,
     /// Our controllers.
     pub controllers: [(Mac, Ipv4Addr); 2],
+    /// An address of its subnet that nobody has.
+    pub free_ip: Ipv4Addr,
     /// The extra time that deadlines get.
     pub slack: Duration,
     /// Why only what reads may run, where that is so.
@@ -154,19 +156,33 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     if late > wanted.cycle {
         notes.push(format!("this machine was up to {late:?} late while it listened; deadlines get {slack:?} more"));
     }
-    let controllers = [(macs[0], addresses[0]), (macs[1], addresses[1])];
+    let [first, second, free_ip] = addresses;
+    let controllers = [(macs[0], first), (macs[1], second)];
     let mut says = DeviceSays::default();
     if let Some((vendor, device)) = station.id {
         says.ids(vendor, device);
     }
     if passive.is_none() {
-        let mut controller = self::controller(macs[0], addresses[0], ip.mask);
+        let mut controller = self::controller(macs[0], first, ip.mask);
         has_changed |= scout.give_address(&mut controller, &station, ip, &mut journal)?;
         scout.ask_what_is_plugged(&mut controller, &station, ip, &mut says)?;
     }
     let Scout { wire, guard, .. } = scout;
-    let prepared =
-        Prepared { wire, guard, found, journal, has_changed, says, station, ip, controllers, slack, passive, notes };
+    let prepared = Prepared {
+        wire,
+        guard,
+        found,
+        journal,
+        has_changed,
+        says,
+        station,
+        ip,
+        controllers,
+        free_ip,
+        slack,
+        passive,
+        notes,
+    };
     Ok(prepared)
 }
 

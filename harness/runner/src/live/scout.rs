@@ -299,14 +299,15 @@ impl Scout {
         Ok(self.heard.addresses.iter().filter(|(ip, mac)| *ip == address && *mac != own).map(|(_, mac)| *mac).collect())
     }
 
-    /// Two addresses for our controllers: the bench's and the next free one, or two free ones of the device's subnet.
+    /// Two addresses for our controllers, the bench's and the next free one or two free ones of the device's subnet, and a
+    /// third one that stays free.
     pub fn free_addresses(
         &mut self,
         bench: &BenchFile,
         device: &IpParameter,
         macs: &[Mac; 2],
         others: &[StationSeen],
-    ) -> Ready<[Ipv4Addr; 2]> {
+    ) -> Ready<[Ipv4Addr; 3]> {
         let mut free = Vec::new();
         if let Some(own) = bench.controller_ip {
             if let Some(other) = self.answers(macs[0], own)?.first() {
@@ -327,12 +328,12 @@ impl Scout {
             if !taken && self.answers(macs[0], candidate)?.is_empty() {
                 free.push(candidate);
             }
-            if let [first, second] = free[..] {
-                return Ok([first, second]);
+            if let [first, second, third] = free[..] {
+                return Ok([first, second, third]);
             }
         }
         unusable(format!(
-            "the subnet of {} has no free address for our controllers: give `controller.ip`",
+            "the subnet of {} has not the free addresses that our controllers and some cases need: give `controller.ip`",
             device.address
         ))
     }

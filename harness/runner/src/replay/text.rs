@@ -1,6 +1,7 @@
 //! The report for the console: a paragraph for each connection, then what happened, then what is wrong.
 
 use super::report::{CaptureReport, ConnectionReport, ReplayReport, Severity, StreamReport};
+use crate::report::count;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
@@ -18,8 +19,13 @@ pub fn text(report: &ReplayReport) -> String {
 }
 
 fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
-    let connections = count(capture.ars.len(), "connection");
-    writeln!(out, "{}: {}, {connections}", capture.file.escape_debug(), count(capture.frames as usize, "frame"))?;
+    let connections = count(capture.ars.len(), "connection", "connections");
+    writeln!(
+        out,
+        "{}: {}, {connections}",
+        capture.file.escape_debug(),
+        count(capture.frames as usize, "frame", "frames")
+    )?;
     for damage in &capture.damage {
         writeln!(out, "  damaged at octet {}: {}", damage.at, damage.what)?;
     }
@@ -34,7 +40,7 @@ fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
     }
     for ((controller, device), frames) in refused {
         let (first, last) = (frames.first().copied().unwrap_or_default(), frames.last().copied().unwrap_or_default());
-        writeln!(out, "\n  refused {}: {controller} -> {device}", count(frames.len(), "time"))?;
+        writeln!(out, "\n  refused {}: {controller} -> {device}", count(frames.len(), "time", "times"))?;
         writeln!(out, "    connect: first in frame {first}, last in frame {last}")?;
     }
     if !capture.events.is_empty() {
@@ -111,9 +117,5 @@ fn stream(stream: &StreamReport) -> String {
         return "no frames".into();
     }
     let gap = stream.max_gap_ns as f64 / 1e6;
-    format!("{}, {} lost, longest gap {gap:.3} ms", count(stream.frames as usize, "frame"), stream.lost)
-}
-
-fn count(number: usize, of: &str) -> String {
-    format!("{number} {of}{}", if number == 1 { "" } else { "s" })
+    format!("{}, {} lost, longest gap {gap:.3} ms", count(stream.frames as usize, "frame", "frames"), stream.lost)
 }

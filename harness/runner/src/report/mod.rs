@@ -17,7 +17,7 @@ pub use junit::junit;
 pub use status::{ExitStatus, Light, light, reasons, status};
 pub use tap::tap;
 pub use text::text;
-pub use words::{finding, level, printable, reproduce};
+pub use words::{count, finding, level, printable, reproduce};
 
 use crate::result::RunResult;
 

@@ -98,6 +98,6 @@ fn quoted(argument: &str) -> String {
 }
 
 /// `n` things, in the singular or the plural.
-pub(super) fn count(n: usize, one: &str, many: &str) -> String {
+pub fn count(n: usize, one: &str, many: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {many}") }
 }

@@ -12,47 +12,69 @@ use super::names::{Name, Verbs};
 use super::start::octets;
 use super::yaml::Node;
 use controllers::profinet_io::Broken;
-use std::net::Ipv4Addr;
 use wire::ethernet::Mac;
 use wire::profidrive::Format;
 use wire::profinet::dcp::ResetMode;
 
-/// The keys of `instead` beside `read` and `write` of parameters, of records, of the station.
-pub(super) const INSTEAD_PARAMETERS: &[&str] = &[
-    "reference",
-    "request",
-    "do_id",
-    "count",
-    "attribute",
-    "elements",
-    "subindex",
-    "format",
-    "values",
-    "length",
-    "bytes",
-    "slot",
-    "subslot",
-    "api",
+/// The keys of `instead` beside `read` and `write` of parameters, each with its sentence.
+pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[
+    ("reference", "reference of the request"),
+    ("request", "request id"),
+    ("do_id", "drive object (axis)"),
+    ("count", "number of parameters that the header tells"),
+    ("attribute", "attribute of each address"),
+    ("elements", "number of elements of each address"),
+    ("subindex", "subindex of each address"),
+    ("format", "format of each value, by its word or number; the value is cut or lengthened to it"),
+    ("values", "number of values that is told for each parameter"),
+    ("length", "length of the whole request, cut or lengthened with zeros"),
+    ("bytes", "the whole request"),
+    ("slot", "slot in which the parameter access point is asked"),
+    ("subslot", "its subslot"),
+    ("api", "its API"),
 ];
 /// Likewise for records.
-pub(super) const INSTEAD_RECORD: &[&str] = &["slot", "subslot", "api", "index", "length", "bytes"];
+pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
+    ("slot", "slot of the record"),
+    ("subslot", "its subslot"),
+    ("api", "its API"),
+    ("index", "its index"),
+    ("length", "octets asked for; of a write: its data, cut or lengthened with zeros"),
+    ("bytes", "the data that is written"),
+];
 /// Likewise for the station.
-pub(super) const INSTEAD_STATION: &[&str] = &["value", "qualifier", "destination"];
+pub(super) const INSTEAD_STATION: &[(&str, &str)] = &[
+    ("value", "the octets of the value"),
+    ("qualifier", "the block qualifier"),
+    ("destination", "the MAC address that the write goes to, of somebody else; virtual only"),
+];
 
-/// The services of `send` with their fields.
-pub(super) const SERVICES: &[(&str, &[&str])] = &[
-    ("dcp_reset", &["mode"]),
-    ("dcp_signal", &[]),
-    ("dcp_identify", &["name", "who", "alias"]),
-    ("record_read", &["slot", "subslot", "index", "length"]),
-    ("record_write", &["slot", "subslot", "index", "bytes"]),
-    ("lldp", &["chassis", "port"]),
-    ("arp", &["ip"]),
-    ("arp_probe", &["ip"]),
-    ("abort", &[]),
-    ("broken", &["frame"]),
-    ("http_get", &["page"]),
-    ("http_post", &["page", "fields"]),
+/// A service of `send`: its word, its fields, and one sentence.
+type ServiceEntry = (&'static str, &'static [&'static str], &'static str);
+
+/// The services of `send`.
+pub(super) const SERVICES: &[ServiceEntry] = &[
+    ("dcp_reset", &["mode"], "DCP Set that resets the device; `mode` says what is lost."),
+    ("dcp_signal", &[], "DCP Set that lets the device blink."),
+    (
+        "dcp_identify",
+        &["name", "who", "alias"],
+        "DCP Identify by a station name, by `who` (all, own_name), or by the alias of its neighbour's port: \
+         `port-001.chassis`.",
+    ),
+    ("record_read", &["slot", "subslot", "index", "length"], "Reads a record by its numbers."),
+    ("record_write", &["slot", "subslot", "index", "bytes"], "Writes a record by its numbers."),
+    ("lldp", &["chassis", "port"], "Announces a neighbour, once; nobody answers."),
+    (
+        "arp",
+        &["ip"],
+        "Asks who has an address, by default the one that the device was last given; accepted if the device says that it has it.",
+    ),
+    ("arp_probe", &["ip"], "The same with no address of our own, as by somebody who wants to take the address."),
+    ("abort", &[], "Ends the own connection by an ERR-RTA."),
+    ("broken", &["frame"], "A damaged frame, by its word."),
+    ("http_get", &["page"], "Asks for a web page of device.yaml."),
+    ("http_post", &["page", "fields"], "Sends the form of a web page with these texts entered."),
 ];
 
 /// Whom `who` of a DCP identify means.
@@ -127,9 +149,6 @@ impl Frame<'_, '_> {
     /// A parameter that the device lacks is asked for only to be refused, and so is a write to one that is read only.
     fn exists(&self, key: &Node, name: &Name, write: bool, matcher: &Matcher, answer: Option<&Answer>) -> Read<()> {
         let NameKind::Parameter { parameter, number, subindex, .. } = name.kind else {
-            if let (NameKind::Station(_), true) | (NameKind::Record { .. }, true) = (&name.kind, write) {
-                return Ok(());
-            }
             return Ok(());
         };
         let own = answer.map(|answer| match answer {
@@ -186,8 +205,9 @@ impl Frame<'_, '_> {
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
             let name = key.text("a key")?;
-            if !known.contains(&name) {
-                return Err(Mistake::unknown(key.spot, "key of instead", name, known.iter().copied()));
+            if !known.iter().any(|(word, _)| *word == name) {
+                let known = known.iter().map(|(word, _)| *word);
+                return Err(Mistake::unknown(key.spot, "key of instead", name, known));
             }
             list.push(match name {
                 "reference" => Instead::Reference(self.number(value, "a reference")?),
@@ -238,12 +258,12 @@ impl Frame<'_, '_> {
         let [(name, fields)] = entries.as_slice() else {
             return Err(node.wrong("one `send` sends one service"));
         };
-        let Some((_, keys)) = SERVICES.iter().find(|(known, _)| known == name) else {
+        let Some((_, keys, _)) = SERVICES.iter().find(|(known, ..)| known == name) else {
             if PROFIBUS_SERVICES.contains(name) {
                 return Err(node.wrong(format!("`{name}` exists on PROFIBUS only")));
             }
             let spot = node.mapping().and_then(|entries| entries.first()).map_or(node.spot, |(key, _)| key.spot);
-            return Err(Mistake::unknown(spot, "service", name, SERVICES.iter().map(|(name, _)| *name)));
+            return Err(Mistake::unknown(spot, "service", name, SERVICES.iter().map(|(name, ..)| *name)));
         };
         for (key, _) in fields.entries("a service")? {
             let field = key.text("a field")?;
@@ -271,10 +291,7 @@ impl Frame<'_, '_> {
                 })
             }
             "arp" | "arp_probe" => {
-                let ip = fields.get("ip").map(|ip| match literal(ip, &Type::Address)? {
-                    Value::Address(octets) => Ok(Ipv4Addr::from(octets)),
-                    _ => Err(ip.wrong("`ip` is an address")),
-                });
+                let ip = fields.get("ip").map(|ip| self.value(ip, &Type::Address));
                 Service::Arp { ip: ip.transpose()?, probe: *name == "arp_probe" }
             }
             "record_read" => Service::RecordRead {

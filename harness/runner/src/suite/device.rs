@@ -471,10 +471,23 @@ pub enum NameKind {
     Saved(usize),
     /// `cycle`, a duration.
     Cycle,
-    /// `bench.address`, the controller's IP address.
-    BenchAddress,
+    /// An address of the bench.
+    Bench(BenchName),
     /// A value that is known at load time.
     Constant(Value),
+}
+
+/// An address of the bench, which is another one on each bench.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BenchName {
+    /// `bench.address`: that of our controller.
+    Address,
+    /// `bench.ip`: the one that the bench gives the device.
+    Ip,
+    /// `bench.mask`: the subnet mask that goes with it.
+    Mask,
+    /// `bench.free_ip`: one of the same subnet that nobody has.
+    FreeIp,
 }
 
 /// A DCP value of the station.

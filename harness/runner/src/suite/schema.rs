@@ -99,8 +99,10 @@ fn words() -> Value {
         .iter()
         .map(|(verb, modifiers, sentence)| ((*verb).to_owned(), json!({ "does": sentence, "modifiers": modifiers })))
         .collect();
-    let services: Map<String, Value> =
-        SERVICES.iter().map(|(service, fields)| ((*service).to_owned(), json!(fields))).collect();
+    let services: Map<String, Value> = SERVICES
+        .iter()
+        .map(|(service, fields, sentence)| ((*service).to_owned(), json!({ "does": sentence, "fields": fields })))
+        .collect();
     let broken: Map<String, Value> =
         Broken::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
     json!({
@@ -109,9 +111,9 @@ fn words() -> Value {
         "start": sentences(SETTINGS),
         "instead": {
             "start": sentences(INSTEAD),
-            "parameters": INSTEAD_PARAMETERS,
-            "record": INSTEAD_RECORD,
-            "station": INSTEAD_STATION,
+            "parameters": sentences(INSTEAD_PARAMETERS),
+            "record": sentences(INSTEAD_RECORD),
+            "station": sentences(INSTEAD_STATION),
         },
         "services": services,
         "broken": broken,

@@ -56,6 +56,9 @@ fn records(seen: &mut Vec<u64>, variant: usize, bug: Option<&str>) {
     let late = bench.encoder.write_record(bench.now, access(0xBF00), &record(0x2A, 1024, 1024));
     seen.push(late.map_or_else(|refusal| refusal.code1().into(), |()| 0));
     see(seen, &mut bench);
+    let elsewhere = Access { subslot: 2, ..access(0xB02E) };
+    let answer = bench.encoder.read_record(bench.now, elsewhere, &mut Vec::new());
+    seen.push(answer.map_or_else(|refusal| refusal.code1().into(), |()| 0));
     bench.connect(81, &record(0x22, 0, 0)).ok();
     seen.push(bench.encoder.parameter_end(bench.now, AR).as_nanos());
 }

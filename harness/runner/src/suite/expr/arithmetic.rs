@@ -13,6 +13,7 @@ pub(super) enum Function {
     Max,
     Floor,
     Round,
+    Number,
 }
 
 /// How long a computed text may be, in octets.
@@ -107,6 +108,11 @@ pub(super) fn binary_value(sign: Binary, left: &Value, right: &Value) -> Value {
 /// The type of a function's value for its arguments, or why there is none and what to write instead.
 pub(super) fn function_type(function: Function, argument: &Type) -> Result<Type, (String, &'static str)> {
     match (function, argument) {
+        (Function::Number, Type::Address) => Ok(Type::WHOLE),
+        (Function::Number, _) => Err((
+            format!("{argument} is no address"),
+            "`number` makes the number of an address, its first octet uppermost",
+        )),
         (Function::Floor | Function::Round, Type::Number(kind)) => {
             Ok(Type::Number(NumberType { whole: true, limits: None, ..*kind }))
         }
@@ -138,6 +144,10 @@ pub(super) fn function_value(function: Function, arguments: &mut dyn Iterator<It
         Function::Abs => each(Number::abs),
         Function::Floor => each(Number::floor),
         Function::Round => each(Number::round),
+        Function::Number => match first {
+            Value::Address(octets) => Value::whole(u32::from_be_bytes(octets)),
+            _ => Value::Unknown,
+        },
         Function::Min => arguments.fold(first, |best, next| picked(best, next, Number::min)),
         Function::Max => arguments.fold(first, |best, next| picked(best, next, Number::max)),
     }

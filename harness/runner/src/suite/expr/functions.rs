@@ -16,12 +16,13 @@ enum Callee {
     Back(History),
 }
 
-const FUNCTIONS: [(&str, Callee); 10] = [
+const FUNCTIONS: [(&str, Callee); 11] = [
     ("abs", Callee::Plain(Function::Abs)),
     ("min", Callee::Plain(Function::Min)),
     ("max", Callee::Plain(Function::Max)),
     ("floor", Callee::Plain(Function::Floor)),
     ("round", Callee::Plain(Function::Round)),
+    ("number", Callee::Plain(Function::Number)),
     ("rises", Callee::Back(History::Rises)),
     ("falls", Callee::Back(History::Falls)),
     ("changes", Callee::Back(History::Changes)),

@@ -1,6 +1,6 @@
 //! Each name made from its path: the table of section 3 of the language.
 
-use super::super::device::{EventName, From, NameKind, PageForm, Parameter, StandName, StationName};
+use super::super::device::{BenchName, EventName, From, NameKind, PageForm, Parameter, StandName, StationName};
 use super::super::device_yaml::parameter_number;
 use super::super::expr::{Circle, NumberType, Type, Value, WordTable};
 use super::super::model::AnswerPart;
@@ -10,6 +10,18 @@ use wire::profinet::status::AbortReason;
 
 /// What a path is, or what is wrong with it and what to write instead.
 type Built = Result<(NameKind, Type, Verbs), (String, Option<String>)>;
+
+/// An address of the bench.
+fn bench(rest: &str) -> Option<Built> {
+    let name = match rest {
+        "address" => BenchName::Address,
+        "ip" => BenchName::Ip,
+        "mask" => BenchName::Mask,
+        "free_ip" => BenchName::FreeIp,
+        _ => return None,
+    };
+    good(NameKind::Bench(name), Type::Address, Verbs::NONE)
+}
 
 impl Names<'_> {
     /// What the path stands for; none if nothing begins like it.
@@ -37,7 +49,7 @@ impl Names<'_> {
             ("alarm" | "abort" | "lldp", _) => self.event(head, rest),
             ("answer", rest) => self.answer(rest),
             ("page", Some(rest)) => Some(self.page(rest)),
-            ("bench", Some("address")) => good(NameKind::BenchAddress, Type::Address, Verbs::NONE),
+            ("bench", Some(rest)) => bench(rest),
             ("cycle", None) => good(NameKind::Cycle, Type::Time, Verbs::NONE),
             ("timing", Some(rest)) => self.timing(rest),
             (name, None) => self.value(name),

@@ -91,6 +91,9 @@ fn check(text: &str, error: ExprError, at: &str, message: &str) {
 #[case("sqrt(NIST_B) == 1", "sqrt", "the functions are")]
 #[case("floor(cycle) == 1", "cycle", "divide it by a duration")]
 #[case("abs(a) == 1", "a", "use a number or a duration")]
+#[case("number(NIST_B) == 1", "NIST_B", "is no address")]
+#[case("number(station.name) == 1", "station.name", "is no address")]
+#[case("NIST_B == station.ip", "NIST_B == station.ip", "this compares a whole number with an address")]
 fn names_and_types(#[case] text: &str, #[case] at: &str, #[case] message: &str) {
     check(text, condition(text).expect_err(text), at, message);
 }

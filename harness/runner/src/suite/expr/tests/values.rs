@@ -68,8 +68,11 @@ fn constants(#[case] text: &str, #[case] expected: Value) {
 #[case(r#""ab" * (0 - NIST_B)"#, Value::Unknown)]
 #[case("min(NIST_B, P65000)", Value::Unknown)]
 #[case("abs(0 - NIST_B)", Value::whole(10))]
+#[case("number(station.ip)", Value::whole(0xC0A8_14C3_u32))]
+#[case("number(station.ip) mod 256", Value::whole(195))]
 fn computed_from_what_was_seen(#[case] text: &str, #[case] expected: Value) {
-    let seen = [("NIST_B", Value::whole(10)), ("cycle", Value::nanos(2_500_000))];
+    let ip = Value::Address([192, 168, 20, 195]);
+    let seen = [("NIST_B", Value::whole(10)), ("cycle", Value::nanos(2_500_000)), ("station.ip", ip)];
     assert_eq!(computed(text, &seen), expected);
 }
 
