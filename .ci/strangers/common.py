@@ -12,6 +12,8 @@ NETMASK, GATEWAY = "255.255.255.0", "0.0.0.0"
 # The Lika XAC7718 as its manual and the description of the reference device have it.
 VENDOR, DEVICE, STATION_TYPE = 0x0239, 0x0001, "LIKA ROTACOD"
 ORDER_ID, SOFTWARE = "XAC7718/1PT", "V1.1.0"
+# Module ident of the access point of slot 0; that of the encoder is 1.
+DAP_IDENT = 2
 ENCODER_API, TELEGRAM_81 = 0x3D00, 81
 USER_PARAMETERS, PARAMETER_ACCESS, IM0 = 0xBF00, 0xB02E, 0xAFF0
 # The record of the start-up: class 4 and the alarm channel on, no scaling, compatibility off, 2^18 steps, steps per second.

@@ -21,7 +21,7 @@ from profinet.util import ethernet_socket, get_mac, s2mac
 from common import *
 
 CYCLE_MS, WATCHDOG = 32, 50
-SLOTS = [IOSlot(slot=0, subslot=1, module_ident=1, submodule_ident=1),
+SLOTS = [IOSlot(slot=0, subslot=1, module_ident=DAP_IDENT, submodule_ident=1),
          IOSlot(slot=1, subslot=1, module_ident=1, submodule_ident=2, api=ENCODER_API),
          IOSlot(slot=1, subslot=2, input_length=12, output_length=4, module_ident=1, submodule_ident=TELEGRAM_81, api=ENCODER_API)]
 

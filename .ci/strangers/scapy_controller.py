@@ -96,8 +96,8 @@ class Controller:
             return ExpectedSubmodule(SubslotNumber=subslot, SubmoduleIdentNumber=ident, DataDescription=descriptions,
                                      SubmoduleProperties_Type=3 if len(lengths) == 2 else 0)
 
-        def module(api, slot, *submodules):
-            return ExpectedSubmoduleBlockReq(APIs=[ExpectedSubmoduleAPI(API=api, SlotNumber=slot, ModuleIdentNumber=1,
+        def module(api, slot, ident, *submodules):
+            return ExpectedSubmoduleBlockReq(APIs=[ExpectedSubmoduleAPI(API=api, SlotNumber=slot, ModuleIdentNumber=ident,
                                                                         Submodules=list(submodules))])
         return self.call(CONNECT, [
             ARBlockReq(ARUUID=self.ar, SessionKey=self.session, CMInitiatorMacAdd=CONTROLLER_MAC,
@@ -108,8 +108,8 @@ class Controller:
             iocr(2, 2, 0xFFFF, IOCRAPI(API=0, IOCSs=[place(0, 1, 5)]),
                  IOCRAPI(API=ENCODER_API, IODataObjects=[place(1, 2, 0)], IOCSs=[place(1, 1, 6), place(1, 2, 7)])),
             AlarmCRBlockReq(LocalAlarmReference=ALARM_REFERENCE),
-            module(0, 0, submodule(1, 1, inputs=(1, 0))),
-            module(ENCODER_API, 1, submodule(1, 2, inputs=(1, 0)), submodule(2, TELEGRAM_81, inputs=(1, 12), outputs=(2, 4)))])
+            module(0, 0, DAP_IDENT, submodule(1, 1, inputs=(1, 0))),
+            module(ENCODER_API, 1, 1, submodule(1, 2, inputs=(1, 0)), submodule(2, TELEGRAM_81, inputs=(1, 12), outputs=(2, 4)))])
 
     def application_ready(self):
         """Takes the call ApplicationReady of the device, in its byte order, and answers it."""

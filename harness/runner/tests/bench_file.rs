@@ -61,6 +61,7 @@ fn the_example_says_what_it_says() {
     assert_eq!(bench.lacks, ["P61001"]);
     assert_eq!(bench.firmware.as_deref(), Some("1.1.0"));
     assert_eq!(bench.position_noise, 1);
+    assert!(bench.direct_cable);
     let pages: Vec<&str> = bench.pages.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(pages, ["information", "position", "preset"]);
     assert_eq!(bench.pages[1].1.path.as_deref(), Some("/status/position.html"));
@@ -135,6 +136,7 @@ fn the_shortest_bench_may_do_nothing() {
 #[case("telegrams: []\n", ":3:12: telegrams is empty", "leave the key out")]
 #[case("lacks: [P61002]\n", ":3:9: unknown record or parameter `P61002`", "did you mean `P61001`?")]
 #[case("firmware: V1.1\n", ":3:11: `V1.1` is no firmware", "three numbers, as 1.1.0")]
+#[case("direct_cable: straight\n", ":3:15: `direct_cable` is `true` or left out", "")]
 #[case("position_noise: -1\n", ":3:17: -1 is out of range for a noise", "")]
 #[case("consent: { factory_rest: true }\n", ":3:12: unknown key of consent `factory_rest`", "`factory_reset`?")]
 #[case("consent: { set_ip: false }\n", ":3:20: `set_ip` is `true` or left out", "")]

@@ -108,6 +108,8 @@ fn nothing_lasting_is_overlooked() {
 #[case("send: { arp_probe: {} }", &[], None)]
 #[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }", &[], None)]
 #[case("read: { station.mac: any }", &[], None)]
+#[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[Need::DirectCable], Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`"))]
+#[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[Need::DirectCable], Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`"))]
 fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case] why: Option<&str>) {
     let topic = format!(
         "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [XAC77-PRK-001]\n    start: none\n    \
@@ -120,6 +122,8 @@ fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case
     let needs = needs(&manuals[0], variant, trial);
     assert_eq!(needs, wanted);
     assert_eq!(missing(&needs, &bench(ALL), false, 1000).as_deref(), why);
+    let cabled = bench(&format!("direct_cable: true\n{ALL}"));
+    assert!(!wanted.contains(&Need::DirectCable) || missing(&needs, &cabled, false, 1000).is_none());
     if wanted.contains(&Need::Stand(Ability::Delivery)) {
         let held = bench(&format!("stand: {{ hooks: {{ device: './renew {{value}}' }} }}\n{ALL}"));
         assert_eq!(missing(&needs, &held, false, 1000), None);

@@ -12,7 +12,7 @@
 //! | section | what it decides |
 //! | --- | --- |
 //! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | which device is meant, and our own addresses |
-//! | `cycle`, `watchdog`, `boot_time`, `position_noise` | times and tolerances of this bench |
+//! | `cycle`, `watchdog`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether its cable has no switch |
 //! | `telegrams`, `lacks`, `firmware`, `gsdml`, `ledger` | what it is said to have and to fail; wrong claims are findings |
 //! | `stand` | who turns the shaft, cuts the power, looks at LEDs: `control` (a socket), `hooks` (programs), `ask` (a person) |
 //! | `pages` | where its web pages are and how their values are labelled, where the manual does not print that |
@@ -132,6 +132,8 @@ pub struct BenchFile {
     pub firmware: Option<String>,
     /// The ledger of known failures.
     pub ledger: Option<PathBuf>,
+    /// Whether our cable ends at the device, without a switch between, at which LLDP would stop.
+    pub direct_cable: bool,
     /// By how many steps a place may differ from what is expected, because the shaft is never quite still.
     pub position_noise: u32,
     /// Its web pages whose looks the manual does not print, by their names in `device.yaml`.
@@ -180,6 +182,7 @@ impl BenchFile {
             lacks: Vec::new(),
             firmware: None,
             ledger: None,
+            direct_cable: false,
             position_noise: 0,
             pages: Vec::new(),
             stand: StandSpec::default(),

@@ -98,6 +98,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         lacks: reader.value("lacks", |node| lacks(node, device)).unwrap_or_default(),
         firmware: reader.value("firmware", firmware),
         ledger: reader.path("ledger"),
+        direct_cable: reader.flag("direct_cable"),
         position_noise: reader.value("position_noise", |node| whole(node, "a noise")).unwrap_or(0),
         pages: reader.value("pages", |node| pages(node, device)).unwrap_or_default(),
         stand: stand.unwrap_or_else(StandSpec::default),
@@ -115,6 +116,10 @@ struct Reader<'n> {
 impl Reader<'_> {
     fn value<T>(&self, key: &str, read: impl FnOnce(&Node) -> Read<T>) -> Option<T> {
         self.mistakes.keep(self.keyed.get(key).map(read).transpose()).flatten()
+    }
+
+    fn flag(&self, key: &str) -> bool {
+        self.mistakes.keep(flag(self.keyed, key)).unwrap_or_default()
     }
 
     /// A file that stands beside the bench file, or anywhere by its full path.

@@ -291,6 +291,9 @@ const REST: &str = "
 # pages:
 #   information: {}
 
+# LLDP stops at a switch; its cases run only where our cable ends at the device.
+# direct_cable: true
+
 # What holds it. Without this, cases that turn the shaft, cut the power or look at LEDs are not applicable.
 # stand:
 #   hooks: { power: 'relay 1 {value}' }

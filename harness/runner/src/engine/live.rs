@@ -358,7 +358,7 @@ fn writes_parameters(trial: &Trial) -> bool {
 fn lasting(need: &Need) -> Option<String> {
     match need {
         Need::Consent(consent) => Some(consent.to_string()),
-        Need::Stand(_) | Need::Claim(_) | Need::Page(_) | Need::Long(_) | Need::Virtual(_) => None,
+        Need::Stand(_) | Need::Claim(_) | Need::Page(_) | Need::DirectCable | Need::Long(_) | Need::Virtual(_) => None,
     }
 }
 

@@ -24,6 +24,8 @@ pub enum Need {
     Claim(Claim),
     /// It is known where this web page is and what it looks like, which the manual does not print.
     Page(String),
+    /// No switch stands between us and the device: LLDP goes no further than to the next port.
+    DirectCable,
     /// The trial waits so long.
     Long(Duration),
     /// No bench can serve it: it does something that belongs on a virtual wire only, in words.
@@ -135,6 +137,8 @@ pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> 
         Need::Page(name) => Some(format!(
             "the manual does not print what the web page {name} looks like: the bench says it under pages"
         )),
+        Need::DirectCable if bench.direct_cable => None,
+        Need::DirectCable => Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`".to_owned()),
         Need::Virtual(what) => Some(format!("only a virtual wire can take it: {what}")),
         Need::Long(_) if long || bench.stand.serves("clock") => None,
         Need::Long(time) => Some(format!(

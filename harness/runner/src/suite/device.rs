@@ -570,3 +570,11 @@ pub enum EventName {
     /// `lldp.mac`.
     LldpMac,
 }
+
+impl EventName {
+    /// Whether it is the announcement of a neighbour, which no switch passes on.
+    pub fn is_lldp(self) -> bool {
+        use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort};
+        matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac)
+    }
+}

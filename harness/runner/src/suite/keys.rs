@@ -313,6 +313,7 @@ key_sets! {
         "lacks" may List(&Name), "Records and parameters of device.yaml that it does not have.";
         "firmware" may Text, "The firmware that it is said to have, as I&M0 tells it: `1.1.0`.";
         "ledger" may Text, "The ledger of its known failures, a file.";
+        "direct_cable" may Flag, "Our cable ends at the device, with no switch between, at which LLDP stops; `true` or left out.";
         "position_noise" may Number, "By how many steps a place may differ, because the shaft is never quite still; 0 by default.";
         "pages" may Map(&Keys(&BENCH_PAGE)), "Its web pages whose looks the manual does not print, as they are on this device.";
         "stand" may Keys(&BENCH_STAND), "What holds it; without it nobody does.";

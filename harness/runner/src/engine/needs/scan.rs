@@ -383,6 +383,7 @@ impl<'a> Scan<'a> {
     fn service(&mut self, service: &Service, times: u64) {
         match service {
             Service::DcpReset { .. } => self.add(Need::Consent(Consent::FactoryReset)),
+            Service::Lldp { .. } => self.add(Need::DirectCable),
             Service::HttpGet { page } => self.page(*page),
             Service::HttpPost { page, .. } => {
                 self.page(*page);
@@ -439,6 +440,7 @@ impl<'a> Scan<'a> {
                 self.measures |= device.signals.get(*signal).is_some_and(measured);
             }
             Some(NameKind::InputOctets) => self.measures = true,
+            Some(NameKind::Event(event)) if event.is_lldp() => self.add(Need::DirectCable),
             Some(NameKind::Page { page, value }) => {
                 let value = device.pages.get(*page).and_then(|page| page.shows.get(*value));
                 self.measures |= value.is_some_and(|value| value.steps);
