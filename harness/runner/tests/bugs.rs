@@ -61,7 +61,7 @@ fn every_case_catches_a_bug_and_every_bug_is_caught() {
         let blind: BTreeSet<&str> = variants()
             .flat_map(|variant| &variant.trials)
             .filter(|trial| trial.catches.is_empty())
-            .map(|trial| case_of(&trial.id))
+            .map(|trial| trial.case())
             .collect();
         assert!(blind.is_empty(), "no bug shows that these cases can fail: {blind:?}");
         let rules: BTreeMap<&str, bool> = variants()
@@ -149,7 +149,7 @@ impl<'a> Open<'a> {
         Open {
             manual,
             bug,
-            cases: trials.filter(|of| catches(&of.catches)).map(|of| case_of(&of.id)).collect(),
+            cases: trials.filter(|of| catches(&of.catches)).map(|of| of.case()).collect(),
             rules: rules.filter(|of| catches(&of.catches)).map(|of| of.id.as_str()).collect(),
             breaks: bug.breaks.iter().copied().collect(),
             ran: BTreeMap::new(),
@@ -162,7 +162,7 @@ impl<'a> Open<'a> {
 
     fn look(&mut self) {
         let catching = |open: &Open, _: &Variant, trial: &Trial| {
-            open.cases.contains(case_of(&trial.id)) && trial.catches.contains(&open.bug.name)
+            open.cases.contains(trial.case()) && trial.catches.contains(&open.bug.name)
         };
         let covering = |open: &Open, _: &Variant, trial: &Trial| {
             let checks = check_covers(trial);
@@ -207,7 +207,7 @@ impl<'a> Open<'a> {
         };
         let case = outcome.case;
         if case.verdict == Verdict::Fail {
-            self.cases.remove(case_of(&trial.id));
+            self.cases.remove(trial.case());
         }
         let covers: Vec<(usize, Verdict)> = case.covers.iter().map(|of| (of.requirement, of.verdict)).collect();
         for (requirement, _) in covers.iter().filter(|(_, verdict)| *verdict == Verdict::Fail) {

@@ -13,6 +13,8 @@ use alloc::format;
 use alloc::string::String;
 use wire::http::{Request, Response};
 
+const PRESET_TITLE: &str = "Change the preset value";
+
 /// What the web server remembers until the power goes.
 #[derive(Clone, Debug, Default)]
 pub struct State {
@@ -121,17 +123,16 @@ impl Live<'_> {
             "<p>Preset value (hex): {value:X}</p><form method=\"post\" action=\"/preset.htm\">\
              <input name=\"value\" maxlength=\"8\"><input type=\"submit\" value=\"Submit\"></form>"
         );
-        page(200, "Change the preset value", &body)
+        page(200, PRESET_TITLE, &body)
     }
 
     fn enter_preset_value(&mut self, entry: &str) -> Response {
-        const TITLE: &str = "Change the preset value";
         let rules = &self.behaviour.web;
         let Some(value) = (rules.entry)(entry) else {
-            return page(200, TITLE, "<p>This is no hexadecimal number.</p>");
+            return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
         };
         if self.faults.memory {
-            return page(200, TITLE, "<p>The preset value could not be stored.</p>");
+            return page(200, PRESET_TITLE, "<p>The preset value could not be stored.</p>");
         }
         if rules.entry_presets {
             self.ram.measuring.offset = self.ram.measuring.preset(PresetMode::Absolute, value.into());
@@ -142,12 +143,12 @@ impl Live<'_> {
         if rules.keeps == Kept::Apart {
             self.ram.web.entry = Some(value);
         } else if rules.knows_stored && *self.store.preset_value.stored() == value {
-            return page(200, TITLE, "<p>This preset value is already stored.</p>");
+            return page(200, PRESET_TITLE, "<p>This preset value is already stored.</p>");
         }
         if matches!(rules.keeps, Kept::Everywhere | Kept::Stored) {
             self.store.preset_value.replace(value);
         }
-        page(200, TITLE, "<p>The preset value is stored.</p>")
+        page(200, PRESET_TITLE, "<p>The preset value is stored.</p>")
     }
 
     fn upgrade(&mut self, password: &str) -> Response {

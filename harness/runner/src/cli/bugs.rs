@@ -1,7 +1,7 @@
 //! `encspec bugs`: the bugs of the reference devices, what each breaks, and how much of each manual some bug breaks.
 
 use super::coverage::{columns, share};
-use super::list::{Listed, everything, pretty};
+use super::list::{Listed, everything, json};
 use super::{BugsArgs, Ended, Format, Stop, show};
 use crate::report::{ExitStatus, count};
 use crate::suite::model::{Bug, Manual};
@@ -20,13 +20,7 @@ pub(super) fn bugs(args: &BugsArgs) -> Ended {
         )));
     }
     match args.format {
-        Format::Json => {
-            #[derive(Serialize)]
-            struct Report<'a> {
-                manuals: Vec<ManualBugs<'a>>,
-            }
-            show(&pretty(&Report { manuals: listed }));
-        }
+        Format::Json => show(&json(listed)),
         Format::Text => show(&listed.iter().map(|of| of.text(args.filter.is_some())).collect::<String>()),
     }
     Ok(ExitStatus::Green)

@@ -12,13 +12,7 @@ use std::fmt::Write as _;
 pub(super) fn coverage(args: &CoverageArgs) -> Ended {
     let manuals: Vec<Coverage> = args.suites.load()?.iter().map(Coverage::of).collect();
     match args.format {
-        Format::Json => {
-            #[derive(Serialize)]
-            struct Report {
-                manuals: Vec<Coverage>,
-            }
-            show(&super::list::pretty(&Report { manuals }));
-        }
+        Format::Json => show(&super::list::json(manuals)),
         Format::Text => show(&manuals.iter().map(Coverage::text).collect::<String>()),
     }
     Ok(ExitStatus::Green)

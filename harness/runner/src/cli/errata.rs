@@ -1,7 +1,7 @@
 //! `encspec errata`: where a manual contradicts itself, and where it is silent.
 
 use super::coverage::covering;
-use super::list::pretty;
+use super::list::json;
 use super::{Ended, Format, Listing, show};
 use crate::engine::scan::{each_step, each_step_of};
 use crate::report::{ExitStatus, level};
@@ -13,13 +13,7 @@ pub(super) fn errata(args: &Listing) -> Ended {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
     let errata: Vec<Errata<'_>> = manuals.iter().map(Errata::of).collect();
     match args.format {
-        Format::Json => {
-            #[derive(Serialize)]
-            struct Report<'a> {
-                manuals: Vec<Errata<'a>>,
-            }
-            show(&pretty(&Report { manuals: errata }));
-        }
+        Format::Json => show(&json(errata)),
         Format::Text => {
             let texts: Vec<String> = errata.iter().filter(|of| !of.is_empty()).map(Errata::text).collect();
             show(&texts.join("\n"));
@@ -113,7 +107,7 @@ impl<'a> Erratum<'a> {
         let full = |id: &str| format!("{}/{id}", manual.device.name);
         let mut accepted: Vec<Accepted> = Vec::new();
         for trial in manual.variants.iter().flat_map(|variant| &variant.trials) {
-            let case = full(trial.id.split('[').next().unwrap_or(&trial.id));
+            let case = full(trial.case());
             readings(trial, index, &mut |reading| match accepted.iter_mut().find(|known| known.case == case) {
                 Some(known) if known.readings.iter().any(|known| known == reading) => {}
                 Some(known) => known.readings.push(reading.to_owned()),

@@ -36,13 +36,7 @@ pub(super) fn list(args: &Listing) -> Ended {
         cases: everything(manual),
     });
     match args.format {
-        Format::Json => {
-            #[derive(Serialize)]
-            struct Report<'a> {
-                manuals: Vec<ListedManual<'a>>,
-            }
-            show(&pretty(&Report { manuals: listed.collect() }));
-        }
+        Format::Json => show(&json(listed.collect())),
         Format::Text => show(&listed.map(|manual| text(&manual)).collect::<String>()),
     }
     Ok(ExitStatus::Green)
@@ -102,6 +96,15 @@ pub(super) fn everything(manual: &Manual) -> Vec<Listed> {
 }
 
 /// As JSON for people and programs.
+/// What is said of each manual, as JSON.
+pub(super) fn json(manuals: Vec<impl Serialize>) -> String {
+    #[derive(Serialize)]
+    struct Report<T> {
+        manuals: Vec<T>,
+    }
+    pretty(&Report { manuals })
+}
+
 pub(super) fn pretty(value: &impl Serialize) -> String {
     // The types that are shown have text keys and finite numbers only, so writing them cannot fail.
     let mut text = serde_json::to_string_pretty(value).unwrap_or_default();

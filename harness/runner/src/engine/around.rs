@@ -76,7 +76,7 @@ fn with_run<R>(
     // Each call has names of its own, else the device takes its requests for those of the call before.
     place.seed = place.seed.wrapping_add(dut.live().map_or(0, LiveDevice::next_call));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
-    let world = World::new(manual, variant, dut.segment(manual, &trial.id)?, controllers(&place, &trial.id));
+    let world = World::new(manual, variant, dut.segment(&trial.id)?, controllers(&place, &trial.id));
     Ok(work(&mut Run::new(world, trial, &place)))
 }
 

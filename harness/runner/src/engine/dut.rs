@@ -1,9 +1,8 @@
 //! Devices under test: how each kind is put on a segment.
 
 use super::live::LiveDevice;
-use super::segment::{Deliver, DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
+use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::Place;
-use crate::suite::model::Manual;
 use bench::null::{Babbler, DiesAfter, Reflector, Silent};
 use reference_devices::{ReferenceDevice, Setup, build};
 use station::{Duration, Outbox, Stand, Station, Time};
@@ -157,26 +156,20 @@ impl DutSpec {
 
     /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial. A live
     /// device is what it is.
-    pub fn segment<'a>(&'a self, manual: &Manual, id: &str) -> Result<Box<dyn Segment + 'a>, String> {
+    pub fn segment<'a>(&'a self, id: &str) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
         let mac = reference_devices::manual(&self.manual).map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
-        let model = |variant: &str, bugs: &[String]| {
+        let built = move |bugs: &[String], station_name| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
-            let setup = Setup { mac, bugs: &bugs, ..setup(shaft) };
-            build(&manual.device.name, variant, &setup).map_err(|error| error.to_string())
+            let setup = Setup { mac, bugs: &bugs, station_name, ..setup(shaft) };
+            build(&self.manual, &self.variant, &setup).map_err(|error| error.to_string())
         };
-        let delivered = |bugs: &'a [String]| -> Deliver<'a> {
-            Box::new(move || {
-                let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
-                let setup = Setup { mac, bugs: &bugs, station_name: "", ..setup(shaft) };
-                build(&self.manual, &self.variant, &setup).map_err(|error| error.to_string())
-            })
+        let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
+            Ok(Model::new(built(bugs, STATION_NAME)?, Box::new(move || built(bugs, ""))))
         };
         Ok(Box::new(match &self.kind {
             DutKind::Live(device) => return Ok(device.segment()),
-            DutKind::Model { bugs } => {
-                VirtualSegment::new(Box::new(Model::new(model(&self.variant, bugs)?, delivered(bugs))))
-            }
+            DutKind::Model { bugs } => VirtualSegment::new(Box::new(model(bugs)?)),
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => {
                 VirtualSegment::new(Box::new(Stranger(Silent, NoStand)))
             }
@@ -186,12 +179,11 @@ impl DutSpec {
                 VirtualSegment::new(Box::new(Stranger(babbler, NoStand)))
             }
             DutKind::Nobody(Nobody::WrongIdentity) => {
-                let device = Boxed(model(&self.variant, &[])?);
+                let device = Boxed(built(&[], STATION_NAME)?);
                 VirtualSegment::new(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand)))
             }
             DutKind::Nobody(Nobody::DiesAfter(frames)) => {
-                let device = Model::new(model(&self.variant, &[])?, delivered(&[]));
-                VirtualSegment::new(Box::new(Mortal(DiesAfter::new(device, *frames))))
+                VirtualSegment::new(Box::new(Mortal(DiesAfter::new(model(&[])?, *frames))))
             }
         }))
     }

@@ -259,9 +259,7 @@ impl LiveDevice {
         }
         self.line_is_there().map_err(Excluded::Inconclusive)?;
         let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
-        let has_parameters = !self.manual().device.parameters.is_empty();
-        let changes_them = writes_parameters(trial) || needs.contains(&Need::Consent(Consent::FactoryReset));
-        if has_parameters && changes_them {
+        if !self.manual().device.parameters.is_empty() && changes_parameters(trial, &needs) {
             what.push(PARAMETERS.to_owned());
         }
         let renews = self.0.passive.is_none() && self.bench().stand.serves("renew");
@@ -340,18 +338,18 @@ impl LiveDevice {
 }
 
 /// Whether a trial changes parameters: by the base mode parameter access, by a web page, or by a reset.
-fn writes_parameters(trial: &Trial) -> bool {
-    let mut writes = false;
+fn changes_parameters(trial: &Trial, needs: &[Need]) -> bool {
+    let mut changes = needs.contains(&Need::Consent(Consent::FactoryReset));
     each_step_of(trial, &mut |step| {
-        writes |= match &step.verb {
+        changes |= match &step.verb {
             Verb::Write(access) => matches!(access.via, Via::Parameters),
             Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == PARAMETER_ACCESS,
-            // What is entered in a page is a parameter too, and a reset takes all of them back.
-            Verb::Send { service: Service::HttpPost { .. } | Service::DcpReset { .. }, .. } => true,
+            // What is entered in a page is a parameter too.
+            Verb::Send { service: Service::HttpPost { .. }, .. } => true,
             _ => false,
         };
     });
-    writes
+    changes
 }
 
 /// What a need changes for good, in the word of the consent.
@@ -535,12 +533,14 @@ mod tests {
     #[rstest]
     #[case::by_a_page("web/entry-is-hexadecimal", true)]
     #[case::by_a_reset("factory-reset/still-to-be-found", true)]
+    #[case::by_another_device("start-parameters/as-delivered", true)]
     #[case::by_the_parameter_access("parameter-values/save-and-confirm", true)]
     #[case::not_at_all("web/links", false)]
     fn what_a_trial_changes_of_the_parameters(#[case] id: &str, #[case] changes: bool) {
         let manuals = load(&Sources::embedded(), Some("lika-xac77-profinet"));
         let manuals = manuals.unwrap_or_else(|errors| panic!("{errors}"));
-        let trial = manuals[0].variants[0].trials.iter().find(|trial| trial.id.starts_with(id));
-        assert_eq!(writes_parameters(trial.expect("the suite has it")), changes);
+        let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
+        let trial = variant.trials.iter().find(|trial| trial.id.starts_with(id)).expect("the suite has it");
+        assert_eq!(changes_parameters(trial, &needs::needs(manual, variant, trial)), changes);
     }
 }

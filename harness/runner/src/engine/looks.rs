@@ -106,15 +106,8 @@ impl<'a> Run<'a> {
                         | NameKind::Record { .. }
                         | NameKind::Station(_)
                         | NameKind::Page { .. }
-                        | NameKind::Event(
-                            EventName::Lldp
-                                | EventName::LldpName
-                                | EventName::LldpChassis
-                                | EventName::LldpPort
-                                | EventName::LldpMac
-                        )
                 )
-            );
+            ) || matches!(self.kind(name), Some(NameKind::Event(event)) if event.is_lldp());
         });
         any
     }

@@ -250,7 +250,7 @@ pub fn run_trial(
 fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
     let place = dut.place();
-    let world = World::new(manual, variant, dut.segment(manual, &trial.id).ok()?, controllers(&place, &trial.id));
+    let world = World::new(manual, variant, dut.segment(&trial.id).ok()?, controllers(&place, &trial.id));
     Run::new(world, trial, &place).firmware()
 }
 
@@ -262,11 +262,11 @@ fn one(
     options: &RunOptions,
 ) -> Result<TrialOutcome, String> {
     let Some(live) = dut.live() else {
-        let segment = dut.segment(manual, &trial.id)?;
+        let segment = dut.segment(&trial.id)?;
         return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
     };
     let outcome = match live.admit(variant, trial) {
-        Ok(()) => run_trial_on(dut.segment(manual, &trial.id)?, manual, variant, dut, trial, options),
+        Ok(()) => run_trial_on(dut.segment(&trial.id)?, manual, variant, dut, trial, options),
         Err(excluded) => around::not_run(manual, variant, trial, excluded),
     };
     let answered = outcome.identity.is_some() || outcome.case.frames == 0;

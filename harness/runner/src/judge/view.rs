@@ -82,8 +82,8 @@ impl View<'_> {
         match self.image.happening {
             Happening::Nothing => false,
             Happening::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
-            Happening::Lldp(_) => is_lldp(*event),
-            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !is_lldp(*event),
+            Happening::Lldp(_) => event.is_lldp(),
+            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp(),
         }
     }
 
@@ -220,12 +220,6 @@ impl View<'_> {
             },
         }
     }
-}
-
-/// Whether an event is the announcement or a part of it.
-fn is_lldp(event: EventName) -> bool {
-    use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort};
-    matches!(event, Lldp | LldpName | LldpChassis | LldpPort | LldpMac)
 }
 
 /// A value of no particular name, as reports show it.

@@ -156,6 +156,13 @@ pub struct Trial {
     pub at: Location,
 }
 
+impl Trial {
+    /// Its id without the row: `<suite>/<case>`.
+    pub fn case(&self) -> &str {
+        self.id.split('[').next().unwrap_or(&self.id)
+    }
+}
+
 /// A connection to be made.
 #[derive(Clone, Debug)]
 pub struct Start {
