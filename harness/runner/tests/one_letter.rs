@@ -91,7 +91,12 @@ fn pieces(path: &str, text: &str) -> Vec<Piece> {
     for line in text.split_inclusive('\n') {
         match entries.last_mut() {
             _ if list(line) => key = line,
-            _ if line.starts_with("  - ") => entries.push((key, line.to_owned())),
+            // What stands behind a list belongs to all of the file.
+            _ if line.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                key = "";
+                head.push_str(line);
+            }
+            _ if line.starts_with("  - ") && !key.is_empty() => entries.push((key, line.to_owned())),
             _ if key.is_empty() => head.push_str(line),
             Some((_, entry)) => entry.push_str(line),
             None => head.push_str(line),

@@ -353,3 +353,42 @@ fn an_error_page_lacks_nothing() {
     let refused = with_bugs(case, "", &["password-for-every-page"]);
     assert_eq!(refused.case.verdict, Fail, "{:?}", refused.case.reason);
 }
+
+/// A common suite means what it says with what the manual gives: rows, checks with requirements of the manual, own cases.
+#[test]
+fn a_common_case_runs_with_the_rows_of_the_manual() {
+    let common = "common: tried\nwhy: Tries.\ntakes:\n  parked: { is: name, why: the bit }\n  \
+                  checked: { is: requirements, why: those of the second check }\ncases:\n  - id: rows\n    why: Rows.\n    \
+                  catches: [parking-ignored]\n    with: { bit: { is: number, why: what is asked }, seen: { is: number, why: what is seen } }\n    \
+                  steps:\n      - set: { G1_STW.park: =bit }\n      - expect: { =parked: =seen }\n      \
+                  - read: { P922: =seen }\n        covers: =checked\n";
+    let uses = "suite: tried\nuse: tried\ndefaults: { start: { module: telegram_81 }, given: [ { set: { STW2_ENC.control_by_plc: 1 } } ] }\n\
+                give: { parked: G1_ZSW.parked, checked: [XAC77-PAR-001] }\nomit: {}\nrows:\n  rows:\n    \
+                - { row: right, bit: 1, seen: 1, covers: [XAC77-PRK-001] }\n    \
+                - { row: wrong, bit: 0, seen: 1, covers: [XAC77-PRK-001] }\ncases:\n  - id: own\n    why: Own.\n    \
+                covers: [XAC77-PRK-001]\n    steps: [ { read: { P922: 81 } } ]\n";
+    let sources = Sources::embedded().with("common/tried.yaml", common).with(&format!("{MANUAL}/tried.yaml"), uses);
+    let manuals = load(&sources, Some(MANUAL)).unwrap_or_else(|errors| panic!("the suite loads:\n{errors}"));
+    let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
+    let kind = DutKind::Model { bugs: Vec::new() };
+    let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+    let verdicts: Vec<(String, Verdict, Vec<Verdict>)> = variant
+        .trials
+        .iter()
+        .filter(|trial| trial.id.starts_with("tried/"))
+        .map(|trial| {
+            let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+            let covers = outcome.case.covers.iter().map(|of| of.verdict).collect();
+            (trial.id.clone(), outcome.case.verdict, covers)
+        })
+        .collect();
+    // The second check fails for its own requirement, and the first for that of the row.
+    let wanted = [
+        ("tried/rows[right]", Fail, vec![Pass, Fail]),
+        ("tried/rows[wrong]", Fail, vec![Fail, Verdict::NotRun]),
+        ("tried/own", Pass, vec![Pass]),
+    ];
+    let wanted: Vec<(String, Verdict, Vec<Verdict>)> =
+        wanted.into_iter().map(|(id, of, covers)| (id.to_owned(), of, covers)).collect();
+    assert_eq!(verdicts, wanted);
+}

@@ -7,9 +7,11 @@ use super::lists;
 use super::model::{Bug, Requirement};
 use super::source::{Files, Sources};
 use super::step::{Ground, Procedure};
+use super::taken;
 use super::yaml::{self, Node};
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
+use std::cell::OnceCell;
 
 /// The folder of what manuals share.
 pub(super) const COMMON: &str = "common";
@@ -30,6 +32,8 @@ pub(super) struct Base {
     /// Number of each requirement by id, with the variants it applies to.
     index: FxHashMap<String, (usize, Vec<usize>)>,
     pub bugs: Vec<Bug>,
+    /// The bugs of all manuals.
+    elsewhere: Elsewhere,
     /// Where each bug stands, in the order of `bugs`.
     pub bug_spots: Vec<Spot>,
     procedures: FxHashMap<String, Procedure>,
@@ -88,14 +92,41 @@ impl Base {
         let (bugs, bug_spots) = bugs.into_iter().unzip();
         let mut declared = described.declared.clone();
         let procedures = self::procedures(&procedures, mistakes, &mut declared);
-        let base = Base { described, requirements, index, bugs, bug_spots, procedures, common, declared };
+        let elsewhere = Elsewhere::default();
+        let base = Base { described, requirements, index, bugs, elsewhere, bug_spots, procedures, common, declared };
         (mistakes.count() == 0).then_some(base)
     }
 
     /// What steps are compiled on.
-    pub(super) fn ground<'g>(&'g self, files: &'g Files, mistakes: &'g Mistakes) -> Ground<'g> {
-        let Base { index, bugs, procedures, .. } = self;
-        Ground { files, mistakes, requirements: index, procedures, bugs }
+    pub(super) fn ground<'g>(&'g self, sources: &'g Sources, files: &'g Files, mistakes: &'g Mistakes) -> Ground<'g> {
+        let Base { described, index, bugs, procedures, elsewhere, .. } = self;
+        let device = &described.device;
+        Ground { device, sources, files, mistakes, requirements: index, procedures, bugs, elsewhere }
+    }
+}
+
+/// The bugs of all manuals, which are read when a common suite names one that this manual does not have.
+#[derive(Debug, Default)]
+pub(super) struct Elsewhere(OnceCell<Option<Vec<String>>>);
+
+impl Elsewhere {
+    /// Fails if no manual lists the bug `name`, which stands at `at`.
+    pub(super) fn lists(&self, sources: &Sources, name: &str, at: &Node) -> Read<()> {
+        let read = || {
+            let is_list = |path: &str| {
+                path.split_once('/').is_some_and(|(_, file)| is_part(file.trim_end_matches(".yaml"), BUGS))
+            };
+            let lists = sources.files().filter(|(path, _)| is_list(path)).map(|(_, text)| lists::bug_names(text));
+            // A list that cannot be read is told of by the manual that it belongs to.
+            let names: Option<Vec<Vec<String>>> = lists.collect();
+            names.map(|names| names.concat())
+        };
+        match self.0.get_or_init(read) {
+            Some(names) if !names.iter().any(|known| known == name) => {
+                Err(Mistake::unknown(at.spot, "bug", name, names.iter().map(String::as_str)))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -123,6 +154,7 @@ pub(super) fn common_suite(node: Node, file: &str) -> Read<Node> {
     }
     keyed.must("why")?.text("why")?;
     for (take, at) in keyed.get("takes").map_or(Ok(Vec::new()), |takes| device_yaml::named(takes, "takes"))? {
+        taken::kind(at)?;
         let said = [keyed.get("cases"), keyed.get("rules")].into_iter().flatten().any(|part| mentions(part, take));
         if !said {
             return Err(at.wrong(format!("`{take}` is taken and never used")));
@@ -161,7 +193,7 @@ fn procedure(node: &Node) -> Read<Procedure> {
 }
 
 /// Whether a name stands somewhere as a word of its own, outside `why`.
-fn mentions(node: &Node, name: &str) -> bool {
+pub(super) fn mentions(node: &Node, name: &str) -> bool {
     let said = |text: &str| {
         text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '-')).any(|word| word == name)
     };

@@ -1,15 +1,17 @@
 //! Topic files: cases with their tables, rules, and the common suites that a manual uses.
 
 use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
-use super::device_yaml::{named, plain};
-use super::error::{Mistake, Read};
+use super::device_yaml::plain;
+use super::error::Read;
 use super::frame::{Column, Frame, Progress, replaced};
 use super::keys::{self, Keyed};
 use super::model::{Rule, Trial};
 use super::names::Names;
+use super::shared::{Shared, used};
 use super::start::{is_none, merged};
 use super::step::{Ground, Place};
 use super::table::{Row, catches, rows, variants};
+use super::taken;
 use super::yaml::Node;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -28,9 +30,24 @@ pub(super) struct Entry<'n> {
     pub id: String,
     why: String,
     pub keyed: Keyed<'n>,
-    /// What the manual says of a case of a common suite.
-    covers: Option<&'n Node>,
+    /// What the manual says of it, where it is one of a common suite.
+    pub shared: Option<Shared<'n>>,
     is_case: bool,
+}
+
+impl Entry<'_> {
+    /// The variants that it is meant for; the manual may leave some out of a common case.
+    fn variants(&self, names: &Names<'_>) -> Read<Vec<usize>> {
+        let mut own = variants(self.keyed.get("variants"), names)?;
+        if let Some(said) = self.shared.as_ref().and_then(|shared| shared.variants) {
+            let narrowed = variants(Some(said), names)?;
+            own.retain(|variant| narrowed.contains(variant));
+            if own.is_empty() {
+                return Err(said.wrong("no variant is left"));
+            }
+        }
+        Ok(own)
+    }
 }
 
 /// The trials and rules of a topic for one variant.
@@ -69,37 +86,38 @@ impl<'n> Topic<'n> {
     pub(super) fn compile(&self, ground: &Ground<'_>, names: &Names<'_>) -> Compiled {
         let mut compiled = Compiled::default();
         let mut seen: FxHashMap<String, String> = FxHashMap::default();
+        let here = |column: &Column| {
+            let value = taken::of_variant(&column.value, &names.device().variants, names.variant);
+            Column::new(&column.name, value.clone())
+        };
+        let give: Vec<Column> = self.give.iter().map(here).collect();
         for entry in &self.entries {
             if ground.mistakes.enough() {
                 break;
             }
+            // What the common suite was given is no name of the manual's own cases.
+            let give = if entry.shared.is_some() { give.as_slice() } else { &[] };
             if entry.is_case {
-                if let Some(trials) = ground.mistakes.keep(self.case(entry, ground, names, &mut seen)) {
+                if let Some(trials) = ground.mistakes.keep(self.case(entry, give, ground, names, &mut seen)) {
                     compiled.trials.extend(trials);
                 }
-            } else if let Some(rule) = ground.mistakes.keep(self.rule(entry, ground, names)) {
+            } else if let Some(rule) = ground.mistakes.keep(self.rule(entry, give, ground, names)) {
                 compiled.rules.extend(rule);
             }
         }
         compiled
     }
 
-    /// What a common suite was given and no case used.
-    pub(super) fn unused_give(&self, ground: &Ground<'_>) {
-        for column in self.give.iter().filter(|column| !column.used.get()) {
-            ground.mistakes.note(column.value.wrong(format!("`{}` is given and never used", column.name)));
-        }
-    }
-
     fn case(
         &self,
         entry: &Entry<'n>,
+        give: &[Column],
         ground: &Ground<'_>,
         names: &Names<'_>,
         seen: &mut FxHashMap<String, String>,
     ) -> Read<Vec<Trial>> {
-        let own = variants(entry.keyed.get("variants"), names)?;
-        let rows = rows(entry, names, &self.give)?;
+        let own = entry.variants(names)?;
+        let rows = rows(entry, names, give)?;
         let mut trials = Vec::new();
         for row in &rows {
             let narrowed = variants(row.variants, names)?;
@@ -111,21 +129,18 @@ impl<'n> Topic<'n> {
             }
             let label = row.label.as_deref().map_or(String::new(), |label| format!("[{label}]"));
             let before = ground.mistakes.count();
-            let columns: Vec<Column> = self.give.iter().chain(&row.columns).cloned().collect();
+            let columns: Vec<Column> = give.iter().chain(&row.columns).cloned().collect();
             columns.iter().for_each(|column| column.used.set(false));
             let trial =
                 self.trial(entry, row, &columns, format!("{}/{}{label}", self.name, entry.id), ground, names, seen);
             let trial = ground.mistakes.keep(trial);
-            for (column, used) in self.give.iter().zip(&columns) {
-                column.used.set(column.used.get() || used.used.get());
-            }
             if ground.mistakes.count() > before {
                 return Ok(trials);
             }
-            if let Some(unused) = columns.iter().skip(self.give.len()).find(|column| !column.used.get()) {
+            if let Some(unused) = columns.iter().skip(give.len()).find(|column| !column.used.get()) {
                 return Err(unused.value.wrong(format!("the column `{}` is never used", unused.name)));
             }
-            trials.extend(trial);
+            trials.extend(trial.flatten());
         }
         Ok(trials)
     }
@@ -140,13 +155,14 @@ impl<'n> Topic<'n> {
         ground: &Ground<'_>,
         names: &Names<'_>,
         seen: &mut FxHashMap<String, String>,
-    ) -> Read<Trial> {
+    ) -> Read<Option<Trial>> {
         let node = entry.keyed.node;
-        let start = merged(self.defaults.and_then(|defaults| defaults.get("start")), entry.keyed.get("start"))?;
-        let Some(start) = start else {
+        let default = self.defaults.and_then(|defaults| defaults.get("start"));
+        let [under, over] =
+            [default, entry.keyed.get("start")].map(|start| start.map(|start| replaced(start, columns)));
+        let Some(start) = merged(under.transpose()?.as_ref(), over.transpose()?.as_ref())? else {
             return Err(node.wrong("a case needs a `start`").help("write `start: { module: ... }` or `start: none`"));
         };
-        let start = replaced(&start, columns)?;
         let progress = Progress::default();
         let frame = Frame { names, columns, progress: &progress, any_module: false };
         let begin = if is_none(&start) { None } else { Some(frame.start(&start)?) };
@@ -173,15 +189,22 @@ impl<'n> Topic<'n> {
         }
 
         let mut covers: Vec<usize> = Vec::new();
-        for list in [entry.keyed.get("covers"), entry.covers, row.covers].into_iter().flatten() {
+        let said = entry.shared.as_ref().and_then(|shared| shared.covers);
+        for list in [entry.keyed.get("covers"), said, row.covers].into_iter().flatten() {
             covers.extend(ground.covers(&replaced(list, columns)?, &frame)?);
         }
         let mut once = FxHashSet::default();
         covers.retain(|requirement| once.insert(*requirement));
+        let before = ground.mistakes.noted();
         let (given, steps, finally) = (place.steps(&given), place.steps(&steps), place.steps(&finally));
+        if ground.mistakes.noted() > before {
+            // A step that could not be read may be the one that is missed below.
+            return Ok(None);
+        }
         let any_apart = any_step(&steps, &|step| !step.covers.is_empty());
         if covers.is_empty() && !any_apart {
-            return Err(node.wrong(format!("`{id}` covers nothing")).help("name the requirements: `covers: [...]`"));
+            let at = entry.shared.as_ref().map_or(node, |shared| shared.at);
+            return Err(at.wrong(format!("`{id}` covers nothing")).help("name the requirements: `covers: [...]`"));
         }
         if !any_step(&steps, &|step| is_check(step)) {
             return Err(node
@@ -189,7 +212,7 @@ impl<'n> Topic<'n> {
                 .help("a case needs an `expect`, a `read`, an `answer` or an `observe`"));
         }
         if !covers.is_empty() && any_apart && !any_check_of_the_case(&steps) {
-            let ids = node.get("covers").or(entry.covers).or(row.covers).unwrap_or(node);
+            let ids = node.get("covers").or(said).or(row.covers).unwrap_or(node);
             return Err(ids
                 .wrong(format!("nothing in `{id}` can fail what the case itself covers: every check has its own `covers`"))
                 .help("name these requirements at the checks that show them, or take `covers` away from one of the checks"));
@@ -199,30 +222,31 @@ impl<'n> Topic<'n> {
                 .wrong(format!("a dead device passes `{id}`"))
                 .help("add a check that only a living device passes"));
         }
-        Ok(Trial {
+        Ok(Some(Trial {
             id,
             why: entry.why.clone(),
             covers,
-            catches: catches(entry.keyed, ground, names)?,
+            catches: catches(entry, ground, names)?,
             start: begin,
             given,
             steps,
             finally,
             saved: progress.saved.take().into_iter().map(|(name, _)| name).collect(),
             at: ground.location(row.at.unwrap_or(node)),
-        })
+        }))
     }
 
-    fn rule(&self, entry: &Entry<'n>, ground: &Ground<'_>, names: &Names<'_>) -> Read<Option<Rule>> {
+    fn rule(&self, entry: &Entry<'n>, give: &[Column], ground: &Ground<'_>, names: &Names<'_>) -> Read<Option<Rule>> {
         let node = entry.keyed.node;
-        if !variants(entry.keyed.get("variants"), names)?.contains(&names.variant) {
+        if !entry.variants(names)?.contains(&names.variant) {
             return Ok(None);
         }
         let progress = Progress::default();
-        let frame = Frame { names, columns: &self.give, progress: &progress, any_module: true };
+        let frame = Frame { names, columns: give, progress: &progress, any_module: true };
         let place = Place { ground, frame, within: None, start: None, in_procedure: false };
         let mut covers = Vec::new();
-        for list in [entry.keyed.get("covers"), entry.covers].into_iter().flatten() {
+        let said = entry.shared.as_ref().and_then(|shared| shared.covers);
+        for list in [entry.keyed.get("covers"), said].into_iter().flatten() {
             covers.extend(ground.covers(list, &frame)?);
         }
         if covers.is_empty() {
@@ -230,7 +254,7 @@ impl<'n> Topic<'n> {
                 .wrong(format!("`{}` covers nothing", entry.id))
                 .help("name the requirements: `covers: [...]`"));
         }
-        let replaced = replaced(node, &self.give)?;
+        let replaced = replaced(node, give)?;
         let body = place.body(Keyed { node: &replaced })?;
         let modules = place.modules(&body.names);
         if modules.is_empty() {
@@ -240,7 +264,7 @@ impl<'n> Topic<'n> {
             id: format!("{}/{}", self.name, entry.id),
             why: entry.why.clone(),
             covers,
-            catches: catches(entry.keyed, ground, names)?,
+            catches: catches(entry, ground, names)?,
             body: body.body,
             modules,
             at: ground.location(node),
@@ -249,7 +273,7 @@ impl<'n> Topic<'n> {
 }
 
 /// The cases and rules of a topic file or a common suite; ids are unique.
-fn entries<'n>(keyed: Keyed<'n>, ground: &Ground<'_>) -> Read<Vec<Entry<'n>>> {
+pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &Ground<'_>) -> Read<Vec<Entry<'n>>> {
     let mut list: Vec<Entry<'n>> = Vec::new();
     for (key, is_case) in [("cases", true), ("rules", false)] {
         let Some(node) = keyed.get(key) else { continue };
@@ -274,72 +298,5 @@ fn entry(node: &Node, is_case: bool) -> Read<Entry<'_>> {
     let text = plain(id, "an id")?;
     super::device_yaml::label(id, text)?;
     let why = keyed.must("why")?.text("why")?.to_owned();
-    Ok(Entry { id: text.to_owned(), why, keyed, covers: None, is_case })
-}
-
-/// The entries of a common suite that a manual uses, and what it gives.
-fn used<'n>(
-    keyed: Keyed<'n>,
-    ground: &Ground<'_>,
-    common: &dyn Fn(&Node) -> Read<&'n Node>,
-) -> Read<(Vec<Entry<'n>>, Vec<Column>)> {
-    let name = keyed.must("use")?;
-    let common = Keyed::new(common(name)?, &keys::COMMON)?;
-    let takes = common.get("takes").map_or(Ok(Vec::new()), |takes| named(takes, "takes"))?;
-    let give = keyed.get("give").map_or(Ok(Vec::new()), |give| named(give, "give"))?;
-    let mut columns = Vec::new();
-    for (entry, value) in &give {
-        let Some((_, take)) = takes.iter().find(|(known, _)| known == entry) else {
-            let key = keyed.get("give").map_or(value.spot, |give| give.key(entry).spot);
-            return Err(Mistake::unknown(key, "entry of give", entry, takes.iter().map(|(name, _)| *name)));
-        };
-        given(value, take)?;
-        columns.push(Column::new(entry, (*value).clone()));
-    }
-    if let Some((missing, _)) = takes.iter().find(|(take, _)| !give.iter().any(|(name, _)| name == take)) {
-        return Err(name.wrong(format!("the common suite has to be given `{missing}`")));
-    }
-    let mut list = entries(common, ground)?;
-    let covers = keyed.get("covers").map_or(Ok(Vec::new()), |covers| named(covers, "covers"))?;
-    let omit = keyed.get("omit").map_or(Ok(Vec::new()), |omit| named(omit, "omit"))?;
-    for (id, node) in covers.iter().chain(&omit) {
-        if !list.iter().any(|entry| entry.id == *id) {
-            let lists = [keyed.get("covers"), keyed.get("omit")].into_iter().flatten();
-            let key = lists.map(|list| list.key(id)).find(|key| key.scalar() == Some(id)).unwrap_or(node);
-            return Err(Mistake::unknown(
-                key.spot,
-                "case of the common suite",
-                id,
-                list.iter().map(|entry| entry.id.as_str()),
-            ));
-        }
-    }
-    if let Some((id, node)) = omit.iter().find(|(id, _)| covers.iter().any(|(known, _)| known == id)) {
-        return Err(node.wrong(format!("`{id}` is covered and left out")));
-    }
-    for (_, reason) in &omit {
-        reason.text("a reason")?;
-    }
-    for entry in &mut list {
-        entry.covers = covers.iter().find(|(id, _)| *id == entry.id).map(|(_, node)| *node);
-        if entry.covers.is_none() && !omit.iter().any(|(id, _)| *id == entry.id) {
-            return Err(name.wrong(format!("`{}` is neither in `covers` nor in `omit`", entry.id)));
-        }
-    }
-    list.retain(|entry| entry.covers.is_some());
-    Ok((list, columns))
-}
-
-/// Whether a manual gives what a common suite takes.
-fn given(value: &Node, take: &Node) -> Read<()> {
-    let take = Keyed::new(take, &keys::TAKES)?;
-    take.must("why")?.text("why")?;
-    let text = value.text("what is given")?;
-    let good = match super::device_yaml::word(take.must("is")?, "is", keys::TAKEN)? {
-        "parameter" => super::device_yaml::parameter_number(text.split('.').next().unwrap_or(text)).is_some(),
-        "number" => value.expression().is_some() || super::expr::number(text).is_ok(),
-        "role" => text.starts_with("role."),
-        _ => true,
-    };
-    if good { Ok(()) } else { Err(value.wrong(format!("`{text}` is not what the common suite takes here"))) }
+    Ok(Entry { id: text.to_owned(), why, keyed, shared: None, is_case })
 }

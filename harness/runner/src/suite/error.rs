@@ -5,7 +5,7 @@
 
 use super::device::Location;
 use super::expr::{ExprError, nearest};
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fmt;
 
 /// One thing that is wrong in a suite file.
@@ -126,6 +126,7 @@ impl Mistake {
 #[derive(Debug, Default)]
 pub(crate) struct Mistakes {
     list: RefCell<Vec<Mistake>>,
+    noted: Cell<usize>,
     /// One mistake is as good as many: reading may end with the first.
     one_is_enough: bool,
 }
@@ -143,6 +144,7 @@ impl Mistakes {
 
     /// Puts a mistake on the list, once.
     pub(crate) fn note(&self, mistake: Box<Mistake>) {
+        self.noted.set(self.noted.get() + 1);
         let mut list = self.list.borrow_mut();
         if !list.contains(&mistake) {
             list.push(*mistake);
@@ -157,6 +159,11 @@ impl Mistakes {
     /// How many there are.
     pub(crate) fn count(&self) -> usize {
         self.list.borrow().len()
+    }
+
+    /// How many were noted so far, the same one again counted again: more than before means that something was not read.
+    pub(crate) fn noted(&self) -> usize {
+        self.noted.get()
     }
 
     /// Takes all of them, in the order of files and lines.

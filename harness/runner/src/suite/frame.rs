@@ -57,7 +57,7 @@ pub(super) fn replaced(node: &Node, columns: &[Column]) -> Read<Node> {
             let mut list: Vec<(Node, Node)> = Vec::with_capacity(entries.len());
             for (key, value) in entries {
                 let key = match column(key) {
-                    Some(column) => Node { spot: key.spot, kind: column.value.kind.clone() },
+                    Some(column) => column.value.clone(),
                     None => key.clone(),
                 };
                 let Some(name) = key.scalar() else { return Err(key.wrong("only a single word can be a key")) };

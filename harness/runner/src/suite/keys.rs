@@ -40,6 +40,8 @@ pub(crate) enum Shape {
     Step,
     /// A bit, a pair of bits, or a mapping.
     Bits,
+    /// A list of rows, or a mapping of columns as in `takes`.
+    Table,
 }
 
 /// A key.
@@ -90,6 +92,11 @@ key_sets! {
         "give" may Values, "What the common suite takes.";
         "covers" may Map(&List(&Name)), "For each case and rule of the common suite the requirements that it covers here.";
         "omit" may Map(&Text), "Cases and rules of the common suite that are left out, with the reason.";
+        "variants" may Map(&List(&Name)), "For cases and rules of the common suite the variants that they run on here.";
+        "rows" may Map(&List(&Values)), "For cases of the common suite the rows of their tables.";
+        "catches" may Map(&List(&Name)), "For cases and rules of the common suite more bugs that make them fail here.";
+        "cases" may List(&Keys(&CASE)), "Cases of this manual alone, beside those of the common suite.";
+        "rules" may List(&Keys(&RULE)), "Rules of this manual alone.";
     }
     COMMON "a common suite" {
         "common" must Label, "The name of the file.";
@@ -122,7 +129,7 @@ key_sets! {
         "variants" may List(&Name), "The variants it runs on, all by default.";
         "catches" may List(&Name), "Bugs of the reference device that must make this case fail.";
         "start" may Values, "The connection it begins with, or `none`.";
-        "with" may List(&Values), "A table: each entry is a trial.";
+        "with" may Table, "A table: each entry is a trial; in a common suite also its columns, for which the manual gives the rows.";
         "given" may List(&Step), "Brings the device where the test begins.";
         "steps" must List(&Step), "The test.";
         "finally" may List(&Step), "Runs always.";
@@ -341,7 +348,21 @@ key_sets! {
 }
 
 /// What a common suite can take.
-pub(crate) const TAKEN: &[&str] = &["parameter", "number", "word", "role"];
+pub(crate) const TAKEN: &[&str] = &[
+    "parameter",
+    "number",
+    "word",
+    "role",
+    "name",
+    "text",
+    "bytes",
+    "span",
+    "words",
+    "values",
+    "condition",
+    "requirements",
+    "any",
+];
 /// Where a datum can come from that the manual does not print.
 pub(crate) const ORIGINS: &[&str] = &["description", "invented"];
 /// How values are written on web pages.

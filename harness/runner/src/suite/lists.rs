@@ -170,6 +170,11 @@ fn requirement(entry: RequirementEntry, spot: Spot, variants: &[String], files: 
     })
 }
 
+/// The names in a list of bugs, or none if it cannot be read.
+pub(super) fn bug_names(text: &str) -> Option<Vec<String>> {
+    from_yaml::<BugsFile>(0, text).ok().map(|read| read.bugs.into_keys().collect())
+}
+
 /// Reads the bugs; each has a name of its own and breaks requirements that exist.
 pub(super) fn bugs(
     parts: &[(u16, impl AsRef<str>)],

@@ -59,7 +59,7 @@ fn read(
     let base = Base::read(sources, folder, known, files, mistakes)?;
     let nodes = parse(sources, folder, files, mistakes);
     let used = Used::default();
-    let ground = base.ground(files, mistakes);
+    let ground = base.ground(sources, files, mistakes);
     let variants = topics(&base, &base.common, &nodes, &ground, &used);
     if mistakes.count() == 0 {
         for (bug, spot) in
@@ -103,11 +103,7 @@ fn topics(
     let topics: Vec<Topic<'_>> = read.collect();
     let variants = (0..base.described.device.variants.len())
         .map(|variant| compile(&base.described, variant, &topics, ground, used));
-    let variants: Vec<Variant> = variants.collect();
-    if ground.mistakes.count() == 0 {
-        topics.iter().for_each(|topic| topic.unused_give(ground));
-    }
-    variants
+    variants.collect()
 }
 
 fn compile(described: &Described, variant: usize, topics: &[Topic<'_>], ground: &Ground<'_>, used: &Used) -> Variant {
@@ -180,6 +176,6 @@ impl Checker {
     }
 
     fn compile(&self, suites: &[(String, Node)], nodes: &[(String, Node)], files: &Files, mistakes: &Mistakes) {
-        topics(&self.base, suites, nodes, &self.base.ground(files, mistakes), &Used::default());
+        topics(&self.base, suites, nodes, &self.base.ground(&self.sources, files, mistakes), &Used::default());
     }
 }

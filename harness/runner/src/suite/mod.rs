@@ -22,10 +22,12 @@ pub mod model;
 mod names;
 mod rule;
 mod schema;
+mod shared;
 mod source;
 pub(crate) mod start;
 mod step;
 mod table;
+mod taken;
 pub mod words;
 pub(crate) mod yaml;
 

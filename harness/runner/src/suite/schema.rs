@@ -3,7 +3,7 @@
 use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION, SERVICES};
 use super::answer::MODULE_STATES;
 use super::codes::{Service, tables};
-use super::keys::{ALL, KeySet, Shape};
+use super::keys::{ALL, KeySet, Shape, TAKES};
 use super::names::BUILT_IN;
 use super::start::{INSTEAD, SETTINGS};
 use super::step::VERBS;
@@ -68,6 +68,10 @@ fn shape(shape: Shape) -> Value {
         Shape::Map(value) => json!({ "type": "object", "additionalProperties": self::shape(*value) }),
         Shape::Keys(set) => reference(set),
         Shape::Step => json!({ "$ref": "#/$defs/STEP" }),
+        Shape::Table => {
+            let columns = json!({ "type": "object", "additionalProperties": reference(&TAKES) });
+            json!({ "anyOf": [self::shape(Shape::List(&Shape::Values)), columns] })
+        }
         Shape::Bits => {
             json!({ "anyOf": [{ "type": "integer" }, { "type": "array", "items": { "type": "integer" } }, { "$ref": "#/$defs/FIELD" }] })
         }

@@ -1,7 +1,8 @@
 //! Steps: one verb with its modifiers, compiled for one trial.
 
 use super::answer::Asked;
-use super::device::{Location, NameKind};
+use super::base::Elsewhere;
+use super::device::{Device, Location, NameKind};
 use super::device_yaml::{named, plain};
 use super::error::{Mistake, Mistakes, Read};
 use super::expr::{Allow, Program, Type};
@@ -9,7 +10,7 @@ use super::frame::{Column, Frame, in_expression, replaced};
 use super::keys::{self, Keyed};
 use super::model::{ExchangeEntry, Hold, Reading, SetValue, Setting, Span, Step, Turn, Verb, Way};
 use super::names::Verbs;
-use super::source::Files;
+use super::source::{Files, Sources};
 use super::start::{is_none, merged, octets};
 use super::yaml::{Kind, Node};
 use rustc_hash::FxHashMap;
@@ -40,6 +41,9 @@ pub(super) struct Procedure {
 
 /// What all steps of a manual have in common.
 pub(super) struct Ground<'g> {
+    pub device: &'g Device,
+    /// All files, for what other manuals list.
+    pub sources: &'g Sources,
     pub files: &'g Files,
     pub mistakes: &'g Mistakes,
     /// Number of each requirement by id, with the variants it applies to.
@@ -47,6 +51,8 @@ pub(super) struct Ground<'g> {
     pub procedures: &'g FxHashMap<String, Procedure>,
     /// The bugs, by name.
     pub bugs: &'g [super::model::Bug],
+    /// The bugs of all manuals.
+    pub elsewhere: &'g Elsewhere,
 }
 
 impl Ground<'_> {
@@ -130,7 +136,9 @@ impl<'f, 'm> Place<'f, 'm> {
             }
         }
         let value = node.get(verb).ok_or_else(|| node.wrong("a step without a verb"))?;
-        let covers = node.get("covers").map_or(Ok(Vec::new()), |covers| self.ground.covers(covers, &self.frame))?;
+        // A manual may give `none` to a common suite: then the check counts for the case.
+        let covers = node.get("covers").filter(|covers| !is_none(covers));
+        let covers = covers.map_or(Ok(Vec::new()), |covers| self.ground.covers(covers, &self.frame))?;
         let second = match node.get("as") {
             None => false,
             Some(by) if by.plain() == Some("second") => true,

@@ -4,13 +4,13 @@ use super::case::Entry;
 use super::device_yaml::{labels, named};
 use super::error::{Mistake, Read};
 use super::frame::Column;
-use super::keys::Keyed;
 use super::names::Names;
 use super::step::Ground;
+use super::taken;
 use super::yaml::Node;
 
 /// Keys of a row that are no columns.
-const RESERVED: [&str; 3] = ["row", "covers", "variants"];
+pub(super) const RESERVED: [&str; 3] = ["row", "covers", "variants"];
 
 /// A row of a table, or the only trial of a case without one.
 pub(super) struct Row<'n> {
@@ -25,8 +25,30 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
     let Some(node) = entry.keyed.get("with") else {
         return Ok(vec![Row { at: None, label: None, columns: Vec::new(), covers: None, variants: None }]);
     };
+    let given = entry.shared.as_ref().and_then(|shared| shared.rows);
+    let mut items: Vec<&'n Node> = Vec::new();
+    match (node.mapping(), &entry.shared, given) {
+        (Some(_), None, _) => {
+            return Err(node
+                .wrong("a table is a list of rows here")
+                .help("only a case of a common suite leaves its rows to the manual"));
+        }
+        (Some(_), Some(shared), None) => {
+            let example: Vec<&str> = taken::columns(node)?.iter().map(|(name, _)| *name).collect();
+            return Err(shared.at.wrong(format!("`{}` has to be given its rows", entry.id)).help(format!(
+                "write `rows: {{ {}: [ {{ {}: ... }} ] }}`",
+                entry.id,
+                example.join(": ..., ")
+            )));
+        }
+        (Some(_), Some(_), Some(_)) => {}
+        (None, ..) => items.extend(node.items("with")?),
+    }
+    if let Some(given) = given {
+        items.extend(given.items("rows")?);
+    }
     let mut rows: Vec<Row<'n>> = Vec::new();
-    for item in node.items("with")? {
+    for item in items {
         let entries = named(item, "a row")?;
         let mut columns = Vec::new();
         for (name, value) in entries.iter().filter(|(name, _)| !RESERVED.contains(name)) {
@@ -70,7 +92,7 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
             variants: item.get("variants"),
         });
     }
-    if rows.is_empty() { Err(node.wrong("an empty table")) } else { Ok(rows) }
+    if rows.is_empty() { Err(given.unwrap_or(node).wrong("an empty table")) } else { Ok(rows) }
 }
 
 /// The variants of a list, all without one.
@@ -86,15 +108,38 @@ pub(super) fn variants(node: Option<&Node>, names: &Names<'_>) -> Read<Vec<usize
     list.iter().enumerate().map(index).collect()
 }
 
-pub(super) fn catches(keyed: Keyed<'_>, ground: &Ground<'_>, names: &Names<'_>) -> Read<Vec<String>> {
-    let Some(node) = keyed.get("catches") else { return Ok(Vec::new()) };
-    let list = labels(node, "catches")?;
-    for (at, name) in list.iter().enumerate() {
-        if !ground.bugs.iter().any(|bug| bug.name == *name) {
+/// The bugs that make a case or rule fail.
+///
+/// A common suite names bugs of all manuals that use it: those of others are passed over, and one at least has to be left.
+pub(super) fn catches(entry: &Entry<'_>, ground: &Ground<'_>, names: &Names<'_>) -> Read<Vec<String>> {
+    let mut list: Vec<String> = Vec::new();
+    let mut passed_over = false;
+    let added = entry.shared.as_ref().and_then(|shared| shared.catches);
+    for (node, is_added) in [(entry.keyed.get("catches"), false), (added, true)] {
+        let Some(node) = node else { continue };
+        for (at, name) in labels(node, "catches")?.into_iter().enumerate() {
             let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);
-            return Err(Mistake::unknown(at.spot, "bug", name, ground.bugs.iter().map(|bug| bug.name.as_str())));
+            let own = || ground.bugs.iter().map(|bug| bug.name.as_str());
+            if !own().any(|known| known == name) {
+                if is_added || entry.shared.is_none() {
+                    return Err(Mistake::unknown(at.spot, "bug", &name, own()));
+                }
+                ground.elsewhere.lists(ground.sources, &name, at)?;
+                passed_over = true;
+                continue;
+            }
+            if list.contains(&name) {
+                return Err(at.wrong(format!("the common suite names `{name}` already")));
+            }
+            names.mark("bug", &name);
+            list.push(name);
         }
-        names.mark("bug", name);
     }
-    Ok(list)
+    match &entry.shared {
+        Some(shared) if passed_over && list.is_empty() => Err(shared
+            .at
+            .wrong(format!("no bug of this manual makes `{}` fail", entry.id))
+            .help(format!("name one in this file: `catches: {{ {}: [...] }}`", entry.id))),
+        _ => Ok(list),
+    }
 }
