@@ -74,6 +74,14 @@ pub trait Application {
     /// Takes the outputs of a submodule: once for each new frame, or `None` once they have become bad or missing.
     fn outputs(&mut self, now: Time, slot: u16, subslot: u16, data: Option<&[u8]>);
 
+    /// A cyclic frame is about to be sent: what its submodules tell together is settled here, once for the frame.
+    ///
+    /// [`inputs`](Application::inputs) follows for each of its submodules that is plugged and has data, all at the same
+    /// `now`, so that two submodules of one frame never tell of two moments. Nothing is called between them.
+    fn frame(&mut self, now: Time) {
+        let _ = now;
+    }
+
     /// Fills in the inputs of a submodule, exactly once for each frame sent, and says whether they are good.
     ///
     /// `data` has the input length of the plugged submodule; all of it is written.
@@ -87,11 +95,24 @@ pub trait Application {
 
     /// Does at `now` what the stand does to the sensor, and says when it will be done; `None` if it has no means for it.
     ///
-    /// Power and link are the stack's and never come here.
+    /// Power and link are the stack's and never come here. Without supply it is called too, for hands can turn a shaft
+    /// and a voltage can rise all the same.
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time>;
 
-    /// What the LED `name` shows at `now`; `None` if the encoder has none of this name.
-    fn led(&mut self, now: Time, name: &str) -> Option<&'static str>;
+    /// Whether what is fed to the device is enough for it to work; asked after [`act`](Application::act) and whenever
+    /// time has gone on.
+    ///
+    /// While it is not, the device is as if its supply were cut: [`power_down`](Application::power_down) comes once it is
+    /// found, and [`power_up`](Application::power_up) once there is enough again.
+    fn is_alive(&self) -> bool {
+        true
+    }
+
+    /// What the LED `name` shows at `now` to who has `seen` what the stack knows, in a word of `device.yaml`; `None` if
+    /// the encoder has none of this name.
+    ///
+    /// It is asked without supply too, when an encoder that has LEDs says that they are dark.
+    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str>;
 
     /// How often the counter `name` has counted; `None` if there is none of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
@@ -112,6 +133,25 @@ pub trait Application {
 
     /// Does what is due at `now`; called early or late it does what is due and nothing else.
     fn advance(&mut self, now: Time);
+}
+
+/// What the stack knows of itself that an LED may show.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seen {
+    /// Whether there is power, and enough of it.
+    pub has_supply: bool,
+    /// Whether the device has power and does not answer yet.
+    pub is_booting: bool,
+    /// Whether the cable is plugged; the bench has one, and it is at port 1.
+    pub is_linked: bool,
+    /// Whether there is a connection with cyclic data, be it on its way only.
+    pub has_connection: bool,
+    /// Whether such a connection has come to the exchange of data, and outputs come.
+    pub exchanges_data: bool,
+    /// Whether a connection expects something else than what is plugged.
+    pub module_differs: bool,
+    /// Whether the light that DCP Signal asks for is flashing: for 3 s from the Set on, once a second.
+    pub is_signalling: bool,
 }
 
 /// What a device says of itself in DCP, in the blocks of the start-up and in I&M0.

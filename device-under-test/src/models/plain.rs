@@ -7,7 +7,7 @@
 //! This room must not know encoders.
 
 use crate::application::{
-    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Severity,
+    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
     StationData,
 };
 use crate::bugs::{self, Table};
@@ -272,7 +272,7 @@ impl Application for Plain {
         Some(now)
     }
 
-    fn led(&mut self, _: Time, _: &str) -> Option<&'static str> {
+    fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
         None
     }
 

@@ -1,7 +1,7 @@
 //! An application whose clock is ahead of the stack's, for a stand that lets time go by at once.
 
 use crate::application::{
-    Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, StationData,
+    Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, StationData,
 };
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -73,6 +73,10 @@ impl<A: Application> Application for Ahead<A> {
         self.inner.outputs(now + self.by, slot, subslot, data);
     }
 
+    fn frame(&mut self, now: Time) {
+        self.inner.frame(now + self.by);
+    }
+
     fn inputs(&mut self, now: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool {
         self.inner.inputs(now + self.by, slot, subslot, data)
     }
@@ -85,8 +89,12 @@ impl<A: Application> Application for Ahead<A> {
         self.inner.act(now + self.by, action).map(|done| done - self.by)
     }
 
-    fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
-        self.inner.led(now + self.by, name)
+    fn is_alive(&self) -> bool {
+        self.inner.is_alive()
+    }
+
+    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
+        self.inner.led(now + self.by, name, seen)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

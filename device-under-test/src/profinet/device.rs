@@ -3,7 +3,7 @@
 use super::StackBehaviour;
 use super::ahead::Ahead;
 use super::stack::{Env, Kept, Stack};
-use crate::application::Application;
+use crate::application::{Application, Seen};
 use alloc::string::String;
 use core::time::Duration;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
@@ -17,6 +17,8 @@ pub struct Device<A> {
     application: Ahead<A>,
     stack: Stack,
     ahead: Duration,
+    /// Whether the supply of the stand is connected.
+    is_fed: bool,
     supply: Supply,
     is_linked: bool,
 }
@@ -36,7 +38,7 @@ impl<A: Application> Device<A> {
     pub fn new(application: A, mac: Mac, behaviour: StackBehaviour) -> Device<A> {
         let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, behaviour));
         let application = Ahead { inner: application, by: Duration::ZERO };
-        Device { application, stack, ahead: Duration::ZERO, supply: Supply::On, is_linked: true }
+        Device { application, stack, ahead: Duration::ZERO, is_fed: true, supply: Supply::On, is_linked: true }
     }
 
     /// The encoder behind the stack.
@@ -51,8 +53,13 @@ impl<A: Application> Device<A> {
 
     /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
     pub fn power(&mut self, now: Time, on: bool) {
-        let now = now + self.ahead;
-        match (self.supply, on) {
+        self.is_fed = on;
+        self.feel_supply(now + self.ahead);
+    }
+
+    /// Goes down or starts, as the supply of the stand and what the encoder makes of it say; `now` is by its own clock.
+    fn feel_supply(&mut self, now: Time) {
+        match (self.supply, self.is_fed && self.application.is_alive()) {
             (Supply::Off, true) => {
                 self.application.power_up(now);
                 self.supply = Supply::Booting { until: now + self.application.identity().boot_time };
@@ -78,6 +85,17 @@ impl<A: Application> Device<A> {
         self.supply == Supply::On && self.stack.is_signalling(now + self.ahead)
     }
 
+    /// What there is to be seen of the stack at `now`.
+    fn seen(&self, now: Time) -> Seen {
+        let seen = Seen {
+            has_supply: self.supply != Supply::Off,
+            is_booting: matches!(self.supply, Supply::Booting { .. }),
+            is_linked: self.is_linked,
+            ..Seen::default()
+        };
+        if self.supply == Supply::On { self.stack.seen(now, seen) } else { seen }
+    }
+
     /// Lets `time` go by at once.
     pub fn skip(&mut self, time: Duration) {
         match self.supply == Supply::On && self.stack.is_watching() {
@@ -101,6 +119,7 @@ impl<A: Application> Device<A> {
         let mut env = Env { now, application: &mut self.application, out };
         input(&mut self.stack, &mut env);
         self.stack.settle(&mut env);
+        self.feel_supply(now);
     }
 }
 
@@ -123,6 +142,7 @@ impl<A: Application> Station for Device<A> {
             Supply::On => self.run(now, out, |stack, env| stack.wake(env)),
             Supply::Booting { .. } if self.application.deadline().is_some_and(|due| due <= now) => {
                 self.application.advance(now);
+                self.feel_supply(now);
             }
             Supply::Booting { .. } | Supply::Off => {}
         }
@@ -141,6 +161,7 @@ impl<A: Application> Stand for Device<A> {
             StandAction::Skip(time) => self.skip(*time),
             other => {
                 let means = self.application.act(now + self.ahead, other).map(|done| done - self.ahead);
+                self.feel_supply(now + self.ahead);
                 return means.ok_or_else(|| Refusal::CannotDo(String::from("the reference device has no such means")));
             }
         }
@@ -148,7 +169,8 @@ impl<A: Application> Stand for Device<A> {
     }
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
-        self.application.led(now + self.ahead, name)
+        let seen = self.seen(now + self.ahead);
+        self.application.led(now + self.ahead, name, &seen)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -13,7 +13,7 @@ use super::phase::{Event, Phase};
 use super::plugged::{Plugged, Scope};
 use super::rpc::{Progress, Registered, Server, Taken};
 use super::{End, Past, StackBehaviour};
-use crate::application::{Application, ArKey, DiagnosisChange, StationData};
+use crate::application::{Application, ArKey, DiagnosisChange, Seen, StationData};
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
 use station::{Outbox, Time};
@@ -137,6 +137,19 @@ impl Stack {
     /// Whether the light that DCP lets flash is flashing.
     pub(super) fn is_signalling(&self, now: Time) -> bool {
         self.desk.is_signalling(now)
+    }
+
+    /// Adds to what is `seen` of a device what its stack knows at `now`.
+    pub(super) fn seen(&self, now: Time, seen: Seen) -> Seen {
+        let exchanges = || self.ars.iter().filter_map(|ar| Some((ar, ar.exchange.as_ref()?)));
+        Seen {
+            has_connection: exchanges().next().is_some(),
+            exchanges_data: exchanges()
+                .any(|(ar, exchange)| ar.phase == Phase::Data && exchange.consumer.expires().is_some()),
+            module_differs: exchanges().any(|(ar, _)| self.plugged.difference(&ar.expected).is_some()),
+            is_signalling: self.is_signalling(now),
+            ..seen
+        }
     }
 
     /// The name of the device by its neighbour.

@@ -4,7 +4,7 @@ use super::live::{Faults, Live, Phase, Ram, Store};
 use super::parameters::VENDOR_ID;
 use super::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, TELEGRAM_SUBSLOT, Variant, names};
 use crate::application::{
-    Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, StationData,
+    Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, StationData,
 };
 use crate::behaviour::{Behaviour, PowerUp};
 use crate::encoder::{Cell, PresetMode, Shaft};
@@ -399,7 +399,7 @@ impl Application for Xac77 {
         Some(done)
     }
 
-    fn led(&mut self, _: Time, _: &str) -> Option<&'static str> {
+    fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
         None
     }
 

@@ -124,6 +124,7 @@ impl Provider {
         let late = env.now.since(self.due).as_nanos() as u64 / self.cycle_nanos();
         let sent_at = self.due + Duration::from_nanos(late.saturating_mul(self.cycle_nanos()));
         self.due = sent_at + self.interval;
+        env.application.frame(env.now);
         let Provider { frame, inputs, consumer_status, .. } = self;
         for input in inputs.iter() {
             let end = input.at + input.octets;

@@ -15,4 +15,5 @@ mod phases;
 mod records;
 mod refusals;
 mod skip;
+mod stand;
 mod toy;

@@ -1,7 +1,7 @@
 //! An encoder with nothing in it: what is written is read, what is put out comes in.
 
 use crate::application::{
-    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Severity,
+    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
     StationData,
 };
 use alloc::collections::VecDeque;
@@ -22,7 +22,15 @@ pub struct Toy {
     pub outputs: Option<Vec<u8>>,
     pub writes: usize,
     pub inputs: u8,
+    /// How many frames were begun.
+    pub frames: u8,
     pub clock: Time,
+    /// Volts; below 9 it does not work.
+    pub supply: f64,
+    /// What was done to it by buttons, switches and heat.
+    pub hands: Vec<String>,
+    /// What the LED was asked with.
+    pub seen: Seen,
 }
 
 pub const API: u32 = 0x3D00;
@@ -73,7 +81,11 @@ impl Toy {
             outputs: None,
             writes: 0,
             inputs: 0,
+            frames: 0,
             clock: Time::ZERO,
+            supply: 24.0,
+            hands: Vec::new(),
+            seen: Seen::default(),
         }
     }
 
@@ -152,6 +164,9 @@ impl Application for Toy {
     fn outputs(&mut self, _: Time, _: u16, _: u16, data: Option<&[u8]>) {
         self.outputs = data.map(<[u8]>::to_vec);
     }
+    fn frame(&mut self, _: Time) {
+        self.frames = self.frames.wrapping_add(1);
+    }
     fn inputs(&mut self, now: Time, _: u16, _: u16, data: &mut [u8]) -> bool {
         self.clock = now;
         self.inputs = self.inputs.wrapping_add(1);
@@ -162,10 +177,22 @@ impl Application for Toy {
         self.changes.pop_front()
     }
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
-        matches!(action, StandAction::ShaftSpeed(_)).then_some(now)
+        match action {
+            StandAction::ShaftSpeed(_) => {}
+            StandAction::SupplyVoltage(volts) => self.supply = *volts,
+            StandAction::Button(..) | StandAction::Switch(..) | StandAction::Temperature(_) => {
+                self.hands.push(alloc::format!("{action:?}"));
+            }
+            _ => return None,
+        }
+        Some(now)
     }
-    fn led(&mut self, _: Time, _: &str) -> Option<&'static str> {
-        None
+    fn is_alive(&self) -> bool {
+        self.supply >= 9.0
+    }
+    fn led(&mut self, _: Time, name: &str, seen: &Seen) -> Option<&'static str> {
+        self.seen = *seen;
+        (name == "light").then_some(if seen.is_signalling { "flashing" } else { "dark" })
     }
     fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
         None
