@@ -1,6 +1,6 @@
 //! From the place that the sensor sees to positions, with and without offset.
 
-use super::{Direction, Hardware, Scaling};
+use super::{Direction, Gear, Hardware, Scaling};
 
 /// What the user has set about positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,12 +11,29 @@ pub struct Settings {
     pub scaling: Scaling,
     /// Whether the offset acts.
     pub offset_acts: bool,
+    /// The gear by which positions are counted instead of by the scaling; laps of the encoder are counted for it.
+    pub gear: Option<Gear>,
+    /// The range of a position that stands at its last value beyond it, instead of beginning anew: then offset and
+    /// position go round all revolutions of the encoder, and [`Measuring::limited`] shows what is within the range.
+    pub saturates_at: Option<u64>,
 }
 
 impl Settings {
     /// The plain hardware: clockwise, one unit a step, no offset.
     pub fn hardware(hardware: &Hardware) -> Settings {
-        Settings { direction: Direction::Clockwise, scaling: Scaling::hardware(hardware), offset_acts: false }
+        Settings::scaled(Direction::Clockwise, Scaling::hardware(hardware), false)
+    }
+
+    /// Positions that rise in `direction`, are counted by `scaling` and begin anew at the end of its range.
+    pub const fn scaled(direction: Direction, scaling: Scaling, offset_acts: bool) -> Settings {
+        Settings { direction, scaling, offset_acts, gear: None, saturates_at: None }
+    }
+
+    /// The scaling whose range the positions go round.
+    fn circle(&self, hardware: &Hardware) -> Scaling {
+        let beyond = self.saturates_at.map(|_| self.scaling.units_per_revolution.saturating_mul(hardware.revolutions));
+        let range = self.gear.map(|gear| gear.range).or(beyond).unwrap_or(self.scaling.range);
+        Scaling { range, ..self.scaling }
     }
 }
 
@@ -100,6 +117,18 @@ pub struct Rules {
     pub slip: fn(&Step) -> i64,
     /// The offset when the position is measured again after a pause, from the offset before.
     pub resume: fn(u64) -> u64,
+    /// The offset when a connection begins, from the offset before.
+    pub restart: fn(u64) -> u64,
+    /// The position that a preset begins with while the encoder is parked, from the position where the shaft is.
+    pub parked_position: fn(u64) -> u64,
+    /// Whether the position stands still while a preset is being stored, from whether it should.
+    pub holds: fn(bool) -> bool,
+    /// The laps of the encoder, from those that are right and the step that was made.
+    pub laps: fn(i64, &Step) -> i64,
+    /// The position of a geared axis at a place that is counted over all laps.
+    pub gear: fn(&Gear, &Hardware, i128) -> u64,
+    /// The position that is shown of one which stands still beyond its range, from position and range.
+    pub limit: fn(u64, u64) -> u64,
 }
 
 impl Default for Rules {
@@ -113,6 +142,12 @@ impl Default for Rules {
             scale: Scaling::position,
             slip: |_| 0,
             resume: |offset| offset,
+            restart: |offset| offset,
+            parked_position: |position| position,
+            holds: |holds| holds,
+            laps: |laps, _| laps,
+            gear: Gear::position,
+            limit: |position, range| position.min(range.saturating_sub(1)),
         }
     }
 }
@@ -144,6 +179,8 @@ pub struct Measuring {
     pub settings: Settings,
     /// The offset of all presets so far, in units of the range in force when it was set.
     pub offset: u64,
+    /// How often the shaft has gone over the physical zero, clockwise positive; an encoder with a gear keeps it.
+    pub laps: i64,
     hardware: Hardware,
     place: u64,
     /// The place and the settings at the last look at the sensor.
@@ -156,7 +193,7 @@ impl Measuring {
     /// A measuring task that sees `place`, with the settings of the plain hardware and no offset.
     pub fn new(hardware: Hardware, place: u64, rules: Rules) -> Measuring {
         let settings = Settings::hardware(&hardware);
-        Measuring { settings, offset: 0, hardware, place, before: None, slip: 0, rules }
+        Measuring { settings, offset: 0, laps: 0, hardware, place, before: None, slip: 0, rules }
     }
 
     /// Takes what the sensor sees.
@@ -169,6 +206,8 @@ impl Measuring {
             slip: self.slip,
             hardware: self.hardware,
         };
+        let clockwise = Step { before: self.before, now: place, ..step };
+        self.laps = (self.rules.laps)(self.laps + clockwise.crossing(), &clockwise);
         self.slip = (self.rules.slip)(&step);
         (self.place, self.before) = (place, Some((place, self.settings)));
     }
@@ -183,6 +222,16 @@ impl Measuring {
         self.offset = (self.rules.resume)(self.offset);
     }
 
+    /// A connection begins.
+    pub fn restart(&mut self) {
+        self.offset = (self.rules.restart)(self.offset);
+    }
+
+    /// Whether the position stands still while a preset is being stored, from whether it should.
+    pub fn holds(&self, should: bool) -> bool {
+        (self.rules.holds)(should)
+    }
+
     /// The same measuring task under other settings.
     pub fn under(&self, settings: Settings) -> Measuring {
         Measuring { settings, ..self.clone() }
@@ -190,7 +239,7 @@ impl Measuring {
 
     /// The range of positions in force, in units.
     pub fn range(&self) -> u64 {
-        (self.rules.range)(&self.settings.scaling, &self.hardware)
+        (self.rules.range)(&self.settings.circle(&self.hardware), &self.hardware)
     }
 
     /// A place of the sensor, counted in the direction in force.
@@ -202,8 +251,20 @@ impl Measuring {
         }
     }
 
+    /// The place counted over all laps, in the direction in force.
+    fn endless(&self) -> i128 {
+        let place = i128::from(self.laps) * i128::from(self.hardware.range()) + i128::from(self.place);
+        match self.settings.direction {
+            Direction::Clockwise => place,
+            Direction::Counterclockwise => -1 - place,
+        }
+    }
+
     /// The position without offset, in units.
     pub fn position(&self) -> u64 {
+        if let Some(gear) = self.settings.gear {
+            return (self.rules.gear)(&gear, &self.hardware, self.endless());
+        }
         let scaling = Scaling { range: self.range(), ..self.settings.scaling };
         let position = (self.rules.scale)(&scaling, &self.hardware, self.counted(self.place));
         match self.slip {
@@ -220,11 +281,28 @@ impl Measuring {
         }
     }
 
+    /// The position with the offset, at the last value of its range where it has gone beyond and is to stand there.
+    pub fn limited(&self) -> u64 {
+        match self.settings.saturates_at {
+            Some(range) => (self.rules.limit)(self.shifted(), range),
+            None => self.shifted(),
+        }
+    }
+
     /// The offset that a preset now would give; nothing is changed.
     pub fn preset(&self, mode: PresetMode, value: u64) -> u64 {
+        self.preset_at(self.position(), mode, value)
+    }
+
+    /// The same while the encoder is parked.
+    pub fn preset_while_parked(&self, mode: PresetMode, value: u64) -> u64 {
+        self.preset_at((self.rules.parked_position)(self.position()), mode, value)
+    }
+
+    fn preset_at(&self, position: u64, mode: PresetMode, value: u64) -> u64 {
         let units = self.settings.scaling.units_per_revolution;
         let value = (self.rules.value)(value, self.hardware.steps_per_revolution, units);
-        let (position, range, slip) = (self.position(), self.range(), self.slip);
+        let (range, slip) = (self.range(), self.slip);
         let preset = Preset { value, position, offset: self.offset, range, slip };
         match mode {
             PresetMode::Absolute => (self.rules.absolute)(preset),
@@ -243,7 +321,7 @@ mod tests {
 
     fn measuring(scaling: Scaling, direction: Direction, place: u64) -> Measuring {
         let mut measuring = Measuring::new(MULTITURN, place, Rules::default());
-        measuring.settings = Settings { direction, scaling, offset_acts: true };
+        measuring.settings = Settings::scaled(direction, scaling, true);
         measuring
     }
 
@@ -320,7 +398,7 @@ mod tests {
         let slips: Vec<i64> = [(100, 1), (103, 1), (101, 2), (99, 2)]
             .map(|(place, units_per_revolution)| {
                 let scaling = Scaling { units_per_revolution, range: 16384 };
-                measuring.settings = Settings { direction: Direction::Counterclockwise, scaling, offset_acts: true };
+                measuring.settings = Settings::scaled(Direction::Counterclockwise, scaling, true);
                 measuring.sample(place);
                 measuring.slip
             })
@@ -352,5 +430,61 @@ mod tests {
         assert_eq!(measuring.position(), 0);
         measuring.sample(1_073_741_823);
         assert_eq!(measuring.position(), 189_267_967);
+    }
+
+    const AFM60: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 4096 };
+
+    /// 12.5 revolutions of the encoder are one of the axis: 4096 revolutions are 327.68, so that an axis which forgot the
+    /// laps would jump where they begin anew.
+    #[rstest]
+    #[case(Direction::Clockwise, [2447, 2448, 2447])]
+    #[case(Direction::Counterclockwise, [1152, 1151, 1152])]
+    fn a_round_axis_goes_on_over_the_physical_zero(#[case] direction: Direction, #[case] positions: [u64; 3]) {
+        let end = AFM60.range();
+        let mut measuring = Measuring::new(AFM60, end - 1, Rules::default());
+        measuring.settings = Settings {
+            gear: Some(Gear { nominator: 25, divisor: 2, range: 3600 }),
+            ..Settings::scaled(direction, Scaling::hardware(&AFM60), true)
+        };
+        let seen = [end - 1, 0, end - 1].map(|place| {
+            measuring.sample(place);
+            measuring.position()
+        });
+        assert_eq!(seen, positions);
+        assert_eq!(measuring.laps, 0);
+        measuring.sample(5);
+        measuring.offset = measuring.preset(PresetMode::Absolute, 100);
+        assert_eq!((measuring.shifted(), measuring.range(), measuring.laps), (100, 3600, 1));
+    }
+
+    /// Sendix 58xx with a range that is no power of two of its units and without the cyclic mode: 1000 units, range 5000.
+    #[test]
+    fn a_position_that_stands_at_its_last_value() {
+        let hardware = Hardware { steps_per_revolution: 65536, revolutions: 4096 };
+        let mut measuring = Measuring::new(hardware, 0, Rules::default());
+        let scaling = Scaling { units_per_revolution: 1000, range: 5000 };
+        measuring.settings =
+            Settings { saturates_at: Some(5000), ..Settings::scaled(Direction::Clockwise, scaling, true) };
+        let seen: Vec<_> = [0, 5 * 65536 - 1, 5 * 65536, 4095 * 65536]
+            .map(|place| {
+                measuring.sample(place);
+                (measuring.shifted(), measuring.limited())
+            })
+            .into();
+        assert_eq!(seen, [(0, 0), (4999, 4999), (5000, 4999), (4_095_000, 4999)]);
+        measuring.offset = measuring.preset(PresetMode::Absolute, 10);
+        assert_eq!((measuring.shifted(), measuring.limited(), measuring.range()), (10, 10, 4_096_000));
+    }
+
+    #[test]
+    fn a_preset_can_be_told_to_begin_elsewhere_while_parked() {
+        let rules = Rules { parked_position: |_| 0, restart: |_| 0, holds: |_| false, ..Rules::default() };
+        let mut measuring = Measuring::new(MULTITURN, 5000, rules);
+        assert_eq!(measuring.preset_while_parked(PresetMode::Absolute, 7), 7);
+        measuring.offset = measuring.preset(PresetMode::Absolute, 7);
+        assert_ne!(measuring.offset, 7);
+        assert!(!measuring.holds(true));
+        measuring.restart();
+        assert_eq!(measuring.offset, 0);
     }
 }

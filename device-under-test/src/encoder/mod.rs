@@ -13,6 +13,6 @@ pub mod velocity;
 
 pub use measuring::{Measuring, PresetMode, Settings};
 pub use memory::Cell;
-pub use scaling::{Direction, Hardware, Scaling};
+pub use scaling::{Direction, Gear, Hardware, Scaling};
 pub use shaft::Shaft;
-pub use velocity::{Unit, Velocity};
+pub use velocity::{Sampling, Unit, Velocity};

@@ -59,6 +59,29 @@ impl Scaling {
     }
 }
 
+/// A gear between the encoder and an axis whose position is shown, as a round axis has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gear {
+    /// Revolutions of the encoder, at least 1.
+    pub nominator: u64,
+    /// Revolutions of the axis in that time, at least 1.
+    pub divisor: u64,
+    /// Units per revolution of the axis, at least 1; positions run from 0 to `range` - 1.
+    pub range: u64,
+}
+
+impl Gear {
+    /// The position of the axis where the shaft is, over any number of revolutions: whole units, rounded down.
+    ///
+    /// Nothing adds up and nothing jumps, also where the revolutions that the encoder tells apart are no whole number of
+    /// revolutions of the axis.
+    pub fn position(&self, hardware: &Hardware, place: i128) -> u64 {
+        let above = place * i128::from(self.range) * i128::from(self.divisor);
+        let below = i128::from(self.nominator) * i128::from(hardware.steps_per_revolution);
+        above.div_euclid(below.max(1)).rem_euclid(i128::from(self.range.max(1))) as u64
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,5 +131,19 @@ mod tests {
     #[case(262_145 * -262_144, 0)]
     fn the_sensor_sees_one_revolution(#[case] place: i64, #[case] seen: u64) {
         assert_eq!(SINGLETURN.sense(place), seen);
+    }
+
+    /// AFS60/AFM60 manual, 3.2.2: a table of 3600 units that turns once while the encoder turns 12.5 times (25 : 2).
+    #[rstest]
+    #[case::start(0, 0)]
+    #[case::half_a_table(25 * 262_144 / 4, 1800)]
+    #[case::last_unit(25 * 262_144 / 2 - 1, 3599)]
+    #[case::one_table(25 * 262_144 / 2, 0)]
+    #[case::one_step_back(-1, 3599)]
+    #[case::beyond_all_revolutions(4096 * 262_144, 2448)]
+    fn a_round_axis(#[case] place: i128, #[case] position: u64) {
+        let hardware = Hardware { steps_per_revolution: 262_144, revolutions: 4096 };
+        let gear = Gear { nominator: 25, divisor: 2, range: 3600 };
+        assert_eq!(gear.position(&hardware, place), position);
     }
 }

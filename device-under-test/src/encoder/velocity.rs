@@ -1,6 +1,7 @@
-//! How fast the shaft turned in the last window of measurement.
+//! How fast the shaft turned: the mean of the last measurements, of which each is the way of one interval.
 
 use super::{Direction, Hardware, Scaling, Shaft};
+use alloc::collections::VecDeque;
 use core::time::Duration;
 use station::Time;
 
@@ -15,6 +16,24 @@ pub enum Unit {
     Per10Milliseconds = 2,
     /// Revolutions per minute.
     Rpm = 3,
+    /// Revolutions per second; the profile does not number it, some makers say 4.
+    RevolutionsPerSecond = 4,
+}
+
+/// When velocity is measured, and over how many measurements it is the mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampling {
+    /// From measurement to measurement; with each there is a new velocity.
+    pub every: Duration,
+    /// How many measurements make a velocity, at least 1.
+    pub of: u32,
+}
+
+impl Sampling {
+    /// One measurement in each `window`.
+    pub const fn once(window: Duration) -> Sampling {
+        Sampling { every: window, of: 1 }
+    }
 }
 
 /// Hardware steps of two windows of measurement, clockwise positive.
@@ -40,8 +59,10 @@ pub struct Factor {
 /// Where bugs can be put into the velocity.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
-    /// How long a window is, from how long it should be and the unit in force.
+    /// How long it is from measurement to measurement, from how long it should be and the unit in force.
     pub window: fn(Duration, Unit) -> Duration,
+    /// When velocity is measured, from when it should be.
+    pub sampling: fn(Sampling) -> Sampling,
     /// The steps that count.
     pub steps: fn(Steps) -> i64,
     /// What makes a velocity of steps.
@@ -52,7 +73,7 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Rules {
-        Rules { window: |window, _| window, steps: |steps| steps.now, factor, sign }
+        Rules { window: |window, _| window, sampling: |sampling| sampling, steps: |steps| steps.now, factor, sign }
     }
 }
 
@@ -63,6 +84,7 @@ pub fn factor(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
         Unit::Per100Milliseconds => (scaling.units_per_revolution, 100_000_000),
         Unit::Per10Milliseconds => (scaling.units_per_revolution, 10_000_000),
         Unit::Rpm => (1, 60_000_000_000),
+        Unit::RevolutionsPerSecond => (1, 1_000_000_000),
     };
     Factor { above: i128::from(per_revolution) * time, below: hardware.steps_per_revolution.into() }
 }
@@ -74,18 +96,19 @@ fn sign(direction: Direction) -> i64 {
     }
 }
 
-/// The velocity, measured anew at the end of each window.
+/// The velocity, measured anew at the end of each interval.
 ///
-/// It needs no deadline: asked at any time, it gives what was measured at the end of the last whole window. Whoever
+/// It needs no deadline: asked at any time, it gives what was measured at the end of the last whole interval. Whoever
 /// changes the motion of the shaft or the unit calls [`advance`](Velocity::advance) before and so keeps the past.
 #[derive(Clone, Debug)]
 pub struct Velocity {
     /// The unit in force.
     pub unit: Unit,
     hardware: Hardware,
-    window: Duration,
+    sampling: Sampling,
     last: Time,
-    place: i64,
+    /// The places at the ends of the intervals of the last two means, the oldest one first.
+    places: VecDeque<i64>,
     steps: i64,
     rules: Rules,
 }
@@ -93,38 +116,86 @@ pub struct Velocity {
 impl Velocity {
     /// Begins to measure at `now`, in windows of `window`.
     pub fn new(window: Duration, unit: Unit, hardware: Hardware, now: Time, shaft: &Shaft, rules: Rules) -> Velocity {
-        Velocity { unit, hardware, window, last: now, place: shaft.place(now), steps: 0, rules }
+        Velocity::sampled(Sampling::once(window), unit, hardware, now, shaft, rules)
     }
 
-    fn window(&self) -> Duration {
-        (self.rules.window)(self.window, self.unit).max(Duration::from_nanos(1))
+    /// Begins to measure at `now`, as `sampling` says.
+    pub fn sampled(
+        sampling: Sampling,
+        unit: Unit,
+        hardware: Hardware,
+        now: Time,
+        shaft: &Shaft,
+        rules: Rules,
+    ) -> Velocity {
+        let places = VecDeque::from([shaft.place(now)]);
+        Velocity { unit, hardware, sampling, last: now, places, steps: 0, rules }
     }
 
-    /// Measures all windows that have ended by `now`.
-    pub fn advance(&mut self, now: Time, shaft: &Shaft) {
-        let window = self.window();
-        let ended = now.since(self.last).as_nanos() / window.as_nanos();
-        let Ok(ended) = u32::try_from(ended) else { return self.restart(now, shaft) };
-        if ended > 1 {
-            self.last += window * (ended - 1);
-            self.place = shaft.place(self.last);
+    /// Measures as `sampling` says from `now` on; what was measured before is forgotten if it is another sampling.
+    pub fn sample(&mut self, sampling: Sampling, now: Time, shaft: &Shaft) {
+        if sampling != self.sampling {
+            self.sampling = sampling;
+            self.restart(now, shaft);
         }
-        if ended > 0 {
-            self.last += window;
-            let place = shaft.place(self.last);
-            let now = place.saturating_sub(self.place);
-            let of_a_revolution = self.hardware.steps_per_revolution;
-            self.steps = (self.rules.steps)(Steps { before: self.steps, now, of_a_revolution });
-            self.place = place;
+    }
+
+    /// How it is measured.
+    pub fn sampling(&self) -> Sampling {
+        let Sampling { every, of } = (self.rules.sampling)(self.sampling);
+        let every = (self.rules.window)(every, self.unit).max(Duration::from_nanos(1));
+        Sampling { every, of: of.max(1) }
+    }
+
+    /// Measures all intervals that have ended by `now`.
+    pub fn advance(&mut self, now: Time, shaft: &Shaft) {
+        let Sampling { every, of } = self.sampling();
+        let ended = now.since(self.last).as_nanos() / every.as_nanos();
+        let Ok(ended) = u32::try_from(ended) else { return self.restart(now, shaft) };
+        if ended == 0 {
+            return;
+        }
+        // What is older than the last two means counts for neither.
+        let passed_over = ended.saturating_sub(of.saturating_mul(2).saturating_add(1));
+        self.last += every * passed_over;
+        for _ in passed_over..ended {
+            self.last += every;
+            self.note(shaft.place(self.last), of);
+        }
+        let of_a_revolution = self.hardware.steps_per_revolution;
+        self.steps = (self.rules.steps)(Steps { before: self.steps, now: self.ways().1, of_a_revolution });
+    }
+
+    /// Notes a place at the end of an interval; before the first one the shaft stood where it was first seen.
+    fn note(&mut self, place: i64, of: u32) {
+        let oldest = self.places.front().copied().unwrap_or(place);
+        self.places.push_back(place);
+        let wanted = of as usize * 2 + 1;
+        while self.places.len() > wanted {
+            self.places.pop_front();
+        }
+        while self.places.len() < wanted {
+            self.places.push_front(oldest);
+        }
+    }
+
+    /// The ways of the last two means, the older one first.
+    fn ways(&self) -> (i64, i64) {
+        let middle = self.places.get(self.places.len() / 2);
+        match (self.places.front(), middle, self.places.back()) {
+            (Some(first), Some(middle), Some(last)) => (middle.saturating_sub(*first), last.saturating_sub(*middle)),
+            _ => (0, 0),
         }
     }
 
     /// Forgets what was measured, as if the shaft had always stood where it is.
     pub fn restart(&mut self, now: Time, shaft: &Shaft) {
-        (self.last, self.place, self.steps) = (now, shaft.place(now), 0);
+        self.places.clear();
+        self.places.push_back(shaft.place(now));
+        (self.last, self.steps) = (now, 0);
     }
 
-    /// Hardware steps in the last whole window, clockwise positive.
+    /// Hardware steps in the last measurements that make a velocity, clockwise positive.
     pub fn steps(&self) -> i64 {
         self.steps
     }
@@ -133,9 +204,37 @@ impl Velocity {
     pub fn value(&self, scaling: &Scaling, direction: Direction) -> i64 {
         let factor = (self.rules.factor)(self.unit, &self.hardware, scaling);
         let above = i128::from(self.steps) * i128::from((self.rules.sign)(direction)) * factor.above;
-        let below = factor.below * self.window().as_nanos() as i128;
-        i64::try_from((above + above.signum() * below / 2) / below).unwrap_or(i64::MAX)
+        rounded(above, factor.below * self.measured_nanos())
     }
+
+    /// Revolutions per minute, clockwise positive, rounded to the nearest, whatever the unit in force.
+    pub fn rounded_rpm(&self) -> i64 {
+        self.rpm(self.steps, self.measured_nanos())
+    }
+
+    /// Revolutions per minute and second, clockwise positive, rounded to the nearest: how much the velocity differs from
+    /// that of the measurements before, which are not the same ones.
+    pub fn acceleration(&self) -> i64 {
+        let (before, now) = self.ways();
+        let nanos = self.measured_nanos();
+        self.rpm(now.saturating_sub(before), nanos.saturating_mul(nanos) / 1_000_000_000)
+    }
+
+    /// `steps` in `nanos` as revolutions per minute.
+    fn rpm(&self, steps: i64, nanos: i128) -> i64 {
+        let steps_per_revolution = i128::from(self.hardware.steps_per_revolution);
+        rounded(i128::from(steps) * 60_000_000_000, (steps_per_revolution * nanos).max(1))
+    }
+
+    fn measured_nanos(&self) -> i128 {
+        let Sampling { every, of } = self.sampling();
+        every.as_nanos() as i128 * i128::from(of)
+    }
+}
+
+/// The nearest whole number to a fraction with a positive denominator; halves go away from zero.
+fn rounded(above: i128, below: i128) -> i64 {
+    i64::try_from((above + above.signum() * below / 2) / below).unwrap_or(i64::MAX)
 }
 
 #[cfg(test)]
@@ -211,5 +310,34 @@ mod tests {
         shaft.turn(Time::ZERO, 6000.0);
         velocity.advance(Time::MAX, &shaft);
         assert_eq!(velocity.steps(), 0);
+    }
+
+    /// AFS60/AFM60 manual, 3.6.15 and 3.6.16: every T1 the mean of T2 measurements, here 2 ms and 50.
+    #[test]
+    fn a_mean_of_many_measurements_changes_with_each() {
+        let mut shaft = Shaft::new(262_144, 0);
+        let hardware = Hardware { steps_per_revolution: 262_144, revolutions: 1 };
+        let sampling = Sampling { every: Duration::from_millis(2), of: 50 };
+        let mut velocity =
+            Velocity::sampled(sampling, Unit::RevolutionsPerSecond, hardware, Time::ZERO, &shaft, Rules::default());
+        shaft.turn(Time::ZERO, 600.0);
+        let scaling = Scaling::hardware(&hardware);
+        for (at, rps, rpm, acceleration) in
+            [(50, 5, 300, 3000), (99, 10, 588, 5880), (100, 10, 600, 6000), (200, 10, 600, 0)]
+        {
+            velocity.advance(millis(at), &shaft);
+            assert_eq!(velocity.value(&scaling, Direction::Clockwise), rps, "at {at} ms");
+            assert_eq!((velocity.rounded_rpm(), velocity.acceleration()), (rpm, acceleration), "at {at} ms");
+        }
+        shaft.turn(millis(200), -600.0);
+        velocity.advance(millis(500_000), &shaft);
+        assert_eq!(velocity.rounded_rpm(), -600);
+        assert_eq!(velocity.value(&scaling, Direction::Counterclockwise), 10);
+        velocity.sample(Sampling { every: Duration::from_secs(1), of: 1 }, millis(500_000), &shaft);
+        assert_eq!(velocity.rounded_rpm(), 0);
+        velocity.advance(millis(500_999), &shaft);
+        assert_eq!(velocity.rounded_rpm(), 0, "a second has not gone by");
+        velocity.advance(millis(501_000), &shaft);
+        assert_eq!(velocity.rounded_rpm(), -600);
     }
 }

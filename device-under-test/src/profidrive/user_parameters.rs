@@ -197,11 +197,8 @@ impl UserParameters {
 
     /// The settings of the measuring task; where the scaling is wrong, that of the hardware stands in for it.
     pub fn settings(&self, hardware: &Hardware, rules: &Rules) -> Settings {
-        Settings {
-            direction: (rules.direction)(self, hardware),
-            scaling: self.scaling(hardware, rules).unwrap_or(Scaling::hardware(hardware)),
-            offset_acts: (rules.presets)(self),
-        }
+        let scaling = self.scaling(hardware, rules).unwrap_or(Scaling::hardware(hardware));
+        Settings::scaled((rules.direction)(self, hardware), scaling, (rules.presets)(self))
     }
 }
 
