@@ -5,6 +5,9 @@ use crate::application::Plug;
 use crate::profinet::End;
 use alloc::vec::Vec;
 use wire::ethernet::Mac;
+use wire::octets::Order;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::status::RecordError;
 
 pub(crate) static BUGS: &[Bug] = bugs! {
@@ -19,6 +22,12 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.stack.told_name = padded;
     "station-type-of-the-stack" "The type of the station is that of a sample application."
         => |b| b.stack.station_type = |_| "SAMPLE DEVICE";
+    "name-told-as-empty" "The name is told as empty, whatever it is."
+        => |b| b.stack.told_name = |_| Vec::new();
+    "vendor-of-the-stack-told" "DCP tells the vendor of a sample application."
+        => |b| b.stack.told_ids = |(_, device)| (0xFEED, device);
+    "device-id-swapped" "DCP tells the octets of the device number in the other order."
+        => |b| b.stack.told_ids = |(vendor, device)| (vendor, device.swap_bytes());
     "type-of-station-empty" "The type of the station is empty."
         => |b| b.stack.station_type = |_| "";
     "mac-of-the-stack" "The MAC address begins with the number of the maker of the stack."
@@ -63,6 +72,15 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.stack.forgets_temporary = false;
     "signal-refused" "The light does not flash when it is asked to."
         => |b| b.stack.answers_signal = false;
+    "fixed-address" "The address is one that the maker has chosen, and no Set changes it."
+        => |b| {
+            b.stack.at_start = |station| (station.ip, station.mask) = ([192, 168, 0, 199], [255, 255, 255, 0]);
+            b.stack.after_set = |before, now, _| {
+                (now.ip, now.mask, now.gateway) = (before.ip, before.mask, before.gateway);
+            };
+        };
+    "reset-leaves-connection" "A reset of the station leaves the connection alone."
+        => |b| b.stack.ends_with_reset = false;
     "reset-answered-and-not-done" "A reset is answered positively and does not take place."
         => |b| b.stack.executes_reset = false;
     "silent-after-reset" "After a reset nothing is answered until the next start."
@@ -97,6 +115,42 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.stack.plugs = |plugs| add_access_point(plugs, |_| 1);
     "encoder-in-slot-0" "The encoder stands in slot 0."
         => |b| b.stack.plugs = |plugs| plugs.iter_mut().for_each(|plug| plug.slot = 0);
+    "encoder-in-api-0" "The encoder stands in the process that belongs to no profile."
+        => |b| b.stack.plugs = |plugs| plugs.iter_mut().for_each(|plug| plug.api = 0);
+    "access-point-with-data" "Submodules that have no cyclic data are said to have two octets of inputs."
+        => |b| b.stack.plugs = |plugs| {
+            let is_blank = |plug: &&mut Plug| plug.slot != 0 && (plug.input_octets, plug.output_octets) == (0, 0);
+            plugs.iter_mut().filter(is_blank).for_each(|plug| plug.input_octets = 2);
+        };
+    "two-telegrams-missing" "There are no submodules for the telegrams 82 and 84."
+        => |b| b.stack.plugs = |plugs| plugs.retain(|plug| !matches!(plug.submodule_ident, 82 | 84));
+    "difference-for-a-proper-module" "Connect and ApplicationReady name modules that are as expected among those that differ."
+        => |b| b.stack.tells_proper_modules = true;
+    "rt-class-1-refused" "Cyclic data of RT class 1 are refused."
+        => |b| b.stack.takes_rt_class = |class| class == RtClass::RT_CLASS_2;
+    "advanced-start-refused" "A controller that starts up in the advanced mode is refused."
+        => |b| b.stack.takes_advanced_start = false;
+    "little-endian-refused" "A call in little-endian byte order is answered with a fault."
+        => |b| b.stack.takes_order = |order| order == Order::Big;
+    "block-order-fixed" "A Connect is refused if its alarm connection does not stand at the end."
+        => |b| b.stack.takes_blocks = |kinds| {
+            let alarms = &BlockType::ALARM_CR_REQ;
+            !kinds.contains(alarms) || kinds.last() == Some(alarms)
+        };
+    "unknown-block-refused" "A Connect is refused if it offers fast start-up."
+        => |b| b.stack.passes_over = |_| false;
+    "phase-not-1-refused" "Cyclic data are refused that are to be sent in another phase than the first."
+        => |b| b.stack.refused_field = |iocr| (iocr.phase != 1).then_some(12);
+    "reduction-of-512-refused" "Cyclic data are refused that are to be sent every 512 send clocks."
+        => |b| b.stack.refused_field = |iocr| (iocr.reduction_ratio == 512).then_some(11);
+    "output-frame-id-not-taken" "The frame id that the controller proposes for the outputs is agreed and not looked at."
+        => |b| b.stack.output_frame_id = |proposed| proposed ^ 1;
+    "tag-needed" "Cyclic data without a tag of priority are passed over."
+        => |b| b.stack.takes_untagged = false;
+    "old-connection-blocks-reconnect" "A controller that comes again is refused until its old connection has run out."
+        => |b| b.stack.gives_way = |_| false;
+    "write-multiple-first-only" "Of several records in one write the first is written, and all are answered well."
+        => |b| b.stack.writes_of_multiple = |_| 1;
     "rt-class-3-accepted" "Cyclic data of RT class 3 are agreed, and nothing comes."
         => |b| b.stack.takes_rt_class = |_| true;
     "other-frame-id" "The inputs are sent under another frame id than was agreed."
@@ -113,6 +167,12 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.stack.sends_consumer_status = false;
     "bad-outputs-taken" "Outputs whose provider status is bad are taken."
         => |b| b.stack.heeds_provider_status = false;
+    "one-bad-status-clears-all" "The bad status of one submodule makes the outputs of all bad."
+        => |b| b.stack.tells_outputs_apart = false;
+    "outputs-held-after-loss" "The encoder goes on with the last outputs when its connection has ended."
+        => |b| b.stack.clears_outputs = false;
+    "inputs-stop-with-bad-outputs" "The inputs stand still while outputs are bad."
+        => |b| b.stack.inputs_go_on = false;
     "outputs-not-watched" "The connection does not end when no outputs come."
         => |b| b.stack.watches_outputs = false;
     "watch-too-short" "The connection ends after a quarter of the time for which outputs may be missing."
@@ -125,6 +185,8 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.stack.checks_source = false;
 
     // I&M
+    "im0-refused" "There is no I&M0."
+        => |b| b.stack.serves_im0 = false;
     "im0-length-counts-header" "The length in the header of I&M0 counts the header too."
         => |b| b.stack.im0_octets = |octets| octets[3] += 6;
     "im0-of-54-octets" "I&M0 is told without its header."

@@ -7,7 +7,8 @@ use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
 use wire::octets::Order;
 use wire::profinet::alarm::AlarmNotification;
-use wire::profinet::blocks::connect::RtClass;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::connect::{IocrBlockReq, RtClass};
 use wire::profinet::blocks::im::Im0;
 use wire::profinet::status::RecordError;
 
@@ -58,6 +59,10 @@ pub struct StackBehaviour {
     pub survives_reset: bool,
     /// Whether the light flashes when DCP asks for it; else that is refused.
     pub answers_signal: bool,
+    /// Vendor and device that DCP tells, from those of the device.
+    pub told_ids: fn((u16, u16)) -> (u16, u16),
+    /// Whether a reset of the station ends the connections.
+    pub ends_with_reset: bool,
     /// Whether neighbours are told who is here, by the name of the device.
     pub announces_itself: fn(&[u8]) -> bool,
     /// The name that neighbours are told, from the one in use and the one at the start.
@@ -74,6 +79,8 @@ pub struct StackBehaviour {
     pub survives_damaged_calls: bool,
     /// The byte order of an answer, from that of the request.
     pub answer_order: fn(Order) -> Order,
+    /// Whether calls in this byte order are answered.
+    pub takes_order: fn(Order) -> bool,
     /// How long a call takes; until then the device tells whoever asks that it is working.
     pub answer_time: Duration,
     /// Whether a repeated request gets the answer again, and is not carried out again.
@@ -86,6 +93,24 @@ pub struct StackBehaviour {
     pub checks_output_length: bool,
     /// Whether the length of the inputs in Connect is compared with that of the submodule.
     pub checks_input_length: bool,
+    /// Whether a block of Connect that is not for this device is passed over, and not refused; it is asked about those
+    /// that controllers send to every device.
+    pub passes_over: fn(BlockType) -> bool,
+    /// Whether the blocks of a Connect, by their types as they were sent, stand in an order that is taken.
+    pub takes_blocks: fn(&[BlockType]) -> bool,
+    /// Whether a start-up of the advanced mode is taken.
+    pub takes_advanced_start: bool,
+    /// The field of a cyclic connection, by its number, for which it is refused although all of it is right.
+    pub refused_field: fn(&IocrBlockReq) -> Option<u8>,
+    /// The frame id under which outputs are taken, from the one that the controller has proposed.
+    pub output_frame_id: fn(u16) -> u16,
+    /// Whether cyclic data are taken without a tag of priority too, as switches on the way may have taken it off.
+    pub takes_untagged: bool,
+    /// Whether the connection of a controller gives way to a new one of the same controller, by whether both have the
+    /// same UUID.
+    pub gives_way: fn(bool) -> bool,
+    /// How many records of a multiple write are carried out, from how many there are; the others are answered likewise.
+    pub writes_of_multiple: fn(usize) -> usize,
     /// Whether cyclic data of this class can be agreed.
     pub takes_rt_class: fn(RtClass) -> bool,
     /// How many connections there can be in the life of the device.
@@ -98,6 +123,8 @@ pub struct StackBehaviour {
     pub input_frame_id: fn(u16) -> u16,
     /// Whether Connect and ApplicationReady tell what is plugged otherwise than expected.
     pub reports_module_diff: bool,
+    /// Whether Connect and ApplicationReady tell what is plugged although all of it is as expected.
+    pub tells_proper_modules: bool,
     /// Whether ApplicationReady waits for the end of the parameters.
     pub waits_for_parameters: bool,
     /// Whether the place of an I&M record is looked at.
@@ -116,6 +143,8 @@ pub struct StackBehaviour {
     pub refuses_unknown_index: bool,
     /// Whether I&M1 to I&M3 are refused if the device does not have them.
     pub refuses_missing_im: bool,
+    /// Whether I&M0 can be read.
+    pub serves_im0: bool,
     /// Changes I&M0.
     pub im0: fn(&mut Im0, Past),
     /// Changes the octets of I&M0.
@@ -140,6 +169,12 @@ pub struct StackBehaviour {
     pub heeds_data_status: bool,
     /// Whether the outputs of a submodule count only while their IOPS is good.
     pub heeds_provider_status: bool,
+    /// Whether the bad status of one submodule leaves the outputs of the others good.
+    pub tells_outputs_apart: bool,
+    /// Whether the encoder is told that outputs have gone when their connection ends.
+    pub clears_outputs: bool,
+    /// Whether the inputs go on while outputs are bad.
+    pub inputs_go_on: bool,
     /// Whether the connection ends when no outputs come.
     pub watches_outputs: bool,
     /// How long outputs may be missing, from the time that was agreed.
@@ -183,6 +218,8 @@ impl Default for StackBehaviour {
             executes_reset: true,
             survives_reset: true,
             answers_signal: true,
+            told_ids: |ids| ids,
+            ends_with_reset: true,
             announces_itself: |_| true,
             announced_name: |now, _| now,
             keeps_neighbour: true,
@@ -191,18 +228,28 @@ impl Default for StackBehaviour {
             survives_short_frames: true,
             survives_damaged_calls: true,
             answer_order: |order| order,
+            takes_order: |_| true,
             answer_time: Duration::ZERO,
             keeps_answers: true,
             plugs: |_| {},
             checks_submodule_ident: true,
             checks_output_length: true,
             checks_input_length: true,
+            passes_over: |_| true,
+            takes_blocks: |_| true,
+            takes_advanced_start: true,
+            refused_field: |_| None,
+            output_frame_id: |proposed| proposed,
+            takes_untagged: true,
+            gives_way: |_| true,
+            writes_of_multiple: |records| records,
             takes_rt_class: |class| matches!(class, RtClass::RT_CLASS_1 | RtClass::RT_CLASS_2),
             connections_ever: u32::MAX,
             connections: 1,
             frees_connections: |_| true,
             input_frame_id: |agreed| agreed,
             reports_module_diff: true,
+            tells_proper_modules: false,
             waits_for_parameters: true,
             checks_place: true,
             refuses_read_only: true,
@@ -212,6 +259,7 @@ impl Default for StackBehaviour {
             record_error: |error| error,
             refuses_unknown_index: true,
             refuses_missing_im: true,
+            serves_im0: true,
             im0: |_, _| {},
             im0_octets: |_| {},
             im0_is_writable: false,
@@ -224,6 +272,9 @@ impl Default for StackBehaviour {
             finds_status_behind_data: true,
             heeds_data_status: true,
             heeds_provider_status: true,
+            tells_outputs_apart: true,
+            clears_outputs: true,
+            inputs_go_on: true,
             watches_outputs: true,
             hold: |agreed| agreed,
             checks_source: true,

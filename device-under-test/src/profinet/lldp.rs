@@ -25,6 +25,15 @@ pub(super) struct Neighbour {
     pub mac: Mac,
 }
 
+/// The addresses that an announcement is made with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Macs {
+    /// The address of the device, by which it is told.
+    pub station: Mac,
+    /// The address of the port, from which the frame comes.
+    pub port: Mac,
+}
+
 impl Neighbour {
     /// Its address in the place of a name.
     pub(super) fn mac_as_name(&self) -> Vec<u8> {
@@ -92,8 +101,8 @@ impl Announcer {
         });
     }
 
-    /// Sends the announcement if it is due.
-    pub(super) fn wake(&mut self, now: Time, mac: Mac, name: &[u8], behaviour: &StackBehaviour, out: &mut Outbox) {
+    /// Sends the announcement out of port 1, which has the cable, if it is due.
+    pub(super) fn wake(&mut self, now: Time, macs: Macs, name: &[u8], behaviour: &StackBehaviour, out: &mut Outbox) {
         if now < self.due {
             return;
         }
@@ -103,7 +112,7 @@ impl Announcer {
         }
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
         let (chassis, port) = if name.is_empty() {
-            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: mac.0.into() }, b"port-001".to_vec())
+            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, b"port-001".to_vec())
         } else {
             let chassis = Tlv::ChassisId { subtype: locally_assigned, id: name.to_vec() };
             (chassis, [b"port-001.", name].concat())
@@ -114,11 +123,11 @@ impl Announcer {
                 Tlv::PortId { subtype: locally_assigned, id: port },
                 Tlv::TimeToLive(Announcer::TIME_TO_LIVE),
                 Tlv::PortStatus { rt_class_2: 0, rt_class_3: 0 },
-                Tlv::ChassisMac(mac),
+                Tlv::ChassisMac(macs.station),
                 Tlv::MacPhy { autonegotiation: 3, advertised: 0x0C00, mau_type: behaviour.mau_type },
             ]
             .into(),
         };
-        out.push_with(|frame| lldp.write_frame(mac, frame));
+        out.push_with(|frame| lldp.write_frame(macs.port, frame));
     }
 }

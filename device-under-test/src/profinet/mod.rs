@@ -31,4 +31,5 @@ mod tests;
 
 pub use behaviour::{End, Past, StackBehaviour};
 pub use device::Device;
+pub use physical::port_mac;
 pub use plugged::{INTERFACE_IDENT, INTERFACE_SUBSLOT, PORT_IDENT, PORT_SUBSLOT};

@@ -5,6 +5,7 @@ use super::stack::Stack;
 use alloc::format;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
+use wire::ethernet::Mac;
 use wire::profinet::blocks::physical::{InterfaceDataReal, MultipleBlock, Peer, PortDataReal};
 
 const PORT_STATE_UNKNOWN: u8 = 0;
@@ -12,7 +13,19 @@ const LINK_UP: u8 = 1;
 const LINK_DOWN: u8 = 2;
 const COPPER: u32 = 1;
 
+/// The address of port `number`, from 1, of the device with the address `station`; its last three octets count on.
+pub fn port_mac(station: Mac, number: u16) -> Mac {
+    let Mac([a, b, c, d, e, f]) = station;
+    let [_, d, e, f] = (u32::from_be_bytes([0, d, e, f]) + u32::from(number)).to_be_bytes();
+    Mac([a, b, c, d, e, f])
+}
+
 impl Stack {
+    /// The address of the port at `subslot`: that of the device, counted on by the number of the port.
+    pub(super) fn port_mac(&self, subslot: u16) -> Mac {
+        port_mac(self.kept.mac, subslot - INTERFACE_SUBSLOT)
+    }
+
     /// How the interface is.
     pub(super) fn interface(&self) -> InterfaceDataReal {
         InterfaceDataReal {

@@ -215,8 +215,13 @@ impl Plugged {
 
     /// How what is plugged differs from `expected`; `None` if it does not.
     pub(super) fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
+        Some(self.comparison(expected, false)).filter(|difference| !difference.apis.is_empty())
+    }
+
+    /// How what is plugged compares with `expected`: what differs, and what does not if it `tells_proper` ones too.
+    pub(super) fn comparison(&self, expected: &[Expected], tells_proper: bool) -> ModuleDiffBlock {
         let mut apis: Vec<ApiDiff> = Vec::new();
-        for submodule in expected.iter().filter(|submodule| self.at_fits(submodule).is_none()) {
+        for submodule in expected.iter().filter(|submodule| tells_proper || self.at_fits(submodule).is_none()) {
             let Place { api, slot, subslot } = submodule.place;
             let (module_ident, state) = match self.module_ident(submodule.place) {
                 None => (0, ModuleState::NO_MODULE),
@@ -241,7 +246,11 @@ impl Plugged {
             };
             if state == ModuleState::PROPER_MODULE {
                 let real = self.at(submodule.place);
-                let ident_info = if real.is_some() { IdentInfo::WRONG } else { IdentInfo::NO_SUBMODULE };
+                let ident_info = match real {
+                    Some(_) if self.at_fits(submodule).is_some() => IdentInfo::OK,
+                    Some(_) => IdentInfo::WRONG,
+                    None => IdentInfo::NO_SUBMODULE,
+                };
                 module.submodules.push(SubmoduleDiff {
                     subslot,
                     submodule_ident: real.map_or(0, |plug| plug.submodule_ident),
@@ -249,7 +258,7 @@ impl Plugged {
                 });
             }
         }
-        (!apis.is_empty()).then_some(ModuleDiffBlock { apis })
+        ModuleDiffBlock { apis }
     }
 
     fn at_fits(&self, expected: &Expected) -> Option<&Plug> {

@@ -155,6 +155,7 @@ impl Stack {
                 identification(BlockType::IM0_FILTER_SUBMODULE, head()).write(out);
                 identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
             }
+            Subject::Im(0) if !self.behaviour.serves_im0 => return Err(RecordError::INVALID_INDEX),
             Subject::Im(0) => maintenance::write_im0(env.application.identity(), &mut self.kept, out),
             Subject::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
             Subject::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),

@@ -7,10 +7,10 @@ use super::cyclic::State;
 use super::dcp::Desk;
 use super::diagnosis::Diagnoses;
 use super::ip::{Ip, Port, Received};
-use super::lldp::{Announcer, Neighbour};
+use super::lldp::{Announcer, Macs, Neighbour};
 use super::maintenance::Texts;
 use super::phase::{Event, Phase};
-use super::plugged::{Plugged, Scope};
+use super::plugged::{PORT_SUBSLOT, Plugged, Scope};
 use super::rpc::{Progress, Registered, Server, Taken};
 use super::{End, Past, StackBehaviour};
 use crate::application::{Application, ArKey, DiagnosisChange, Seen, StationData};
@@ -166,7 +166,7 @@ impl Stack {
     pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
         let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
         let is_for_us = (self.behaviour.is_addressed)(self.kept.mac, header.destination);
-        if self.is_silent || header.source == self.kept.mac || !(is_for_us || header.destination.is_group()) {
+        if self.is_silent || self.sends_as(header.source) || !(is_for_us || header.destination.is_group()) {
             return;
         }
         match header.ether_type {
@@ -183,6 +183,11 @@ impl Stack {
             }
             _ => {}
         }
+    }
+
+    /// Whether frames of this device come from `mac`: the address of the device, or of one of its ports.
+    fn sends_as(&self, mac: Mac) -> bool {
+        mac == self.kept.mac || self.plugged.ports().any(|port| mac == self.port_mac(port.subslot))
     }
 
     /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over, or if it is to be
@@ -203,6 +208,9 @@ impl Stack {
         let Ok(frame_id) = FrameId::peek(payload) else { return };
         match frame_id.kind() {
             FrameKind::RtClass1 | FrameKind::RtClass2 if is_for_us => {
+                if header.tag.is_none() && !self.behaviour.takes_untagged {
+                    return;
+                }
                 self.receive_cyclic(env, header.source, frame_id, payload);
             }
             FrameKind::AlarmHigh if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::High, payload),
@@ -346,7 +354,8 @@ impl Stack {
         }
         self.wake_dcp(env);
         let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
-        self.lldp.wake(env.now, self.kept.mac, name, &self.behaviour, env.out);
+        let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
+        self.lldp.wake(env.now, macs, name, &self.behaviour, env.out);
         if is_due(self.ip.due()) {
             self.ip.poll(env.now, env.out);
             self.receive_datagrams(env);
@@ -367,7 +376,7 @@ impl Stack {
             if self.behaviour.watches_outputs {
                 return self.end(env, at, Some(AbortReason::CONSUMER_TIMEOUT));
             }
-            exchange.consumer.stop(env.now, env.application);
+            exchange.consumer.stop(env.now, env.application, &self.behaviour);
         }
         if ar.phase_due.is_some_and(|due| due <= env.now) {
             match ar.phase {
@@ -383,7 +392,9 @@ impl Stack {
         }
         if let Some(exchange) = &mut ar.exchange {
             let is_held_up = exchange.alarms.is_open() && !self.behaviour.sends_inputs_during_alarm;
-            let state = State { is_ready: ar.phase.is_ready() && !is_held_up, has_problem };
+            let waits_for_outputs = !self.behaviour.inputs_go_on && exchange.consumer.has_bad_outputs();
+            let is_ready = ar.phase.is_ready() && !is_held_up;
+            let state = State { is_ready, has_problem, waits_for_outputs };
             exchange.provider.wake(env, state, &self.behaviour);
         }
         if let Some(call) = &mut ar.call {
@@ -423,7 +434,7 @@ impl Stack {
             if let Some(reason) = reason {
                 exchange.alarms.abort(reason, env.out);
             }
-            exchange.consumer.stop(env.now, env.application);
+            exchange.consumer.stop(env.now, env.application, &self.behaviour);
         }
         env.application.ended(env.now, ar.key);
     }
@@ -433,8 +444,9 @@ impl Stack {
         if (self.behaviour.frees_connections)(how) {
             return self.end(env, at, None);
         }
+        self.ars[at].has_ended = true;
         if let Some(exchange) = &mut self.ars[at].exchange {
-            exchange.consumer.stop(env.now, env.application);
+            exchange.consumer.stop(env.now, env.application, &self.behaviour);
         }
     }
 
@@ -456,7 +468,9 @@ impl Stack {
 
     /// Takes the stored station into use, after a reset of it.
     pub(super) fn restart_station(&mut self, env: &mut Env<'_>) {
-        self.end_all(env, AbortReason::RESET_TO_FACTORY);
+        if self.behaviour.ends_with_reset {
+            self.end_all(env, AbortReason::RESET_TO_FACTORY);
+        }
         self.kept.past.resets = self.kept.past.resets.wrapping_add(1);
         self.is_silent = !self.behaviour.survives_reset;
         let mac = (self.behaviour.mac)(self.kept.made_with, self.kept.past);

@@ -67,21 +67,23 @@ fn finder(kind: BlockType) -> Option<Finder> {
     })
 }
 
-/// Fast start-up: controllers offer it to every device, also to one that starts at its own pace.
-const PASSED_OVER: BlockType = BlockType::AR_FSU;
+/// What controllers send to every device, and what means nothing to this one: fast start-up, which a device that starts
+/// at its own pace has not, and its parameters (FSParameterBlock, 0x0601). IRInfoBlock is not among them: who sends it
+/// wants RT class 3.
+const PASSED_OVER: [BlockType; 2] = [BlockType::AR_FSU, BlockType(0x0601)];
 
 const BLOCK_LENGTH: u8 = 1;
 const VERSION_HIGH: u8 = 2;
 const VERSION_LOW: u8 = 3;
 
-fn read_blocks(octets: &[u8]) -> Result<Vec<Content>, PnioStatus> {
+fn read_blocks(octets: &[u8], behaviour: &StackBehaviour) -> Result<Vec<Content>, PnioStatus> {
     let mut reader = Reader::new("Connect", octets);
     let mut contents = Vec::new();
     while !reader.is_empty() {
         let mut head = reader;
         let unknown = refusal(CmrpcError::UNKNOWN_BLOCKS);
         let kind = BlockType(head.u16().map_err(|_| unknown)?);
-        if kind == PASSED_OVER {
+        if PASSED_OVER.contains(&kind) && (behaviour.passes_over)(kind) {
             RawBlock::read(&mut reader).map_err(|_| unknown)?;
             continue;
         }
@@ -100,7 +102,12 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
     let mut ars = Vec::new();
     let (mut iocrs, mut alarm_crs, mut expected_blocks) = (Vec::new(), Vec::new(), Vec::new());
     let mut rpc_port = None;
-    for content in read_blocks(octets)? {
+    let contents = read_blocks(octets, behaviour)?;
+    let kinds: Vec<BlockType> = contents.iter().map(Content::kind).collect();
+    if !(behaviour.takes_blocks)(&kinds) {
+        return Err(refusal(CmrpcError::UNKNOWN_BLOCKS));
+    }
+    for content in contents {
         match content {
             Content::ArReq(block) => ars.push(block),
             Content::IocrReq(block) => iocrs.push(block),
@@ -115,6 +122,9 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
         (Some(_), false) | (None, _) => return Err(refusal(CmrpcError::UNKNOWN_BLOCKS)),
     };
     check_ar(&ar)?;
+    if ar.ar_properties.has(ArProperties::STARTUP_ADVANCED) && !behaviour.takes_advanced_start {
+        return Err(fault(Finder::AR_BLOCK, AR_PROPERTIES));
+    }
     if ar.ar_properties.has(ArProperties::DEVICE_ACCESS) {
         let has_more = !(iocrs.is_empty() && alarm_crs.is_empty() && expected_blocks.is_empty());
         let plan = Plan { ar, exchange: None, rpc_port };
@@ -150,6 +160,8 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
     Ok(Plan { ar, exchange: Some(ExchangePlan { iocrs, alarm_cr, expected }), rpc_port })
 }
 
+const AR_PROPERTIES: u8 = 9;
+
 fn check_ar(ar: &ArBlockReq) -> Result<(), PnioStatus> {
     let properties = ar.ar_properties;
     let access = properties.has(ArProperties::DEVICE_ACCESS);
@@ -167,7 +179,7 @@ fn check_ar(ar: &ArBlockReq) -> Result<(), PnioStatus> {
             (5, !ar.ar_uuid.is_nil()),
             (7, !initiator.is_group() && initiator != wire::ethernet::Mac::ZERO),
             (8, ObjectUuid::of(ar.cm_initiator_object_uuid).is_some()),
-            (9, properties_hold),
+            (AR_PROPERTIES, properties_hold),
             (10, (1..=1000).contains(&ar.cm_initiator_activity_timeout_factor)),
             (11, ar.initiator_udp_rt_port >= 0x0400),
             (12, (1..=240).contains(&name_length)),
@@ -208,7 +220,11 @@ fn check_iocr(iocr: &IocrBlockReq, behaviour: &StackBehaviour) -> Result<(), Pni
             (16, (1..=0x1E00).contains(&iocr.data_hold_factor) && longest(iocr.data_hold_factor)),
             (17, iocr.iocr_tag_header >> 12 == 0xC),
         ],
-    )
+    )?;
+    match (behaviour.refused_field)(iocr) {
+        Some(field) => Err(fault(Finder::IOCR_BLOCK, field)),
+        None => Ok(()),
+    }
 }
 
 fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq) -> Result<(), PnioStatus> {

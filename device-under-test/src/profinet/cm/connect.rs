@@ -37,8 +37,12 @@ impl Stack {
     ) -> Result<Answer, PnioStatus> {
         let plan = check::connect(blocks, &self.plugged, &self.behaviour)?;
         if let Some(at) = self.ars.iter().position(|ar| ar.request.ar_uuid == plan.ar.ar_uuid) {
+            if !(self.behaviour.gives_way)(true) {
+                return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
+            }
             self.end(env, at, Some(AbortReason::RE_RUN));
         }
+        self.make_way(env, &plan);
         let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == plan.exchange.is_some()).count();
         if self.kept.is_worn_out()
             || others >= if plan.exchange.is_some() { self.behaviour.connections } else { ACCESS_CONNECTIONS }
@@ -62,6 +66,7 @@ impl Stack {
             difference: None,
             exchange: None,
             call: None,
+            has_ended: false,
             phase_due: None,
             request: plan.ar.clone(),
         };
@@ -81,6 +86,22 @@ impl Stack {
         Ok(Answer::done(answer.to_vec()))
     }
 
+    /// Ends the connection with cyclic data that the controller of `plan` still has here, if there is no room beside it.
+    ///
+    /// A controller that comes again has given up the old connection, of which the device learns only when the outputs
+    /// have been missing for long enough; waiting for that would refuse it for no reason.
+    fn make_way(&mut self, env: &mut Env<'_>, plan: &Plan) {
+        let exchanges = self.ars.iter().filter(|ar| ar.exchange.is_some()).count();
+        if plan.exchange.is_none() || exchanges < self.behaviour.connections || !(self.behaviour.gives_way)(false) {
+            return;
+        }
+        let controller = plan.ar.cm_initiator_mac_add;
+        let is_old = |ar: &Ar| ar.exchange.is_some() && !ar.has_ended && ar.request.cm_initiator_mac_add == controller;
+        if let Some(at) = self.ars.iter().position(is_old) {
+            self.end(env, at, Some(AbortReason::RE_RUN));
+        }
+    }
+
     fn push_server_block(&self, plan: &Plan, answer: &mut Connect) {
         if plan.ar.ar_properties.has(ArProperties::STARTUP_ADVANCED) {
             let cm_responder_station_name = self.station.name.clone();
@@ -93,7 +114,7 @@ impl Stack {
         let fitting = self.plugged.adapt(&plan.expected);
         ar.phase = Phase::Parameters;
         ar.expected = plan.expected.clone();
-        ar.difference = self.plugged.difference(&plan.expected).filter(|_| self.behaviour.reports_module_diff);
+        ar.difference = self.difference(&plan.expected);
         env.application.started(env.now, ar.key, &fitting);
         for iocr in &plan.iocrs {
             answer.blocks.push(
@@ -116,15 +137,29 @@ impl Stack {
         }
     }
 
+    /// What is told about how what is plugged differs from `expected`.
+    fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
+        let proper = || self.behaviour.tells_proper_modules.then(|| self.plugged.comparison(expected, true));
+        self.plugged.difference(expected).or_else(proper).filter(|_| self.behaviour.reports_module_diff)
+    }
+
     fn exchange(&self, env: &Env<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<Exchange> {
         let iocr = |kind| plan.iocrs.iter().find(|iocr| iocr.iocr_type == kind);
         let (inputs, outputs) = (iocr(IocrType::INPUT)?, iocr(IocrType::OUTPUT)?);
         let is_plugged = |submodule: &Expected| self.plugged.fitting(submodule).is_some();
         Some(Exchange {
             provider: Provider::new(env.now, macs, inputs, &plan.expected, is_plugged, &self.behaviour),
-            consumer: Consumer::new(macs.0, frame_id(outputs), outputs, &plan.expected, is_plugged),
+            consumer: Consumer::new(macs.0, self.output_frame_id(outputs), outputs, &plan.expected, is_plugged),
             alarms: AlarmEndpoint::new(macs, key.0 as u16, &plan.alarm_cr, &self.behaviour),
         })
+    }
+}
+
+impl Stack {
+    /// The frame id under which the outputs of `iocr` are taken.
+    fn output_frame_id(&self, iocr: &IocrBlockReq) -> u16 {
+        let is_proposed = iocr.frame_id != 0xFFFF;
+        if is_proposed { (self.behaviour.output_frame_id)(iocr.frame_id) } else { frame_id(iocr) }
     }
 }
 

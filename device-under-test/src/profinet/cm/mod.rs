@@ -42,6 +42,9 @@ impl Stack {
     /// Carries out a call on the interface of the device.
     pub(super) fn execute(&mut self, env: &mut Env<'_>, request: &Request) -> Reply {
         let order = request.header.order();
+        if !(self.behaviour.takes_order)(order) {
+            return Reply::Fault(RejectStatus::FAULT_NDR);
+        }
         let Ok((ndr, blocks)) = NdrRequest::parse(order, &request.body) else {
             return Reply::Fault(RejectStatus::FAULT_NDR);
         };

@@ -115,10 +115,14 @@ impl Consumer {
         }
         let wanted = DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN;
         let counts = status.data_status.has(wanted) || !behaviour.heeds_data_status;
+        let is_provided = |output: &Output| {
+            let status = frame.data.get(output.at + output.octets).copied().map_or(IoxS::BAD, IoxS);
+            status.is_good() || !behaviour.heeds_provider_status
+        };
+        let counts = counts && (behaviour.tells_outputs_apart || self.outputs.iter().all(is_provided));
         for output in &mut self.outputs {
             let end = output.at + output.octets;
-            let provider_status = frame.data.get(end).copied().map_or(IoxS::BAD, IoxS);
-            let is_good = counts && (provider_status.is_good() || !behaviour.heeds_provider_status);
+            let is_good = counts && is_provided(output);
             let data = frame.data.get(output.at..end).filter(|_| is_good);
             if data.is_some() || output.was_good {
                 application.outputs(now, output.slot, output.subslot, data);
@@ -128,9 +132,17 @@ impl Consumer {
         true
     }
 
+    /// Whether a submodule has outputs that are not good, though frames come.
+    pub(in super::super) fn has_bad_outputs(&self) -> bool {
+        self.expires.is_some() && self.outputs.iter().any(|output| output.octets > 0 && !output.was_good)
+    }
+
     /// Tells the application that no more outputs come.
-    pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn Application) {
+    pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn Application, behaviour: &StackBehaviour) {
         self.expires = None;
+        if !behaviour.clears_outputs {
+            return;
+        }
         for output in self.outputs.iter_mut().filter(|output| output.was_good) {
             output.was_good = false;
             application.outputs(now, output.slot, output.subslot, None);

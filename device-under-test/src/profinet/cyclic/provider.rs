@@ -45,6 +45,8 @@ pub(in super::super) struct State {
     pub is_ready: bool,
     /// Whether a fault is pending.
     pub has_problem: bool,
+    /// Whether the inputs stay as they are, for outputs are bad.
+    pub waits_for_outputs: bool,
 }
 
 impl Provider {
@@ -124,9 +126,11 @@ impl Provider {
         let late = env.now.since(self.due).as_nanos() as u64 / self.cycle_nanos();
         let sent_at = self.due + Duration::from_nanos(late.saturating_mul(self.cycle_nanos()));
         self.due = sent_at + self.interval;
-        env.application.frame(env.now);
+        if !state.waits_for_outputs {
+            env.application.frame(env.now);
+        }
         let Provider { frame, inputs, consumer_status, .. } = self;
-        for input in inputs.iter() {
+        for input in inputs.iter().filter(|_| !state.waits_for_outputs) {
             let end = input.at + input.octets;
             let Some(data) = frame.get_mut(input.at..end) else { continue };
             let is_good = input.is_plugged

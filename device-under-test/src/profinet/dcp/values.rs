@@ -49,7 +49,10 @@ impl Stack {
             }),
             Element::VENDOR => Value::Vendor((self.behaviour.station_type)(identity.station_type).as_bytes().to_vec()),
             Element::NAME_OF_STATION => Value::NameOfStation((self.behaviour.told_name)(&self.station.name)),
-            Element::DEVICE_ID => Value::DeviceId { vendor_id: identity.vendor_id, device_id: identity.device_id },
+            Element::DEVICE_ID => {
+                let (vendor_id, device_id) = (self.behaviour.told_ids)((identity.vendor_id, identity.device_id));
+                Value::DeviceId { vendor_id, device_id }
+            }
             Element::DEVICE_ROLE => Value::DeviceRole { role: IO_DEVICE, reserved: 0 },
             Element::DEVICE_OPTIONS => Value::DeviceOptions(KNOWN.to_vec()),
             Element::ALIAS_NAME => Value::AliasName(self.alias()?),

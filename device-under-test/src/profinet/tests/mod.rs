@@ -11,6 +11,7 @@ mod damage;
 mod finding;
 mod knobs;
 mod neighbours;
+mod personas;
 mod phases;
 mod records;
 mod refusals;

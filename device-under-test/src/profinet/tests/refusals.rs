@@ -231,6 +231,7 @@ fn resources_are_one_connection_with_data_and_two_for_records() {
     let mut other = full_connect();
     if let Content::ArReq(ar) = &mut other.blocks[0].content {
         ar.ar_uuid = Uuid([8; 16]);
+        ar.cm_initiator_mac_add = Mac([2, 0, 0, 0, 0, 2]);
     }
     let out_of_resources = PnioStatus::from(0xDB81_4004);
     assert_eq!(bench.connect(&other).0, out_of_resources);
