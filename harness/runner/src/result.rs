@@ -38,6 +38,8 @@ pub struct DeviceRun {
     pub requirements: Vec<RequirementResult>,
     /// Whether a filter left trials out.
     pub filtered: bool,
+    /// In the manner of which persona it was addressed; none: in our controller's own.
+    pub persona: Option<String>,
     /// Bugs that were switched on in a reference device.
     pub bugs: Vec<String>,
     /// What was found about the device besides its cases: where manual, description and device disagree, wrong claims of

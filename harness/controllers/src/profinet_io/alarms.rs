@@ -48,7 +48,8 @@ pub(super) struct Ends {
     pub(super) device: Mac,
     pub(super) own_reference: u16,
     pub(super) device_reference: u16,
-    vlan: bool,
+    /// The tags of alarms of high and of low priority; none: they go without.
+    tags: Option<(u16, u16)>,
     timeout: Duration,
     retries: u16,
 }
@@ -83,7 +84,7 @@ impl Ends {
             device: macs.1,
             own_reference: references.0,
             device_reference: references.1,
-            vlan: connection.vlan,
+            tags: connection.vlan.then_some(connection.alarm_tags),
             timeout: Duration::from_millis(100) * u32::from(connection.rta_timeout_factor.max(1)),
             retries: connection.rta_retries,
         }
@@ -91,10 +92,11 @@ impl Ends {
 
     fn send(&self, priority: AlarmPriority, pdu: &RtaPdu, out: &mut Outbox) {
         let header = FrameHeader::new(self.device, self.own, EtherType::PROFINET);
-        let header = match (self.vlan, priority) {
-            (false, _) => header,
-            (true, AlarmPriority::High) => header.tagged(Vlan::RT),
-            (true, AlarmPriority::Low) => header.tagged(Vlan::LOW_ALARM),
+        let tag = |control| Vlan { control, ..Vlan::RT };
+        let header = match (self.tags, priority) {
+            (None, _) => header,
+            (Some((high, _)), AlarmPriority::High) => header.tagged(tag(high)),
+            (Some((_, low)), AlarmPriority::Low) => header.tagged(tag(low)),
         };
         out.push_with(|octets| {
             let start = octets.len();

@@ -18,7 +18,7 @@ use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
 use wire::octets::{Append, Order};
 use wire::profinet::alarm::{AlarmPriority, RtaBody, RtaHeader, RtaKind, RtaPdu};
 use wire::profinet::blocks::BlockType;
-use wire::profinet::blocks::connect::{ArType, Content};
+use wire::profinet::blocks::connect::{ArType, Connect, Content};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
 use wire::profinet::rpc::{Flags1, Header, NdrRequest, ObjectUuid, Opnum, PORT, PacketType, Pdu, Uuid};
@@ -146,8 +146,8 @@ impl Maker<'_> {
         (connection.ar_type, connection.device_access) = (ArType::IOSAR, true);
         let names = ArNames { uuid: self.context.ids.uuid(), session_key: 1, alarm_reference: 1 };
         let mut connect = connect::request(&connection, &Layout::default(), names, &self.context.settings);
-        connect.blocks.push(Content::Other(NO_BLOCK, [0; 8].into()).into());
-        let pdu = self.call(Opnum::CONNECT, &connect.to_vec());
+        connect.extend(Connect::of([Content::Other(NO_BLOCK, [0; 8].into())]).to_vec());
+        let pdu = self.call(Opnum::CONNECT, &connect);
         self.datagram(&pdu)
     }
 

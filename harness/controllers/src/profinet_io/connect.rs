@@ -2,13 +2,13 @@
 //!
 //! This room must not know RPC, time or state.
 
-use super::connection::Connection;
+use super::connection::{ConnectPart, Connection};
 use super::layout::{FrameLayout, Layout, expected};
 use super::request::Settings;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use wire::ethernet::{EtherType, Mac, Vlan};
+use wire::ethernet::{EtherType, Mac};
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{
     AlarmCrBlockReq, AlarmCrProperties, ArBlockReq, Connect, Content, IocrBlockReq, IocrProperties, IocrType,
@@ -19,10 +19,6 @@ use wire::profinet::blocks::module_diff::{
 use wire::profinet::rpc::{ObjectUuid, Uuid};
 use wire::profinet::rt::FrameId;
 
-/// IOCRReference of the input connection.
-const INPUT_REFERENCE: u16 = 1;
-/// IOCRReference of the output connection.
-const OUTPUT_REFERENCE: u16 = 2;
 /// FrameSendOffset for "as soon as possible".
 const SEND_OFFSET: u32 = 0xFFFF_FFFF;
 /// InitiatorUDPRTPort; RT over UDP is not used.
@@ -55,7 +51,7 @@ pub(super) struct OpenedData {
 }
 
 /// The blocks of the request.
-pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, settings: &Settings) -> Connect {
+pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, settings: &Settings) -> Vec<u8> {
     let object = ObjectUuid { instance: 1, device_id: settings.device_id, vendor_id: settings.vendor_id };
     let ar = ArBlockReq {
         ar_type: connection.ar_type,
@@ -68,19 +64,38 @@ pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, 
         initiator_udp_rt_port: UDP_RT_PORT,
         cm_initiator_station_name: connection.station_name.clone().unwrap_or_else(|| settings.station_name.clone()),
     };
-    let mut contents = Vec::from([Content::ArReq(ar)]);
-    if connection.has_data() {
-        let input = (IocrType::INPUT, INPUT_REFERENCE, connection.frame_id_in);
-        let output = (IocrType::OUTPUT, OUTPUT_REFERENCE, connection.frame_id_out);
-        contents.push(Content::IocrReq(iocr(connection, &layout.input, input)));
-        contents.push(Content::IocrReq(iocr(connection, &layout.output, output)));
-        contents.extend(expected(&connection.submodules).into_iter().map(Content::ExpectedSubmodule));
-        contents.push(Content::AlarmCrReq(alarm_cr(connection, names)));
+    let mut octets = Connect::of([Content::ArReq(ar)]).to_vec();
+    for part in connection.order.iter().filter(|_| connection.has_data()) {
+        let blocks = match part {
+            ConnectPart::Inputs => Vec::from([Content::IocrReq(iocr(connection, &layout.input, IocrType::INPUT))]),
+            ConnectPart::Outputs => Vec::from([Content::IocrReq(iocr(connection, &layout.output, IocrType::OUTPUT))]),
+            ConnectPart::Submodules => {
+                expected(&connection.submodules).into_iter().map(Content::ExpectedSubmodule).collect()
+            }
+            ConnectPart::Alarms => Vec::from([Content::AlarmCrReq(alarm_cr(connection, names))]),
+            ConnectPart::Extra => {
+                octets.extend(&connection.extra_blocks);
+                continue;
+            }
+        };
+        octets.extend(Connect::of(blocks).to_vec());
     }
-    Connect::of(contents)
+    octets
 }
 
-fn iocr(connection: &Connection, frame: &FrameLayout, (kind, reference, id): (IocrType, u16, u16)) -> IocrBlockReq {
+/// The blocks of the Connect that `connection` comes to for a controller with these settings, in the AR of this name, in session 1.
+///
+/// It is what a start-up sends; here without a device, so that it can be compared with what others send.
+pub fn connect_blocks(connection: &Connection, settings: &Settings, uuid: Uuid) -> Vec<u8> {
+    let names = ArNames { uuid, session_key: 1, alarm_reference: connection.alarm_reference.unwrap_or(1) };
+    request(connection, &Layout::of(&connection.submodules), names, settings)
+}
+
+fn iocr(connection: &Connection, frame: &FrameLayout, kind: IocrType) -> IocrBlockReq {
+    let (reference, id, phase) = match kind {
+        IocrType::OUTPUT => (connection.iocr_references.1, connection.frame_id_out, connection.phase_out),
+        _ => (connection.iocr_references.0, connection.frame_id_in, connection.phase_in),
+    };
     IocrBlockReq {
         iocr_type: kind,
         iocr_reference: reference,
@@ -90,12 +105,12 @@ fn iocr(connection: &Connection, frame: &FrameLayout, (kind, reference, id): (Io
         frame_id: id,
         send_clock_factor: connection.send_clock_factor,
         reduction_ratio: connection.reduction_ratio,
-        phase: 1,
+        phase,
         sequence: 0,
         frame_send_offset: SEND_OFFSET,
         watchdog_factor: connection.watchdog_factor,
         data_hold_factor: connection.data_hold_factor,
-        iocr_tag_header: Vlan::RT.control,
+        iocr_tag_header: connection.iocr_tag,
         iocr_multicast_mac_add: Mac::ZERO,
         apis: frame.apis(),
     }
@@ -110,8 +125,8 @@ fn alarm_cr(connection: &Connection, names: ArNames) -> AlarmCrBlockReq {
         rta_retries: connection.rta_retries,
         local_alarm_reference: names.alarm_reference,
         max_alarm_data_length: connection.max_alarm_data_length,
-        alarm_cr_tag_header_high: Vlan::RT.control,
-        alarm_cr_tag_header_low: Vlan::LOW_ALARM.control,
+        alarm_cr_tag_header_high: connection.alarm_tags.0,
+        alarm_cr_tag_header_low: connection.alarm_tags.1,
     }
 }
 
@@ -125,7 +140,8 @@ pub(super) fn accept(connection: &Connection, names: ArNames, device: Mac, block
     if ar.ar_type != connection.ar_type {
         return Err(format!("ARType is {:#06x}", ar.ar_type.0));
     }
-    let data = if connection.has_data() { Some(data(&answer, ar.cm_responder_mac_add, device)?) } else { None };
+    let data =
+        if connection.has_data() { Some(data(connection, &answer, ar.cm_responder_mac_add, device)?) } else { None };
     let module_diff = match answer.block(BlockType::MODULE_DIFF) {
         Some(block) => Some(ModuleDiffBlock::parse(&block).map_err(|error| error.to_string())?),
         None => None,
@@ -133,7 +149,7 @@ pub(super) fn accept(connection: &Connection, names: ArNames, device: Mac, block
     Ok(Opened { data, module_diff })
 }
 
-fn data(answer: &Connect, responder: Mac, device: Mac) -> Result<OpenedData, String> {
+fn data(connection: &Connection, answer: &Connect, responder: Mac, device: Mac) -> Result<OpenedData, String> {
     if responder != device {
         return Err(format!("CMResponderMacAdd is {responder}, the answer came from {device}"));
     }
@@ -144,9 +160,10 @@ fn data(answer: &Connect, responder: Mac, device: Mac) -> Result<OpenedData, Str
         if FrameId(id).is_cyclic() { Ok(id) } else { Err(format!("FrameID of the {word} connection is {id:#06x}")) }
     };
     let alarms = answer.alarm_cr_res().ok_or("there is no AlarmCRBlockRes")?;
+    let (input, output) = connection.iocr_references;
     Ok(OpenedData {
-        frame_id_in: frame_id(IocrType::INPUT, INPUT_REFERENCE)?,
-        frame_id_out: frame_id(IocrType::OUTPUT, OUTPUT_REFERENCE)?,
+        frame_id_in: frame_id(IocrType::INPUT, input)?,
+        frame_id_out: frame_id(IocrType::OUTPUT, output)?,
         alarm_reference: alarms.local_alarm_reference,
     })
 }

@@ -5,7 +5,7 @@
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use wire::ethernet::Mac;
+use wire::ethernet::{Mac, Vlan};
 use wire::profinet::blocks::connect::{ArProperties, ArType, RtClass};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::FrameId;
@@ -17,6 +17,28 @@ pub enum DeviceAddress {
     Name(String),
     /// By its MAC address: a DCP Get to it alone.
     Mac(Mac),
+}
+
+/// A part of the Connect, for its order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConnectPart {
+    /// IOCRBlockReq of the inputs.
+    Inputs,
+    /// IOCRBlockReq of the outputs.
+    Outputs,
+    /// The ExpectedSubmoduleBlockReqs, one for each slot.
+    Submodules,
+    /// AlarmCRBlockReq.
+    Alarms,
+    /// The blocks that are passed along, [`Connection::extra_blocks`].
+    Extra,
+}
+
+/// What happens by itself when an AR that stood has ended without our asking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reconnect {
+    /// How long after the end the same start-up begins again; zero begins it in the same tick.
+    pub after: Duration,
 }
 
 /// How an AR starts up: bit 30 of ARProperties.
@@ -103,6 +125,16 @@ pub struct Connection {
     pub properties: ArProperties,
     /// CMInitiatorActivityTimeoutFactor: how long the device waits for our next step; unit 100 ms, 1 to 1000.
     pub activity_timeout_factor: u16,
+    /// In which order the blocks after the ARBlockReq stand in the Connect; a part that is not named is not sent.
+    pub order: Vec<ConnectPart>,
+    /// Whole blocks with their headers that are passed along in the Connect as they are, such as an ARFSUBlock (0x010B).
+    pub extra_blocks: Vec<u8>,
+    /// ARArgsMaximum of the Connect: how many octets of an answer we say we can take; none: 4096.
+    pub args_maximum: Option<u32>,
+    /// Whether the ARUUID is that of the last AR again, as of a controller that takes up the same AR after a loss.
+    pub same_uuid: bool,
+    /// Whether and when the start-up is repeated by itself after the AR was lost; none: never.
+    pub reconnect: Option<Reconnect>,
     /// Our name in the Connect; that of the settings where there is none. Octets, since a tester also sends bad ones.
     pub station_name: Option<Vec<u8>>,
     /// The submodules that are expected, in the order of the frame; those of one slot stand together.
@@ -115,6 +147,12 @@ pub struct Connection {
     pub send_clock_factor: u16,
     /// A frame in each n-th send clock; 1 to 512, a power of two.
     pub reduction_ratio: u16,
+    /// Phase of the input frames in the reduction, 1 to the reduction ratio.
+    pub phase_in: u16,
+    /// Phase of the output frames in the reduction, 1 to the reduction ratio.
+    pub phase_out: u16,
+    /// IOCRReference of the inputs and of the outputs; they differ.
+    pub iocr_references: (u16, u16),
     /// Which class of frame ids: RT_CLASS_1 or RT_CLASS_2.
     pub rt_class: RtClass,
     /// Cycles without a frame until a consumer objects; 1 to 7680.
@@ -127,6 +165,12 @@ pub struct Connection {
     pub frame_id_out: u16,
     /// Whether our cyclic frames and alarms carry an 802.1Q tag (priority 6; alarms of low priority 5).
     pub vlan: bool,
+    /// IOCRTagHeader of both cyclic connections: priority in the upper three bits, VLAN below.
+    pub iocr_tag: u16,
+    /// AlarmCRTagHeaderHigh and AlarmCRTagHeaderLow, which our alarms of high and of low priority carry too.
+    pub alarm_tags: (u16, u16),
+    /// LocalAlarmReference; none: a new one for each AR.
+    pub alarm_reference: Option<u16>,
     /// RTATimeoutFactor: how long an alarm endpoint waits for an acknowledgement; unit 100 ms, 1 to 100.
     pub rta_timeout_factor: u16,
     /// RTARetries: how often it repeats; 3 to 15.
@@ -142,6 +186,10 @@ pub struct Connection {
     /// Whether the limits are left unchecked, to see what the device says to values beyond them.
     pub unchecked: bool,
 }
+
+/// The order in which IEC 61158-6-10 names the blocks; what is passed along comes last.
+const DEFAULT_ORDER: [ConnectPart; 5] =
+    [ConnectPart::Inputs, ConnectPart::Outputs, ConnectPart::Submodules, ConnectPart::Alarms, ConnectPart::Extra];
 
 impl Connection {
     /// A connection to `device` with usual values: IO controller, legacy start-up, a cycle of 2 ms, watchdog of ten cycles, RT_CLASS_1,
@@ -160,18 +208,29 @@ impl Connection {
             device_access: false,
             properties: ArProperties(0),
             activity_timeout_factor: 600,
+            order: DEFAULT_ORDER.to_vec(),
+            extra_blocks: Vec::new(),
+            args_maximum: None,
+            same_uuid: false,
+            reconnect: None,
             station_name: None,
             submodules: Vec::new(),
             records: Vec::new(),
             write_multiple: false,
             send_clock_factor: 32,
             reduction_ratio: 2,
+            phase_in: 1,
+            phase_out: 1,
+            iocr_references: (1, 2),
             rt_class: RtClass::RT_CLASS_1,
             watchdog_factor: 10,
             data_hold_factor: 10,
             frame_id_in: 0xC001,
             frame_id_out: FrameId::DEVICE_CHOOSES.0,
             vlan: true,
+            iocr_tag: Vlan::RT.control,
+            alarm_tags: (Vlan::RT.control, Vlan::LOW_ALARM.control),
+            alarm_reference: None,
             rta_timeout_factor: 1,
             rta_retries: 3,
             max_alarm_data_length: 200,

@@ -72,6 +72,8 @@ pub(super) struct Context {
     pub(super) partner: Option<Partner>,
     pub(super) browser: Option<Box<Browser>>,
     sessions: u16,
+    /// The ARUUID of the last AR that was tried.
+    last_uuid: Option<Uuid>,
 }
 
 /// The AR.
@@ -131,6 +133,7 @@ impl Context {
             partner: None,
             browser: None,
             sessions: 0,
+            last_uuid: None,
         }
     }
 
@@ -138,7 +141,11 @@ impl Context {
     pub(super) fn begin_ar(&mut self, connection: &Connection, partner: Partner) {
         self.sessions = self.sessions.wrapping_add(1).max(1);
         self.server.forget();
-        let names = ArNames { uuid: self.ids.uuid(), session_key: self.sessions, alarm_reference: self.sessions };
+        let new = self.ids.uuid();
+        let uuid = if connection.same_uuid { self.last_uuid.unwrap_or(new) } else { new };
+        self.last_uuid = Some(uuid);
+        let alarm_reference = connection.alarm_reference.unwrap_or(self.sessions);
+        let names = ArNames { uuid, session_key: self.sessions, alarm_reference };
         let Connection { instance, device_id, vendor_id, .. } = *connection;
         self.partner = Some(partner);
         self.ar = Some(Ar {

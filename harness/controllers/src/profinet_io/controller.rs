@@ -2,6 +2,7 @@
 
 use super::alarms::AlarmAcknowledge;
 use super::broken;
+use super::connection::Connection;
 use super::context::{Context, Event};
 use super::exchange::Sample;
 use super::http::Browser;
@@ -12,6 +13,7 @@ use super::request::{Busy, IdentifyBy, Partner, Request, Reset, Settings};
 use super::startup::{StartUpJob, send_write};
 use super::state::ArState;
 use super::{call, presence, record};
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use core::time::Duration;
@@ -36,12 +38,14 @@ pub struct Controller {
     due: Option<(Time, Request)>,
     outcome: Option<Outcome>,
     end: Option<ArEnd>,
+    /// The start-up that is repeated by itself if its AR is lost, and when, once it was lost.
+    again: Option<(Box<Connection>, Option<Time>)>,
 }
 
 impl Controller {
     /// A controller without an AR, with all outputs 0 and good.
     pub fn new(settings: Settings) -> Controller {
-        Controller { context: Context::new(settings), job: None, due: None, outcome: None, end: None }
+        Controller { context: Context::new(settings), job: None, due: None, outcome: None, end: None, again: None }
     }
 
     /// Takes a request, which begins at the next wake; an outcome that nobody took is forgotten.
@@ -54,6 +58,13 @@ impl Controller {
             return Err(Busy);
         }
         self.outcome = None;
+        match &request {
+            Request::Connect(connection) => {
+                self.again = connection.reconnect.map(|_| (connection.clone(), None));
+            }
+            Request::Release | Request::Abort { .. } => self.again = None,
+            _ => {}
+        }
         self.due = Some((now, request));
         Ok(())
     }
@@ -63,7 +74,7 @@ impl Controller {
         self.job.is_some() || self.due.is_some()
     }
 
-    /// What became of the last request, once.
+    /// What became of the last request, once, or of a start-up that was repeated by itself.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
         self.outcome.take()
     }
@@ -218,6 +229,11 @@ impl Controller {
             ArEnd::Watchdog(_) => self.context.abort(AbortReason::CONSUMER_TIMEOUT, out),
             ArEnd::AlarmUnacknowledged(_) => self.context.abort(AbortReason::ALARM_ACK_SEND, out),
         }
+        if let Some((connection, due)) = &mut self.again
+            && let Some(reconnect) = connection.reconnect
+        {
+            *due = Some(now + reconnect.after);
+        }
         self.dispatch(now, Event::Ended(end), out);
     }
 
@@ -363,6 +379,14 @@ impl Station for Controller {
         if let Some((_, request)) = self.due.take_if(|(due, _)| now >= *due) {
             self.begin(now, request, out);
         }
+        if !self.is_busy()
+            && self.context.ar.is_none()
+            && let Some((connection, due)) = &mut self.again
+            && due.take_if(|due| now >= *due).is_some()
+        {
+            let request = Request::Connect(connection.clone());
+            self.begin(now, request, out);
+        }
     }
 
     fn deadline(&self) -> Option<Time> {
@@ -375,7 +399,8 @@ impl Station for Controller {
         let watchdog = exchange.and_then(|exchange| exchange.consumer.deadline());
         let alarms = ar.and_then(|ar| ar.alarms.as_ref()).and_then(|alarms| alarms.deadline());
         let browser = self.context.browser.as_ref().and_then(|browser| browser.due());
-        [due, call, job, sending, watchdog, alarms, browser].into_iter().flatten().min()
+        let again = self.again.as_ref().and_then(|(_, due)| *due).filter(|_| !self.is_busy());
+        [due, call, job, sending, watchdog, alarms, browser, again].into_iter().flatten().min()
     }
 }
 

@@ -1,6 +1,6 @@
 //! The cyclic exchange of an AR: what we send at each cycle, and what we make of the frames that come.
 //!
-//! Frames are sent on a grid: multiples of the cycle since the start of the run, which the cycle counter tells. A late wake
+//! Frames are sent on a grid: multiples of the cycle since the start of the run, moved by the phase, which the cycle counter tells. A late wake
 //! sends one frame and passes over what was missed, so nothing drifts and nothing bunches.
 
 use super::connection::{Connection, SEND_CLOCK_UNIT_NANOS};
@@ -33,6 +33,8 @@ pub(super) struct Provider {
     outputs: Vec<(usize, usize, usize)>,
     iocs: Vec<usize>,
     cycle: u64,
+    /// How far the grid lies behind the multiples of the cycle, in nanoseconds: the phase.
+    phase: u64,
     next: Time,
     ready: bool,
 }
@@ -69,8 +71,7 @@ impl Exchange {
         outputs: &mut Outputs,
         now: Time,
     ) -> Exchange {
-        let cycle = (connection.cycle().as_nanos() as u64).max(SEND_CLOCK_UNIT_NANOS);
-        let provider = Provider::new(connection.vlan, layout, ends, outputs, cycle, now);
+        let provider = Provider::new(connection, layout, ends, outputs, now);
         let inputs = || layout.input.data.iter();
         let with_data = inputs().any(|place| place.octets > 0);
         let consumer = Consumer {
@@ -82,17 +83,23 @@ impl Exchange {
                 .map(|place| (place.slot, place.subslot, place.iops()))
                 .collect(),
             last_counter: None,
-            hold: connection.data_hold_time().max(Duration::from_nanos(2 * cycle)),
+            hold: connection.data_hold_time().max(Duration::from_nanos(2 * grid(connection))),
             last: None,
         };
         Exchange { provider, consumer }
     }
 }
 
+/// The time between two frames in nanoseconds, never zero.
+fn grid(connection: &Connection) -> u64 {
+    (connection.cycle().as_nanos() as u64).max(SEND_CLOCK_UNIT_NANOS)
+}
+
 impl Provider {
-    fn new(vlan: bool, layout: &Layout, ends: Ends, outputs: &mut Outputs, cycle: u64, now: Time) -> Provider {
+    fn new(connection: &Connection, layout: &Layout, ends: Ends, outputs: &mut Outputs, now: Time) -> Provider {
         let header = FrameHeader::new(ends.device, ends.own, EtherType::PROFINET);
-        let header = if vlan { header.tagged(Vlan::RT) } else { header };
+        let tag = Vlan { control: connection.iocr_tag, ..Vlan::RT };
+        let header = if connection.vlan { header.tagged(tag) } else { header };
         let mut frame = Vec::new();
         header.write(&mut frame);
         frame.put_u16(ends.frame_id_out);
@@ -107,14 +114,19 @@ impl Provider {
             .map(|place| (outputs.place(place.slot, place.subslot), place.at, place.octets))
             .collect();
         let iocs = layout.output.iocs.iter().map(|place| place.at).collect();
-        let mut provider = Provider { frame, data_at, status_at, outputs, iocs, cycle, next: now, ready: false };
+        let clock = u64::from(connection.send_clock_factor.max(1)) * SEND_CLOCK_UNIT_NANOS;
+        let phase = u64::from(connection.phase_out.saturating_sub(1)) * clock;
+        let cycle = grid(connection);
+        let mut provider =
+            Provider { frame, data_at, status_at, outputs, iocs, cycle, phase: phase % cycle, next: now, ready: false };
         provider.next = provider.after(now);
         provider
     }
 
     /// The first point of the grid after `now`.
     fn after(&self, now: Time) -> Time {
-        Time::from_nanos((now.as_nanos() / self.cycle + 1).saturating_mul(self.cycle))
+        let since = now.as_nanos() + self.cycle - self.phase;
+        Time::from_nanos((since / self.cycle).saturating_mul(self.cycle).saturating_add(self.phase))
     }
 
     /// The device has said that its application is ready: from now on our data and what we consume are good.

@@ -52,15 +52,19 @@ impl Connection {
         ]
     }
 
-    fn timing(&self) -> [Rule; 10] {
+    fn timing(&self) -> [Rule; 13] {
         let (clock, ratio) = (u64::from(self.send_clock_factor), u64::from(self.reduction_ratio));
         let (watchdog, hold) = (self.watchdog_factor, self.data_hold_factor);
         let units = clock * ratio * u64::from(watchdog);
+        let references = self.iocr_references.0 != self.iocr_references.1;
         let power = self.reduction_ratio.is_power_of_two() && ratio <= 512;
         [
             within("SendClockFactor", self.send_clock_factor, 1, 128, "1 to 128 (unit 31.25 us)"),
             ("ReductionRatio", ratio, power, "a power of two, 1 to 512"),
             ("SendClockFactor x ReductionRatio", clock * ratio, clock * ratio <= 16_384, "at most 16384 (512 ms)"),
+            within("Phase (input)", self.phase_in, 1, self.reduction_ratio, "1 to the ReductionRatio"),
+            within("Phase (output)", self.phase_out, 1, self.reduction_ratio, "1 to the ReductionRatio"),
+            ("IOCRReference", self.iocr_references.0.into(), references, "two that differ"),
             within("WatchdogFactor", watchdog, 1, 7680, "1 to 7680"),
             within("DataHoldFactor", hold, 1, 7680, "1 to 7680"),
             ("DataHoldFactor", hold.into(), hold >= watchdog, "at least the WatchdogFactor"),

@@ -29,7 +29,8 @@ mod state;
 
 pub use alarms::AlarmAcknowledge;
 pub use broken::{Broken, broken_frames};
-pub use connection::{Connection, DeviceAddress, Record, StartUpMode, Submodule, Target};
+pub use connect::connect_blocks;
+pub use connection::{ConnectPart, Connection, DeviceAddress, Reconnect, Record, StartUpMode, Submodule, Target};
 pub use controller::Controller;
 pub use http::{LONGEST_ANSWER, PageOutcome};
 pub use layout::{FrameLayout, Layout, Place};

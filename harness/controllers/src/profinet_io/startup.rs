@@ -179,8 +179,9 @@ impl StartUpJob {
         self.phase = Phase::Connect(partner);
         context.begin_ar(&self.connection, partner);
         if let Some(ar) = &context.ar {
-            let blocks = connect::request(&self.connection, &self.layout, ar.names, &context.settings).to_vec();
-            context.call_ar(now, Waiting::Connect, Opnum::CONNECT, ARGS_MAXIMUM, &blocks, out);
+            let blocks = connect::request(&self.connection, &self.layout, ar.names, &context.settings);
+            let maximum = self.connection.args_maximum.unwrap_or(ARGS_MAXIMUM);
+            context.call_ar(now, Waiting::Connect, Opnum::CONNECT, maximum, &blocks, out);
         }
         None
     }

@@ -12,7 +12,7 @@
 //! | section | what it decides |
 //! | --- | --- |
 //! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | which device is meant, and our own addresses |
-//! | `cycle`, `watchdog`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether its cable has no switch |
+//! | `cycle`, `watchdog`, `persona`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether its cable has no switch |
 //! | `telegrams`, `lacks`, `firmware`, `gsdml`, `ledger` | what it is said to have and to fail; wrong claims are findings |
 //! | `stand` | who turns the shaft, cuts the power, looks at LEDs: `control` (a socket), `hooks` (programs), `ask` (a person) |
 //! | `pages` | where its web pages are and how their values are labelled, where the manual does not print that |
@@ -120,6 +120,8 @@ pub struct BenchFile {
     pub cycle: Option<Duration>,
     /// The watchdog of cases that say none.
     pub watchdog: Option<Duration>,
+    /// In the manner of which controller the device is addressed: the name of a persona.
+    pub persona: Option<String>,
     /// From power to an answer, at most, where it differs from the manual.
     pub boot_time: Option<Duration>,
     /// The vendor's GSDML.
@@ -176,6 +178,7 @@ impl BenchFile {
             controller_mac: None,
             cycle: None,
             watchdog: None,
+            persona: None,
             boot_time: None,
             gsdml: None,
             telegrams: None,

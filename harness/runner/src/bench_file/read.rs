@@ -8,6 +8,7 @@ use crate::suite::device_yaml::{duration, fields, flag, named, path, whole};
 use crate::suite::error::{LoadError, Mistake, Mistakes, Read};
 use crate::suite::keys::{self, Keyed};
 use crate::suite::model::Manual;
+use crate::suite::persona::persona_name;
 use crate::suite::start::{checked_cycle, checked_watchdog};
 use crate::suite::yaml::{self, Node};
 use std::fs;
@@ -92,6 +93,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         controller_mac,
         cycle,
         watchdog,
+        persona: reader.value("persona", persona_name),
         boot_time,
         gsdml: reader.path("gsdml"),
         telegrams: reader.value("telegrams", |node| telegrams(node, device)),

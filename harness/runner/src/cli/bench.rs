@@ -123,7 +123,7 @@ fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> 
     if bench.ip.is_none() && !kept.found.ip.is_unspecified() {
         bench.ip = Some(kept.found.ip);
     }
-    let dut = super::live::open(bench, suites, false)?;
+    let dut = super::live::open(bench, suites, false, None)?;
     let live = dut.live().ok_or_else(|| Stop::bench("the journal is of no live device"))?;
     if let Some(why) = live.passive() {
         return Err(Stop::bench(format!("nothing is put back now: {why}")));

@@ -9,6 +9,7 @@ use crate::live::stand::LiveStand;
 use crate::lock::Lock;
 use crate::suite::device::Origin;
 use crate::suite::model::Manual;
+use crate::suite::persona::Persona;
 use crate::suite::{BenchTimes, load};
 use std::path::Path;
 use std::sync::Arc;
@@ -59,7 +60,9 @@ fn lock_name(bench: &BenchFile) -> String {
 }
 
 /// Opens the bench and finds the device; nothing of it has been changed but its name and address when this returns.
-pub fn open(mut bench: BenchFile, suites: &Suites, long: bool) -> Result<DutSpec, Stop> {
+///
+/// Trials are run in the manner of `persona`.
+pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<Arc<Persona>>) -> Result<DutSpec, Stop> {
     let mut manual = manual(&bench, suites)?;
     let variant = manual.device.variants.iter().position(|known| *known == bench.claim.variant).unwrap_or_default();
     // A description has its variant to itself, so that `device: none` need not name it.
@@ -72,6 +75,7 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool) -> Result<DutSpec
     let told = description.as_ref().filter(|known| known.vendor_id == identity.vendor_id).map(|known| known.device_id);
     let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
     let cycle = manual.device.timing.cycle;
+    let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
     let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle, firmware_pages };
     link::interrupt::watch();
     let granted = link::realtime::raise();
@@ -92,7 +96,7 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool) -> Result<DutSpec
         complain(&format!("only what reads is run: {why}"));
     }
     let Claim { manual: name, variant } = bench.claim.clone();
-    let live = LiveDevice::new(bench, manual, prepared, long, findings);
+    let live = LiveDevice::new(bench, manual, prepared, long, findings, persona);
     Ok(DutSpec { manual: name, variant, kind: DutKind::Live(live) })
 }
 

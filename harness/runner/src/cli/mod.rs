@@ -15,6 +15,7 @@ pub mod filter;
 pub mod gsdml;
 mod list;
 pub mod live;
+mod personas;
 pub mod port;
 mod replay;
 pub mod run;
@@ -22,11 +23,13 @@ mod serve;
 
 use crate::report::ExitStatus;
 use crate::suite::model::Manual;
+use crate::suite::persona::{Persona, load_personas, named_persona};
 use crate::suite::{LoadErrors, Sources, load, schema};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Conformance and interoperability tests for absolute encoders.
 ///
@@ -51,6 +54,8 @@ enum Command {
     Coverage(CoverageArgs),
     /// List the bugs that the reference devices can be told to have, and how much of each manual they break
     Bugs(BugsArgs),
+    /// List the personas: in the manner of which controllers a device can be addressed
+    Personas(personas::PersonasArgs),
     /// List where the manuals contradict themselves, and where they are silent
     Errata(Listing),
     /// Explain a requirement, a case, a rule or a bug
@@ -187,6 +192,16 @@ impl Suites {
         load(&sources(self.folder.as_deref())?, None)
     }
 
+    /// Loads every persona.
+    pub fn personas(&self) -> Result<Vec<Persona>, LoadErrors> {
+        load_personas(&sources(self.folder.as_deref())?)
+    }
+
+    /// The persona of a name; one that is not known is a mistake on the command line.
+    pub fn persona(&self, name: &str) -> Result<Arc<Persona>, Stop> {
+        Ok(Arc::new(named_persona(self.personas()?, name).map_err(Stop::usage)?))
+    }
+
     fn load_one(&self, manual: Option<&str>) -> Result<Vec<Manual>, Stop> {
         Ok(load(&sources(self.folder.as_deref())?, manual)?)
     }
@@ -235,6 +250,7 @@ pub fn main() -> ExitCode {
         Command::List(args) => list::list(&args),
         Command::Coverage(args) => coverage::coverage(&args),
         Command::Bugs(args) => bugs::bugs(&args),
+        Command::Personas(args) => personas::personas(&args),
         Command::Errata(args) => errata::errata(&args),
         Command::Explain(args) => explain::explain(&args),
         Command::Check(args) => check::check(&args),

@@ -39,6 +39,10 @@ pub struct RunArgs {
     /// Switch a bug of the reference device on; may be repeated
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
+    /// Address the device in the manner of a persona; the cases say nothing else than without it, what they say of cycle and
+    /// watchdog wins, and what cannot be judged at the persona's cycle is not applicable; `encspec personas` lists them
+    #[arg(long, value_name = "NAME")]
+    persona: Option<String>,
     /// The lowest level whose failures count
     #[arg(long, value_enum, default_value_t)]
     gate: Gate,
@@ -116,6 +120,8 @@ pub struct Request {
     pub device: Option<String>,
     /// `--bug`.
     pub bugs: Vec<String>,
+    /// `--persona`.
+    pub persona: Option<String>,
     /// The filter.
     pub filter: Option<String>,
     /// `--exact`.
@@ -160,6 +166,7 @@ impl Request {
                 return Err(Stop::usage(format!("unknown bug `{bug}`; {meant}")));
             }
         }
+        let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let mut devices = devices(&self.duts, self.device.as_deref(), &self.bugs, manuals).map_err(Stop::usage)?;
         self.only_with_the_bugs(&mut devices.here, manuals)?;
         let options = RunOptions {
@@ -171,6 +178,7 @@ impl Request {
             threads: self.threads,
             gate_must: self.gate_must,
             part: self.part,
+            persona: persona.clone(),
         };
         something_is_meant(&options, manuals)?;
         let benches = devices.live.iter().map(|asked| asked.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
@@ -189,7 +197,9 @@ impl Request {
         let mut options = options;
         for bench in benches {
             locks.push(super::live::lock(&bench, self.patience)?);
-            options.duts.push(super::live::open(bench, &self.suites, self.long)?);
+            let of_bench = || bench.persona.as_deref().map(|name| self.suites.persona(name)).transpose();
+            let persona = persona.clone().map_or_else(of_bench, |persona| Ok(Some(persona)))?;
+            options.duts.push(super::live::open(bench, &self.suites, self.long, persona)?);
         }
         Ok(Ready { options, ledger, _locks: locks })
     }
@@ -261,6 +271,7 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         duts: args.dut.clone(),
         device: args.device.clone(),
         bugs: args.bug.clone(),
+        persona: args.persona.clone(),
         filter: args.filter.clone(),
         exact: args.exact,
         gate_must: args.gate == Gate::Must,

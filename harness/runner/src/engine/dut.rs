@@ -150,6 +150,7 @@ impl DutSpec {
             noise: 0,
             slack: Duration::ZERO,
             bench: None,
+            persona: None,
             deviates: !self.bugs().is_empty(),
         }
     }

@@ -16,6 +16,7 @@ use crate::live::scout::is_cyclic;
 use crate::live::stand::LiveStand;
 use crate::result::Finding;
 use crate::suite::model::{Manual, Service, Start, Trial, Variant, Verb, Via};
+use crate::suite::persona::Persona;
 use controllers::profinet_io::Controller;
 use link::Wire;
 use station::{Duration, Outbox, Stand, StandAction, Station, Time};
@@ -85,8 +86,15 @@ pub enum Excluded {
 }
 
 impl LiveDevice {
-    /// A device on a bench that was prepared, with the suite of what it claims to be.
-    pub fn new(bench: BenchFile, manual: Manual, prepared: Prepared, long: bool, findings: Vec<Finding>) -> LiveDevice {
+    /// A device on a bench that was prepared, with the suite of what it claims to be, addressed in the manner of `persona`.
+    pub fn new(
+        bench: BenchFile,
+        manual: Manual,
+        prepared: Prepared,
+        long: bool,
+        findings: Vec<Finding>,
+        persona: Option<Arc<Persona>>,
+    ) -> LiveDevice {
         let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
         let place = Place {
             name: String::from_utf8_lossy(&prepared.station.name).into_owned(),
@@ -98,6 +106,7 @@ impl LiveDevice {
             noise: bench.position_noise,
             slack: prepared.slack,
             bench: Some(Arc::new(bench.clone())),
+            persona,
             deviates: false,
         };
         let hands = Hands {

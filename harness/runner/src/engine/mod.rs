@@ -14,6 +14,7 @@ pub mod live;
 mod looks;
 pub mod needs;
 mod outputs;
+pub mod persona;
 mod probe;
 pub mod reborn;
 mod requirements;

@@ -3,8 +3,9 @@
 use super::around;
 use super::dut::DutSpec;
 use super::failure;
-use super::live::LiveDevice;
+use super::live::{Excluded, LiveDevice};
 use super::needs;
+use super::persona;
 use super::scan::check_covers;
 use super::segment::Segment;
 use super::trial::{Place, Run};
@@ -13,12 +14,14 @@ use crate::judge::rule::Violation;
 use crate::live::journal::Entry;
 use crate::result::{Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, RunResult};
 use crate::suite::model::{Level, Manual, Rule, Trial, Variant};
+use crate::suite::persona::Persona;
 use crate::verdict::Verdict;
 use bench::Trace;
 use controllers::profinet_io::{Controller, Settings, StationSeen};
 use station::Time;
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -40,6 +43,8 @@ pub struct RunOptions {
     pub threads: usize,
     /// Whether only `must` counts.
     pub gate_must: bool,
+    /// In the manner of which controller every device is addressed; none: as its bench says, else in our own.
+    pub persona: Option<Arc<Persona>>,
     /// Only every so-manieth trial, so that several benches share the work.
     pub part: Option<Part>,
 }
@@ -111,6 +116,7 @@ fn device(
     progress: Progress<'_>,
 ) -> Result<DeviceRun, BenchError> {
     let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
+    let place = place(dut, options, manual);
     let mut trials: Vec<&Trial> = variant.trials.iter().filter(|trial| selects(options, manual, &trial.id)).collect();
     let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
     if only_rules {
@@ -137,7 +143,7 @@ fn device(
     // Every rule is judged on every trial that ran; a broken one is told whatever the filter says.
     let mut judged = Vec::new();
     for (index, rule) in variant.rules.iter().enumerate() {
-        let result = rule_result(manual, rule, index, &outcomes, filtered);
+        let result = rule_result(manual, rule, index, &outcomes, filtered, place.persona.as_deref());
         let asked_for = is_selected(rule) && (only_rules || !filtered || result.verdict != Verdict::NotRun);
         if asked_for || result.verdict == Verdict::Fail {
             judged.push(result);
@@ -155,7 +161,7 @@ fn device(
             spec: dut.to_string(),
             firmware: match &looked {
                 Some(looked) => looked.firmware.clone(),
-                None => firmware(manual, variant, dut),
+                None => firmware(manual, variant, dut, &place),
             },
             device: dut.manual.clone(),
             variant: dut.variant.clone(),
@@ -166,6 +172,7 @@ fn device(
         cases,
         requirements,
         filtered,
+        persona: place.persona.as_ref().map(|persona| persona.name.clone()),
         bugs: dut.bugs().to_vec(),
         findings: around::findings(dut, looked, notes),
     })
@@ -247,11 +254,20 @@ pub fn run_trial(
 }
 
 /// Asks the device for its firmware in a connection of its own.
-fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec) -> Option<String> {
+fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec, place: &Place) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
-    let place = dut.place();
-    let world = World::new(manual, variant, dut.segment(&trial.id).ok()?, controllers(&place, &trial.id));
-    Run::new(world, trial, &place).firmware()
+    let world = World::new(manual, variant, dut.segment(&trial.id).ok()?, controllers(place, &trial.id));
+    Run::new(world, trial, place).firmware()
+}
+
+/// Where the device is found, and in whose manner it is addressed.
+fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual) -> Place {
+    let mut place = dut.place();
+    place.persona = options.persona.clone().or(place.persona);
+    if let (Some(persona), None) = (&place.persona, &place.bench) {
+        place.slack = persona::slack(persona, &manual.device);
+    }
+    place
 }
 
 fn one(
@@ -261,6 +277,11 @@ fn one(
     trial: &Trial,
     options: &RunOptions,
 ) -> Result<TrialOutcome, String> {
+    let persona = options.persona.clone().or_else(|| dut.live()?.place().persona.clone());
+    let unfit = persona.and_then(|persona| persona::unfit_trial(&persona, &manual.device, trial));
+    if let Some(why) = unfit {
+        return Ok(around::not_run(manual, variant, trial, Excluded::NotApplicable(why)));
+    }
     let Some(live) = dut.live() else {
         let segment = dut.segment(&trial.id)?;
         return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
@@ -287,7 +308,7 @@ pub fn run_trial_on(
     trial: &Trial,
     options: &RunOptions,
 ) -> TrialOutcome {
-    let mut place = dut.place();
+    let mut place = place(dut, options, manual);
     if let Some(bench) = &place.bench {
         place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
@@ -323,7 +344,8 @@ pub(super) fn controllers(place: &Place, id: &str) -> Vec<(wire::ethernet::Mac, 
 fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
     let disturbed = !run.world.segment.is_model() && run.is_disturbed();
     let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
-    let repeat = format!("--dut {dut}{bugs}");
+    let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
+    let repeat = format!("--dut {dut}{}{bugs}", persona.unwrap_or_default());
     let manual = run.world.manual;
     let trial = run.trial;
     let main = match (&decided, run.checks) {
@@ -425,7 +447,15 @@ fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &T
     }
 }
 
-fn rule_result(manual: &Manual, rule: &Rule, index: usize, outcomes: &[TrialOutcome], filtered: bool) -> CaseResult {
+fn rule_result(
+    manual: &Manual,
+    rule: &Rule,
+    index: usize,
+    outcomes: &[TrialOutcome],
+    filtered: bool,
+    persona: Option<&Persona>,
+) -> CaseResult {
+    let unfit = persona.and_then(|persona| persona::unfit_rule(persona, &manual.device, rule));
     let mut decided = Decided::default();
     let mut failures = Vec::new();
     let mut disturbed: Option<String> = None;
@@ -445,12 +475,20 @@ fn rule_result(manual: &Manual, rule: &Rule, index: usize, outcomes: &[TrialOutc
             _ => {}
         }
     }
+    if unfit.is_some() {
+        failures.clear();
+    }
     let (verdict, reason) = match (failures.first(), decided.premises) {
+        _ if unfit.is_some() => (Verdict::NotApplicable, unfit),
         (Some(failure), _) => (Verdict::Fail, Some(failure.what.clone())),
         (None, _) if disturbed.is_some() => (
             Verdict::Inconclusive,
             disturbed.map(|what| format!("{what} That trial was disturbed, so it says nothing.")),
         ),
+        (None, 0) if persona.is_some() => {
+            let name = persona.map(|persona| persona.name.as_str()).unwrap_or_default();
+            (Verdict::NotApplicable, Some(format!("persona {name}: the premise never came up")))
+        }
         (None, 0) => {
             let red = if filtered { "" } else { "; every rule has to be decided at least once in a whole run" };
             let reason = format!("premise never seen ({} frames and events looked at){red}", decided.looked_at);

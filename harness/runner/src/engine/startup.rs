@@ -1,9 +1,11 @@
 //! Start-ups: from `start` of a suite to the connection that the controller makes, and from its outcome to replies.
 
+use super::persona;
 use crate::judge::answer::{Refusal, Reply};
 use crate::suite::device::{Device, Record};
 use crate::suite::expr::Value;
 use crate::suite::model::{AnswerPart, InsteadStart, Start, StartParameter};
+use crate::suite::persona::{Expects, Persona};
 use controllers::profinet_io::{
     CallError, ConnectOutcome, Connection, ControlOutcome, DeviceAddress, Record as StartRecord, RecordOutcome,
     StartUp, Submodule, Target,
@@ -13,6 +15,7 @@ use std::sync::Arc;
 use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::rt::FrameId;
 use wire::profinet::status::{ErrorCode, PnioStatus};
 
 /// Where the device under test is, and what it is given.
@@ -24,6 +27,8 @@ pub struct Whereabouts {
     pub ip: IpParameter,
     /// How long it may take to answer at all.
     pub search: Duration,
+    /// In whose manner it is addressed.
+    pub persona: Option<Arc<Persona>>,
 }
 
 /// The start-up with a module and every start parameter at its default.
@@ -34,9 +39,7 @@ pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
             parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
         }
     }
-    let cycle = device.timing.cycle;
-    let watchdog = device.timing.watchdog.unwrap_or(cycle * 10);
-    Start { module, cycle, watchdog, parameters, instead: Vec::new() }
+    Start { module, cycle: None, watchdog: None, parameters, instead: Vec::new() }
 }
 
 /// The frame ids that are proposed for inputs, by class.
@@ -54,7 +57,10 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
         let submodule = &device.submodules[index];
         submodule.input_octets + submodule.output_octets
     });
+    let persona = at.persona.as_deref();
+    let expects = persona.map_or(Expects::AccessPoint, |persona| persona.expects);
     let access_point = device.submodules.iter().enumerate().filter(|(_, submodule)| submodule.slot == 0);
+    let access_point = access_point.filter(|_| expects != Expects::Module);
     let of_module = module.submodules.iter().map(|&index| (index, &device.submodules[index]));
     for (index, submodule) in access_point.chain(of_module) {
         let mut expected = Submodule {
@@ -80,10 +86,24 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
         }
         submodules.push(expected);
     }
-    let (records, indices) = start_records(device, start, &submodules);
+    if expects == Expects::InterfaceAndPorts {
+        let head = submodules.iter().position(|submodule| submodule.slot != 0).unwrap_or(submodules.len());
+        let module_ident = submodules.first().filter(|first| first.slot == 0).map(|first| first.module_ident);
+        let network = device.network.iter().filter_map(|&(subslot, submodule_ident)| {
+            Some(Submodule { module_ident: module_ident?, subslot, submodule_ident, ..Submodule::default() })
+        });
+        let network: Vec<Submodule> = network.collect();
+        submodules.splice(head..head, network);
+    }
+    let (mut records, mut indices) = start_records(device, start, &submodules);
     let cycles = |time: Duration| (time.as_nanos() / SEND_CLOCK.as_nanos()).max(1);
-    let reduction = cycles(start.cycle);
-    let watchdog = (start.watchdog.as_nanos() / start.cycle.as_nanos().max(1)).max(1);
+    let cycle = start.cycle(device);
+    let reduction = cycles(cycle);
+    let watchdog = (start.watchdog(device).as_nanos() / cycle.as_nanos().max(1)).max(1);
+    if persona.is_some_and(|persona| persona.records_reversed) {
+        records.reverse();
+        indices.reverse();
+    }
     let mut connection = Connection::new(at.address.clone(), at.ip);
     connection.submodules = submodules;
     connection.search = at.search;
@@ -97,12 +117,16 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
     connection.reduction_ratio = u16::try_from(reduction).unwrap_or(u16::MAX);
     connection.watchdog_factor = u16::try_from(watchdog).unwrap_or(u16::MAX);
     connection.data_hold_factor = connection.watchdog_factor;
+    if let Some(persona) = persona {
+        persona::lay_over(persona, start, &mut connection);
+    }
     for instead in &start.instead {
         match instead {
             InsteadStart::StationName(name) => connection.station_name = Some(name.clone().into_bytes()),
             InsteadStart::RtClass(class) => {
                 connection.rt_class = RtClass(*class);
                 (connection.frame_id_in, connection.unchecked) = (frame_id_of(connection.rt_class), true);
+                connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
             }
             InsteadStart::NoAddress => connection.gives_address = false,
             // Slot 0 has a module of its own, and a subslot may then stand in it twice.

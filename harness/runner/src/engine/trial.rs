@@ -12,6 +12,7 @@ use crate::result::{Blame, Failure, PartSeen};
 use crate::suite::device::{EventName, Location, NameKind, StandName};
 use crate::suite::expr::NameId;
 use crate::suite::model::{Step, Trial, Verb};
+use crate::suite::persona::Persona;
 use crate::verdict::Verdict;
 use controllers::profinet_io::{
     AlarmAcknowledge, ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen,
@@ -123,6 +124,8 @@ pub struct Place {
     pub slack: Duration,
     /// The bench file of a live bench.
     pub bench: Option<Arc<BenchFile>>,
+    /// In the manner of which controller the device is addressed.
+    pub persona: Option<Arc<Persona>>,
     /// Whether the device is told to deviate from its manual.
     pub deviates: bool,
 }
@@ -242,7 +245,8 @@ impl<'a> Run<'a> {
             true => DeviceAddress::Mac(self.mac),
             false => DeviceAddress::Name(self.place.name.clone()),
         };
-        Whereabouts { address, ip: self.place.ip, search: self.patience() }
+        let persona = self.place.persona.clone();
+        Whereabouts { address, ip: self.place.ip, search: self.patience(), persona }
     }
 
     /// Runs the trial; the failure that decided, if there is one.

@@ -92,6 +92,9 @@ impl Page {
         if let Some(firmware) = &run.dut.firmware {
             writeln!(self.out, "  firmware      {}", printable(firmware))?;
         }
+        if let Some(persona) = &run.persona {
+            writeln!(self.out, "  persona       {persona}")?;
+        }
         if !run.bugs.is_empty() {
             writeln!(self.out, "  bugs          {}", run.bugs.join(", "))?;
         }

@@ -57,6 +57,8 @@ struct LedgerNote<'a> {
 #[derive(Serialize)]
 struct Run<'a> {
     dut: DutJson<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    persona: Option<&'a str>,
     bugs: &'a [String],
     filtered: bool,
     summary: Summary,
@@ -197,6 +199,7 @@ impl<'a> Run<'a> {
         let Dut { kind, spec, device, variant, identity, firmware } = &run.dut;
         Run {
             dut: DutJson { kind, spec, device, variant, identity, firmware: firmware.as_deref() },
+            persona: run.persona.as_deref(),
             bugs: &run.bugs,
             filtered: run.filtered,
             summary: Summary(run.summary()),

@@ -19,6 +19,9 @@ pub fn junit(result: &RunResult) -> String {
         let mut suite = TestSuite::new(format!("{}/{}", run.dut.device, run.dut.variant));
         suite.add_property(Property::new("dut", printable(&run.dut.spec)));
         suite.add_property(Property::new("identity", printable(&run.dut.identity)));
+        if let Some(persona) = &run.persona {
+            suite.add_property(Property::new("persona", persona.as_str()));
+        }
         run.bugs.iter().for_each(|bug| {
             suite.add_property(Property::new("bug", bug.as_str()));
         });

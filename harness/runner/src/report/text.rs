@@ -23,6 +23,9 @@ pub fn text(result: &RunResult) -> String {
 fn device(out: &mut String, run: &DeviceRun) -> std::fmt::Result {
     writeln!(out, "{}, variant {}", run.dut.device, run.dut.variant)?;
     writeln!(out, "{}", printable(&run.dut.identity))?;
+    if let Some(persona) = &run.persona {
+        writeln!(out, "persona {persona}")?;
+    }
     for bug in &run.bugs {
         writeln!(out, "bug {bug}")?;
     }

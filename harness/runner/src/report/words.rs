@@ -79,6 +79,10 @@ pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Stri
         add("--device");
         add(&format!("{}/{}", run.dut.device, run.dut.variant));
     }
+    if let Some(persona) = &run.persona {
+        add("--persona");
+        add(persona);
+    }
     for bug in &run.bugs {
         add("--bug");
         add(bug);

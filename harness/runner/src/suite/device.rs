@@ -59,6 +59,8 @@ pub struct Device {
     pub timing: Timing,
     /// The class of its cyclic frames (PROFINET): 1 or 2.
     pub rt_class: u8,
+    /// The interface and the ports: subslot of slot 0 and ident of the submodule (PROFINET).
+    pub network: Vec<(u16, u32)>,
     /// What goes over the cyclic exchange.
     pub signals: Vec<Signal>,
     /// Submodules (PROFINET).

@@ -182,6 +182,7 @@ key_sets! {
         "words" may Map(&Map(&Number)), "Tables of words and their numbers.";
         "derived" may Map(&Condition), "Expressions over start parameters and constants.";
         "signals" must Map(&Keys(&SIGNAL)), "What goes over the cyclic exchange.";
+        "network" may Map(&Number), "The interface and the ports: by subslot of slot 0 the ident of the submodule.";
         "submodules" must Map(&Keys(&SUBMODULE)), "Submodules.";
         "modules" must Map(&Keys(&MODULE)), "What one connection consists of.";
         "records" may Map(&Keys(&RECORD)), "Records.";
@@ -314,6 +315,7 @@ key_sets! {
         "controller" may Keys(&BENCH_CONTROLLER), "Our own addresses on the segment.";
         "cycle" may Duration, "The cycle of connections that say none.";
         "watchdog" may Duration, "The watchdog of connections that say none.";
+        "persona" may Name, "In the manner of which controller the device is addressed; that of the command line wins.";
         "boot_time" may Duration, "From power to an answer, at most, where it differs from the manual.";
         "gsdml" may Text, "The vendor's GSDML, a file.";
         "telegrams" may List(&Name), "The modules that it supports, by their names in device.yaml; all by default.";
@@ -325,6 +327,66 @@ key_sets! {
         "pages" may Map(&Keys(&BENCH_PAGE)), "Its web pages whose looks the manual does not print, as they are on this device.";
         "stand" may Keys(&BENCH_STAND), "What holds it; without it nobody does.";
         "consent" may Keys(&BENCH_CONSENT), "What may be done to it that lasts; without it nothing.";
+    }
+    PERSONA "a persona" {
+        "persona" must Label, "The name of the file, which `--persona` takes; it says a trait, not a product.";
+        "why" must Text, "One sentence: what is special about it.";
+        "source" must Text, "Where it was seen: a capture and its frames, an address, or `invented`.";
+        "station_name" may Text, "The name of the controller's station in the Connect.";
+        "start_up" may Word(START_UPS), "Which start-up it asks for; `legacy` by default.";
+        "byte_order" may Word(BYTE_ORDERS), "The byte order of its RPC; `big` by default.";
+        "blocks" may Keys(&PERSONA_BLOCKS), "The blocks of the Connect after the ARBlockReq.";
+        "write" may Word(WRITES), "Whether start-up records go one by one or in one; `single` by default.";
+        "records" may Word(RECORD_ORDERS), "The order of the start-up records; `listed` by default.";
+        "expects" may Word(EXPECTED), "Which submodules it expects besides those of the module; `access_point` by default.";
+        "cycle" may Keys(&PERSONA_CYCLE), "The cycle of connections that say none.";
+        "factors" may Keys(&PERSONA_FACTORS), "How many cycles without a frame it takes; what a case says of its watchdog wins.";
+        "class" may Keys(&PERSONA_CLASS), "The class of the cyclic frames.";
+        "tags" may Keys(&PERSONA_TAGS), "The tags of its frames.";
+        "references" may Keys(&PERSONA_REFERENCES), "The numbers that it gives its connections.";
+        "rta" may Keys(&PERSONA_RTA), "How it takes alarms.";
+        "activity_timeout" may Number, "How long the device waits for its next step, in units of 100 ms; 1 to 1000, 600 by default.";
+        "args_max" may Number, "How many octets of an answer to Connect it says it can take, 4096 by default.";
+        "reconnect" may Keys(&PERSONA_RECONNECT), "What it does after a connection was lost.";
+    }
+    PERSONA_BLOCKS "blocks" {
+        "order" may List(&Word(CONNECT_PARTS)), "The order of the blocks; `inputs, outputs, submodules, alarms, extra` by default.";
+        "extra" may List(&Text), "Whole blocks with their headers that are passed along as they are, in hexadecimal octets.";
+    }
+    PERSONA_CYCLE "cycle" {
+        "send_clock" may Number, "The send clock in units of 31.25 us, 1 to 128; 32 by default.";
+        "reduction" may Number, "A frame in each n-th send clock, a power of two up to 512; 2 by default.";
+        "phase_in" may Number, "The phase of the inputs, 1 to the reduction; 1 by default.";
+        "phase_out" may Number, "The phase of the outputs, 1 to the reduction; 1 by default.";
+    }
+    PERSONA_FACTORS "factors" {
+        "watchdog" must Number, "Cycles without a frame until a consumer objects.";
+        "data_hold" may Number, "Cycles without a frame until the connection ends; the watchdog by default.";
+    }
+    PERSONA_CLASS "class" {
+        "rt" must Number, "The class: 1 or 2.";
+        "frame_id_in" may Number, "The frame id that is proposed for the inputs.";
+        "frame_id_out" may Number, "The frame id that is proposed for the outputs; 0xFFFF, the default, leaves it to the device.";
+    }
+    PERSONA_TAGS "tags" {
+        "frames" may Word(TAGGED), "Whether its cyclic frames and alarms carry tags; `tagged` by default.";
+        "cyclic" may Number, "The tag of cyclic frames, 0xC000 by default.";
+        "alarm_high" may Number, "The tag of alarms of high priority, 0xC000 by default.";
+        "alarm_low" may Number, "The tag of alarms of low priority, 0xA000 by default.";
+    }
+    PERSONA_REFERENCES "references" {
+        "inputs" may Number, "IOCRReference of the inputs, 1 by default.";
+        "outputs" may Number, "IOCRReference of the outputs, 2 by default.";
+        "alarm" may Number, "LocalAlarmReference; by default a new one for each connection.";
+    }
+    PERSONA_RTA "rta" {
+        "timeout" may Number, "How long it waits for an acknowledgement, in units of 100 ms; 1 to 100, 1 by default.";
+        "retries" may Number, "How often it repeats; 3 to 15, 3 by default.";
+        "max_alarm" may Number, "The most octets of an alarm that it takes; 200 to 1432, 200 by default.";
+    }
+    PERSONA_RECONNECT "reconnect" {
+        "after" must Duration, "How long after the loss it connects again.";
+        "uuid" must Word(UUIDS), "Whether the connection has the same name again or a new one.";
     }
     BENCH_CONTROLLER "controller" {
         "ip" may Text, "Our IP address; without it one of the subnet that nobody has.";
@@ -347,6 +409,22 @@ key_sets! {
     }
 }
 
+/// Start-ups.
+pub(crate) const START_UPS: &[&str] = &["legacy", "advanced"];
+/// Byte orders.
+pub(crate) const BYTE_ORDERS: &[&str] = &["big", "little"];
+/// How start-up records are written.
+pub(crate) const WRITES: &[&str] = &["single", "multiple"];
+/// In which order start-up records are written.
+pub(crate) const RECORD_ORDERS: &[&str] = &["listed", "reversed"];
+/// Which submodules a persona expects.
+pub(crate) const EXPECTED: &[&str] = &["module", "access_point", "interface_and_ports"];
+/// The parts of a Connect.
+pub(crate) const CONNECT_PARTS: &[&str] = &["inputs", "outputs", "submodules", "alarms", "extra"];
+/// Whether frames carry tags.
+pub(crate) const TAGGED: &[&str] = &["tagged", "untagged"];
+/// The name of a connection that is made again.
+pub(crate) const UUIDS: &[&str] = &["same", "new"];
 /// What a common suite can take.
 pub(crate) const TAKEN: &[&str] = &[
     "parameter",

@@ -20,6 +20,7 @@ mod load;
 mod matcher;
 pub mod model;
 mod names;
+pub mod persona;
 mod rule;
 mod schema;
 mod shared;

@@ -13,14 +13,14 @@ use serde_json::{Map, Value, json};
 
 /// The JSON Schema (draft 2020-12) of all suite files and of bench files.
 ///
-/// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES`, `DEVICE` and
-/// `BENCH`.
+/// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES`, `DEVICE`,
+/// `BENCH` and `PERSONA`.
 /// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
 /// services, codes of refusals, damaged frames.
 pub fn schema() -> Value {
     let mut defs: Map<String, Value> = ALL.iter().map(|(name, set)| ((*name).to_owned(), key_set(set))).collect();
     defs.insert("STEP".to_owned(), step());
-    let files = ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE", "BENCH"]
+    let files = ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE", "BENCH", "PERSONA"]
         .map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -2,8 +2,10 @@
 //!
 //! This room knows files, and nothing of what stands in them.
 
+use super::base::COMMON;
 use super::device::{Location, Timing};
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
+use super::persona::PERSONAS;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
@@ -81,8 +83,8 @@ impl Sources {
         };
         let stray = |path: &Path, message: &str| Err(failed(path, io::Error::other(message.to_owned())));
         for folder in list(path)?.into_iter().filter(|path| path.is_dir()) {
-            let is_common = folder.file_name().is_some_and(|name| name == "common");
-            if !is_common && !folder.join("device.yaml").is_file() {
+            let is_shared = folder.file_name().is_some_and(|name| name == COMMON || name == PERSONAS);
+            if !is_shared && !folder.join("device.yaml").is_file() {
                 return stray(
                     &folder,
                     "a folder of suites needs a `device.yaml`; without it nothing in the folder is read",

@@ -33,8 +33,6 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
     ("ip", "`none`: no address is given; the device is called where it is"),
 ];
 
-const WATCHDOG_FACTOR: u32 = 10;
-
 /// Whether a node is `none`.
 pub(super) fn is_none(node: &Node) -> bool {
     node.plain() == Some("none")
@@ -82,11 +80,10 @@ impl Frame<'_, '_> {
             return Err(node.wrong("a connection needs its `module`"));
         };
         self.progress.module.set(Some(module));
-        let cycle = cycle.map_or(Ok(device.timing.cycle), |(cycle, node)| checked_cycle(cycle, node))?;
-        let watchdog = match watchdog {
-            None => device.timing.watchdog.unwrap_or(cycle * WATCHDOG_FACTOR).max(cycle),
-            Some((watchdog, node)) => checked_watchdog(watchdog, cycle, node)?,
-        };
+        let cycle = cycle.map(|(cycle, node)| checked_cycle(cycle, node)).transpose()?;
+        let watchdog = watchdog
+            .map(|(watchdog, node)| checked_watchdog(watchdog, cycle.unwrap_or(device.timing.cycle), node))
+            .transpose()?;
         let mut parameters = Vec::new();
         for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
             self.names.mark("record", &of.name);

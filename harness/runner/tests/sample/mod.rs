@@ -95,6 +95,7 @@ pub fn run(cases: Vec<CaseResult>) -> RunResult {
         cases,
         requirements: Vec::new(),
         filtered: false,
+        persona: None,
         bugs: Vec::new(),
         findings: Vec::new(),
     };

@@ -167,7 +167,7 @@ impl<'a> Scan<'a> {
 
     fn start(&mut self, start: &Start) {
         self.module = Some(start.module);
-        self.cycle = start.cycle;
+        self.cycle = start.cycle(&self.manual.device);
         let device = &self.manual.device;
         if let Some(module) = device.modules.get(start.module) {
             self.add(Need::Claim(Claim::Module(module.name.clone())));

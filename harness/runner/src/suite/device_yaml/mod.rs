@@ -52,6 +52,21 @@ pub(super) fn read(node: &Node, folder: &str, mistakes: &Mistakes) -> Option<Des
     described.filter(|_| mistakes.count() == before)
 }
 
+/// Interface and ports: subslots of slot 0 and idents.
+fn network(node: &Node) -> Read<Vec<(u16, u32)>> {
+    let mut network = Vec::new();
+    for (key, ident) in node.entries("network")? {
+        let subslot = whole::<u16>(key, "a subslot")?;
+        if !(0x8000..=0x8FFF).contains(&subslot) {
+            return Err(key
+                .wrong(format!("{subslot:#06X} is no subslot of an interface or a port"))
+                .help("an interface is at 0x8000, its ports are at 0x8001, 0x8002 ..."));
+        }
+        network.push((subslot, whole(ident, "an ident")?));
+    }
+    Ok(network)
+}
+
 /// What is known while a device is read.
 struct Reader<'n> {
     top: Keyed<'n>,
@@ -113,8 +128,10 @@ impl<'n> Reader<'n> {
                 }
             },
         };
+        let network = self.top.get("network").map_or(Ok(Vec::new()), network)?;
         let device = Device {
             rt_class,
+            network,
             name: folder.to_owned(),
             bus,
             title,

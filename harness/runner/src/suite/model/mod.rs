@@ -168,15 +168,31 @@ impl Trial {
 pub struct Start {
     /// Index into `device.modules`.
     pub module: usize,
-    /// The time between two cyclic frames; a whole number of send clocks.
-    pub cycle: Duration,
-    /// The time without frames after which the connection ends.
-    pub watchdog: Duration,
+    /// The time between two cyclic frames where the case says it; a whole number of send clocks.
+    pub cycle: Option<Duration>,
+    /// The time without frames after which the connection ends, where the case says it.
+    pub watchdog: Option<Duration>,
     /// The value of each start parameter: record, field (indices into `device.records`), value as it goes on the wire.
     pub parameters: Vec<StartParameter>,
     /// What is changed against the right start-up.
     pub instead: Vec<InsteadStart>,
 }
+
+impl Start {
+    /// The time between two cyclic frames: what the case says, else that of the bench or the language.
+    pub fn cycle(&self, device: &Device) -> Duration {
+        self.cycle.unwrap_or(device.timing.cycle)
+    }
+
+    /// The time without frames after which the connection ends: what the case says, else that of the bench, else ten cycles.
+    pub fn watchdog(&self, device: &Device) -> Duration {
+        let cycle = self.cycle(device);
+        self.watchdog.unwrap_or_else(|| device.timing.watchdog.unwrap_or(cycle * WATCHDOG_FACTOR).max(cycle))
+    }
+}
+
+/// Cycles without a frame after which connections end where nothing else is said.
+const WATCHDOG_FACTOR: u32 = 10;
 
 /// A start parameter and the value it is given.
 #[derive(Clone, Debug)]
