@@ -40,6 +40,29 @@ fn an_ar_comes_up_stage_by_stage() {
 }
 
 #[test]
+fn a_lost_ar_comes_back_by_itself_in_the_same_tick_under_the_same_name() {
+    let again = Some(Reconnect { after: Duration::ZERO });
+    let mut rig = Rig::new();
+    assert!(rig.start(Connection { reconnect: again, same_uuid: true, ..connection() }).standing);
+    let opened = |rig: &Rig| rig.device.ar.as_ref().map(|ar| ar.uuid);
+    let first = opened(&rig);
+    rig.device.cyclic = false;
+    while rig.controller.take_end().is_none() {
+        let until = rig.now + Duration::from_secs(1);
+        assert!(rig.step(until), "the AR is lost");
+    }
+    let lost = rig.now;
+    assert!(rig.controller.deadline().is_some_and(|due| due <= lost), "it is due at once");
+    rig.device.cyclic = true;
+    rig.run(Duration::from_secs(2));
+    assert_eq!((rig.controller.state(), opened(&rig)), (ArState::Data, first));
+    assert!(matches!(rig.controller.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
+    rig.ask(Request::Release);
+    rig.run(Duration::from_secs(2));
+    assert_eq!(rig.controller.state(), ArState::None, "what was released stays so");
+}
+
+#[test]
 fn the_address_is_set_for_a_time_and_only_if_it_differs() {
     let mut rig = Rig::standing();
     let sets = |rig: &Rig| -> Vec<Dcp> {

@@ -59,6 +59,7 @@ fn encspec(folder: &Path, arguments: &[&str]) -> Said {
 #[case::format(&["run", "--report", "jsn=a"], "did you mean `json`?")]
 #[case::format_without_file(&["run", "--report", "json"], "FORMAT=FILE")]
 #[case::report_nowhere(&["run", "--report", "json=no/such/folder/a.json"], "no/such/folder/a.json cannot be written")]
+#[case::persona(&["run", "--persona", "advanced-fats"], "unknown persona `advanced-fats`; did you mean `advanced-fast`?")]
 #[case::gate(&["run", "--gate", "most"], "must")]
 #[case::ledger(&["run", "--ledger", "nowhere.yaml"], "nowhere.yaml cannot be read")]
 #[case::suites(&["run", "--suites", "nowhere"], "nowhere")]

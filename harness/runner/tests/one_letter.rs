@@ -216,5 +216,7 @@ fn every_changed_word_is_noticed() {
         });
         assert!(unseen.is_empty(), "{} of {count} changes went unnoticed:\n{}", unseen.len(), unseen.join("\n"));
     }
-    assert_eq!(looked_at.len(), sources.files().count(), "only these files belong to a manual: {looked_at:?}");
+    // Personas belong to no manual; what is wrong in them is looked for in a test of their own.
+    let of_manuals = sources.files().filter(|(path, _)| !path.starts_with("personas/"));
+    assert_eq!(looked_at.len(), of_manuals.count(), "only these files belong to a manual: {looked_at:?}");
 }

@@ -180,7 +180,8 @@ impl StartUpJob {
         context.begin_ar(&self.connection, partner);
         if let Some(ar) = &context.ar {
             let blocks = connect::request(&self.connection, &self.layout, ar.names, &context.settings);
-            let maximum = self.connection.args_maximum.unwrap_or(ARGS_MAXIMUM);
+            // The array of the answer is never declared shorter than that of the request.
+            let maximum = self.connection.args_maximum.unwrap_or(ARGS_MAXIMUM).max(blocks.len() as u32);
             context.call_ar(now, Waiting::Connect, Opnum::CONNECT, maximum, &blocks, out);
         }
         None

@@ -3,6 +3,7 @@
 use super::{CheckArgs, Ended, Stop, show};
 use crate::report::{ExitStatus, count};
 use crate::suite::model::Manual;
+use crate::suite::persona::load_personas;
 use crate::suite::{Sources, load};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,10 +14,14 @@ pub(super) fn check(args: &CheckArgs) -> Ended {
         Some(path) => found(path)?,
     };
     let manuals = load(&sources, only.as_deref())?;
+    let personas = if only.is_none() { load_personas(&sources)? } else { Vec::new() };
     let mut out = String::new();
     for manual in &manuals {
         // Writing into a String cannot fail.
         let _ = about(&mut out, manual);
+    }
+    if !personas.is_empty() {
+        let _ = writeln!(out, "{}: nothing is wrong", count(personas.len(), "persona", "personas"));
     }
     show(&out);
     Ok(ExitStatus::Green)
@@ -28,9 +33,9 @@ fn found(path: &Path) -> Result<(Sources, Option<String>), Stop> {
     let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
     let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
     let is_manual = folder.join("device.yaml").is_file();
-    let is_common = name.as_deref() == Some("common");
+    let is_shared = matches!(name.as_deref(), Some("common" | "personas"));
     let above = folder.parent().unwrap_or(folder);
-    match (is_manual, is_common, real.is_dir()) {
+    match (is_manual, is_shared, real.is_dir()) {
         (true, _, _) => Ok((Sources::folder(&shown(path, above))?, name)),
         (false, true, _) => Ok((Sources::folder(&shown(path, above))?, None)),
         (false, false, true) => Ok((Sources::folder(path)?, None)),

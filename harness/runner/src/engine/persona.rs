@@ -6,13 +6,19 @@
 //! frames, nothing is said about the device: the trial is not applicable, and never passes.
 
 use super::scan::each_step_of;
-use crate::suite::device::Device;
-use crate::suite::expr::Value;
-use crate::suite::model::{Hold, Observation, Rule, RuleBody, Span, Start, Step, Trial, Verb};
-use crate::suite::persona::{ConnectBlock, Persona};
+use crate::judge::rule::Violation;
+use crate::suite::device::{Device, NameId, NameKind};
+use crate::suite::expr::{Program, Value};
+use crate::suite::model::{
+    Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb,
+};
+use crate::suite::persona::{ConnectBlock, Expects, Persona};
+use bench::Trace;
 use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
 use station::Duration;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::profinet::blocks::connect::RtClass;
+use wire::profinet::rt::FrameId;
 
 /// So many cycles go by from what is set to what is seen of it: out, through the device, back.
 const ROUND_TRIP: u32 = 3;
@@ -84,8 +90,8 @@ pub fn slack(persona: &Persona, device: &Device) -> Duration {
 }
 
 /// Why a trial cannot be judged in the manner of a persona; none: it can.
-pub fn unfit_trial(persona: &Persona, device: &Device, trial: &Trial) -> Option<String> {
-    let mut look = Look::new(persona, device, trial.start.as_ref());
+pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial: &Trial) -> Option<String> {
+    let mut look = Look::new(persona, &manual.device, Some(variant), trial.start.as_ref());
     let mut why = trial.start.as_ref().and_then(|start| look.start(start));
     each_step_of(trial, &mut |step| {
         let found = look.step(step);
@@ -98,21 +104,39 @@ pub fn unfit_trial(persona: &Persona, device: &Device, trial: &Trial) -> Option<
 
 /// Why a rule cannot be judged in the manner of a persona; none: it can.
 pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<String> {
-    let look = Look::new(persona, device, None);
+    let look = Look::new(persona, device, None, None);
     look.rule(&rule.body).map(|why| format!("persona {}: {why}", persona.name))
+}
+
+/// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline: with a
+/// patient watchdog a device that is gone looks so, and nothing is said about one that is there.
+pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
+    let Some(trigger) = violation.trigger else { return false };
+    let is_input = |number: u64| {
+        let Some((header, payload)) =
+            usize::try_from(number).ok().and_then(|at| FrameHeader::parse(&trace.get(at)?.octets).ok())
+        else {
+            return false;
+        };
+        let is_cyclic = || FrameId::peek(payload).is_ok_and(FrameId::is_cyclic);
+        header.source == mac && header.ether_type == EtherType::PROFINET && is_cyclic()
+    };
+    !(trigger.frame + 1..=violation.tick.frame).any(is_input)
 }
 
 /// What the connection that stands is like while the steps of a trial are looked through.
 struct Look<'a> {
     persona: &'a Persona,
     device: &'a Device,
+    /// The names of the trial; none for a rule.
+    variant: Option<&'a Variant>,
     /// The cycle, if it is that of the persona and slower than the usual one.
     slow: Option<Duration>,
 }
 
 impl<'a> Look<'a> {
-    fn new(persona: &'a Persona, device: &'a Device, start: Option<&Start>) -> Look<'a> {
-        let mut look = Look { persona, device, slow: None };
+    fn new(persona: &'a Persona, device: &'a Device, variant: Option<&'a Variant>, start: Option<&Start>) -> Look<'a> {
+        let mut look = Look { persona, device, variant, slow: None };
         look.slow = look.slow(start);
         look
     }
@@ -122,9 +146,13 @@ impl<'a> Look<'a> {
         self.persona.cycle.map(|cycle| cycle.time()).filter(|cycle| own && *cycle > self.device.timing.cycle)
     }
 
-    /// A watchdog of the case that is shorter than two cycles of the persona.
+    /// A watchdog of the case that is shorter than two cycles of the persona, or an access point that it does not expect.
     fn start(&mut self, start: &Start) -> Option<String> {
         self.slow = self.slow(Some(start));
+        let of_access_point = |instead: &InsteadStart| matches!(instead, InsteadStart::AccessPointIdent(_));
+        if self.persona.expects == Expects::Module && start.instead.iter().any(of_access_point) {
+            return Some("it expects no access point, so none that is another one".to_owned());
+        }
         let (slow, watchdog) = (self.slow?, start.watchdog?);
         (watchdog < slow * SAMPLES)
             .then(|| format!("a watchdog of {watchdog:?} is too short for a frame each {slow:?}"))
@@ -137,10 +165,21 @@ impl<'a> Look<'a> {
             Verb::Wait(span) => self.time(span, "a pause"),
             Verb::Block { observe, .. } => observe.iter().find_map(|observation| match observation {
                 Observation::Rule { body, .. } => self.rule(body),
-                Observation::Count { .. } | Observation::Sequence { .. } => None,
+                Observation::Count { condition, .. } => self.frame_by_frame(condition.names()),
+                Observation::Sequence { names, .. } => self.frame_by_frame(names.iter().flat_map(Program::names)),
             }),
             _ => None,
         }
+    }
+
+    /// What is counted or followed frame by frame, not event by event: of a slower cycle there are other numbers.
+    fn frame_by_frame(&self, mut names: impl Iterator<Item = NameId>) -> Option<String> {
+        let slow = self.slow?;
+        let kind = |name: NameId| self.variant?.names.get(name.0 as usize);
+        let is_seen_in_frames = |name: NameId| !matches!(kind(name), Some(NameKind::Event(_)));
+        names
+            .any(is_seen_in_frames)
+            .then(|| format!("what is followed from frame to frame is another thing with a frame each {slow:?}"))
     }
 
     fn rule(&self, body: &RuleBody) -> Option<String> {

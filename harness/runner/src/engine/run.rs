@@ -278,7 +278,7 @@ fn one(
     options: &RunOptions,
 ) -> Result<TrialOutcome, String> {
     let persona = options.persona.clone().or_else(|| dut.live()?.place().persona.clone());
-    let unfit = persona.and_then(|persona| persona::unfit_trial(&persona, &manual.device, trial));
+    let unfit = persona.and_then(|persona| persona::unfit_trial(&persona, manual, variant, trial));
     if let Some(why) = unfit {
         return Ok(around::not_run(manual, variant, trial, Excluded::NotApplicable(why)));
     }
@@ -387,8 +387,11 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
     let saved = trial.saved.iter().zip(&run.world.scene.notebook.saved);
     let saved = saved.map(|(name, value)| (name.clone(), crate::judge::view::plain(value))).collect();
     let objections = run.world.segment.objections();
+    let with_persona = run.place.persona.is_some();
     let rules = run.world.judges.rules.iter().map(|(of, rule)| {
-        let broken = rule.violation().map(|violation| {
+        let is_seen =
+            |violation: &&Violation| !with_persona || !persona::is_unseen(violation, &run.world.trace, run.mac);
+        let broken = rule.violation().filter(is_seen).map(|violation| {
             let failure = rule_failure(&run.world, of, violation, trial, &repeat);
             (violation.clone(), failure)
         });
