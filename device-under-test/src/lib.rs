@@ -19,4 +19,4 @@ pub mod profidrive;
 pub mod profinet;
 mod registry;
 
-pub use registry::{BuildError, Manual, ReferenceDevice, Setup, behaviour, build, manual, manuals};
+pub use registry::{BuildError, Manual, ReferenceDevice, Setup, behaviour, bugs_of_the_field, build, manual, manuals};

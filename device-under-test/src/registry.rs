@@ -2,7 +2,7 @@
 
 use crate::application::StationData;
 use crate::behaviour::Behaviour;
-use crate::bugs::{Bug, Table};
+use crate::bugs::{self, Bug, Table};
 use crate::models::lika_xac77::{self, Xac77};
 use crate::models::plain::{self, Plain};
 use crate::profinet::Device;
@@ -120,11 +120,29 @@ pub fn manual(name: &str) -> Result<&'static Manual, BuildError> {
     found.ok_or_else(|| BuildError::UnknownManual(name.to_string()))
 }
 
+/// The bugs that no manual lists, because only the manner of another controller shows them; every device can be told to have them.
+pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Bug> + Clone {
+    Table::Only(
+        bugs::stack::BUGS,
+        &[
+            "advanced-start-refused",
+            "little-endian-refused",
+            "block-order-fixed",
+            "unknown-block-refused",
+            "phase-not-1-refused",
+            "reduction-of-512-refused",
+            "output-frame-id-not-taken",
+            "tag-needed",
+        ],
+    )
+    .bugs()
+}
+
 /// The behaviour of a device of `manual` that has these bugs and no others.
 pub fn behaviour(manual: &Manual, bugs: &[&str]) -> Result<Behaviour, BuildError> {
     let mut behaviour = Behaviour::default();
     for name in bugs {
-        let bug = manual.bugs().find(|bug| bug.name == *name);
+        let bug = manual.bugs().chain(bugs_of_the_field()).find(|bug| bug.name == *name);
         let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: manual.name, bug: name.to_string() })?;
         (bug.apply)(&mut behaviour);
     }

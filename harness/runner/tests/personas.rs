@@ -232,6 +232,49 @@ fn no_persona_makes_a_healthy_device_fail_and_what_is_not_judged_says_why() {
     }
 }
 
+/// What a connection with the module `data` comes to on a plain device with these bugs.
+fn meets(bugs: &[&str], persona: Option<&str>) -> Verdict {
+    const SUITE: &str = "\
+suite: meets
+cases:
+  - id: data
+    why: Data go both ways.
+    covers: [PNIO-CON-001]
+    start: none
+    steps:
+      - connect: { module: data }
+      - set: { given: 0x01020304 }
+      - expect: { connection: data, io.input_status: good, io.consumer_status: good, mirrored: 0x01020304 }
+        within: 5s
+        for: 2s
+";
+    let sources = Sources::embedded().with("profinet-io/meets.yaml", SUITE);
+    let manuals = load(&sources, Some("profinet-io")).unwrap_or_else(|errors| panic!("{errors}"));
+    let variant = &manuals[0].variants[0];
+    let trial = variant.trials.iter().find(|trial| trial.id == "meets/data").expect("the case");
+    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let dut = DutSpec { kind, ..healthy(&manuals[0], &variant.name) };
+    let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
+    run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict
+}
+
+/// Each of these bugs is nothing to our own controller, and something to one of the others.
+#[rstest]
+#[case("advanced-start-refused", "advanced-alarm-first")]
+#[case("little-endian-refused", "legacy-little-multiple")]
+#[case("block-order-fixed", "single-writes-alarm-first")]
+#[case("unknown-block-refused", "advanced-fast")]
+#[case("phase-not-1-refused", "legacy-little-multiple")]
+#[case("reduction-of-512-refused", "legacy-512ms")]
+#[case("output-frame-id-not-taken", "soft-plc")]
+#[case("output-frame-id-not-taken", "output-id-proposed")]
+#[case("tag-needed", "untagged-rt")]
+fn a_bug_of_the_field_shows_in_the_manner_of_a_persona(#[case] bug: &str, #[case] persona: &str) {
+    assert_eq!(meets(&[], Some(persona)), Verdict::Pass);
+    assert_eq!(meets(&[bug], None), Verdict::Pass);
+    assert_eq!(meets(&[bug], Some(persona)), Verdict::Fail);
+}
+
 #[test]
 fn the_reports_name_the_persona_and_repeat_it() {
     let manuals = manuals();
