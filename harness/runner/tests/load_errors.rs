@@ -30,6 +30,8 @@ modules:
   short: { ident: 1, submodules: [pap, short] }
 records:
   bf00: { index: 0xBF00, at: pap, octets: 5, start: true, fields: { scaling: { octet: 0, bit: 3, words: switch, default: disabled }, range: { octets: [1, 4], default: =steps } } }
+  only_long: { index: 0xB02E, at: pap, octets: 2, start: true, with: [long], fields: { level: { octets: [0, 1], default: 7 } } }
+  longer: { index: 0xBF00, at: pap, octets: 8, fields: { scaling_in_use: { octet: 0, bit: 3, words: switch }, state: { octets: [4, 7] } } }
 parameters:
   P922: { type: u16, access: read }
   P971: { type: u16, access: read_write, permanent: true }
@@ -569,6 +571,57 @@ fn the_small_manual_loads() {
 )]
 #[case("common/wide.yaml", "word: { is: word", "word: { is: wrod", "wrod", "unknown word for is `wrod`")]
 #[case("common/wide.yaml", "why: one }", "wyh: one }", "wyh", "unknown key of an entry of takes `wyh`")]
+// readings that are faults
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { either: { one: [ { read: { P922: 1 } } ], two: [ { read: { P922: 2 } } ] }, finding: { tow: It is two. } }",
+    "tow",
+    "unknown reading `tow`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { either: { one: [ { read: { P922: 1 } } ], two: [ { read: { P922: 2 } } ] }, findign: { two: It is two. } }",
+    "findign",
+    "unknown modifier of either `findign`"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { either: { one: [ { read: { P922: 1 } } ], two: [ { read: { P922: 2 } } ] }, finding: { one: One., two: Two. } }",
+    "{ either",
+    "every reading is a fault"
+)]
+#[case(
+    "probe/topic.yaml",
+    "- wait: 20ms",
+    "- { either: { one: [ { read: { P922: 1 } } ], two: [ { read: { P922: 2 } } ] }, finding: { one: One. } }",
+    "two",
+    "a right reading stands before those that are faults"
+)]
+// records of the start-up that some modules have
+#[case(
+    "probe/device.yaml",
+    "start: true, fields",
+    "start: true, with: [lnog], fields",
+    "lnog",
+    "unknown module `lnog`"
+)]
+#[case(
+    "probe/device.yaml",
+    "start: true, fields",
+    "with: [long], fields",
+    "[long]",
+    "only a record of the start-up goes `with` modules"
+)]
+#[case(
+    "probe/topic.yaml",
+    "module: short, scaling",
+    "module: short, level: 1, scaling",
+    "level: 1",
+    "the record `only_long` is not sent with the module `short`"
+)]
 // what only goes with something else
 #[case(
     "probe/topic.yaml",
@@ -885,6 +938,35 @@ fn refused(#[case] path: &str, #[case] old: &str, #[case] new: &str, #[case] poi
     let at: String = first.line.chars().skip(first.at.column as usize - 1).collect();
     let good = first.at.file.ends_with(path) && at.starts_with(points_at) && first.message.contains(message);
     assert!(good, "wanted {path}: {message}, at {points_at}\n{errors}");
+}
+
+/// A record may be part of the start-up of some modules only, two may go to one submodule, and one index may be written with
+/// one layout and read with another.
+#[test]
+fn records_of_the_start_up() {
+    let topic = TOPIC.replacen("connect: { module: short, scaling", "connect: { module: long, level: 3, scaling", 1);
+    let topic =
+        topic.replacen("- read: { page.level: 3 }", "- read: { longer.scaling_in_use: enabled, longer.state: 1 }", 1);
+    let manuals = load(&sources().with("probe/topic.yaml", topic), None).unwrap_or_else(|errors| panic!("{errors}"));
+    let device = &manuals[0].device;
+    let fields = |start: &encspec::suite::model::Start| -> Vec<(String, i128)> {
+        let field =
+            |of: &encspec::suite::model::StartParameter| device.records[of.record].fields[of.field].name.clone();
+        start.parameters.iter().map(|of| (field(of), of.value)).collect()
+    };
+    let trials = &manuals[0].variants[0].trials;
+    let first = trials.iter().find(|trial| trial.id == "topic/first[on]").and_then(|trial| trial.start.as_ref());
+    let wanted = [("scaling".to_owned(), 0), ("range".to_owned(), 4096), ("level".to_owned(), 7)];
+    assert_eq!(fields(first.expect("it connects")), wanted);
+    let short = load(&sources(), None).expect("it loads");
+    let second = short[0].variants[0].trials.iter().find(|trial| trial.id == "topic/second").expect("it is there");
+    let Some(encspec::suite::model::Verb::Connect { start, .. }) = second.steps.first().map(|step| &step.verb) else {
+        panic!("it connects first")
+    };
+    assert_eq!(
+        fields(start),
+        wanted[..2].iter().map(|(name, value)| (name.clone(), if *value == 0 { 1 } else { 100 })).collect::<Vec<_>>()
+    );
 }
 
 #[test]

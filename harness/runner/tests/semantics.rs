@@ -392,3 +392,22 @@ fn a_common_case_runs_with_the_rows_of_the_manual() {
         wanted.into_iter().map(|(id, of, covers)| (id.to_owned(), of, covers)).collect();
     assert_eq!(verdicts, wanted);
 }
+
+/// A reading that is a fault fails the step with its sentence; the right one before it does not.
+#[test]
+fn a_reading_that_is_a_fault_says_so() {
+    let either = |right: u32, fault: u32| {
+        format!(
+            "{{ either: {{ right: [ {{ read: {{ P922: {right} }} }} ], printed: [ {{ read: {{ P922: {fault} }} }} ] }}, \
+             finding: {{ printed: It is as printed. }} }}"
+        )
+    };
+    let healthy = steps("", &[&either(81, 82)]);
+    assert_eq!((healthy.case.verdict, healthy.findings.len()), (Pass, 0), "{:?}", healthy.case.reason);
+    let found = steps("", &[&either(82, 81)]);
+    assert_eq!((found.case.verdict, found.case.reason.as_deref()), (Fail, Some("It is as printed.")));
+    let said: Vec<(&str, &str)> = found.findings.iter().map(|of| (of.id.as_str(), of.text.as_str())).collect();
+    assert_eq!(said, [("tried/tried:printed", "It is as printed.")]);
+    let neither = steps("", &[&either(82, 83)]);
+    assert_eq!((neither.case.verdict, neither.findings.len()), (Fail, 0), "{:?}", neither.case.reason);
+}

@@ -47,7 +47,13 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
         evidence: None,
     };
     let unseen = RuleSeen { decided: Decided::default(), broken: None, disturbed: false };
-    TrialOutcome { case, rules: vec![unseen; variant.rules.len()], identity: None, trace: Trace::new() }
+    TrialOutcome {
+        case,
+        rules: vec![unseen; variant.rules.len()],
+        findings: Vec::new(),
+        identity: None,
+        trace: Trace::new(),
+    }
 }
 
 /// Looks at a live device before the first trial, and writes down what its parameters were.
@@ -94,7 +100,7 @@ pub(super) fn end(dut: &DutSpec, live: &LiveDevice, looked: &Looked) -> Vec<Stri
 }
 
 /// What was found about the device besides its cases.
-pub(super) fn findings(dut: &DutSpec, looked: Option<Looked>, left: Vec<String>) -> Vec<Finding> {
+pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>) -> Vec<Finding> {
     let before = dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
     let remark = |severity: Severity, id: &str, text: String| Finding {
         id: id.to_owned(),
@@ -116,7 +122,7 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<Looked>, left: Vec<String>)
     let left = left.into_iter().map(|text| remark(Severity::Error, "put-back", text));
     before
         .into_iter()
-        .chain(looked.map(|looked| looked.findings).unwrap_or_default())
+        .chain(looked.map(|looked| looked.findings.clone()).unwrap_or_default())
         .chain(notes)
         .chain(passive)
         .chain(left)

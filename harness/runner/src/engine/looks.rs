@@ -213,7 +213,9 @@ impl<'a> Run<'a> {
                     self.in_reading = false;
                     self.world.stop_recording();
                     self.readings.push((step.text.clone(), reading.name.clone()));
-                    return Ok(());
+                    let Some(finding) = &reading.finding else { return Ok(()) };
+                    self.findings.push((reading.name.clone(), finding.clone()));
+                    return Err((Trouble::device(finding.clone(), parts), step));
                 }
                 Err(trouble) => {
                     for part in &trouble.parts {

@@ -12,7 +12,9 @@ use super::trial::{Place, Run};
 use super::world::World;
 use crate::judge::rule::Violation;
 use crate::live::journal::Entry;
-use crate::result::{Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, RunResult};
+use crate::result::{
+    Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, RunResult, Severity,
+};
 use crate::suite::model::{Level, Manual, Rule, Trial, Variant};
 use crate::suite::persona::Persona;
 use crate::verdict::Verdict;
@@ -149,6 +151,13 @@ fn device(
             judged.push(result);
         }
     }
+    let mut findings = around::findings(dut, looked.as_ref(), notes);
+    for finding in outcomes.iter().flat_map(|outcome| &outcome.findings) {
+        // The rows of a case find the same.
+        if !findings.contains(finding) {
+            findings.push(finding.clone());
+        }
+    }
     let mut cases = Vec::new();
     if !only_rules {
         cases.extend(outcomes.into_iter().map(|outcome| outcome.case));
@@ -174,7 +183,7 @@ fn device(
         filtered,
         persona: place.persona.as_ref().map(|persona| persona.name.clone()),
         bugs: dut.bugs().to_vec(),
-        findings: around::findings(dut, looked, notes),
+        findings,
     })
 }
 
@@ -225,6 +234,8 @@ pub struct TrialOutcome {
     pub case: CaseResult,
     /// What each rule of the variant saw in it, in their order.
     pub rules: Vec<RuleSeen>,
+    /// What was found about the device: readings of the manual that are faults.
+    pub findings: Vec<Finding>,
     /// What the device said it is.
     pub identity: Option<String>,
     /// Every frame.
@@ -398,6 +409,15 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
         RuleSeen { decided: rule.decided(), broken, disturbed }
     });
     let rules = rules.collect();
+    let finding = |(reading, text): (String, String)| Finding {
+        id: format!("{}:{reading}", trial.case()),
+        severity: Severity::Error,
+        text,
+        manual: None,
+        gsdml: None,
+        device: None,
+    };
+    let findings = run.findings.into_iter().map(finding).collect();
     let case = CaseResult {
         id: format!("{}/{}", manual.device.name, trial.id),
         kind: CaseKind::Trial,
@@ -417,7 +437,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
         evidence: None,
     };
     let case = super::evidence::keep(case, &run.world.variant.name, &run.world.trace, options);
-    TrialOutcome { case, rules, identity: run.identity.as_ref().map(identity), trace: run.world.trace }
+    TrialOutcome { case, rules, findings, identity: run.identity.as_ref().map(identity), trace: run.world.trace }
 }
 
 fn identity(station: &StationSeen) -> String {

@@ -34,7 +34,7 @@ pub struct Whereabouts {
 /// The start-up with a module and every start parameter at its default.
 pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
     let mut parameters = Vec::new();
-    for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
+    for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
         for (field, of) in of.fields.iter().enumerate() {
             parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
         }
@@ -148,7 +148,7 @@ fn frame_id_of(class: RtClass) -> u16 {
 fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (Vec<StartRecord>, Vec<usize>) {
     let mut records = Vec::new();
     let mut indices = Vec::new();
-    for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
+    for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.starts(start.module)) {
         let at = &device.submodules[record.at];
         let slot = slot_asked(start, at.slot);
         if !submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (slot, at.subslot)) {

@@ -178,6 +178,8 @@ pub struct Run<'a> {
     pub checked: Vec<Check>,
     /// Readings that the device took.
     pub readings: Vec<(String, String)>,
+    /// Readings that are faults, in which the device was found, with the sentence about it.
+    pub findings: Vec<(String, String)>,
     /// How many checks were judged.
     pub checks: u64,
     /// Steps not reached, for the report.
@@ -217,6 +219,7 @@ impl<'a> Run<'a> {
             in_test: false,
             checked: Vec::new(),
             readings: Vec::new(),
+            findings: Vec::new(),
             checks: 0,
             not_reached: Vec::new(),
             slack: place.slack,

@@ -305,10 +305,19 @@ pub struct Record {
     pub octets: usize,
     /// Whether it is part of the start-up.
     pub start: bool,
+    /// The modules (indices into `modules`) with which it is part of the start-up, where that is not every one.
+    pub with: Option<Vec<usize>>,
     /// Its fields; the order is that of the file.
     pub fields: Vec<RecordField>,
     /// Where the layout comes from.
     pub origin: Origin,
+}
+
+impl Record {
+    /// Whether the start-up of this module (an index into `modules`) sends it.
+    pub fn starts(&self, module: usize) -> bool {
+        self.start && self.with.as_ref().is_none_or(|with| with.contains(&module))
+    }
 }
 
 /// A field of a record.

@@ -271,6 +271,7 @@ key_sets! {
         "at" must Name, "The submodule it is read from and written to.";
         "octets" must Number, "Its length.";
         "start" may Flag, "It is part of the start-up.";
+        "with" may List(&Name), "The modules with whose start-up it is sent; all by default.";
         "fields" must Map(&Keys(&RECORD_FIELD)), "Its fields.";
         "from_source" may Word(ORIGINS), "Where its layout comes from if the manual does not print it.";
     }

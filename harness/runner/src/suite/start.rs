@@ -1,5 +1,6 @@
 //! `start` and `connect`: the module, the settings of the bus, the start parameters and what is changed.
 
+use super::device::Record;
 use super::device_yaml::{duration, plain, whole};
 use super::error::{Mistake, Read};
 use super::expr::{self, Value};
@@ -63,7 +64,7 @@ impl Frame<'_, '_> {
     pub(super) fn start(&self, node: &Node) -> Read<Start> {
         let device = self.names.device();
         let (mut module, mut cycle, mut watchdog, mut instead) = (None, None, None, Vec::new());
-        let mut given: Vec<(usize, usize, i128)> = Vec::new();
+        let mut given: Vec<(usize, usize, i128, &Node)> = Vec::new();
         for (key, value) in node.entries("start")? {
             match key.text("a key")? {
                 "module" => module = Some(self.module(value)?),
@@ -72,28 +73,41 @@ impl Frame<'_, '_> {
                 "instead" => instead = self.instead_start(value)?,
                 name => {
                     let (record, field) = self.start_parameter(key, name)?;
-                    given.push((record, field, self.start_value(value, record, field)?));
+                    given.push((record, field, self.start_value(value, record, field)?, key));
                 }
             }
         }
         let Some(module) = module else {
             return Err(node.wrong("a connection needs its `module`"));
         };
+        if let Some((record, _, _, key)) = given.iter().find(|(record, ..)| !device.records[*record].starts(module)) {
+            return Err(self.not_sent(key, &device.records[*record], module));
+        }
         self.progress.module.set(Some(module));
         let cycle = cycle.map(|(cycle, node)| checked_cycle(cycle, node)).transpose()?;
         let watchdog = watchdog
             .map(|(watchdog, node)| checked_watchdog(watchdog, cycle.unwrap_or(device.timing.cycle), node))
             .transpose()?;
         let mut parameters = Vec::new();
-        for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.start) {
+        for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
             self.names.mark("record", &of.name);
             for (field, of) in of.fields.iter().enumerate() {
-                let said = given.iter().find(|(r, f, _)| (*r, *f) == (record, field)).map(|(.., value)| *value);
+                let said = given.iter().find(|(r, f, ..)| (*r, *f) == (record, field)).map(|(_, _, value, _)| *value);
                 let value = said.or_else(|| of.default.get(self.names.variant).copied());
                 parameters.extend(value.map(|value| StartParameter { record, field, value }));
             }
         }
         Ok(Start { module, cycle, watchdog, parameters, instead })
+    }
+
+    /// The mistake that a start gives something to a record that its module does not take.
+    fn not_sent(&self, key: &Node, record: &Record, module: usize) -> Box<Mistake> {
+        let modules = &self.names.device().modules;
+        let with = record.with.iter().flatten().filter_map(|&index| modules.get(index));
+        let with: Vec<String> = with.map(|module| format!("`{}`", module.name)).collect();
+        let name = modules.get(module).map_or("", |module| module.name.as_str());
+        key.wrong(format!("the record `{}` is not sent with the module `{name}`", record.name))
+            .help(format!("it is sent with {}", with.join(", ")))
     }
 
     fn module(&self, node: &Node) -> Read<usize> {

@@ -28,7 +28,11 @@ pub(super) const VERBS: &[(&str, &[&str], &str)] = &[
     ("wait", &[], "Lets time go by."),
     ("save", &[], "Keeps values of this trial, which the report shows as well."),
     ("steps", &["times", "observe"], "A block."),
-    ("either", &[], "Readings of the manual: the first that holds is taken."),
+    (
+        "either",
+        &["finding"],
+        "Readings of the manual: the first that holds is taken; one with a `finding` is a fault that says so.",
+    ),
     ("do", &["give"], "Named steps."),
 ];
 
@@ -216,7 +220,7 @@ impl<'f, 'm> Place<'f, 'm> {
                 let observe = node.get("observe").map_or(Ok(Vec::new()), |observe| self.observations(observe))?;
                 Verb::Block { steps, times, observe }
             }
-            "either" => self.either(value)?,
+            "either" => self.either(value, node.get("finding"))?,
             _ => self.procedure(value, node.get("give"))?,
         })
     }
@@ -344,19 +348,34 @@ impl<'f, 'm> Place<'f, 'm> {
         Ok(Verb::Save(list))
     }
 
-    fn either(&self, node: &Node) -> Read<Verb> {
+    fn either(&self, node: &Node, finding: Option<&Node>) -> Read<Verb> {
         let readings = named(node, "either")?;
         if readings.len() < 2 {
             return Err(node.wrong("`either` has two or more readings"));
         }
-        let mut list = Vec::new();
+        let findings = finding.map_or(Ok(Vec::new()), |finding| named(finding, "finding"))?;
+        for (name, said) in &findings {
+            if !readings.iter().any(|(known, _)| known == name) {
+                let key = finding.map_or(said.spot, |finding| finding.key(name).spot);
+                return Err(Mistake::unknown(key, "reading", name, readings.iter().map(|(name, _)| *name)));
+            }
+        }
+        if findings.len() == readings.len() {
+            return Err(node.wrong("every reading is a fault").help("one of them is right: give it no `finding`"));
+        }
+        let mut list: Vec<Reading> = Vec::new();
         for (name, steps) in readings {
+            let said = findings.iter().find(|(known, _)| *known == name).map(|(_, said)| said.text("a finding"));
+            let said = said.transpose()?.map(str::to_owned);
+            if said.is_none() && list.iter().any(|reading| reading.finding.is_some()) {
+                return Err(node.key(name).wrong("a right reading stands before those that are faults"));
+            }
             for step in steps.items("a reading")? {
                 if step.get("expect").is_none() && step.get("read").is_none() {
                     return Err(step.wrong("a reading has only `expect` and `read`"));
                 }
             }
-            list.push(Reading { name: name.to_owned(), steps: self.block(steps, "a reading")? });
+            list.push(Reading { name: name.to_owned(), steps: self.block(steps, "a reading")?, finding: said });
         }
         Ok(Verb::Either(list))
     }

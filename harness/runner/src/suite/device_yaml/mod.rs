@@ -107,7 +107,7 @@ impl<'n> Reader<'n> {
         let (signals, submodules, modules) = self.cyclic();
         // What refers to a definition with a mistake would only say so again.
         let sound = self.mistakes.count() == before;
-        let records = if sound { self.records(&submodules) } else { Vec::new() };
+        let records = if sound { self.records(&submodules, &modules) } else { Vec::new() };
         let parameters = self.parameters();
         let codes = self.codes();
         let stand = self.stand()?;

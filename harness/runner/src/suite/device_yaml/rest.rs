@@ -1,6 +1,6 @@
 //! Records, parameters, code tables, the stand and the roles of a device.
 
-use super::super::device::{Field, Parameter, ParameterType, Record, RecordField, StandNames, Submodule};
+use super::super::device::{Field, Module, Parameter, ParameterType, Record, RecordField, StandNames, Submodule};
 use super::super::error::{Mistake, Read};
 use super::super::expr::Type;
 use super::super::keys::{self, Keyed, TYPES};
@@ -9,17 +9,17 @@ use super::cyclic::words_of;
 use super::{Reader, flag, label, labels, named, origin, pair, plain, whole, word};
 
 impl<'n> Reader<'n> {
-    pub(super) fn records(&mut self, submodules: &[Submodule]) -> Vec<Record> {
+    pub(super) fn records(&mut self, submodules: &[Submodule], modules: &[Module]) -> Vec<Record> {
         let mut records = Vec::new();
         for (name, node) in self.entries("records") {
             self.declare("record", name, node.spot);
-            let record = self.record(name, node, submodules);
+            let record = self.record(name, node, submodules, modules);
             records.extend(self.mistakes.keep(record));
         }
         records
     }
 
-    fn record(&mut self, name: &str, node: &Node, submodules: &[Submodule]) -> Read<Record> {
+    fn record(&mut self, name: &str, node: &Node, submodules: &[Submodule], modules: &[Module]) -> Read<Record> {
         let keyed = Keyed::new(node, &keys::RECORD)?;
         let at = keyed.must("at")?;
         let place = plain(at, "a submodule")?;
@@ -33,6 +33,7 @@ impl<'n> Reader<'n> {
         };
         let octets: usize = whole(keyed.must("octets")?, "a length")?;
         let start = flag(keyed, "start")?;
+        let with = keyed.get("with").map(|node| start_modules(node, start, modules)).transpose()?;
         let mut fields = Vec::new();
         for (field, node) in named(keyed.must("fields")?, "fields")? {
             self.declare("field", &format!("{name}.{field}"), node.spot);
@@ -44,6 +45,7 @@ impl<'n> Reader<'n> {
             at: index,
             octets,
             start,
+            with,
             fields,
             origin: origin(keyed)?,
         })
@@ -253,4 +255,19 @@ fn parameter_type(word: &str, octets: Option<usize>) -> ParameterType {
     };
     let octets = octets.or(if word == "text" || word == "bytes" { Some(0) } else { None });
     ParameterType { width, signed, text, octets, formats }
+}
+
+/// The modules with whose start-up a record is sent.
+fn start_modules(node: &Node, start: bool, modules: &[Module]) -> Read<Vec<usize>> {
+    if !start {
+        return Err(node.wrong("only a record of the start-up goes `with` modules").help("write `start: true`"));
+    }
+    let names = labels(node, "with")?;
+    let index = |(at, name): (usize, &String)| {
+        let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);
+        let found = modules.iter().position(|module| module.name == *name);
+        let known = modules.iter().map(|module| module.name.as_str());
+        found.ok_or_else(|| Mistake::unknown(at.spot, "module", name, known))
+    };
+    names.iter().enumerate().map(index).collect()
 }

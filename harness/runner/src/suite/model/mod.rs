@@ -321,6 +321,8 @@ pub struct Reading {
     pub name: String,
     /// Expectations and reads.
     pub steps: Vec<Step>,
+    /// The sentence about a device that is found so, where this reading is a fault.
+    pub finding: Option<String>,
 }
 
 /// A span of time or of cycles.
