@@ -71,8 +71,9 @@ impl<'a> Run<'a> {
                 self.kind(name),
                 Some(
                     NameKind::Signal { .. }
-                        | NameKind::InputOctets
-                        | NameKind::OutputOctets
+                        | NameKind::InputOctets(_)
+                        | NameKind::OutputOctets(_)
+                        | NameKind::Elapsed
                         | NameKind::InputLength
                         | NameKind::InputStatus(_)
                         | NameKind::OutputStatus(_)

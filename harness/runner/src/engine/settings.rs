@@ -33,7 +33,7 @@ impl<'a> Run<'a> {
     /// Applies settings at once and says whether outputs are among them.
     pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, Trouble> {
         let all_octets =
-            |run: &Run<'_>, setting: &Setting| matches!(run.kind(setting.name), Some(NameKind::OutputOctets));
+            |run: &Run<'_>, setting: &Setting| matches!(run.kind(setting.name), Some(NameKind::OutputOctets(_)));
         let mut outputs = false;
         for first in [true, false] {
             for setting in settings {
@@ -66,7 +66,7 @@ impl<'a> Run<'a> {
                 self.outputs.set(&kind, value.as_whole().ok_or_else(unknown)?);
                 Ok(true)
             }
-            (NameKind::OutputOctets, Value::Bytes(octets)) => {
+            (NameKind::OutputOctets(_), Value::Bytes(octets)) => {
                 self.outputs.set_octets(octets);
                 Ok(true)
             }

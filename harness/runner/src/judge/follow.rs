@@ -75,7 +75,7 @@ impl Follower {
             }
             _ if observation.ar().is_none_or(|ar| Some(ar) != self.ar) => match observation {
                 Observation::Lldp { source, pdu } => {
-                    let seen = announcement(pdu);
+                    let seen = LldpSeen { source: Some(*source), ..announcement(pdu) };
                     let is_device =
                         self.is_device(ars, *source) || seen.mac.is_some_and(|mac| self.is_device(ars, mac));
                     if is_device { self.happened(Happening::Lldp(seen), event) } else { None }
@@ -83,7 +83,7 @@ impl Follower {
                 _ => None,
             },
             Observation::Cyclic { direction, data, at, status, .. } => {
-                let good = self.image.cyclic(*direction, data, *status, Placement { frame, at: *at });
+                let good = self.image.cyclic(*direction, data, *status, Placement { time, frame, at: *at });
                 self.image.happening = Happening::Nothing;
                 let kind = match (direction, good) {
                     (Direction::ToDevice, _) => TickKind::Output,

@@ -3,8 +3,9 @@
 //! Nothing has a value before it was first seen, after the connection ended, and while the device marks its data as bad.
 
 use crate::observe::{Ar, Direction};
-use crate::suite::device::{Device, RecordField};
-use station::Duration;
+use crate::suite::device::{Device, Module, RecordField};
+use station::{Duration, Time};
+use std::cmp::Reverse;
 use std::ops::Range;
 use wire::ethernet::Mac;
 use wire::profinet::rt::{ApduStatus, IoxS};
@@ -16,11 +17,14 @@ pub struct Area {
     seen: bool,
     good: bool,
     place: Placement,
+    gap: Option<Duration>,
 }
 
-/// Where an area stood on the wire.
+/// When and where an area stood on the wire.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Placement {
+    /// When the frame was seen.
+    pub time: Time,
     /// Number of the frame.
     pub frame: u64,
     /// Where the data area begins in the frame, in octets.
@@ -67,6 +71,8 @@ pub struct LldpSeen {
     pub port: Option<String>,
     /// `lldp.mac`.
     pub mac: Option<Mac>,
+    /// `lldp.source`.
+    pub source: Option<Mac>,
 }
 
 /// What happened at this instant, besides cyclic data.
@@ -136,10 +142,20 @@ impl Image {
             self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
             self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
         }
-        self.module = device.modules.iter().position(|module| {
-            let all = |index: &usize| self.submodules[*index] != Spots::default();
-            !module.submodules.is_empty() && module.submodules.iter().all(all)
-        });
+        self.module = self.module_of(device, ar);
+    }
+
+    /// The module whose submodules are all there. Modules may share submodules: the one with most of them is meant, among
+    /// equals one with the ident number that the controller expects, else the first.
+    fn module_of(&self, device: &Device, ar: &Ar) -> Option<usize> {
+        let is_there = |index: &usize| self.submodules.get(*index).is_some_and(|spots| *spots != Spots::default());
+        let expected = |ident: u32| ar.submodules.iter().any(|placed| placed.slot != 0 && placed.module_ident == ident);
+        let fits = |module: &Module| {
+            let all = !module.submodules.is_empty() && module.submodules.iter().all(is_there);
+            all.then(|| (module.submodules.len(), expected(module.ident)))
+        };
+        let fitting = device.modules.iter().enumerate().filter_map(|(index, module)| Some((fits(module)?, index)));
+        fitting.max_by_key(|&(fits, index)| (fits, Reverse(index))).map(|(_, index)| index)
     }
 
     fn place(&mut self, device: &Device, signals: &[usize], direction: Direction, area: Option<&Range<usize>>) {
@@ -184,6 +200,7 @@ impl Image {
         let providers = self.submodules.iter().filter_map(of).all(good_status);
         area.octets.clear();
         area.octets.extend_from_slice(data);
+        area.gap = area.seen.then(|| place.time.since(area.place.time));
         area.seen = true;
         area.good = match direction {
             Direction::ToController => status.data_status.is_valid() && status.data_status.is_run() && providers,
@@ -242,14 +259,23 @@ impl Image {
         area.seen.then_some((area.place.frame, area.place.at + octets.start))
     }
 
-    /// The data octets of the module in one direction, submodule after submodule.
-    pub fn octets(&self, direction: Direction) -> Option<Vec<u8>> {
+    /// The time between the last frame of a direction and the one before it.
+    pub fn elapsed(&self, direction: Direction) -> Option<Duration> {
+        self.area(direction).gap.filter(|_| self.stands)
+    }
+
+    /// The data octets of one direction: those of one submodule, or of all, submodule after submodule.
+    pub fn octets(&self, direction: Direction, submodule: Option<usize>) -> Option<Vec<u8>> {
         let area = self.area(direction);
         if !(self.stands && area.seen && area.good) {
             return None;
         }
+        if submodule.is_some_and(|submodule| self.submodules.get(submodule).is_none_or(|of| *of == Spots::default())) {
+            return None;
+        }
         let mut octets = Vec::new();
-        for spots in &self.submodules {
+        let meant = |index: usize| submodule.is_none_or(|submodule| submodule == index);
+        for (_, spots) in self.submodules.iter().enumerate().filter(|(index, _)| meant(*index)) {
             let range = match direction {
                 Direction::ToController => &spots.input,
                 Direction::ToDevice => &spots.output,

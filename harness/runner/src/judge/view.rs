@@ -5,7 +5,7 @@ use super::image::{Happening, Image};
 use super::{Tick, TickKind};
 use crate::observe::Direction;
 use crate::suite::device::{BenchName, Device, EventName, Field, NameId, NameKind};
-use crate::suite::expr::{Env, Shown, State, Type, Value};
+use crate::suite::expr::{Env, Number, Shown, State, Type, Value};
 use crate::suite::model::{AnswerPart, Variant};
 use crate::suite::words;
 use station::{Duration, Time};
@@ -100,6 +100,11 @@ impl View<'_> {
 
     /// A value of a name as reports show it: hexadecimal and decimal, words, and the bits that are set by name.
     pub fn show(&self, name: NameId, value: &Value) -> String {
+        if let Some(&NameKind::Signal { signal, shift: shift @ 1.., .. }) = self.kind(name)
+            && let Some(width) = self.device.signals.get(signal).map(|signal| signal.width)
+        {
+            return left_aligned(value, shift, width);
+        }
         let Some(number) = value.as_whole() else { return plain(value) };
         let table: Option<&[(String, i128)]> = match self.kind(name) {
             Some(NameKind::Signal { signal, low: 0, width, field: None, circle: None, .. }) => {
@@ -144,16 +149,17 @@ impl View<'_> {
 
     fn known(&self, name: NameId) -> Option<Value> {
         Some(match self.kind(name)? {
-            NameKind::Signal { signal, low, width, signed, field, circle } => {
+            NameKind::Signal { signal, low, width, signed, field, circle, shift } => {
                 let number = bits(self.image.signal(*signal)?, *low, *width, *signed);
                 let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
+                let Some(number) = steps(number, *shift) else { return Some(fraction(number, *shift)) };
                 match circle {
                     Some(circle) => Value::place(number, circle.eval(self, &State::default()).as_whole()),
                     None => typed(number, field),
                 }
             }
-            NameKind::OutputOctets => Value::bytes(self.image.octets(Direction::ToDevice)?),
-            NameKind::InputOctets => Value::bytes(self.image.octets(Direction::ToController)?),
+            NameKind::OutputOctets(of) => Value::bytes(self.image.octets(Direction::ToDevice, *of)?),
+            NameKind::InputOctets(of) => Value::bytes(self.image.octets(Direction::ToController, *of)?),
             NameKind::InputLength => Value::whole(self.image.input_length()? as i128),
             NameKind::OutputStatus(submodule) => Value::Word(self.image.output_status(*submodule)?.into()),
             NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
@@ -180,6 +186,14 @@ impl View<'_> {
             }
             NameKind::Derived(index) => self.variant.derived.get(*index)?.1.eval(self, &State::default()),
             NameKind::Saved(index) => self.notebook.saved.get(*index)?.clone(),
+            NameKind::Elapsed => {
+                let direction = match self.tick.kind {
+                    TickKind::Sample | TickKind::BadSample => Direction::ToController,
+                    TickKind::Output => Direction::ToDevice,
+                    TickKind::Event => return None,
+                };
+                Value::nanos(self.image.elapsed(direction)?.as_nanos() as i128)
+            }
             NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
             NameKind::Bench(name) => Value::Address(self.notebook.bench?.of(*name).octets()),
             NameKind::Constant(value) => value.clone(),
@@ -206,6 +220,7 @@ impl View<'_> {
             EventName::LldpChassis => lldp?.chassis.as_deref().map(Value::bytes),
             EventName::LldpPort => lldp?.port.as_deref().map(Value::text),
             EventName::LldpMac => lldp?.mac.map(|mac| Value::bytes(&mac.0[..])),
+            EventName::LldpSource => lldp?.source.map(|mac| Value::bytes(&mac.0[..])),
             EventName::AlarmChange => alarm?.change.map(|word| Value::Word(word.into())),
             EventName::AlarmError => alarm?.error.map(|word| Value::Word(word.into())),
             EventName::AlarmSeverity => alarm?.severity.map(|word| Value::Word(word.into())),
@@ -234,6 +249,31 @@ pub fn plain(value: &Value) -> String {
 fn builtin(table: words::Table, number: i128) -> String {
     let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
     word.map_or_else(|| number.to_string(), str::to_owned)
+}
+
+/// The steps of a number that stands `shift` bits further left, where it is a whole number of steps.
+fn steps(number: i128, shift: u32) -> Option<i128> {
+    let steps = number >> shift;
+    (steps << shift == number).then_some(steps)
+}
+
+/// The number of steps, with a fraction: the bits below the lowest place are not 0, so that it equals no whole number.
+fn fraction(number: i128, shift: u32) -> Value {
+    Number::new(number, 1 << shift).map_or(Value::Unknown, Value::Number)
+}
+
+/// A number of steps that stands further left on the wire, both ways: `0x100 (256), on the wire 0x00000400`.
+fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
+    let on_the_wire = |number: Number| number.times(Number::whole(1 << shift)).and_then(Number::as_whole);
+    let raw = |number: i128| format!("0x{number:0digits$X}", digits = width as usize / 4);
+    match (value.as_whole(), value) {
+        (Some(steps), _) if steps >= 0 => format!("{}, on the wire {}", hex(steps, 0), raw(steps << shift)),
+        (None, Value::Number(number)) => match on_the_wire(*number) {
+            Some(number) => format!("{}, of which the lowest {shift} bits are not 0", raw(number)),
+            None => plain(value),
+        },
+        _ => plain(value),
+    }
 }
 
 /// `0x00012345 (74565)`; small numbers without the hexadecimal.
@@ -290,9 +330,9 @@ impl Env for View<'_> {
                 Some(Direction::ToDevice) => self.tick.kind == TickKind::Output,
                 None => false,
             },
-            Some(NameKind::OutputOctets | NameKind::OutputStatus(_)) => self.tick.kind == TickKind::Output,
+            Some(NameKind::OutputOctets(_) | NameKind::OutputStatus(_)) => self.tick.kind == TickKind::Output,
             Some(
-                NameKind::InputOctets | NameKind::InputLength | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_),
+                NameKind::InputOctets(_) | NameKind::InputLength | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_),
             ) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
             Some(NameKind::Event(_)) => self.tick.kind == TickKind::Event,
             _ => true,

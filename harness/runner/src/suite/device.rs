@@ -221,6 +221,8 @@ pub struct Signal {
     pub origin: Origin,
     /// The size of the circle it is a place on, as written; compiled for each variant by the loader.
     pub position_in: Option<String>,
+    /// By how many bits its number stands further left than its lowest step, for each variant.
+    pub shift: Vec<u32>,
     /// Its bits and bit groups.
     pub fields: Vec<Field>,
 }
@@ -413,11 +415,13 @@ pub enum NameKind {
         field: Option<usize>,
         /// The size of the circle.
         circle: Option<Program>,
+        /// By how many bits the number stands further left than its lowest step.
+        shift: u32,
     },
-    /// `io.outputs`, the output data of the module as octets.
-    OutputOctets,
-    /// `io.inputs`, the input data of the module as octets.
-    InputOctets,
+    /// `io.outputs`, the output data as octets: of one submodule or of the module.
+    OutputOctets(Option<usize>),
+    /// `io.inputs`, the input data as octets: of one submodule or of the module.
+    InputOctets(Option<usize>),
     /// `io.input_length`, octets of input data of the module.
     InputLength,
     /// `io.cyclic`: `running` or `paused`.
@@ -482,6 +486,8 @@ pub enum NameKind {
     Saved(usize),
     /// `cycle`, a duration.
     Cycle,
+    /// `elapsed`, the time between this frame and the one before it of the same direction.
+    Elapsed,
     /// An address of the bench.
     Bench(BenchName),
     /// A value that is known at load time.
@@ -580,12 +586,14 @@ pub enum EventName {
     LldpPort,
     /// `lldp.mac`.
     LldpMac,
+    /// `lldp.source`.
+    LldpSource,
 }
 
 impl EventName {
     /// Whether it is the announcement of a neighbour, which no switch passes on.
     pub fn is_lldp(self) -> bool {
-        use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort};
-        matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac)
+        use EventName::{Lldp, LldpChassis, LldpMac, LldpName, LldpPort, LldpSource};
+        matches!(self, Lldp | LldpName | LldpChassis | LldpPort | LldpMac | LldpSource)
     }
 }

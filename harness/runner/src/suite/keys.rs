@@ -236,7 +236,8 @@ key_sets! {
         "width" must Number, "In bits: 8, 16, 32 or 64.";
         "signed" may Flag, "It is a two's complement.";
         "position_in" may Condition, "The size of the circle on which it is a place.";
-        "fields" may Map(&Bits), "Its bits and groups of bits.";
+        "shift" may Any, "By how many bits it stands further left than its lowest step, one number or one for each variant; its name speaks in steps.";
+        "fields" may Map(&Bits), "Its bits and groups of bits, counted as they are on the wire.";
         "from_source" may Word(ORIGINS), "Where it comes from if the manual does not print it.";
     }
     FIELD "a field of a signal or element" {

@@ -253,7 +253,7 @@ impl<'f, 'm> Place<'f, 'm> {
             _ => false,
         };
         let set = match (&name.kind, &name.ty) {
-            (NameKind::OutputOctets, _) => SetValue::Bytes(octets(value)?),
+            (NameKind::OutputOctets(_), _) => SetValue::Bytes(octets(value)?),
             (NameKind::Signal { .. }, _) => match value.plain() {
                 Some(word @ ("held" | "counting")) if counts => SetValue::Word(word.to_owned()),
                 Some(word) if counts && word.starts_with(|c: char| c.is_ascii_alphabetic()) => {

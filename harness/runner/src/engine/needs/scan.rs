@@ -193,7 +193,7 @@ impl<'a> Scan<'a> {
                 };
                 self.changes(hit, times);
             }
-            Some(NameKind::OutputOctets) => {
+            Some(NameKind::OutputOctets(_)) => {
                 let zero = matches!(&setting.value, SetValue::Bytes(octets) if octets.iter().all(|octet| *octet == 0));
                 let outputs: Vec<usize> = self.outputs();
                 let hit = |changed: &Changed| match changed {
@@ -439,7 +439,7 @@ impl<'a> Scan<'a> {
                 };
                 self.measures |= device.signals.get(*signal).is_some_and(measured);
             }
-            Some(NameKind::InputOctets) => self.measures = true,
+            Some(NameKind::InputOctets(_)) => self.measures = true,
             Some(NameKind::Event(event)) if event.is_lldp() => self.add(Need::DirectCable),
             Some(NameKind::Page { page, value }) => {
                 let value = device.pages.get(*page).and_then(|page| page.shows.get(*value));

@@ -62,7 +62,24 @@ impl<'n> Reader<'n> {
             Some(node) => self.fields(node, bits, name)?,
         };
         let position_in = position_in.map(|(_, text)| text.to_owned());
-        Ok(Signal { name: name.to_owned(), from, width: bits, signed, origin: origin(keyed)?, position_in, fields })
+        let shift = self.shift(keyed, from, bits, signed)?;
+        let (name, origin) = (name.to_owned(), origin(keyed)?);
+        Ok(Signal { name, from, width: bits, signed, origin, position_in, shift, fields })
+    }
+
+    /// By how many bits the number of a signal stands further left than its lowest step, for each variant.
+    fn shift(&self, keyed: Keyed<'_>, from: From, width: u32, signed: bool) -> Read<Vec<u32>> {
+        let Some(node) = keyed.get("shift") else { return Ok(vec![0; self.variants.len()]) };
+        if from == From::Controller {
+            return Err(node.wrong("only what the device sends can stand further left"));
+        }
+        if signed {
+            return Err(node.wrong("a number with a sign does not stand further left").help("leave out `signed`"));
+        }
+        self.per_variant(node, |node, _| {
+            let shift: u32 = whole(node, "a number of bits")?;
+            if shift < width { Ok(shift) } else { Err(node.wrong(format!("there are {width} bits only"))) }
+        })
     }
 
     /// Bits and groups of bits of something `width` bits wide.

@@ -319,7 +319,7 @@ impl Scope for Constants<'_> {
 }
 
 /// First parts of the names that every device has.
-const RESERVED: [&str; 21] = [
+const RESERVED: [&str; 22] = [
     "io",
     "connection",
     "station",
@@ -340,6 +340,7 @@ const RESERVED: [&str; 21] = [
     "page",
     "bench",
     "cycle",
+    "elapsed",
     "timing",
 ];
 

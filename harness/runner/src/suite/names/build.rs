@@ -50,6 +50,7 @@ impl Names<'_> {
             ("answer", rest) => self.answer(rest),
             ("page", Some(rest)) => Some(self.page(rest)),
             ("bench", Some(rest)) => bench(rest),
+            ("elapsed", None) => good(NameKind::Elapsed, Type::Time, Verbs::EXPECT),
             ("cycle", None) => good(NameKind::Cycle, Type::Time, Verbs::NONE),
             ("timing", Some(rest)) => self.timing(rest),
             (name, None) => self.value(name),
@@ -71,10 +72,11 @@ impl Names<'_> {
                 .position_in
                 .as_ref()
                 .and_then(|text| self.described.circles.iter().position(|node| node.scalar() == Some(text)));
+            let shift = signal.shift.get(self.variant).copied().unwrap_or_default();
             let circle = number.and_then(|number| self.circles.borrow().get(number).cloned().flatten());
             let ty = match number {
                 Some(number) => Type::Place(Circle(number as u32)),
-                None => Type::whole(signal.width, signal.signed),
+                None => Type::whole(signal.width - shift, signal.signed),
             };
             let kind = NameKind::Signal {
                 signal: index,
@@ -83,6 +85,7 @@ impl Names<'_> {
                 signed: signal.signed,
                 field: None,
                 circle,
+                shift,
             };
             return Some(Ok((kind, ty, verbs)));
         };
@@ -99,6 +102,7 @@ impl Names<'_> {
             signed: of.signed,
             field: Some(field),
             circle: None,
+            shift: 0,
         };
         Some(Ok((kind, field_type(of.table.as_ref(), of.width, of.signed), verbs)))
     }
@@ -215,8 +219,9 @@ impl Names<'_> {
             ("output_status", of) => good(NameKind::OutputStatus(of), status(), Verbs::SET.and(Verbs::EXPECT)),
             ("input_status", of) => good(NameKind::InputStatus(of), status(), Verbs::EXPECT),
             ("consumer_status", of) => good(NameKind::ConsumerStatus(of), status(), Verbs::EXPECT),
-            ("outputs", None) => good(NameKind::OutputOctets, Type::Bytes, Verbs::SET.and(Verbs::EXPECT)),
-            ("inputs", None) => good(NameKind::InputOctets, Type::Bytes, Verbs::EXPECT),
+            ("outputs", None) => good(NameKind::OutputOctets(None), Type::Bytes, Verbs::SET.and(Verbs::EXPECT)),
+            ("outputs", of) => good(NameKind::OutputOctets(of), Type::Bytes, Verbs::EXPECT),
+            ("inputs", of) => good(NameKind::InputOctets(of), Type::Bytes, Verbs::EXPECT),
             ("input_length", None) => good(NameKind::InputLength, Type::whole(16, false), Verbs::EXPECT),
             ("cyclic", None) => good(NameKind::Cyclic, built_in("io.cyclic", words::CYCLIC), Verbs::SET),
             ("alarm_acknowledge", None) => {
@@ -324,6 +329,7 @@ impl Names<'_> {
             ("lldp", Some("chassis")) => event(EventName::LldpChassis, Type::Bytes),
             ("lldp", Some("port")) => event(EventName::LldpPort, Type::Text),
             ("lldp", Some("mac")) => event(EventName::LldpMac, Type::Bytes),
+            ("lldp", Some("source")) => event(EventName::LldpSource, Type::Bytes),
             _ => None,
         }
     }

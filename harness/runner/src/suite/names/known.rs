@@ -45,8 +45,8 @@ impl Names<'_> {
 
 /// Names that every device on PROFINET has, with what each is.
 pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
-    ("io.outputs", "the output data as octets"),
-    ("io.inputs", "the input data as octets"),
+    ("io.outputs", "the output data as octets; also of one submodule, then only for `expect`"),
+    ("io.inputs", "the input data as octets; also of one submodule"),
     ("io.input_length", "octets of input data"),
     ("io.cyclic", "whether we send cyclic frames: running, paused"),
     (
@@ -87,6 +87,7 @@ pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
     ("lldp.chassis", "the octets of the chassis id"),
     ("lldp.port", "the port id up to its first dot, `port-001`"),
     ("lldp.mac", "the MAC address in the TLV of PROFINET, 6 octets; no value without that TLV"),
+    ("lldp.source", "the MAC address that the announcement comes from, that of the port, 6 octets"),
     ("answer", "the last answer"),
     ("answer.bytes", "the octets of the last response"),
     ("answer.status", "the status of the last web answer"),
@@ -98,6 +99,7 @@ pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
     ("bench.mask", "the subnet mask that goes with it"),
     ("bench.free_ip", "an address of the same subnet that nobody has"),
     ("cycle", "the time between two cyclic frames"),
+    ("elapsed", "the time between this cyclic frame and the one before it of the same direction, as it was seen"),
     ("timing.reaction", "the default deadline"),
     ("timing.start", "from Connect to the first good sample"),
     ("timing.power_up", "from power to an answer"),
