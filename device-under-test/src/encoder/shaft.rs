@@ -6,6 +6,7 @@ use station::Time;
 /// A millionth of a revolution per minute: the finest speed that a shaft can be given.
 const MICRO: i128 = 1_000_000;
 const NANOS_PER_MINUTE: i128 = 60_000_000_000;
+const NANOS_PER_SECOND: i128 = 1_000_000_000;
 
 /// A shaft as a function of time, in hardware steps, clockwise positive.
 ///
@@ -32,6 +33,14 @@ enum Motion {
         way: i64,
         until: Time,
     },
+    /// From one speed to another, evenly, and at that one from `until` on.
+    Ramping {
+        from: i128,
+        to: i128,
+        /// Millionths of a revolution per minute for each second; its sign leads from `from` to `to`.
+        acceleration: i128,
+        until: Time,
+    },
 }
 
 impl Shaft {
@@ -47,6 +56,10 @@ impl Shaft {
             Motion::Turning { speed } => self.from.saturating_add(self.way(speed, now.since(self.since))),
             Motion::TurningBy { way, until, .. } if now >= until => self.from.saturating_add(way),
             Motion::TurningBy { speed, .. } => self.from.saturating_add(self.way(speed, now.since(self.since))),
+            Motion::Ramping { from, to, acceleration, until } => {
+                let ramp = self.way_of_ramp(from, acceleration, now.min(until).since(self.since));
+                self.from.saturating_add(ramp).saturating_add(self.way(to, now.max(until).since(until)))
+            }
         }
     }
 
@@ -56,6 +69,26 @@ impl Shaft {
             Motion::Standing => false,
             Motion::Turning { speed } => speed != 0,
             Motion::TurningBy { until, .. } => now < until,
+            Motion::Ramping { to, until, .. } => to != 0 || now < until,
+        }
+    }
+
+    /// The speed at `now`, in millionths of a revolution per minute.
+    fn speed(&self, now: Time) -> i128 {
+        match self.motion {
+            Motion::Standing => 0,
+            Motion::Turning { speed } => speed,
+            Motion::TurningBy { speed, until, .. } => {
+                if now < until {
+                    speed
+                } else {
+                    0
+                }
+            }
+            Motion::Ramping { to, until, .. } if now >= until => to,
+            Motion::Ramping { from, acceleration, .. } => {
+                from + acceleration * now.since(self.since).as_nanos() as i128 / NANOS_PER_SECOND
+            }
         }
     }
 
@@ -68,6 +101,20 @@ impl Shaft {
     pub fn turn(&mut self, now: Time, rpm: f64) {
         (self.from, self.since) = (self.place(now), now);
         self.motion = Motion::Turning { speed: whole(rpm * MICRO as f64) };
+    }
+
+    /// Turns the shaft from `now` on faster or slower, by `acceleration` revolutions per minute each second, until it turns
+    /// at `rpm`. Without an acceleration it turns so at once.
+    pub fn ramp(&mut self, now: Time, rpm: f64, acceleration: f64) {
+        let (from, to) = (self.speed(now), whole(rpm * MICRO as f64));
+        let steepness = whole(acceleration * MICRO as f64).abs();
+        if steepness == 0 || from == to {
+            return self.turn(now, rpm);
+        }
+        (self.from, self.since) = (self.place(now), now);
+        let nanos = ((to - from).abs() * NANOS_PER_SECOND + steepness - 1) / steepness;
+        let until = now + Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX));
+        self.motion = Motion::Ramping { from, to, acceleration: steepness * (to - from).signum(), until };
     }
 
     /// Turns the shaft by `steps` at `rpm` and gives the time of arrival.
@@ -97,6 +144,15 @@ impl Shaft {
     fn way(&self, speed: i128, time: Duration) -> i64 {
         let turned = (self.steps_per_revolution as i128 * speed).saturating_mul(time.as_nanos() as i128);
         i64::try_from(turned / (NANOS_PER_MINUTE * MICRO)).unwrap_or(i64::MAX)
+    }
+
+    /// The way done in `time` from the begin of a ramp on: speed times time, and half the acceleration times its square.
+    fn way_of_ramp(&self, speed: i128, acceleration: i128, time: Duration) -> i64 {
+        let nanos = time.as_nanos() as i128;
+        let steady = (2 * NANOS_PER_SECOND).saturating_mul(speed);
+        let turned = acceleration.saturating_mul(nanos).saturating_add(steady).saturating_mul(nanos);
+        let turned = turned.saturating_mul(self.steps_per_revolution as i128);
+        i64::try_from(turned / (2 * NANOS_PER_SECOND * NANOS_PER_MINUTE * MICRO)).unwrap_or(i64::MAX)
     }
 }
 
@@ -161,6 +217,30 @@ mod tests {
         assert_eq!(shaft.place(seconds(10)), 1 << 29);
     }
 
+    /// The mean speed of an even ramp is half the sum of its ends.
+    #[rstest]
+    #[case::from_rest(0.0, 600.0, 300.0, 2, 10 * 65536)]
+    #[case::and_steady_from_then_on(0.0, 600.0, 300.0, 5, 40 * 65536)]
+    #[case::down_to_rest(600.0, 0.0, 600.0, 9, 5 * 65536)]
+    #[case::through_rest_to_the_other_side(60.0, -60.0, 60.0, 2, 0)]
+    #[case::at_once(0.0, 60.0, 0.0, 1, 65536)]
+    fn a_ramp_is_even(#[case] from: f64, #[case] to: f64, #[case] by: f64, #[case] after: u64, #[case] way: i64) {
+        let mut shaft = Shaft::new(65536, 0);
+        shaft.turn(Time::ZERO, from);
+        shaft.ramp(seconds(0), to, by);
+        assert_eq!(shaft.place(seconds(after)), way);
+        assert_eq!(shaft.is_moving(seconds(after)), to != 0.0);
+    }
+
+    #[test]
+    fn a_ramp_within_a_ramp_begins_with_the_speed_reached() {
+        let mut shaft = Shaft::new(65536, 0);
+        shaft.ramp(Time::ZERO, 600.0, 60.0);
+        shaft.ramp(seconds(1), 0.0, 60.0);
+        assert_eq!(shaft.place(seconds(2)), 65536, "half a revolution up to 60 rpm, half a one down");
+        assert!(!shaft.is_moving(seconds(2)));
+    }
+
     #[rstest]
     #[case(f64::NAN)]
     #[case(f64::INFINITY)]
@@ -170,6 +250,10 @@ mod tests {
         shaft.turn(Time::ZERO, number);
         shaft.place(Time::MAX);
         shaft.turn_by(Time::ZERO, number, number);
+        shaft.place(Time::MAX);
+        shaft.ramp(Time::ZERO, number, number);
+        shaft.place(Time::MAX);
+        shaft.ramp(Time::MAX, 60.0, 1e-9);
         shaft.place(Time::MAX);
     }
 }

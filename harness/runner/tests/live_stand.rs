@@ -76,6 +76,14 @@ fn a_turn_has_its_unit_and_speed() {
 }
 
 #[test]
+fn a_ramp_has_its_steepness() {
+    let folder = Folder::new("ramp");
+    let mut stand = hooked(&folder, &[("shaft.acceleration", "touch to_{value}_by_{acceleration}")]);
+    assert!(done(&mut stand, &StandAction::ShaftRamp { rpm: -60.0, acceleration: 7.5 }).is_ok());
+    assert!(folder.0.join("to_-60_by_7.5").exists());
+}
+
+#[test]
 fn a_slow_hook_keeps_nobody_waiting() {
     let folder = Folder::new("slow");
     let mut stand = hooked(&folder, &[("power", "sleep 0.3 {value}"), ("renew", "sleep 0.3")]);

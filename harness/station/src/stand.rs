@@ -12,6 +12,13 @@ pub enum StandAction<'a> {
     Link(bool),
     /// Turns the shaft steadily, in revolutions per minute, clockwise positive.
     ShaftSpeed(f64),
+    /// Turns the shaft, from the speed that it has, faster or slower until it turns steadily at `rpm`; begun, not done.
+    ShaftRamp {
+        /// The speed to reach in revolutions per minute, clockwise positive.
+        rpm: f64,
+        /// How quickly, in revolutions per minute for each second, positive.
+        acceleration: f64,
+    },
     /// Puts the shaft at once at this raw place, in hardware steps from the physical zero.
     ShaftCounts(u64),
     /// Turns the shaft by `steps` hardware steps, clockwise positive, through all places between, at `rpm`.
@@ -40,7 +47,8 @@ pub enum StandAction<'a> {
     Temperature(f64),
     /// Puts a device as delivered into its place, with the name and the address that the bench has for it.
     Renew,
-    /// Brings the device into the state in which it is delivered: without a name, an address and anything stored.
+    /// Brings the device into the state in which it is delivered: without an address and anything stored, and without a name
+    /// unless it is delivered with one.
     Deliver,
     /// Lets so much time go by for the device at once, so that nobody has to wait for it.
     Skip(Duration),

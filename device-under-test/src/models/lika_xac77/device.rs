@@ -371,6 +371,10 @@ impl Application for Xac77 {
                 self.shaft.turn(now, rpm);
                 now
             }
+            StandAction::ShaftRamp { rpm, acceleration } => {
+                self.shaft.ramp(now, rpm, acceleration);
+                now
+            }
             StandAction::ShaftCounts(counts) => {
                 // The shaft is put there and does not turn: neither velocity nor passage through the places between.
                 let place = counts % self.variant.hardware.range();

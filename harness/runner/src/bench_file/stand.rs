@@ -14,6 +14,7 @@ pub const HOOKS: &[(&str, &str)] = &[
     ("power", "`{value}` is up or down"),
     ("link", "`{value}` is up or down"),
     ("shaft.speed", "`{value}` in revolutions per minute, clockwise positive"),
+    ("shaft.acceleration", "`{value}` in revolutions per minute, reached by `{acceleration}` of them each second"),
     ("shaft.counts", "`{value}` is a raw place in hardware steps"),
     ("turn", "`{value}` is the way, `{unit}` is counts or revolutions, `{rpm}` the speed"),
     ("supply.voltage", "`{value}` in volts"),
@@ -24,7 +25,10 @@ pub const HOOKS: &[(&str, &str)] = &[
     ("led.NAME", "the first line that it writes is what the LED shows, in a word of device.yaml"),
     ("counter.NAME", "the first line that it writes is the number"),
     ("renew", "puts a device as delivered into its place, with the same name and address"),
-    ("device", "`{value}` is as_delivered: the device loses its name, its address and everything stored"),
+    (
+        "device",
+        "`{value}` is as_delivered: the device loses its address and everything stored, and has the name that it was delivered with, if any",
+    ),
     ("clock", "`{value}` seconds go by for the device at once"),
 ];
 
@@ -57,6 +61,7 @@ fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, Strin
     let wanted: &[&str] = match name.split('.').next() {
         Some("led" | "counter" | "renew") => &[],
         Some("turn") => &["value", "unit"],
+        Some("shaft") if name == "shaft.acceleration" => &["value", "acceleration"],
         _ => &["value"],
     };
     if let Some(missing) = wanted.iter().find(|wanted| !placeholders.contains(wanted)) {
@@ -113,7 +118,7 @@ fn declared<'d>(device: &'d Device, kind: &str) -> Vec<&'d str> {
         "fault." => names(&stand.faults),
         "button." => names(&stand.buttons),
         "counter." => names(&stand.counters),
-        "switch." => stand.switches.iter().map(|(name, ..)| name.as_str()).collect(),
+        "switch." => stand.switches.iter().map(|switch| switch.name.as_str()).collect(),
         _ => stand.leds.iter().map(|(name, _)| name.as_str()).collect(),
     }
 }

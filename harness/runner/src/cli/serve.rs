@@ -163,7 +163,7 @@ fn names(manual: &str) -> Result<Names, Stop> {
     Ok(Names {
         faults: firsts(&stand.faults),
         buttons: firsts(&stand.buttons),
-        switches: stand.switches.iter().map(|(name, lowest, _)| (name.clone(), *lowest)).collect(),
+        switches: stand.switches.iter().map(|switch| (switch.name.clone(), switch.home)).collect(),
         leds: stand.leds.iter().map(|(name, _)| name.clone()).collect(),
         counters: firsts(&stand.counters),
     })

@@ -17,6 +17,10 @@ use std::mem;
 const LONGEST_HOLD: Duration = Duration::from_secs(600);
 /// The time after which a step that waits for a sample of a dead connection gives up.
 pub const NO_SAMPLE: Duration = Duration::from_millis(500);
+/// The time between two looks at the stand, where nothing that is expected comes with the cyclic frames.
+const LOOK: Duration = Duration::from_millis(10);
+/// How long a hold may be without a look at the stand: on a live bench a look takes its time.
+const NO_LOOK: Duration = Duration::from_secs(1);
 
 impl<'a> Run<'a> {
     /// Opens the window of an expectation and waits until it is decided.
@@ -31,19 +35,23 @@ impl<'a> Run<'a> {
             return Ok(());
         }
         let began = self.world.now();
-        let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
+        let looks = self.looks_at_the_stand(condition);
+        let (slack, watchdog) = (self.slack, self.without_sample(looks));
         let expectation = Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
         self.world.judges.expecting = Some(expectation);
         if !by_itself {
             self.world.look_now();
         }
-        self.until_decided(began);
+        self.until_decided(began, looks);
         let Some(expectation) = self.world.judges.expecting.take() else { return Ok(()) };
         decision(&expectation)
     }
 
     /// Runs until the expectation at work is decided.
-    fn until_decided(&mut self, began: Time) {
+    ///
+    /// Where it `looks` at the stand, each look is a sample.
+    fn until_decided(&mut self, began: Time, looks: bool) {
+        let mut next = began + LOOK;
         loop {
             let now = self.world.now();
             let longest = now.since(began) > LONGEST_HOLD || self.world.halted().is_some();
@@ -52,6 +60,12 @@ impl<'a> Run<'a> {
                 return;
             }
             let until = expecting.wake().unwrap_or(now + NO_SAMPLE + self.world.watchdog);
+            if looks && now >= next {
+                next = now + LOOK;
+                self.world.look_at_the_stand();
+                continue;
+            }
+            let until = if looks { until.min(next) } else { until };
             let quiet = self.world.last_sample.map_or(began, |tick| tick.time.max(began));
             if longest || (expecting.wake().is_none() && now.since(quiet) > NO_SAMPLE + self.world.watchdog) {
                 expecting.give_up();
@@ -61,6 +75,23 @@ impl<'a> Run<'a> {
                 world.judges.expecting.as_ref().is_none_or(|expecting| expecting.outcome() != Decision::Open)
             });
         }
+    }
+
+    /// Whether only a look at the stand can tell: the condition speaks of LEDs and of nothing that comes by itself.
+    fn looks_at_the_stand(&self, condition: &Condition) -> bool {
+        let mut leds = false;
+        let mut events = false;
+        condition.each_name(&mut |name| {
+            leds |= matches!(self.kind(name), Some(NameKind::Led(_)));
+            events |= matches!(self.kind(name), Some(NameKind::Event(_)));
+        });
+        leds && !events && !self.comes_by_itself(condition)
+    }
+
+    /// How long a hold may be without a sample.
+    fn without_sample(&self, looks: bool) -> Duration {
+        let frames = self.world.watchdog * 2;
+        if looks { frames.max(NO_LOOK) } else { frames }
     }
 
     /// Whether the condition has a name that comes with the cyclic frames, so that there is a sample to wait for.
@@ -252,7 +283,8 @@ impl<'a> Run<'a> {
                         continue;
                     }
                     let began = self.world.recording_began();
-                    let (slack, watchdog) = (self.slack, self.world.watchdog * 2);
+                    let looks = self.looks_at_the_stand(condition);
+                    let (slack, watchdog) = (self.slack, self.without_sample(looks));
                     let mut expectation =
                         Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
                     if !for_event {
@@ -262,7 +294,7 @@ impl<'a> Run<'a> {
                     if !self.comes_by_itself(condition) {
                         self.world.look_now();
                     }
-                    self.until_decided(began);
+                    self.until_decided(began, looks);
                     if let Some(expectation) = self.world.judges.expecting.take() {
                         decision(&expectation)?;
                     }

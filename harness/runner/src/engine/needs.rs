@@ -53,6 +53,8 @@ pub enum Ability {
         /// The lowest speed that is not 0, in revolutions per minute; none where it is computed.
         slowest: Option<f64>,
     },
+    /// The shaft gets faster and slower evenly.
+    Acceleration,
     /// Brings the device into the state in which it was delivered.
     Delivery,
     /// Sets the supply voltage.
@@ -241,6 +243,7 @@ impl fmt::Display for Ability {
             Ability::Moves | Ability::Turn { .. } => f.write_str("turn"),
             Ability::Place => f.write_str("shaft.counts"),
             Ability::Speed { .. } => f.write_str("shaft.speed"),
+            Ability::Acceleration => f.write_str("shaft.acceleration"),
             Ability::Voltage => f.write_str("supply.voltage"),
             Ability::Temperature => f.write_str("supply.temperature"),
             Ability::Fault(name) => write!(f, "fault.{name}"),

@@ -32,12 +32,14 @@ impl<'a> Run<'a> {
 
     /// Applies settings at once and says whether outputs are among them.
     pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, Trouble> {
-        let all_octets =
-            |run: &Run<'_>, setting: &Setting| matches!(run.kind(setting.name), Some(NameKind::OutputOctets(_)));
+        let goes_first = |run: &Run<'_>, setting: &Setting| {
+            let kind = run.kind(setting.name);
+            matches!(kind, Some(NameKind::OutputOctets(_) | NameKind::Stand(StandName::ShaftAcceleration)))
+        };
         let mut outputs = false;
         for first in [true, false] {
             for setting in settings {
-                if all_octets(self, setting) == first {
+                if goes_first(self, setting) == first {
                     outputs |= self.apply_setting(setting)?;
                 }
             }
@@ -126,6 +128,13 @@ impl<'a> Run<'a> {
                 self.world.line_may_break = true;
                 StandAction::Deliver
             }
+            StandName::ShaftAcceleration => {
+                self.acceleration = number()?.abs();
+                return Ok(());
+            }
+            StandName::ShaftSpeed if self.acceleration > 0.0 => {
+                StandAction::ShaftRamp { rpm: number()?, acceleration: self.acceleration }
+            }
             StandName::ShaftSpeed => StandAction::ShaftSpeed(number()?),
             StandName::ShaftCounts => StandAction::ShaftCounts(number()? as u64),
             StandName::SupplyVoltage => StandAction::SupplyVoltage(number()?),
@@ -136,7 +145,7 @@ impl<'a> Run<'a> {
             StandName::Button(index) => {
                 StandAction::Button(&names.buttons[index].0, word_is(value, words::BUTTON, "pressed"))
             }
-            StandName::Switch(index) => StandAction::Switch(&names.switches[index].0, number()? as u32),
+            StandName::Switch(index) => StandAction::Switch(&names.switches[index].name, number()? as u32),
         };
         self.may_end |= matches!(name, StandName::Power | StandName::Link | StandName::Delivery);
         if !self.touched.contains(&name) {
@@ -217,11 +226,19 @@ impl<'a> Run<'a> {
                 StandName::ShaftSpeed => StandAction::ShaftSpeed(0.0),
                 StandName::Fault(index) => StandAction::Fault(&names.faults[index].0, false),
                 StandName::Button(index) => StandAction::Button(&names.buttons[index].0, false),
-                StandName::ShaftCounts
-                | StandName::SupplyVoltage
-                | StandName::Temperature
-                | StandName::Switch(_)
-                | StandName::Delivery => continue,
+                StandName::Switch(index) => {
+                    StandAction::Switch(&names.switches[index].name, names.switches[index].home)
+                }
+                StandName::SupplyVoltage | StandName::Temperature => {
+                    let home = |home: Option<f64>, action: fn(f64) -> StandAction<'static>| home.map(action);
+                    let action = match name {
+                        StandName::SupplyVoltage => home(names.voltage, StandAction::SupplyVoltage),
+                        _ => home(names.temperature, StandAction::Temperature),
+                    };
+                    let Some(action) = action else { continue };
+                    action
+                }
+                StandName::ShaftCounts | StandName::ShaftAcceleration | StandName::Delivery => continue,
             };
             self.act_on_stand(&action)?;
         }

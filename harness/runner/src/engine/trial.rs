@@ -188,6 +188,8 @@ pub struct Run<'a> {
     pub slack: Duration,
     /// Stand names that were set and have to go back.
     pub touched: Vec<StandName>,
+    /// By how many revolutions per minute each second the shaft reaches a speed; 0: at once.
+    pub acceleration: f64,
     /// What does not change the verdict.
     pub notes: Vec<String>,
 }
@@ -224,6 +226,7 @@ impl<'a> Run<'a> {
             not_reached: Vec::new(),
             slack: place.slack,
             touched: Vec::new(),
+            acceleration: 0.0,
             notes: Vec::new(),
             world,
             trial,

@@ -364,6 +364,15 @@ impl<'a> World<'a> {
         }
     }
 
+    /// Shows the expectation at work what the stand shows now, as a sample. Nobody else looks, since nothing was sent.
+    pub fn look_at_the_stand(&mut self) {
+        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Sample };
+        let view = self.scene.view(tick);
+        if let Some(expecting) = &mut self.judges.expecting {
+            expecting.tick(&view);
+        }
+    }
+
     /// Keeps everything that is seen from now on, for readings of the manual that are tried one after the other.
     pub fn record_from_here(&mut self) {
         let began = self.now();

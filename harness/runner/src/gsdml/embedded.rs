@@ -19,5 +19,7 @@ pub fn embedded_for(manual: &str, variant: &str) -> Option<(&'static str, Gsdml)
         })
         .collect();
     let only = of_manual.len() == 1;
-    of_manual.into_iter().find(|(_, gsdml)| only || places::is_called(gsdml, variant))
+    let like = |gsdml: &Gsdml| places::called_like(gsdml, variant).or(only.then_some(0));
+    let likest = of_manual.iter().filter_map(|(_, gsdml)| like(gsdml)).max()?;
+    of_manual.into_iter().find(|(_, gsdml)| like(gsdml) == Some(likest))
 }

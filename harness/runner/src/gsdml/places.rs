@@ -49,7 +49,8 @@ pub(super) fn access_points<'g>(gsdml: &'g Gsdml, variant: &str, says: Option<&D
         let of_slot = says.and_then(|says| says.plugged.iter().find(|of| of.slot == point.slot));
         of_slot.is_some_and(|plugged| plugged.module_ident == point.ident)
     };
-    let called = |point: &&AccessPoint| called(point, variant);
+    let best = called_like(gsdml, variant);
+    let called = |point: &&AccessPoint| best.is_some_and(|best| likeness_of(point, variant) == best);
     let found: Vec<&AccessPoint> = all().filter(said).collect();
     if !found.is_empty() {
         return found;
@@ -58,14 +59,17 @@ pub(super) fn access_points<'g>(gsdml: &'g Gsdml, variant: &str, says: Option<&D
     if found.is_empty() { all().collect() } else { found }
 }
 
-/// Whether an access point is called like a variant.
-fn called(point: &AccessPoint, variant: &str) -> bool {
-    same_numbers(variant, &[&point.info.name, &point.info.order_number])
+/// How well what an access point is called fits a variant.
+fn likeness_of(point: &AccessPoint, variant: &str) -> u32 {
+    likeness(variant, &[&point.info.name, &point.info.order_number])
 }
 
-/// Whether one of the access points is called like a variant.
-pub(super) fn is_called(gsdml: &Gsdml, variant: &str) -> bool {
-    gsdml.access_points.iter().any(|point| called(point, variant))
+/// How well the access point fits a variant that is called most like it; none where none has its numbers.
+///
+/// Variants of a family may share their numbers, as `afs60` and `afm60`; then the words tell them apart.
+pub(super) fn called_like(gsdml: &Gsdml, variant: &str) -> Option<u32> {
+    let called = |point: &&AccessPoint| same_numbers(variant, &[&point.info.name, &point.info.order_number]);
+    gsdml.access_points.iter().filter(called).map(|point| likeness_of(point, variant)).max()
 }
 
 /// The modules that can be in a slot.

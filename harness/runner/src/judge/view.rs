@@ -332,7 +332,10 @@ impl Env for View<'_> {
             },
             Some(NameKind::OutputOctets(_) | NameKind::OutputStatus(_)) => self.tick.kind == TickKind::Output,
             Some(
-                NameKind::InputOctets(_) | NameKind::InputLength | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_),
+                NameKind::InputOctets(_)
+                | NameKind::InputLength
+                | NameKind::InputStatus(_)
+                | NameKind::ConsumerStatus(_),
             ) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
             Some(NameKind::Event(_)) => self.tick.kind == TickKind::Event,
             _ => true,

@@ -14,10 +14,11 @@ use std::time::Duration;
 pub const LONGEST_LINE: usize = 1_000;
 
 /// Every command and what it does, as `help` tells it.
-pub const FORMS: [(&str, &str); 18] = [
+pub const FORMS: [(&str, &str); 19] = [
     ("power up|down", "connects or cuts the supply"),
     ("link up|down", "plugs or pulls the cable of the bus"),
     ("shaft speed RPM", "turns the shaft steadily, clockwise positive"),
+    ("shaft speed RPM acceleration A", "the same, reached by so many revolutions per minute each second"),
     ("shaft counts N", "puts the shaft at a raw place, in hardware steps"),
     ("turn counts N rpm R", "turns the shaft by so many hardware steps, clockwise positive"),
     ("turn revolutions X rpm R", "turns the shaft by so many revolutions, clockwise positive"),
@@ -27,7 +28,10 @@ pub const FORMS: [(&str, &str); 18] = [
     ("voltage V", "sets the supply voltage, in volts"),
     ("temperature C", "sets the temperature of the device, in degrees Celsius"),
     ("renew", "puts a device as delivered into its place, with the same name and addresses"),
-    ("device as_delivered", "takes its name, its addresses and everything stored from the device"),
+    (
+        "device as_delivered",
+        "brings back the state in which it was delivered: no addresses, nothing stored, the name of then",
+    ),
     ("clock SECONDS", "lets so much time go by for the device at once"),
     ("led NAME", "asks what an LED shows"),
     ("counter NAME", "asks how often something was counted"),
@@ -69,6 +73,7 @@ pub fn ability(action: &StandAction<'_>) -> String {
         StandAction::Power(_) => "power".into(),
         StandAction::Link(_) => "link".into(),
         StandAction::ShaftSpeed(_) => "shaft.speed".into(),
+        StandAction::ShaftRamp { .. } => "shaft.acceleration".into(),
         StandAction::ShaftCounts(_) => "shaft.counts".into(),
         StandAction::Turn { .. } | StandAction::TurnRevolutions { .. } => "turn".into(),
         StandAction::Fault(name, _) => format!("fault.{name}"),
@@ -94,6 +99,9 @@ impl<'a> Command<'a> {
             ["power", to] => act(StandAction::Power(either(to, "up", "down")?)),
             ["link", to] => act(StandAction::Link(either(to, "up", "down")?)),
             ["shaft", "speed", rpm] => act(StandAction::ShaftSpeed(number(rpm)?)),
+            ["shaft", "speed", rpm, "acceleration", by] => {
+                act(StandAction::ShaftRamp { rpm: number(rpm)?, acceleration: positive(by)? })
+            }
             ["shaft", "counts", place] => act(StandAction::ShaftCounts(whole(place)?)),
             ["turn", "counts", steps, "rpm", rpm] => {
                 act(StandAction::Turn { steps: number(steps)?, rpm: positive(rpm)? })
@@ -138,6 +146,7 @@ fn write_action(action: &StandAction<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Re
         StandAction::Power(on) => write!(f, "power {}", word(on, "up", "down")),
         StandAction::Link(up) => write!(f, "link {}", word(up, "up", "down")),
         StandAction::ShaftSpeed(rpm) => write!(f, "shaft speed {rpm}"),
+        StandAction::ShaftRamp { rpm, acceleration } => write!(f, "shaft speed {rpm} acceleration {acceleration}"),
         StandAction::ShaftCounts(place) => write!(f, "shaft counts {place}"),
         StandAction::Turn { steps, rpm } => write!(f, "turn counts {steps} rpm {rpm}"),
         StandAction::TurnRevolutions { revolutions, rpm } => write!(f, "turn revolutions {revolutions} rpm {rpm}"),
@@ -242,7 +251,7 @@ fn number(word: &str) -> Result<f64, String> {
 
 fn positive(word: &str) -> Result<f64, String> {
     let rpm = number(word)?;
-    if rpm > 0.0 { Ok(rpm) } else { Err(format!("a way is gone at more than 0 rpm, not at {rpm}")) }
+    if rpm > 0.0 { Ok(rpm) } else { Err(format!("the shaft moves by more than 0 rpm, not by {rpm}")) }
 }
 
 fn whole<T: std::str::FromStr>(word: &str) -> Result<T, String> {

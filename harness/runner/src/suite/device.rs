@@ -390,12 +390,29 @@ pub struct StandNames {
     pub faults: Vec<(String, String)>,
     /// Buttons and where each is.
     pub buttons: Vec<(String, String)>,
-    /// Coding switches with their lowest and highest position.
-    pub switches: Vec<(String, u32, u32)>,
+    /// Coding switches.
+    pub switches: Vec<CodingSwitch>,
+    /// The supply voltage that a trial finds, in volts.
+    pub voltage: Option<f64>,
+    /// The temperature that a trial finds, in degrees Celsius.
+    pub temperature: Option<f64>,
     /// LEDs and the words for what each can show.
     pub leds: Vec<(String, Vec<String>)>,
     /// Counters.
     pub counters: Vec<(String, String)>,
+}
+
+/// A coding switch.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CodingSwitch {
+    /// Its name.
+    pub name: String,
+    /// Its lowest position.
+    pub lowest: u32,
+    /// Its highest position.
+    pub highest: u32,
+    /// The position that a trial finds.
+    pub home: u32,
 }
 
 /// What a name is and how it is reached.
@@ -539,6 +556,8 @@ pub enum StandName {
     Delivery,
     /// `shaft.speed`, in rpm.
     ShaftSpeed,
+    /// `shaft.acceleration`, in rpm for each second: how speeds are reached from then on.
+    ShaftAcceleration,
     /// `shaft.counts`, the raw place.
     ShaftCounts,
     /// `supply.voltage`.

@@ -301,9 +301,15 @@ key_sets! {
     STAND "stand" {
         "faults" may Map(&Text), "Conditions of the encoder that the manual describes.";
         "buttons" may Map(&Text), "Buttons and where each is.";
-        "switches" may Map(&List(&Number)), "Coding switches with their lowest and highest position.";
+        "switches" may Map(&List(&Number)), "Coding switches with their lowest and highest position, then the one that a trial finds and that they are put back to, by default the lowest.";
+        "supply" may Keys(&SUPPLY), "The supply and the temperature that a trial finds and that they are put back to.";
         "leds" may Map(&List(&Label)), "LEDs and what each can show.";
         "counters" may Map(&Text), "Counters.";
+    }
+
+    SUPPLY "supply" {
+        "voltage" may Number, "In volts.";
+        "temperature" may Number, "In degrees Celsius.";
     }
 
     BENCH "a bench file" {

@@ -243,12 +243,13 @@ impl<'a> Scan<'a> {
                 self.add(Need::Consent(Consent::SetName));
                 Some(Ability::Delivery)
             }
+            StandName::ShaftAcceleration => Some(Ability::Acceleration),
             StandName::ShaftCounts => Some(Ability::Place),
             StandName::SupplyVoltage => Some(Ability::Voltage),
             StandName::Temperature => Some(Ability::Temperature),
             StandName::Fault(index) => of(&names.faults, index).map(Ability::Fault),
             StandName::Button(index) => of(&names.buttons, index).map(Ability::Button),
-            StandName::Switch(index) => names.switches.get(index).map(|(name, ..)| Ability::Switch(name.clone())),
+            StandName::Switch(index) => names.switches.get(index).map(|switch| Ability::Switch(switch.name.clone())),
             StandName::ShaftSpeed => {
                 let speed = match value {
                     SetValue::Value(program) => number(program),

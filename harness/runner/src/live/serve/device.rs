@@ -139,6 +139,7 @@ fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
     let mut actions = vec![
         StandAction::Link(true),
         StandAction::ShaftSpeed(0.0),
+        StandAction::ShaftRamp { rpm: 0.0, acceleration: 1.0 },
         StandAction::ShaftCounts(0),
         StandAction::Turn { steps: 1.0, rpm: 1.0 },
         StandAction::SupplyVoltage(24.0),
@@ -204,7 +205,7 @@ mod tests {
     #[case("counter laughs", "cannot nobody counts laughs")]
     #[case(
         "abilities",
-        "ok clock counter.nvm_writes device fault.memory link power renew shaft.counts shaft.speed turn"
+        "ok clock counter.nvm_writes device fault.memory link power renew shaft.acceleration shaft.counts shaft.speed turn"
     )]
     #[case("dance", "cannot there is no command dance; ask for help")]
     fn each_line_is_answered(#[case] line: &str, #[case] answer: &str) {

@@ -36,6 +36,9 @@ impl Job {
             StandAction::ShaftSpeed(number) | StandAction::SupplyVoltage(number) | StandAction::Temperature(number) => {
                 one(number.to_string())
             }
+            StandAction::ShaftRamp { rpm, acceleration } => {
+                vec![("value", rpm.to_string()), ("acceleration", acceleration.to_string())]
+            }
             StandAction::ShaftCounts(place) => one(place.to_string()),
             StandAction::Turn { steps, rpm } => {
                 vec![("value", steps.to_string()), ("unit", "counts".to_owned()), ("rpm", rpm.to_string())]

@@ -60,6 +60,11 @@ pub(super) fn words(action: &StandAction<'_>) -> String {
         StandAction::Link(false) => "Pull the bus cable".into(),
         StandAction::ShaftSpeed(0.0) => "Stop the shaft".into(),
         StandAction::ShaftSpeed(rpm) => format!("Turn the shaft at {} rpm {}", rpm.abs(), direction(rpm)),
+        StandAction::ShaftRamp { rpm, acceleration } => format!(
+            "Bring the shaft to {} rpm {}, faster or slower by {acceleration} rpm each second",
+            rpm.abs(),
+            direction(rpm)
+        ),
         StandAction::ShaftCounts(place) => format!("Bring the shaft to step {place} from its physical zero"),
         StandAction::Turn { steps, rpm } => {
             format!("Turn the shaft {} by {} steps, at about {rpm} rpm", direction(steps), steps.abs())
@@ -79,7 +84,9 @@ pub(super) fn words(action: &StandAction<'_>) -> String {
         StandAction::SupplyVoltage(volts) => format!("Set the supply to {volts} V"),
         StandAction::Temperature(degrees) => format!("Bring the device to {degrees} degrees Celsius"),
         StandAction::Renew => "Put a device as delivered into its place, with the same name and address".into(),
-        StandAction::Deliver => "Bring the device into the state in which it was delivered".into(),
+        StandAction::Deliver => {
+            "Bring the device into the state in which it was delivered, with the name of then, if it had one".into()
+        }
         StandAction::Skip(time) => format!("Let {} s go by for the device", time.as_secs_f64()),
     }
 }

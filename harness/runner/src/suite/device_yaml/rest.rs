@@ -1,12 +1,14 @@
 //! Records, parameters, code tables, the stand and the roles of a device.
 
-use super::super::device::{Field, Module, Parameter, ParameterType, Record, RecordField, StandNames, Submodule};
+use super::super::device::{
+    CodingSwitch, Field, Module, Parameter, ParameterType, Record, RecordField, StandNames, Submodule,
+};
 use super::super::error::{Mistake, Read};
-use super::super::expr::Type;
+use super::super::expr::{Number, Type};
 use super::super::keys::{self, Keyed, TYPES};
 use super::super::yaml::Node;
 use super::cyclic::words_of;
-use super::{Reader, flag, label, labels, named, origin, pair, plain, whole, word};
+use super::{Reader, flag, label, labels, named, numeral, origin, pair, plain, whole, word};
 
 impl<'n> Reader<'n> {
     pub(super) fn records(&mut self, submodules: &[Submodule], modules: &[Module]) -> Vec<Record> {
@@ -192,11 +194,15 @@ impl<'n> Reader<'n> {
         names.buttons = texts(all("buttons", "button")?)?;
         names.counters = texts(all("counters", "counter")?)?;
         for (name, node) in all("switches", "switch")? {
-            let (low, high) = pair(node, "a switch")?;
-            names.switches.push((name.to_owned(), low, high));
+            names.switches.push(coding_switch(name, node)?);
         }
         for (name, node) in all("leds", "led")? {
             names.leds.push((name.to_owned(), labels(node, "an LED")?));
+        }
+        if let Some(node) = keyed.get("supply") {
+            let supply = Keyed::new(node, &keys::SUPPLY)?;
+            let usual = |key: &str| supply.get(key).map(|node| numeral(node, key).map(Number::to_f64)).transpose();
+            (names.voltage, names.temperature) = (usual("voltage")?, usual("temperature")?);
         }
         Ok(names)
     }
@@ -228,6 +234,23 @@ impl<'n> Reader<'n> {
         }
         Ok(roles)
     }
+}
+
+/// A coding switch: its lowest and its highest position, then the one that a trial finds, which is else the lowest.
+fn coding_switch(name: &str, node: &Node) -> Read<CodingSwitch> {
+    let numbers: Read<Vec<u32>> = node.items("a switch")?.iter().map(|node| whole(node, "a position")).collect();
+    let (lowest, highest, home) = match numbers?[..] {
+        [lowest, highest] => (lowest, highest, lowest),
+        [lowest, highest, home] => (lowest, highest, home),
+        _ => {
+            let help = "write [lowest, highest] or [lowest, highest, the one that a trial finds]";
+            return Err(node.wrong("a switch has two or three positions").help(help));
+        }
+    };
+    if lowest >= highest || !(lowest..=highest).contains(&home) {
+        return Err(node.wrong("the positions of a switch go up, and the one that a trial finds is among them"));
+    }
+    Ok(CodingSwitch { name: name.to_owned(), lowest, highest, home })
 }
 
 /// The number of `P65000`; without leading zeros.

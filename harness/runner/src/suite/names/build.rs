@@ -247,9 +247,13 @@ impl Names<'_> {
         };
         let faults: Vec<&str> = stand.faults.iter().map(|(name, _)| name.as_str()).collect();
         let buttons: Vec<&str> = stand.buttons.iter().map(|(name, _)| name.as_str()).collect();
-        let switches: Vec<&str> = stand.switches.iter().map(|(name, ..)| name.as_str()).collect();
+        let switches: Vec<&str> = stand.switches.iter().map(|switch| switch.name.as_str()).collect();
         let leds: Vec<&str> = stand.leds.iter().map(|(name, _)| name.as_str()).collect();
         let counters: Vec<&str> = stand.counters.iter().map(|(name, _)| name.as_str()).collect();
+        let homeless = |name: &str, usual: &str| {
+            let help = format!("write `supply: {{ {name}: {usual} }}` under `stand` in device.yaml");
+            Some(Err((format!("what `supply.{name}` is put back to after a trial is not said"), Some(help))))
+        };
         let missing = |known: Vec<&str>, name: &str| Some(unknown(head, name, "the stand", known));
         match (head, rest) {
             ("power", None) => set(StandName::Power, built_in("power", words::UP_DOWN)),
@@ -257,6 +261,9 @@ impl Names<'_> {
             ("device", None) => set(StandName::Delivery, built_in("device", words::DELIVERY)),
             ("shaft", Some("speed")) => set(StandName::ShaftSpeed, Type::FRACTION),
             ("shaft", Some("counts")) => set(StandName::ShaftCounts, Type::whole(64, false)),
+            ("shaft", Some("acceleration")) => set(StandName::ShaftAcceleration, Type::FRACTION),
+            ("supply", Some("voltage")) if stand.voltage.is_none() => homeless("voltage", "24"),
+            ("supply", Some("temperature")) if stand.temperature.is_none() => homeless("temperature", "25"),
             ("supply", Some("voltage")) => set(StandName::SupplyVoltage, Type::FRACTION),
             ("supply", Some("temperature")) => set(StandName::Temperature, Type::FRACTION),
             ("fault", Some(name)) => match place(&faults, name) {
@@ -269,8 +276,9 @@ impl Names<'_> {
             },
             ("switch", Some(name)) => match place(&switches, name) {
                 Some(index) => {
-                    let (_, low, high) = &stand.switches[index];
-                    let kind = NumberType { limits: Some(((*low).into(), (*high).into())), ..NumberType::WHOLE };
+                    let switch = &stand.switches[index];
+                    let limits = Some((switch.lowest.into(), switch.highest.into()));
+                    let kind = NumberType { limits, ..NumberType::WHOLE };
                     set(StandName::Switch(index), Type::Number(kind))
                 }
                 None => missing(switches, name),

@@ -32,7 +32,7 @@ impl Names<'_> {
         let stand = &device.stand;
         stand.faults.iter().for_each(|(name, _)| visit(&format!("fault.{name}")));
         stand.buttons.iter().for_each(|(name, _)| visit(&format!("button.{name}")));
-        stand.switches.iter().for_each(|(name, ..)| visit(&format!("switch.{name}")));
+        stand.switches.iter().for_each(|switch| visit(&format!("switch.{}", switch.name)));
         stand.leds.iter().for_each(|(name, _)| visit(&format!("led.{name}")));
         stand.counters.iter().for_each(|(name, _)| visit(&format!("counter.{name}")));
         let shown = device.pages.iter().flat_map(|page| &page.shows);
@@ -66,10 +66,17 @@ pub(in super::super) const BUILT_IN: &[(&str, &str)] = &[
     ("station.type", "its type"),
     ("station.mac", "the MAC address with which it answers an Identify now, 6 octets"),
     ("shaft.speed", "revolutions per minute, clockwise positive"),
+    (
+        "shaft.acceleration",
+        "by how many revolutions per minute each second speeds are reached from now on; 0, as each trial begins: at once",
+    ),
     ("shaft.counts", "the raw place in hardware steps"),
     ("power", "up, down"),
     ("link", "up, down"),
-    ("device", "as_delivered: one as it was delivered takes its place, without a name, an address or anything stored"),
+    (
+        "device",
+        "as_delivered: one as it was delivered takes its place, without an address or anything stored, with the name that it comes with",
+    ),
     ("supply.voltage", "in volts"),
     ("supply.temperature", "in degrees Celsius"),
     ("alarm", "an alarm came"),
