@@ -3,13 +3,10 @@
 use crate::application::StationData;
 use crate::behaviour::Behaviour;
 use crate::bugs::{self, Bug, Table};
-use crate::models::lika_xac77::{self, Xac77};
-use crate::models::plain::{self, Plain};
-use crate::profinet::Device;
+use crate::models::MANUALS;
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use wire::ethernet::Mac;
 
 /// A device under test: a station on the wire, with the hands that hold it.
 pub trait ReferenceDevice: station::Station + station::Stand {}
@@ -26,9 +23,15 @@ pub struct Manual {
     pub variants: &'static [&'static str],
     /// The first three octets of the MAC addresses of its devices, if it prints them.
     pub oui: Option<[u8; 3]>,
-    bugs: &'static [Table],
-    /// Builds a device of a variant; `None` if there is no such variant.
-    build: Build,
+    /// The bugs that its devices can be told to have, by the seam at which they are switched on.
+    pub bugs: &'static [Table],
+    /// How its devices behave without any bug: the profile, and what is right in this manual where it says otherwise.
+    pub healthy: fn() -> Behaviour,
+    /// The name and the addresses with which a variant is delivered.
+    pub delivered: fn(&str) -> StationData,
+    /// Builds a device of a variant from its variant, its behaviour, its MAC address, the place of its shaft and its
+    /// station; `None` if there is no such variant.
+    pub build: fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>,
 }
 
 impl Manual {
@@ -45,30 +48,14 @@ impl Manual {
     }
 }
 
-/// Builds a device from its variant, its behaviour, its MAC address, the place of its shaft and its station.
-type Build = fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>;
-
 /// Every manual that there is a reference device for.
-pub fn manuals() -> &'static [Manual] {
-    static MANUALS: [Manual; 2] = [
-        Manual {
-            name: "lika-xac77-profinet",
-            title: "Lika XAC77 absolute encoder",
-            variants: &[lika_xac77::VARIANTS[0].name, lika_xac77::VARIANTS[1].name],
-            oui: Some(lika_xac77::OUI),
-            bugs: lika_xac77::BUGS,
-            build: xac77,
-        },
-        Manual {
-            name: "profinet-io",
-            title: "Any PROFINET IO device",
-            variants: &plain::VARIANTS,
-            oui: None,
-            bugs: plain::BUGS,
-            build: plain_device,
-        },
-    ];
-    &MANUALS
+pub fn manuals() -> &'static [&'static Manual] {
+    MANUALS
+}
+
+/// Every manual that there is a reference device for, and `own` behind them.
+pub fn manuals_with(own: &[&'static Manual]) -> Vec<&'static Manual> {
+    MANUALS.iter().chain(own).copied().collect()
 }
 
 /// What a reference device is given when it is built.
@@ -80,9 +67,9 @@ pub struct Setup<'a> {
     pub bugs: &'a [&'a str],
     /// Where its shaft stands, in hardware steps from the physical zero.
     pub shaft: u64,
-    /// Its stored station name; empty as at delivery.
+    /// Its stored station name; empty if it has none.
     pub station_name: &'a str,
-    /// Its stored IP address; zero as at delivery.
+    /// Its stored IP address; zero if it has none.
     pub ip: [u8; 4],
     /// Its stored subnet mask.
     pub mask: [u8; 4],
@@ -117,7 +104,7 @@ pub enum BuildError {
 /// The manual of this name.
 pub fn manual(name: &str) -> Result<&'static Manual, BuildError> {
     let found = manuals().iter().find(|manual| manual.name == name);
-    found.ok_or_else(|| BuildError::UnknownManual(name.to_string()))
+    found.copied().ok_or_else(|| BuildError::UnknownManual(name.to_string()))
 }
 
 /// The bugs that no manual lists, because only the manner of another controller shows them; every device can be told to have them.
@@ -140,7 +127,7 @@ pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Bug> + Clone {
 
 /// The behaviour of a device of `manual` that has these bugs and no others.
 pub fn behaviour(manual: &Manual, bugs: &[&str]) -> Result<Behaviour, BuildError> {
-    let mut behaviour = Behaviour::default();
+    let mut behaviour = (manual.healthy)();
     for name in bugs {
         let bug = manual.bugs().chain(bugs_of_the_field()).find(|bug| bug.name == *name);
         let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: manual.name, bug: name.to_string() })?;
@@ -151,35 +138,34 @@ pub fn behaviour(manual: &Manual, bugs: &[&str]) -> Result<Behaviour, BuildError
 
 /// A device of this manual and variant, with power and plugged in.
 pub fn build(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
+    build_manual(manual(name)?, variant, setup)
+}
+
+/// The same, but with the name and the addresses of delivery in place of those of `setup`.
+pub fn build_delivered(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     let manual = manual(name)?;
+    with_station(manual, variant, setup, (manual.delivered)(variant))
+}
+
+/// A device of this variant of `manual`, which need not be one of [`manuals`], with power and plugged in.
+pub fn build_manual(
+    manual: &'static Manual,
+    variant: &str,
+    setup: &Setup<'_>,
+) -> Result<Box<dyn ReferenceDevice>, BuildError> {
+    let Setup { station_name, ip, mask, gateway, .. } = *setup;
+    with_station(manual, variant, setup, StationData { name: Vec::from(station_name), ip, mask, gateway })
+}
+
+fn with_station(
+    manual: &'static Manual,
+    variant: &str,
+    setup: &Setup<'_>,
+    station: StationData,
+) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     let unknown = || BuildError::UnknownVariant { manual: manual.name, variant: variant.to_string() };
     let behaviour = behaviour(manual, setup.bugs)?;
-    let Setup { mac, shaft, station_name, ip, mask, gateway, .. } = *setup;
-    let station = StationData { name: Vec::from(station_name), ip, mask, gateway };
-    (manual.build)(variant, behaviour, mac, shaft, station).ok_or_else(unknown)
-}
-
-fn xac77(
-    variant: &str,
-    behaviour: Behaviour,
-    mac: [u8; 6],
-    shaft: u64,
-    station: StationData,
-) -> Option<Box<dyn ReferenceDevice>> {
-    let variant = lika_xac77::VARIANTS.iter().find(|known| known.name == variant)?;
-    let encoder = Xac77::new(*variant, behaviour, mac, shaft, station);
-    Some(Box::new(Device::new(encoder, Mac(mac), behaviour.stack)))
-}
-
-fn plain_device(
-    variant: &str,
-    behaviour: Behaviour,
-    mac: [u8; 6],
-    _: u64,
-    station: StationData,
-) -> Option<Box<dyn ReferenceDevice>> {
-    let device = Plain::new(behaviour.plain, mac, station);
-    plain::VARIANTS.contains(&variant).then(|| Box::new(Device::new(device, Mac(mac), behaviour.stack)) as _)
+    (manual.build)(variant, behaviour, setup.mac, setup.shaft, station).ok_or_else(unknown)
 }
 
 #[cfg(test)]
@@ -199,7 +185,7 @@ mod tests {
     };
 
     #[test]
-    fn every_variant_and_every_bug_can_be_built() {
+    fn every_variant_and_bugs_can_be_built() {
         for manual in manuals() {
             for variant in manual.variants {
                 build(manual.name, variant, &SETUP).map(|_| ()).expect("all names are known");

@@ -20,6 +20,8 @@ pub struct Control {
     pub is_valid: fn(ByPlc) -> bool,
     /// Whether bit 9 of ZSW2_ENC is set.
     pub is_requested: fn(ByPlc) -> bool,
+    /// Whether a request of G1_STW that is held when Control by PLC comes counts as a new one.
+    pub takes_held: bool,
     /// The requests that are answered while G1_STW is not obeyed, from those answered before.
     pub when_void: fn(Request) -> Request,
 }
@@ -29,6 +31,7 @@ impl Default for Control {
         Control {
             is_valid: |by_plc| by_plc.compatible || by_plc.now,
             is_requested: |by_plc| !by_plc.compatible && by_plc.now,
+            takes_held: true,
             when_void: |_| Request::default(),
         }
     }

@@ -13,8 +13,8 @@ pub struct Diagnosis {
     pub side_by_side: bool,
     /// Whether they go with their fault.
     pub disappear: bool,
-    /// How bad they are.
-    pub severity: Severity,
+    /// How bad one is, from the error type that is reported and the right severity.
+    pub severity: fn(u16, Severity) -> Severity,
 }
 
 impl Default for Diagnosis {
@@ -24,7 +24,7 @@ impl Default for Diagnosis {
             error_type: Some,
             side_by_side: true,
             disappear: true,
-            severity: Severity::Fault,
+            severity: |_, right| right,
         }
     }
 }

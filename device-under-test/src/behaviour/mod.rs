@@ -23,7 +23,7 @@ pub use web::{Kept, Shown, Web};
 
 use crate::encoder::{measuring, velocity};
 use crate::models::plain;
-use crate::profidrive::{life_sign, parameters, sensor, telegram, user_parameters};
+use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
 use crate::profinet::StackBehaviour;
 
 /// How a reference device behaves.
@@ -37,6 +37,8 @@ pub struct Behaviour {
     pub sensor: sensor::Rules,
     /// Telegrams and their signals.
     pub telegram: telegram::Rules,
+    /// The preset without a handshake.
+    pub mantel: mantel::Rules,
     /// Signs of life.
     pub life_sign: life_sign::Rules,
     /// Parameter manager.

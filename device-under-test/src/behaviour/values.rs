@@ -1,6 +1,7 @@
 //! What single parameters say.
 
 use crate::encoder::{Hardware, Measuring};
+use crate::encoder_object::Facts;
 use crate::profidrive::user_parameters::UserParameters;
 use station::Time;
 use wire::profidrive::Format;
@@ -10,8 +11,12 @@ use wire::profidrive::Format;
 pub struct View<'a> {
     /// Now.
     pub now: Time,
+    /// What the manual says.
+    pub facts: &'static Facts,
     /// What the sensor tells apart.
     pub hardware: Hardware,
+    /// What that of another encoder of the manual tells apart; the same if there is no other.
+    pub other: Hardware,
     /// The user parameters in force.
     pub user: &'a UserParameters,
     /// The measuring task.

@@ -3,9 +3,12 @@
 use super::Bug;
 use crate::application::Severity;
 use crate::behaviour::View;
-use crate::models::lika_xac77::parameters::{COMMISSIONING, MEMORY};
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
+
+/// Fault bits in P65001: memory and commissioning.
+const MEMORY: u64 = 1 << 5;
+const COMMISSIONING: u64 = 1 << 4;
 
 pub(crate) static BUGS: &[Bug] = bugs! {
     // Faults in P65001
@@ -15,7 +18,7 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.values.element = |_, at, right| if at == (65001, 2) { 0 } else { right };
     "faults-show-supported" "The faults in P65001 are those that are supported."
         => |b| b.values.element =
-            |_, at, right| if at == (65001, 2) { (MEMORY.1 | COMMISSIONING.1).into() } else { right };
+            |_, at, right| if at == (65001, 2) { MEMORY | COMMISSIONING } else { right };
 
     // Alarms
     "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
@@ -39,7 +42,7 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
         => |b| b.stack.tells_diagnoses = false;
     "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
-        => |b| b.diagnosis.severity = Severity::MaintenanceRequired;
+        => |b| b.diagnosis.severity = |_, _| Severity::MaintenanceRequired;
 };
 
 fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
@@ -52,6 +55,5 @@ fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
 }
 
 fn fault_bits_exchanged(_: &View<'_>, at: (u16, usize), right: u64) -> u64 {
-    let [memory, commissioning] = [MEMORY.1, COMMISSIONING.1].map(u64::from);
-    if at == (65001, 2) { right << 1 & memory | right >> 1 & commissioning } else { right }
+    if at == (65001, 2) { right << 1 & MEMORY | right >> 1 & COMMISSIONING } else { right }
 }

@@ -216,12 +216,13 @@ fn position_before_error(_: &Before, now: Image) -> Image {
     }
 }
 
+/// The codes of a manual's own begin with 1000h; 0020h is the memory in the profile.
 fn is_persistent(image: &Image) -> bool {
-    has_error(image) && matches!(image.g1_xist2, 0x1001 | 0x1002)
+    has_error(image) && (image.g1_xist2 >= 0x1000 || image.g1_xist2 == 0x0020)
 }
 
 fn code_stays_after_acknowledgement(before: &Before, now: Image) -> Image {
-    let shows_code = matches!(before.sent.g1_xist2, 0x0003 | 0x0F02 | 0x1001 | 0x1002);
+    let shows_code = has_error(&before.truth) || before.sent.g1_xist2 != before.truth.g1_xist2;
     match shows_code && !has_error(&now) && !is_parked(&now) {
         true => Image { g1_xist2: before.sent.g1_xist2, ..now },
         false => now,

@@ -17,7 +17,7 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "unknown-format-taken" "A value of an unknown format is taken for a double word."
         => |b| b.parameters.understand = unknown_format_taken;
     "axis-not-checked" "Any DO-ID is answered."
-        => |b| b.parameters.axis = false;
+        => |b| b.parameters.axis = |_| true;
     "attribute-not-checked" "Any attribute reads the value."
         => |b| b.parameters.attribute = false;
     "zero-elements-refused" "A parameter that is no array is refused with 0 elements."

@@ -2,7 +2,6 @@
 
 use super::Bug;
 use crate::behaviour::View;
-use crate::models::lika_xac77::VARIANTS;
 use wire::profidrive::Format;
 
 pub(crate) static BUGS: &[Bug] = bugs! {
@@ -28,9 +27,9 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "identification-cut-short" "P964 ends after five elements, P975 after six."
         => |b| b.values.elements = |number, right| match number { 964 => 5, 975 => 6, _ => right };
     "profile-number-3" "P965 names the profile for drives."
-        => |b| b.values.element = |_, at, right| if at == (965, 0) { 3 } else { right };
+        => |b| b.values.element = |_, at, right| if at == (965, 0) { upper_octet(right, 3) } else { right };
     "profile-version-constant" "P965 says version 41 in compatibility mode too."
-        => |b| b.values.element = |_, at, right| if at == (965, 1) { 41 } else { right };
+        => |b| b.values.element = profile_version_constant;
     "type-class-axis" "P975 gives the type class of an axis."
         => |b| b.values.element = |_, at, right| if at == (975, 5) { 1 } else { right };
     "subclass-follows-class-4" "P975 announces class 3 while class 4 is off."
@@ -54,7 +53,7 @@ pub(crate) static BUGS: &[Bug] = bugs! {
 
     // The list of numbers: P980
     "number-list-misses-one" "P980 leaves out P65001."
-        => |b| b.values.elements = |number, right| if number == 980 { 8 } else { right };
+        => |b| b.values.elements = |number, right| if number == 980 { right - 1 } else { right };
     "number-list-of-another-device" "P980 lists the parameters of an encoder that has others."
         => |b| b.values.element = |_, at, right| if at.0 == 980 { right + 1 } else { right };
 
@@ -71,8 +70,8 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     // Operating status: P65001
     "operating-status-cut-short" "P65001 has no velocity unit."
         => |b| b.values.elements = |number, right| if number == 65001 { 11 } else { right };
-    "operating-status-header-wrong" "The header of P65001 counts one element too few."
-        => |b| b.values.element = |_, at, right| if at == (65001, 0) { 0x000B_0101 } else { right };
+    "operating-status-header-wrong" "The header of P65001 gives a number of elements that is not its own."
+        => |b| b.values.element = |_, at, right| if at == (65001, 0) { right ^ 0x0007_0000 } else { right };
     "operating-status-0" "P65001 shows all settings as 0."
         => |b| b.values.element = |_, at, right| if at == (65001, 1) { 0 } else { right };
     "code-sequence-not-shown" "P65001 shows the code sequence as clockwise, whatever it is."
@@ -115,12 +114,23 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.values.element = |_, at, right| if at == (65001, 11) { 0 } else { right };
 };
 
-fn sensor_format_of_the_other_variant(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
-    let other = VARIANTS.iter().map(|variant| variant.hardware).find(|other| *other != view.hardware);
-    let other = other.unwrap_or(view.hardware);
+/// P965 has two octets in some manuals and one word in others.
+fn upper_octet(right: u64, profile: u64) -> u64 {
+    if right > 0xFF { profile << 8 | right & 0xFF } else { profile }
+}
+
+fn profile_version_constant(_: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     match at {
-        (979, 2) => other.steps_per_revolution,
-        (979, 5) => other.revolutions,
+        (965, 0) if right > 0xFF => right & 0xFF00 | 41,
+        (965, 1) => 41,
+        _ => right,
+    }
+}
+
+fn sensor_format_of_the_other_variant(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    match at {
+        (979, 2) => view.other.steps_per_revolution,
+        (979, 5) => view.other.revolutions,
         _ => right,
     }
 }

@@ -52,7 +52,7 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
         => |b| b.telegram.emit = preset_interrupts_transfer;
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
-        => |b| b.user_parameters.understand = |user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user };
+        => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user };
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
         => |b| b.user_parameters.presets_xist2 = |user| user.preset_acts_on_xist1;
     "preset-without-class-4" "A preset is carried out although class 4 is off."

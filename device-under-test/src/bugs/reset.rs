@@ -22,7 +22,7 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "reset-keeps-name" "The station name survives the factory reset."
         => |b| b.reset.station = |before| StationData { name: before.name.clone(), ..StationData::default() };
     "reset-gives-a-name" "After a factory reset the station has a name by default."
-        => |b| b.reset.station = |_| StationData { name: b"lika".to_vec(), ..StationData::default() };
+        => |b| b.reset.station = |_| StationData { name: b"encoder".to_vec(), ..StationData::default() };
     "reset-keeps-address" "The IP address survives the factory reset."
         => |b| b.reset.station = |before| StationData { ip: before.ip, mask: before.mask, ..StationData::default() };
     "reset-keeps-gateway" "The gateway survives the factory reset."

@@ -265,14 +265,16 @@ fn xist3_halves_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut V
 }
 
 fn position_little_endian(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let Image { g1_xist1, g1_xist2, g1_xist3, .. } = *image;
-    let swapped = Image {
-        g1_xist1: g1_xist1.swap_bytes(),
-        g1_xist2: g1_xist2.swap_bytes(),
-        g1_xist3: g1_xist3.swap_bytes(),
-        ..*image
-    };
-    telegram::put(signal, &swapped, out);
+    let begin = out.len();
+    telegram::put(signal, image, out);
+    if is_position(signal) {
+        out[begin..].reverse();
+    }
+}
+
+fn is_position(signal: Signal) -> bool {
+    use Signal::{G1Xist1, G1Xist2, G1Xist3, MultiTurn, Position, SingleTurn};
+    matches!(signal, G1Xist1 | G1Xist2 | G1Xist3 | Position | SingleTurn | MultiTurn)
 }
 
 fn nist_a_from_upper_half(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {

@@ -2,7 +2,7 @@
 
 use super::Bug;
 use crate::encoder::{Direction, Hardware, Scaling, Unit};
-use crate::profidrive::user_parameters::{OCTETS, Rules, UserParameters, serves, unit};
+use crate::profidrive::user_parameters::{Asked, OCTETS, Rules, UserParameters, unit};
 
 pub(crate) static BUGS: &[Bug] = bugs! {
     // Record
@@ -30,13 +30,13 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "units-and-range-exchanged" "Units per revolution and total range change places."
         => |b| b.user_parameters.understand = units_and_range_exchanged;
     "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-        => |b| b.user_parameters.understand = |user| UserParameters { compatible: !user.compatible, ..user };
+        => |b| b.user_parameters.understand = |_, user| UserParameters { compatible: !user.compatible, ..user };
     "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
-        => |b| b.user_parameters.are_wrong = |_, _| false;
+        => |b| b.user_parameters.are_wrong = |_, _, _| false;
 
     // Class 4 and code sequence
     "class-4-always-on" "The class 4 bit is not looked at."
-        => |b| b.user_parameters.understand = |user| UserParameters { class_4: true, ..user };
+        => |b| b.user_parameters.understand = |_, user| UserParameters { class_4: true, ..user };
     "code-sequence-ignored" "The position rises clockwise whatever the record says."
         => |b| b.user_parameters.direction = |_, _| Direction::Clockwise;
     "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
@@ -52,20 +52,19 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
         => |b| b.user_parameters.measures_by = scaling_one_start_late;
     "full-range-refused" "The whole range of the hardware is taken for an impossible one."
-        => |b| b.user_parameters.serves = |asked, hardware| serves(asked, hardware) && asked.range < hardware.range();
+        => |b| b.user_parameters.judges = |right, asked| right && asked.scaling.range < asked.hardware.range();
     "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
-        => |b| b.user_parameters.serves =
-            |asked, hardware| serves(asked, hardware) && asked.units_per_revolution < hardware.steps_per_revolution;
+        => |b| b.user_parameters.judges =
+            |right, asked| right && asked.scaling.units_per_revolution < asked.hardware.steps_per_revolution;
     "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
-        => |b| b.user_parameters.serves = |asked, hardware| serves(asked, &other_variant(hardware));
+        => |b| b.user_parameters.limits = |own, other| other.unwrap_or(own);
     "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
-        => |b| b.user_parameters.serves = single_limits_not_checked;
+        => |b| b.user_parameters.judges = single_limits_not_checked;
     "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
-        => |b| b.user_parameters.serves =
-            |asked, hardware| serves(asked, hardware) || are_single_limits_kept(asked, hardware);
+        => |b| b.user_parameters.judges = |right, asked| right || are_single_limits_kept(asked);
     "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
-        => |b| b.user_parameters.serves = |asked, hardware| {
-            serves(asked, hardware) && asked.units_per_revolution.is_power_of_two() && asked.range.is_power_of_two()
+        => |b| b.user_parameters.judges = |right, asked| {
+            right && asked.scaling.units_per_revolution.is_power_of_two() && asked.scaling.range.is_power_of_two()
         };
     "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
         => |b| b.user_parameters.starts = |user| user.units_per_revolution != 0;
@@ -76,11 +75,11 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
         => |b| b.user_parameters.unit = |number| unit(number).map(|_| Unit::PerSecond);
     "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
-        => |b| b.user_parameters.are_wrong = |user, telegram| user.speed_unit != 0 && telegram.number == 81;
+        => |b| b.user_parameters.are_wrong = |user, telegram, _| user.speed_unit != 0 && telegram.number == 81;
 
     // Defaults
     "default-record-is-wrong" "The switches by default are taken for wrong."
-        => |b| b.user_parameters.are_wrong = |user, _| user.bits == 0x22;
+        => |b| b.user_parameters.are_wrong = |user, _, default| user.bits == default.bits;
     "defaults-of-another-model" "Without scaling a revolution has 8192 units."
         => |b| b.user_parameters.unscaled =
             |hardware| Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) };
@@ -92,7 +91,8 @@ pub(crate) static BUGS: &[Bug] = bugs! {
     "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
         => |b| (b.user_parameters.default, b.life_sign.tolerated_without_compatibility) = (default_tolerance_10, |n| n);
     "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
-        => |b| b.user_parameters.default = default_speed_unit_rpm;
+        => |b| b.user_parameters.default =
+            |right, _| UserParameters { speed_unit: Unit::Rpm as u8, ..right };
 };
 
 fn scaling_little_endian(octets: &mut [u8; OCTETS]) {
@@ -100,12 +100,12 @@ fn scaling_little_endian(octets: &mut [u8; OCTETS]) {
     octets[9..17].reverse();
 }
 
-fn upper_scaling_octets_ignored(user: UserParameters) -> UserParameters {
+fn upper_scaling_octets_ignored(_: UserParameters, user: UserParameters) -> UserParameters {
     let UserParameters { units_per_revolution, range, .. } = user;
     UserParameters { units_per_revolution: units_per_revolution & 0xFFFF_FFFF, range: range & 0xFFFF_FFFF, ..user }
 }
 
-fn units_and_range_exchanged(user: UserParameters) -> UserParameters {
+fn units_and_range_exchanged(_: UserParameters, user: UserParameters) -> UserParameters {
     UserParameters { units_per_revolution: user.range, range: user.units_per_revolution, ..user }
 }
 
@@ -122,41 +122,29 @@ fn scaling_one_start_late(before: UserParameters, now: UserParameters) -> UserPa
     UserParameters { scaling, units_per_revolution, range, ..now }
 }
 
-fn are_single_limits_kept(asked: &Scaling, hardware: &Hardware) -> bool {
-    (1..=hardware.steps_per_revolution).contains(&asked.units_per_revolution)
-        && (2..=hardware.range()).contains(&asked.range)
+fn are_single_limits_kept(asked: &Asked) -> bool {
+    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, .. } = *asked;
+    (1..=hardware.steps_per_revolution).contains(&units) && (2..=hardware.range()).contains(&range)
 }
 
-fn single_limits_not_checked(asked: &Scaling, hardware: &Hardware) -> bool {
-    let is_number = asked.units_per_revolution != 0 && asked.range != 0;
-    serves(asked, hardware) || is_number && !are_single_limits_kept(asked, hardware)
+fn single_limits_not_checked(right: bool, asked: &Asked) -> bool {
+    let is_number = asked.scaling.units_per_revolution != 0 && asked.scaling.range != 0;
+    right || is_number && !are_single_limits_kept(asked)
 }
 
-fn other_variant(hardware: &Hardware) -> Hardware {
-    match hardware.revolutions {
-        1 => Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 14 },
-        _ => Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
-    }
-}
-
-fn default_switches_inverted(hardware: &Hardware) -> UserParameters {
-    let default = UserParameters::xac77_default(hardware);
+fn default_switches_inverted(right: UserParameters, _: &Hardware) -> UserParameters {
     UserParameters {
-        bits: default.bits ^ 0x3F,
+        bits: right.bits ^ 0x3F,
         direction: Direction::Counterclockwise,
-        class_4: !default.class_4,
-        preset_acts_on_xist1: !default.preset_acts_on_xist1,
-        scaling: !default.scaling,
-        alarm_channel: !default.alarm_channel,
-        compatible: !default.compatible,
-        ..default
+        class_4: !right.class_4,
+        preset_acts_on_xist1: !right.preset_acts_on_xist1,
+        scaling: !right.scaling,
+        alarm_channel: !right.alarm_channel,
+        compatible: !right.compatible,
+        ..right
     }
 }
 
-fn default_tolerance_10(hardware: &Hardware) -> UserParameters {
-    UserParameters { life_sign_failures: 10, ..UserParameters::xac77_default(hardware) }
-}
-
-fn default_speed_unit_rpm(hardware: &Hardware) -> UserParameters {
-    UserParameters { speed_unit: Unit::Rpm as u8, ..UserParameters::xac77_default(hardware) }
+fn default_tolerance_10(right: UserParameters, _: &Hardware) -> UserParameters {
+    UserParameters { life_sign_failures: 10, ..right }
 }

@@ -43,8 +43,6 @@ pub(crate) static BUGS: &[Bug] = bugs! {
         => |b| b.telegram.put = speed_overflows;
 };
 
-const EXECUTED: u16 = 0x1000;
-
 fn speed_per_minute(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
     let factor = velocity::factor(unit, hardware, scaling);
     Factor { above: if unit == Unit::PerSecond { factor.above * 60 } else { factor.above }, ..factor }
@@ -77,7 +75,7 @@ fn movement(before: &Before, now: &Image) -> i64 {
 }
 
 fn preset_shows_as_speed(before: &Before, now: Image) -> Image {
-    match now.g1_zsw & !before.truth.g1_zsw & EXECUTED != 0 {
+    match before.truth.good && now.offset != before.truth.offset {
         true => Image { velocity: movement(before, &now), ..now },
         false => now,
     }

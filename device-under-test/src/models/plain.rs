@@ -10,18 +10,35 @@ use crate::application::{
     Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
     StationData,
 };
+use crate::behaviour::Behaviour;
 use crate::bugs::{self, Table};
+use crate::profinet::Device;
+use crate::registry::Manual;
+use alloc::boxed::Box;
 use alloc::collections::VecDeque;
 use alloc::format;
 use core::time::Duration;
 use station::{StandAction, Time};
+use wire::ethernet::Mac;
 use wire::profinet::dcp::station_name;
 
-/// The variants: there is one.
-pub const VARIANTS: [&str; 1] = ["plain"];
+/// The manual.
+pub static MANUAL: Manual = Manual {
+    name: "profinet-io",
+    title: "Any PROFINET IO device",
+    variants: &["plain"],
+    oui: None,
+    bugs: BUGS,
+    healthy: Behaviour::default,
+    delivered: |_| StationData::default(),
+    build: |variant, behaviour, mac, _, station| {
+        let device = Plain::new(behaviour.plain, mac, station);
+        MANUAL.variants.contains(&variant).then(|| Box::new(Device::new(device, Mac(mac), behaviour.stack)) as _)
+    },
+};
 
 /// Every bug that a plain device can be told to have.
-pub static BUGS: &[Table] = &[Table::Only(bugs::stack::BUGS, BUGS_OF_THE_STACK), Table::All(bugs::plain::BUGS)];
+static BUGS: &[Table] = &[Table::Only(bugs::stack::BUGS, BUGS_OF_THE_STACK), Table::All(bugs::plain::BUGS)];
 
 const BUGS_OF_THE_STACK: &[&str] = &[
     "name-prefix-answered",

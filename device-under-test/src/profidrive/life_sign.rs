@@ -1,10 +1,16 @@
 //! The two signs of life: the one that the encoder gives, and the watch over the one of the controller.
 
+use core::time::Duration;
+use station::Time;
+
 /// Where bugs can be put into the signs of life.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
     /// The value after this one of the sign of life of the encoder.
     pub next: fn(u8) -> u8,
+    /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number
+    /// of frames, that one included.
+    pub advances: fn(Duration, u64) -> u64,
     /// Whether the encoder counts while it is parked.
     pub counts_while_parked: bool,
     /// Whether the encoder counts while it shows an error.
@@ -29,6 +35,7 @@ impl Default for Rules {
     fn default() -> Rules {
         Rules {
             next,
+            advances: |_, frames| frames,
             counts_while_parked: true,
             counts_with_error: true,
             read: |stw2_enc| (stw2_enc >> 12) as u8,
@@ -48,6 +55,30 @@ pub const FAILURE: i32 = 10;
 /// The sign of life after this one: 1 to 15 and again from 1; 0 says that nobody counts.
 pub fn next(sign: u8) -> u8 {
     sign % 15 + 1
+}
+
+/// The sign of life that the encoder gives: 0 before the first frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given {
+    sign: u8,
+    begin: Option<Time>,
+    frames: u64,
+    steps: u64,
+}
+
+impl Given {
+    /// The sign of life of the frame that is sent now; it stands still where it does not count.
+    pub fn advance(&mut self, now: Time, counts: bool, rules: &Rules) -> u8 {
+        let begin = *self.begin.get_or_insert(now);
+        self.frames += 1;
+        let steps = (rules.advances)(now.since(begin), self.frames);
+        let more = steps.saturating_sub(core::mem::replace(&mut self.steps, steps));
+        if counts {
+            // As many steps as come back to the same value, whether 0 is left out or not, are none.
+            (0..more % (15 * 16)).for_each(|_| self.sign = (rules.next)(self.sign));
+        }
+        self.sign
+    }
 }
 
 /// Watches the sign of life of the controller.
@@ -89,6 +120,7 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
     use rstest::rstest;
 
     fn watch(signs: impl IntoIterator<Item = u8>, tolerated: i32) -> Watch {
@@ -147,5 +179,25 @@ mod tests {
         assert!(!watch.has_failed());
         watch.take(3, 3, &Rules::default());
         assert!(watch.has_failed());
+    }
+
+    fn given(rules: &Rules, at: &[u64]) -> Vec<u8> {
+        let mut given = Given::default();
+        at.iter().map(|ms| given.advance(Time::from_nanos(ms * 1_000_000), true, rules)).collect()
+    }
+
+    #[test]
+    fn one_step_a_frame() {
+        assert_eq!(given(&Rules::default(), &[0, 4, 8, 500]), [1, 2, 3, 4]);
+        let mut given = Given::default();
+        let counts = [true, false, false, true].map(|counts| given.advance(Time::ZERO, counts, &Rules::default()));
+        assert_eq!(counts, [1, 1, 1, 2]);
+    }
+
+    // Kübler Sendix 58xx: one step per send clock of 1 ms, modulo 15, whatever the update time.
+    #[test]
+    fn one_step_a_send_clock() {
+        let rules = Rules { advances: |elapsed, _| elapsed.as_millis() as u64 + 1, ..Rules::default() };
+        assert_eq!(given(&rules, &[5, 9, 13, 19, 20, 35, 36]), [1, 5, 9, 15, 1, 1, 2]);
     }
 }

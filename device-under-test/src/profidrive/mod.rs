@@ -6,6 +6,7 @@
 //! This room must not know frames, records or connections, nor how a position is measured.
 
 pub mod life_sign;
+pub mod mantel;
 pub mod parameters;
 pub mod sensor;
 pub mod telegram;

@@ -70,11 +70,72 @@ pub enum Acknowledge {
     Closing,
 }
 
+/// An error of the encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Error {
+    /// Which one it is; errors with different numbers may share a code.
+    pub number: u16,
+    /// Its code in G1_XIST2; an error without one is neither shown there nor by bit 15 of G1_ZSW.
+    pub code: Option<u16>,
+}
+
+impl Error {
+    /// The error that has a code of its own.
+    pub const fn of(code: u16) -> Error {
+        Error { number: code, code: Some(code) }
+    }
+
+    fn shown(self) -> u16 {
+        self.code.unwrap_or(0)
+    }
+}
+
+/// When the position stands in G1_XIST2, as far as neither an error nor parking is in its way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfers {
+    /// While bit 13 of G1_STW requests it.
+    Requested,
+    /// Always.
+    Always,
+}
+
+/// What parking does to the positions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parks {
+    /// They are 0.
+    Zeroes,
+    /// They keep their last values, and bit 13 of G1_ZSW stays as it would be without parking.
+    Freezes,
+}
+
+/// How a request to acknowledge is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answers {
+    /// Errors whose cause has gone go when the request is taken back, and bit 11 of G1_ZSW goes one cycle later.
+    Handshake,
+    /// Bit 11 of G1_ZSW is 1 while there is an error and the request; what goes by it goes at once.
+    Echo,
+}
+
 /// Where bugs can be put into the sensor interface.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
     /// Whether a control word asks for a preset.
     pub asks_for_preset: fn(Request) -> bool,
+    /// When the position stands in G1_XIST2.
+    pub transfers: Transfers,
+    /// What parking does to the positions.
+    pub parks: Parks,
+    /// How a request to acknowledge is answered.
+    pub answers: Answers,
+    /// The code in G1_XIST2, from those of all errors, oldest first and at least one.
+    pub code: fn(&[u16]) -> u16,
+    /// Whether errors can be acknowledged while parked.
+    pub acknowledges_while_parked: bool,
+    /// Whether an encoder that was parked at the end of a connection stays so until parking is requested anew.
+    pub keeps_parked: bool,
+    /// The offset when the request of a preset is taken back, from the one now and the one before the preset.
+    pub release: fn(u64, u64) -> u64,
     /// Whether a preset begins, from the request of the cycle before and of this one.
     pub begins_preset: fn(Request, Request) -> bool,
     /// Whether bit 12 is set in this state of the handshake with this request.
@@ -119,6 +180,13 @@ impl Default for Rules {
     fn default() -> Rules {
         Rules {
             asks_for_preset: |request| request.home,
+            transfers: Transfers::Requested,
+            parks: Parks::Zeroes,
+            answers: Answers::Handshake,
+            code: |codes| codes.first().copied().unwrap_or(0),
+            acknowledges_while_parked: false,
+            keeps_parked: false,
+            release: |now, _| now,
             begins_preset: |before, now| !before.home && now.home,
             acknowledges_preset: |preset, _| preset == Preset::Executed,
             preset_raises: None,
@@ -149,7 +217,7 @@ pub enum Xist2 {
     Nothing,
     /// The position.
     Position,
-    /// The code of the oldest error.
+    /// The code of an error.
     Error(u16),
 }
 
@@ -160,13 +228,19 @@ pub struct Sensor {
     parking: Parking,
     acknowledge: Acknowledge,
     request: Request,
+    /// The requests that are no new ones when they are there in the next cycle.
+    held: Request,
     /// Latched errors, oldest first.
-    errors: Vec<u16>,
+    errors: Vec<Error>,
     /// The causes that were there when last looked at.
-    causes: Vec<u16>,
+    causes: Vec<Error>,
     /// Acknowledgements that left an error.
     failed_acknowledgements: u32,
     was_parked: bool,
+    /// Whether parking outlasts its request until there is another one.
+    stays_parked: bool,
+    /// Whether the request of a preset that was carried out was taken back in the last cycle.
+    is_released: bool,
     rules: Rules,
 }
 
@@ -178,17 +252,21 @@ impl Sensor {
             parking: Parking::Off,
             acknowledge: Acknowledge::Idle,
             request: Request::default(),
+            held: Request::default(),
             errors: Vec::new(),
             causes: Vec::new(),
             failed_acknowledgements: 0,
             was_parked: false,
+            stays_parked: false,
+            is_released: false,
             rules,
         }
     }
 
     /// Begins anew for a new connection: handshakes are idle, and errors whose cause has gone are forgotten.
-    pub fn restart(&mut self, causes: &[u16]) {
-        *self = Sensor { errors: core::mem::take(&mut self.errors), ..Sensor::new(self.rules) };
+    pub fn restart(&mut self, causes: &[Error]) {
+        let errors = core::mem::take(&mut self.errors);
+        *self = Sensor { errors, stays_parked: self.stays_parked, ..Sensor::new(self.rules) };
         self.errors.retain(|error| causes.contains(error) || self.rules.keeps_errors);
         self.causes = self.errors.clone();
     }
@@ -201,11 +279,11 @@ impl Sensor {
     }
 
     /// Looks at the causes of errors that are there now: each new one raises its error.
-    pub fn watch(&mut self, causes: &[u16]) {
+    pub fn watch(&mut self, causes: &[Error]) {
         let parked = self.parking == Parking::On;
-        let causes: Vec<u16> = causes.iter().copied().chain(self.rules.constant_cause).collect();
-        let noticed: Vec<u16> =
-            causes.iter().copied().filter(|cause| !parked || (self.rules.raises_while_parked)(*cause)).collect();
+        let causes: Vec<Error> = causes.iter().copied().chain(self.rules.constant_cause.map(Error::of)).collect();
+        let is_noticed = |cause: &Error| !parked || (self.rules.raises_while_parked)(cause.shown());
+        let noticed: Vec<Error> = causes.iter().copied().filter(is_noticed).collect();
         for cause in &noticed {
             if !self.causes.contains(cause) {
                 self.raise(*cause);
@@ -221,11 +299,16 @@ impl Sensor {
     ///
     /// Whoever carries it out says so with [`preset_done`](Sensor::preset_done).
     pub fn cycle(&mut self, request: Request, moving: bool) -> Option<PresetMode> {
-        let before = core::mem::replace(&mut self.request, request);
-        self.parking = self.park(request.park, moving);
+        let before = core::mem::replace(&mut self.held, request);
+        self.request = request;
+        self.stays_parked &= !request.park;
+        self.parking = self.park(request.park || self.stays_parked, moving);
         let parked = self.parking == Parking::On;
         self.was_parked |= parked;
-        self.acknowledge = if parked { Acknowledge::Idle } else { self.acknowledge(before.acknowledge) };
+        self.acknowledge = match !parked || self.rules.acknowledges_while_parked {
+            true => self.acknowledge(before.acknowledge),
+            false => Acknowledge::Idle,
+        };
 
         let asks = self.rules.asks_for_preset;
         let may_begin = match parked {
@@ -240,13 +323,27 @@ impl Sensor {
             unchanged @ (Preset::Idle | Preset::Running | Preset::Executed) => unchanged,
         };
         let before = core::mem::replace(&mut self.preset, next);
+        self.is_released = before == Preset::Executed && next == Preset::Idle && !parked;
         (before != Preset::Running && next == Preset::Running).then(|| request.mode())
+    }
+
+    /// Takes note of requests that were void in this cycle: held on, they are no new ones when they count.
+    pub fn see(&mut self, void: Request) {
+        self.held.home |= void.home;
+        self.held.acknowledge |= void.acknowledge;
+    }
+
+    /// The connection has ended, and with it all requests.
+    pub fn ended(&mut self) {
+        let stays = self.rules.keeps_parked && self.is_parked();
+        self.cycle(Request::default(), false);
+        self.stays_parked |= stays;
     }
 
     /// The preset that was begun is carried out (`true`), or it could not be.
     pub fn preset_done(&mut self, carried_out: bool) {
         if carried_out {
-            self.rules.preset_raises.into_iter().for_each(|error| self.raise(error));
+            self.rules.preset_raises.into_iter().for_each(|code| self.raise(Error::of(code)));
         }
         let parked = self.parking == Parking::On && !self.rules.presets_while_parked;
         self.preset = match self.preset {
@@ -260,7 +357,7 @@ impl Sensor {
         match (self.parking, requested) {
             (Parking::Off | Parking::On | Parking::Refused, false) => Parking::Off,
             (Parking::Off, true) if (self.rules.refuses_to_park)(moving, !self.errors.is_empty()) => {
-                self.raise(self.rules.parking_code);
+                self.raise(Error::of(self.rules.parking_code));
                 Parking::Refused
             }
             (Parking::Off, true) => {
@@ -274,6 +371,17 @@ impl Sensor {
     }
 
     fn acknowledge(&mut self, before: bool) -> Acknowledge {
+        if self.rules.answers == Answers::Echo {
+            let is_answered = self.request.acknowledge && self.has_error();
+            if is_answered {
+                let (clears, causes) = (self.rules.clears, &self.causes);
+                self.errors.retain(|error| !clears(error.shown(), causes.contains(error)));
+            }
+            return match is_answered {
+                true => Acknowledge::Requested,
+                false => Acknowledge::Idle,
+            };
+        }
         let is_new = self.request.acknowledge && !before && !self.errors.is_empty();
         let begins = is_new && (self.rules.acknowledges)(self.failed_acknowledgements);
         match self.acknowledge {
@@ -283,23 +391,29 @@ impl Sensor {
             Acknowledge::Requested => {
                 let Rules { clears, parking_code, .. } = self.rules;
                 let refused = self.parking == Parking::Refused;
-                let persists = |error| self.causes.contains(&error) || error == parking_code && refused;
-                self.errors.retain(|error| !clears(*error, persists(*error)));
+                let is_refusal = |error| refused && error == Error::of(parking_code);
+                let persists = |error| self.causes.contains(&error) || is_refusal(error);
+                self.errors.retain(|error| !clears(error.shown(), persists(*error)));
                 self.failed_acknowledgements += u32::from(!self.errors.is_empty());
                 Acknowledge::Closing
             }
         }
     }
 
-    fn raise(&mut self, error: u16) {
+    fn raise(&mut self, error: Error) {
         if !self.errors.contains(&error) {
             self.errors.push(error);
         }
     }
 
     /// Latched errors, oldest first.
-    pub fn errors(&self) -> &[u16] {
+    pub fn errors(&self) -> &[Error] {
         &self.errors
+    }
+
+    /// Whether there is an error that is shown.
+    pub fn has_error(&self) -> bool {
+        self.errors.iter().any(|error| error.code.is_some())
     }
 
     /// Whether the encoder is parked.
@@ -307,17 +421,29 @@ impl Sensor {
         self.parking == Parking::On
     }
 
+    /// Whether the positions keep their last values, since the encoder is parked.
+    pub fn is_frozen(&self) -> bool {
+        self.is_parked() && self.rules.parks == Parks::Freezes
+    }
+
+    /// The offset after the last cycle, from the one in force and the one before the last preset.
+    pub fn released(&self, offset: u64, before: u64) -> u64 {
+        if self.is_released { (self.rules.release)(offset, before) } else { offset }
+    }
+
     /// The requests of the last cycle.
     pub fn request(&self) -> Request {
         self.request
     }
 
-    /// What G1_XIST2 has to show: errors before the position, and nothing while parked.
+    /// What G1_XIST2 has to show: errors before the position, and no position while parking makes it 0.
     pub fn xist2(&self) -> Xist2 {
-        match (self.errors.first(), self.request.absolute && !self.is_parked()) {
-            (Some(code), _) => Xist2::Error(*code),
-            (None, true) => Xist2::Position,
-            (None, false) => Xist2::Nothing,
+        let codes: Vec<u16> = self.errors.iter().filter_map(|error| error.code).collect();
+        let is_transferred = self.request.absolute || self.rules.transfers == Transfers::Always;
+        match (codes.is_empty(), is_transferred && (!self.is_parked() || self.is_frozen())) {
+            (false, _) => Xist2::Error((self.rules.code)(&codes)),
+            (true, true) => Xist2::Position,
+            (true, false) => Xist2::Nothing,
         }
     }
 
@@ -328,7 +454,7 @@ impl Sensor {
             | bit(12, (self.rules.acknowledges_preset)(self.preset, self.request))
             | bit(13, self.xist2() == Xist2::Position)
             | bit(14, self.is_parked())
-            | bit(15, !self.errors.is_empty())
+            | bit(15, self.has_error())
     }
 }
 
@@ -342,7 +468,9 @@ mod tests {
     const ABSOLUTE: u16 = 0x2000;
     const PARK: u16 = 0x4000;
     const ACKNOWLEDGE: u16 = 0x8000;
-    const MEMORY: u16 = 0x1001;
+    const MEMORY: Error = Error::of(0x1001);
+    const PARAMETERS: Error = Error::of(0x1002);
+    const LIFE_SIGN: Error = Error::of(0x0F02);
 
     fn sensor() -> Sensor {
         Sensor::new(Rules::default())
@@ -395,13 +523,13 @@ mod tests {
         sensor.watch(&[MEMORY]);
         assert_eq!(cycle(&mut sensor, HOME | ABSOLUTE), 0x9000);
         assert_eq!(cycle(&mut sensor, HOME | ABSOLUTE | PARK), PARK);
-        sensor.watch(&[MEMORY, 0x1002]);
+        sensor.watch(&[MEMORY, PARAMETERS]);
         assert_eq!((sensor.xist2(), sensor.errors().len()), (Xist2::Nothing, 0));
         assert_eq!(cycle(&mut sensor, ABSOLUTE | PARK), PARK);
         assert_eq!(sensor.cycle(Request::of(HOME | ABSOLUTE | PARK), false), None);
         assert_eq!(sensor.cycle(Request::of(HOME | ABSOLUTE), true), None);
         assert_eq!(sensor.g1_zsw(), ABSOLUTE);
-        sensor.watch(&[0x1002]);
+        sensor.watch(&[PARAMETERS]);
         assert_eq!(sensor.xist2(), Xist2::Error(0x1002));
     }
 
@@ -422,7 +550,7 @@ mod tests {
     #[rstest]
     #[case::solved(&[], [0x8000, 0x8800, 0x8800, 0x2800, 0x2000])]
     #[case::not_solved(&[MEMORY], [0x8000, 0x8800, 0x8800, 0x8800, 0x8000])]
-    fn acknowledgement(#[case] causes: &[u16], #[case] expected: [u16; 5]) {
+    fn acknowledgement(#[case] causes: &[Error], #[case] expected: [u16; 5]) {
         let mut sensor = sensor();
         assert_eq!(cycle(&mut sensor, ABSOLUTE), ABSOLUTE);
         sensor.watch(&[MEMORY]);
@@ -457,11 +585,11 @@ mod tests {
     #[test]
     fn the_oldest_error_is_shown_and_a_new_connection_keeps_what_persists() {
         let mut sensor = sensor();
-        sensor.watch(&[0x0F02]);
-        sensor.watch(&[0x0F02, MEMORY]);
+        sensor.watch(&[LIFE_SIGN]);
+        sensor.watch(&[LIFE_SIGN, MEMORY]);
         assert_eq!(sensor.xist2(), Xist2::Error(0x0F02));
         sensor.restart(&[MEMORY]);
-        assert_eq!((sensor.xist2(), sensor.g1_zsw()), (Xist2::Error(MEMORY), 0x8000));
+        assert_eq!((sensor.xist2(), sensor.g1_zsw()), (Xist2::Error(0x1001), 0x8000));
         sensor.watch(&[]);
         sensor.restart(&[]);
         assert_eq!(sensor.g1_zsw(), 0);
@@ -481,5 +609,87 @@ mod tests {
                 assert_eq!(cycle(&mut sensor.clone(), word & 0xF800), cycle(&mut sensor.clone(), word));
             }
         }
+    }
+
+    /// A sensor interface after the manual of the Kübler Sendix 58xx: errors are a state, parking freezes.
+    fn state_sensor() -> Sensor {
+        Sensor::new(Rules {
+            transfers: Transfers::Always,
+            parks: Parks::Freezes,
+            answers: Answers::Echo,
+            latches: false,
+            refuses_to_park: |_, _| false,
+            parking_clears_errors: false,
+            ..Rules::default()
+        })
+    }
+
+    // Sendix 58xx: bit 13 of G1_ZSW is set without a request, and 8800h answers a request while there is a fault.
+    #[test]
+    fn errors_that_are_a_state() {
+        let mut sensor = state_sensor();
+        let sent = [0, ACKNOWLEDGE, PARK, 0].map(|word| cycle(&mut sensor, word));
+        assert_eq!(sent, [0x2000, 0x2000, 0x6000, 0x2000]);
+        sensor.watch(&[Error::of(0x0020)]);
+        let sent = [0, ACKNOWLEDGE, ACKNOWLEDGE, 0].map(|word| cycle(&mut sensor, word));
+        assert_eq!((sent, sensor.xist2()), ([0x8000, 0x8800, 0x8800, 0x8000], Xist2::Error(0x0020)));
+        sensor.watch(&[]);
+        assert_eq!((sensor.g1_zsw(), sensor.xist2()), (0x2000, Xist2::Position));
+    }
+
+    #[test]
+    fn parking_that_freezes_ends_with_the_connection() {
+        let mut sensor = state_sensor();
+        cycle(&mut sensor, PARK);
+        assert!(sensor.is_frozen());
+        sensor.ended();
+        assert!(!sensor.is_parked());
+        sensor.rules.keeps_parked = true;
+        cycle(&mut sensor, PARK);
+        sensor.ended();
+        sensor.restart(&[]);
+        let parked = [0, 0, PARK, 0].map(|word| cycle(&mut sensor, word) & PARK != 0);
+        assert_eq!(parked, [true, true, true, false]);
+    }
+
+    // SICK AFS60/AFM60: two errors share the code 1001h, and one has none.
+    #[test]
+    fn errors_that_share_a_code_or_have_none() {
+        let [first, second] = [1, 2].map(|number| Error { number, code: Some(0x1001) });
+        let commissioning = Error { number: 3, code: None };
+        let mut sensor = sensor();
+        sensor.watch(&[commissioning]);
+        assert_eq!((cycle(&mut sensor, ABSOLUTE), sensor.errors().len()), (ABSOLUTE, 1));
+        sensor.watch(&[commissioning, first, second]);
+        sensor.watch(&[second]);
+        let sent = [ACKNOWLEDGE, 0, 0].map(|word| cycle(&mut sensor, word));
+        assert_eq!((sent, sensor.errors()), ([0x8800, 0x8800, 0x8000], &[second][..]));
+    }
+
+    // SICK AFS60/AFM60: parking clears no errors, and acknowledging works while parked.
+    #[test]
+    fn acknowledging_while_parked() {
+        let rules = Rules { parking_clears_errors: false, acknowledges_while_parked: true, ..Rules::default() };
+        let mut sensor = Sensor::new(rules);
+        sensor.watch(&[MEMORY]);
+        sensor.watch(&[]);
+        let sent = [PARK, PARK | ACKNOWLEDGE, PARK, PARK, 0].map(|word| cycle(&mut sensor, word));
+        assert_eq!(sent, [0xC000, 0xC800, 0x4800, 0x4000, 0]);
+    }
+
+    #[test]
+    fn a_request_that_was_seen_void_is_no_new_one() {
+        let mut sensor = sensor();
+        assert_eq!(sensor.cycle(Request::default(), false), None);
+        sensor.see(Request::of(HOME));
+        assert_eq!(sensor.cycle(Request::of(HOME), false), None);
+        assert_eq!(sensor.cycle(Request::of(0), false), None);
+        assert_eq!(sensor.cycle(Request::of(HOME), false), Some(PresetMode::Absolute));
+        sensor.preset_done(true);
+        assert_eq!(sensor.released(7, 5), 7);
+        sensor.rules.release = |_, before| before;
+        assert_eq!(sensor.released(7, 5), 7);
+        sensor.cycle(Request::of(0), false);
+        assert_eq!(sensor.released(7, 5), 5);
     }
 }

@@ -1,6 +1,7 @@
 //! The telegrams of the encoder profile: which signals they carry, and how a signal becomes octets.
 
 use super::sensor::Request;
+use crate::encoder::{Hardware, Scaling, Settings};
 use alloc::vec::Vec;
 use wire::octets::Append;
 
@@ -21,31 +22,79 @@ pub enum Signal {
     NistA,
     /// Velocity, 32 bits, signed; stops at the limits.
     NistB,
+    /// The position alone, 32 bits, whatever G1_XIST2 shows.
+    Position,
+    /// The position within a revolution, 32 bits.
+    SingleTurn,
+    /// The revolutions in the position, 32 bits.
+    MultiTurn,
+    /// G1_ZSW once more, 16 bits, in a submodule of its own.
+    SeparateG1Zsw,
 }
 
-/// A telegram; all of them take the control words STW2_ENC and G1_STW from the controller.
+/// A word from the controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// Encoder control word 2, 16 bits.
+    Stw2Enc,
+    /// Sensor 1 control word, 16 bits.
+    G1Stw,
+    /// A preset value with its trigger, 32 bits.
+    Preset,
+    /// A second G1_STW, 16 bits, in a submodule of its own.
+    SeparateG1Stw,
+}
+
+impl Control {
+    /// Its octets.
+    pub const fn octets(self) -> usize {
+        match self {
+            Control::Stw2Enc | Control::G1Stw | Control::SeparateG1Stw => 2,
+            Control::Preset => 4,
+        }
+    }
+}
+
+/// A telegram, or the part of one that stands in a submodule of its own.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Telegram {
-    /// Its number, as P922 gives it.
+    /// Its number, as P922 gives it; 0 for a part that has none.
     pub number: u16,
     /// Signals from the encoder, in order.
     pub inputs: &'static [Signal],
     /// Octets from the encoder.
     pub input_octets: u16,
+    /// Words from the controller, in order.
+    pub outputs: &'static [Control],
+    /// Octets from the controller.
+    pub output_octets: u16,
 }
 
-/// Octets from the controller: STW2_ENC and G1_STW.
-pub const OUTPUT_OCTETS: u16 = 4;
+use Control::{G1Stw, Stw2Enc};
+use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, MultiTurn, NistA, NistB, Position, SeparateG1Zsw, SingleTurn, Zsw2Enc};
 
-use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistA, NistB, Zsw2Enc};
+const fn standard(number: u16, inputs: &'static [Signal], input_octets: u16) -> Telegram {
+    Telegram { number, inputs, input_octets, outputs: &[Stw2Enc, G1Stw], output_octets: 4 }
+}
 
 /// The standard telegrams; 81 is the default. Source: XAC77 manual, 9.1.
 pub static STANDARD: [Telegram; 4] = [
-    Telegram { number: 81, inputs: &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2], input_octets: 12 },
-    Telegram { number: 82, inputs: &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2, NistA], input_octets: 14 },
-    Telegram { number: 83, inputs: &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2, NistB], input_octets: 16 },
-    Telegram { number: 84, inputs: &[Zsw2Enc, G1Zsw, G1Xist3, G1Xist2, NistB], input_octets: 20 },
+    standard(81, &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2], 12),
+    standard(82, &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2, NistA], 14),
+    standard(83, &[Zsw2Enc, G1Zsw, G1Xist1, G1Xist2, NistB], 16),
+    standard(84, &[Zsw2Enc, G1Zsw, G1Xist3, G1Xist2, NistB], 20),
 ];
+
+/// What was taken from the controller in the last frame, as far as it was good.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outputs {
+    /// STW2_ENC and G1_STW.
+    pub words: Option<[u16; 2]>,
+    /// The preset value with its trigger.
+    pub preset: Option<u32>,
+    /// The G1_STW in a submodule of its own.
+    pub separate: Option<u16>,
+}
 
 /// The values of all signals at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,8 +103,10 @@ pub struct Image {
     pub zsw2_enc: u16,
     /// G1_ZSW.
     pub g1_zsw: u16,
-    /// G1_XIST1.
+    /// G1_XIST1, before it is shifted.
     pub g1_xist1: u32,
+    /// By how many bits G1_XIST1 is sent shifted to the left, 0 to 31.
+    pub shift: u32,
     /// G1_XIST2.
     pub g1_xist2: u32,
     /// G1_XIST3.
@@ -66,6 +117,14 @@ pub struct Image {
     pub good: bool,
     /// The position with offset, whether or not it is shown anywhere.
     pub position: u64,
+    /// The offset of all presets, in units.
+    pub offset: u64,
+    /// The position alone.
+    pub plain_position: u32,
+    /// The position within a revolution.
+    pub single_turn: u32,
+    /// The revolutions in the position.
+    pub multi_turn: u32,
     /// The requests that were answered.
     pub request: Request,
     /// STW2_ENC and G1_STW as they were taken, valid or not; 0 without any.
@@ -81,11 +140,36 @@ pub struct Before {
     pub sent: Image,
 }
 
+/// What a position is taken apart by.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts {
+    /// The position that is taken apart.
+    pub position: u64,
+    /// The scaling in force.
+    pub scaling: Scaling,
+    /// What the sensor tells apart.
+    pub hardware: Hardware,
+    /// Where the sensor stands, in hardware steps.
+    pub place: u64,
+}
+
+/// The position within a revolution and the revolutions in it.
+pub fn parts(parts: &Parts) -> [u32; 2] {
+    let units = parts.scaling.units_per_revolution.max(1);
+    [parts.position % units, parts.position / units].map(|part| part as u32)
+}
+
 /// Where bugs can be put into the telegrams.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
     /// STW2_ENC and G1_STW, from the two words received.
     pub control_words: fn(&Telegram, [u16; 2]) -> [u16; 2],
+    /// STW2_ENC and G1_STW that are obeyed, from those of the telegram and the G1_STW in a submodule of its own.
+    pub separate: fn([u16; 2], u16) -> [u16; 2],
+    /// By how many bits G1_XIST1 is shifted to the left, from the right number of them.
+    pub shift: fn(&Settings, &Hardware, u32) -> u32,
+    /// The position within a revolution and the revolutions in it.
+    pub parts: fn(&Parts) -> [u32; 2],
     /// Octets from the encoder.
     pub input_octets: fn(&Telegram) -> u16,
     /// The order of the signals of a telegram.
@@ -100,6 +184,9 @@ impl Default for Rules {
     fn default() -> Rules {
         Rules {
             control_words: |_, words| words,
+            separate: |words, _| words,
+            shift: |_, _, right| right,
+            parts,
             input_octets: |telegram| telegram.input_octets,
             order: |telegram| telegram.inputs,
             emit: |_, image| image,
@@ -112,12 +199,15 @@ impl Default for Rules {
 pub fn put(signal: Signal, image: &Image, out: &mut Vec<u8>) {
     match signal {
         Zsw2Enc => out.put_u16(image.zsw2_enc),
-        G1Zsw => out.put_u16(image.g1_zsw),
-        G1Xist1 => out.put_u32(image.g1_xist1),
+        G1Zsw | SeparateG1Zsw => out.put_u16(image.g1_zsw),
+        G1Xist1 => out.put_u32(image.g1_xist1 << image.shift),
         G1Xist2 => out.put_u32(image.g1_xist2),
         G1Xist3 => out.put(&image.g1_xist3.to_be_bytes()),
         NistA => out.put(&(image.velocity.clamp(i16::MIN.into(), i16::MAX.into()) as i16).to_be_bytes()),
         NistB => out.put(&(image.velocity.clamp(i32::MIN.into(), i32::MAX.into()) as i32).to_be_bytes()),
+        Position => out.put_u32(image.plain_position),
+        SingleTurn => out.put_u32(image.single_turn),
+        MultiTurn => out.put_u32(image.multi_turn),
     }
 }
 
@@ -139,23 +229,57 @@ impl Emitter {
         self.before
     }
 
-    /// STW2_ENC and G1_STW in the outputs of the controller; none if the length is another one.
-    pub fn control_words(&self, telegram: &Telegram, outputs: &[u8]) -> Option<[u16; 2]> {
-        let &[a, b, c, d] = outputs else { return None };
-        Some((self.rules.control_words)(telegram, [u16::from_be_bytes([a, b]), u16::from_be_bytes([c, d])]))
+    /// Takes what the controller sent to one telegram; what comes with others stays as it is.
+    ///
+    /// No word is taken where the octets are none, since they were bad, or of another length.
+    pub fn take(&self, taken: &mut Outputs, telegram: &Telegram, octets: Option<&[u8]>) {
+        let wanted = telegram.outputs.iter().map(|control| control.octets()).sum::<usize>();
+        let octets = octets.filter(|octets| octets.len() == wanted);
+        let mut words = [0; 2];
+        let mut rest = octets.unwrap_or_default();
+        for control in telegram.outputs {
+            let (word, behind) = rest.split_at(control.octets().min(rest.len()));
+            rest = behind;
+            let number = word.iter().fold(0, |number, octet| number << 8 | u32::from(*octet));
+            match control {
+                Stw2Enc => words[0] = number as u16,
+                G1Stw => words[1] = number as u16,
+                Control::Preset => taken.preset = octets.map(|_| number),
+                Control::SeparateG1Stw => taken.separate = octets.map(|_| number as u16),
+            }
+        }
+        if telegram.outputs.iter().any(|control| matches!(control, Stw2Enc | G1Stw)) {
+            taken.words = octets.map(|_| (self.rules.control_words)(telegram, words));
+        }
     }
 
-    /// Fills in the inputs of `telegram` and says whether they are good.
-    pub fn emit(&mut self, telegram: &Telegram, image: Image, inputs: &mut [u8]) -> bool {
+    /// STW2_ENC and G1_STW that are obeyed; none without a good telegram that brings them.
+    pub fn control_words(&self, taken: &Outputs) -> Option<[u16; 2]> {
+        taken.words.map(|words| taken.separate.map_or(words, |separate| (self.rules.separate)(words, separate)))
+    }
+
+    /// Begins a frame: these are the signals of all its telegrams.
+    pub fn begin(&mut self, image: Image) {
         let sent = (self.rules.emit)(&self.before, image);
         self.before = Before { truth: image, sent };
+    }
+
+    /// Fills in the inputs of one telegram of the frame and says whether they are good.
+    pub fn fill(&self, telegram: &Telegram, inputs: &mut [u8]) -> bool {
+        let sent = &self.before.sent;
         let mut octets = Vec::with_capacity(inputs.len());
         for signal in (self.rules.order)(telegram) {
-            (self.rules.put)(telegram, *signal, &sent, &mut octets);
+            (self.rules.put)(telegram, *signal, sent, &mut octets);
         }
         octets.resize(inputs.len(), 0);
         inputs.copy_from_slice(&octets);
         sent.good
+    }
+
+    /// Begins a frame of one telegram, fills in its inputs and says whether they are good.
+    pub fn emit(&mut self, telegram: &Telegram, image: Image, inputs: &mut [u8]) -> bool {
+        self.begin(image);
+        self.fill(telegram, inputs)
     }
 }
 
@@ -168,11 +292,16 @@ mod tests {
         zsw2_enc: 0x3200,
         g1_zsw: 0x2000,
         g1_xist1: 0x0001_2345,
+        shift: 0,
         g1_xist2: 0x1002,
         g1_xist3: 0x0012_3456_789A_BCDE,
         velocity: -60,
         good: true,
         position: 0,
+        offset: 0,
+        plain_position: 0x1234_5678,
+        single_turn: 0x0678,
+        multi_turn: 0x0001_2345,
         request: Request { relative: false, home: false, absolute: false, park: false, acknowledge: false },
         outputs: [0; 2],
     };
@@ -208,7 +337,67 @@ mod tests {
     #[case(&[0x04, 0x00, 0x20, 0x00], Some([0x0400, 0x2000]))]
     #[case(&[0x04, 0x00, 0x20], None)]
     #[case(&[], None)]
-    fn control_words(#[case] outputs: &[u8], #[case] words: Option<[u16; 2]>) {
-        assert_eq!(Emitter::new(Rules::default()).control_words(&STANDARD[0], outputs), words);
+    fn control_words(#[case] octets: &[u8], #[case] words: Option<[u16; 2]>) {
+        let emitter = Emitter::new(Rules::default());
+        let mut taken = Outputs { words: Some([1, 2]), preset: Some(3), separate: Some(4) };
+        emitter.take(&mut taken, &STANDARD[0], Some(octets));
+        assert_eq!(taken, Outputs { words, preset: Some(3), separate: Some(4) });
+        assert_eq!(emitter.control_words(&taken), words);
+        emitter.take(&mut taken, &STANDARD[0], None);
+        assert_eq!(taken.words, None);
+    }
+
+    // Kübler Sendix 58xx: the position and the velocity of telegram 860 in 8 octets, a preset value with its trigger in 4;
+    // the speed, the parts of the position and a second pair of sensor words in submodules of their own.
+    static TELEGRAM_860: Telegram = Telegram {
+        number: 860,
+        inputs: &[Position, NistB],
+        input_octets: 8,
+        outputs: &[Control::Preset],
+        output_octets: 4,
+    };
+    static PARTS: Telegram = Telegram {
+        number: 0,
+        inputs: &[NistA, SingleTurn, MultiTurn, SeparateG1Zsw],
+        input_octets: 12,
+        outputs: &[Control::SeparateG1Stw],
+        output_octets: 2,
+    };
+
+    #[test]
+    fn several_telegrams_share_a_frame() {
+        let mut emitter = Emitter::new(Rules::default());
+        emitter.begin(IMAGE);
+        let (mut first, mut second) = ([0xAA; 8], [0xAA; 12]);
+        assert!(emitter.fill(&TELEGRAM_860, &mut first) && emitter.fill(&PARTS, &mut second));
+        assert_eq!(first, [0x12, 0x34, 0x56, 0x78, 0xFF, 0xFF, 0xFF, 0xC4]);
+        assert_eq!(second, [0xFF, 0xC4, 0, 0, 0x06, 0x78, 0x00, 0x01, 0x23, 0x45, 0x20, 0x00]);
+        let mut taken = Outputs::default();
+        emitter.take(&mut taken, &TELEGRAM_860, Some(&[0x80, 0, 0x12, 0x34]));
+        emitter.take(&mut taken, &PARTS, Some(&[0x40, 0]));
+        assert_eq!(taken, Outputs { words: None, preset: Some(0x8000_1234), separate: Some(0x4000) });
+        assert_eq!(emitter.control_words(&taken), None);
+        emitter.take(&mut taken, &TELEGRAM_860, Some(&[0x80, 0, 0x12]));
+        assert_eq!(taken, Outputs { words: None, preset: None, separate: Some(0x4000) });
+    }
+
+    // SICK AFS60/AFM60: 65536 is sent as 00 04 00 00 by 30 bits and as 40 00 00 00 by 18.
+    #[rstest]
+    #[case(2, [0x00, 0x04, 0x00, 0x00])]
+    #[case(14, [0x40, 0x00, 0x00, 0x00])]
+    fn position_1_is_shifted(#[case] shift: u32, #[case] octets: [u8; 4]) {
+        let mut sent = Vec::new();
+        put(G1Xist1, &Image { g1_xist1: 0x1_0000, shift, ..IMAGE }, &mut sent);
+        assert_eq!(sent, octets);
+    }
+
+    // Kübler Sendix 58xx: 4096 units a revolution, place 0x3456 of a range of 0x4000 units; a range below a revolution.
+    #[rstest]
+    #[case(0x3456, 0x1000, [0x456, 3])]
+    #[case(0x07FF, 0x1000, [0x7FF, 0])]
+    fn positions_have_two_parts(#[case] position: u64, #[case] units: u64, #[case] expected: [u32; 2]) {
+        let hardware = Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 12 };
+        let scaling = Scaling { units_per_revolution: units, range: 0x4000 };
+        assert_eq!(parts(&Parts { position, scaling, hardware, place: 0 }), expected);
     }
 }

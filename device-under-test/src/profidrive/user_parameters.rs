@@ -38,6 +38,17 @@ pub struct UserParameters {
     pub speed_unit: u8,
 }
 
+/// A scaling that is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked {
+    /// The scaling.
+    pub scaling: Scaling,
+    /// The hardware that has to serve it.
+    pub hardware: Hardware,
+    /// Whether positions begin anew after their range wherever the shaft turns.
+    pub is_cyclic: bool,
+}
+
 /// Where bugs can be put into the user parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
@@ -45,12 +56,16 @@ pub struct Rules {
     pub checks_length: bool,
     /// Whether each record is taken over, or only the first after power-up.
     pub takes_every_record: bool,
-    /// The parameters without a record.
-    pub default: fn(&Hardware) -> UserParameters,
+    /// The octets that a record has.
+    pub octets_expected: usize,
+    /// The parameters without a record, from the right ones.
+    pub default: fn(UserParameters, &Hardware) -> UserParameters,
+    /// Whether the parameters without a record are in force without an error, from what is right.
+    pub without_record: fn(bool) -> bool,
     /// The octets that are read, from those of the record.
     pub octets: fn(&mut [u8; OCTETS]),
-    /// How the fields are understood.
-    pub understand: fn(UserParameters) -> UserParameters,
+    /// How the fields are understood, from the parameters in force before and those of this start.
+    pub understand: fn(UserParameters, UserParameters) -> UserParameters,
     /// The preset value that a record brings; none leaves it as it is.
     pub preset_value: fn(&[u8; OCTETS]) -> Option<u32>,
     /// The parameters that turn and scale the position from a start on, from those before and those of this start.
@@ -69,10 +84,19 @@ pub struct Rules {
     pub presets: fn(&UserParameters) -> bool,
     /// Whether a preset acts on G1_XIST2 and G1_XIST3.
     pub presets_xist2: fn(&UserParameters) -> bool,
+    /// The hardware of another variant of the manual, if there is one; the device fills it in.
+    pub other: Option<Hardware>,
+    /// The hardware whose limits count, from its own and that of another variant.
+    pub limits: fn(Hardware, Option<Hardware>) -> Hardware,
+    /// Whether positions begin anew after their range wherever the shaft turns.
+    pub is_cyclic: fn(&UserParameters) -> bool,
     /// Whether the hardware can serve a scaling.
-    pub serves: fn(&Scaling, &Hardware) -> bool,
-    /// Whether something beside scaling and unit is wrong in the parameters for a telegram.
-    pub are_wrong: fn(&UserParameters, &Telegram) -> bool,
+    pub serves: fn(&Asked) -> bool,
+    /// The last word on a scaling, from whether the hardware can serve it.
+    pub judges: fn(bool, &Asked) -> bool,
+    /// Whether something beside scaling and unit is wrong in the parameters for a telegram; the last are those by
+    /// default.
+    pub are_wrong: fn(&UserParameters, &Telegram, &UserParameters) -> bool,
     /// The unit of a number; none for a number that is none.
     pub unit: fn(u8) -> Option<Unit>,
     /// The settings that act on a position signal, from those in force.
@@ -86,9 +110,11 @@ impl Default for Rules {
         Rules {
             checks_length: true,
             takes_every_record: true,
-            default: UserParameters::xac77_default,
+            octets_expected: OCTETS,
+            default: |right, _| right,
+            without_record: |right| right,
             octets: |_| {},
-            understand: |parameters| parameters,
+            understand: |_, now| now,
             preset_value: |_| None,
             measures_by: |_, now| now,
             measures_by_refused: false,
@@ -98,8 +124,12 @@ impl Default for Rules {
             unscaled: Scaling::hardware,
             presets: |parameters| parameters.class_4,
             presets_xist2: |_| true,
+            other: None,
+            limits: |own, _| own,
+            is_cyclic: |_| true,
             serves,
-            are_wrong: |parameters, _| parameters.compatible && parameters.life_sign_failures == 0,
+            judges: |right, _| right,
+            are_wrong: |parameters, _, _| parameters.compatible && parameters.life_sign_failures == 0,
             unit,
             acts_on: |_, settings, _| settings,
             scales_velocity: |scaling, _| scaling,
@@ -111,8 +141,8 @@ impl Default for Rules {
 ///
 /// Units per revolution go from 1 to the steps of the hardware, the range from 2 to all its steps, and the range must
 /// not need more revolutions than there are. A range below one revolution is served.
-pub fn serves(scaling: &Scaling, hardware: &Hardware) -> bool {
-    let Scaling { units_per_revolution: units, range } = *scaling;
+pub fn serves(asked: &Asked) -> bool {
+    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, .. } = *asked;
     (1..=hardware.steps_per_revolution).contains(&units)
         && (2..=hardware.range()).contains(&range)
         && range <= units.saturating_mul(hardware.revolutions)
@@ -130,23 +160,6 @@ pub fn unit(number: u8) -> Option<Unit> {
 }
 
 impl UserParameters {
-    /// The defaults of the XAC77 for this hardware (manual, chapter 18): octet 0 is 0x22.
-    pub fn xac77_default(hardware: &Hardware) -> UserParameters {
-        UserParameters {
-            bits: 0x22,
-            direction: Direction::Clockwise,
-            class_4: true,
-            preset_acts_on_xist1: true,
-            scaling: false,
-            alarm_channel: false,
-            compatible: false,
-            units_per_revolution: hardware.steps_per_revolution,
-            range: hardware.range(),
-            life_sign_failures: 1,
-            speed_unit: 0,
-        }
-    }
-
     /// Reads the record; none if octets are missing. Reserved bits and octets have no function.
     pub fn parse(octets: &[u8]) -> Option<UserParameters> {
         let mut reader = Reader::new("user parameter data", octets);
@@ -178,16 +191,19 @@ impl UserParameters {
             return Some((rules.unscaled)(hardware));
         }
         let scaling = Scaling { units_per_revolution: self.units_per_revolution, range: self.range };
-        (rules.serves)(&scaling, hardware).then_some(scaling)
+        let limits = (rules.limits)(*hardware, rules.other);
+        let asked = Asked { scaling, hardware: limits, is_cyclic: (rules.is_cyclic)(self) };
+        (rules.judges)((rules.serves)(&asked), &Asked { hardware: *hardware, ..asked }).then_some(scaling)
     }
 
     /// Whether something is set that the encoder cannot do with this telegram: the parametrization error.
     ///
-    /// The tolerated failures count in compatibility mode only, and are at least 1 there.
-    pub fn are_wrong(&self, hardware: &Hardware, telegram: &Telegram, rules: &Rules) -> bool {
+    /// The tolerated failures count in compatibility mode only, and are at least 1 there. `default` are the parameters
+    /// without a record.
+    pub fn are_wrong(&self, hardware: &Hardware, telegram: &Telegram, default: &UserParameters, rules: &Rules) -> bool {
         self.scaling(hardware, rules).is_none()
             || (rules.unit)(self.speed_unit).is_none()
-            || (rules.are_wrong)(self, telegram)
+            || (rules.are_wrong)(self, telegram, default)
     }
 
     /// The velocity unit in force; where it is none, steps per second stand in for it.
@@ -211,6 +227,27 @@ mod tests {
     const MULTITURN: Hardware = Hardware { steps_per_revolution: 65536, revolutions: 16384 };
     const SINGLETURN: Hardware = Hardware { steps_per_revolution: 262_144, revolutions: 1 };
 
+    // The defaults of the XAC77: manual, chapter 18.
+    fn default(hardware: &Hardware) -> UserParameters {
+        UserParameters {
+            bits: 0x22,
+            direction: Direction::Clockwise,
+            class_4: true,
+            preset_acts_on_xist1: true,
+            scaling: false,
+            alarm_channel: false,
+            compatible: false,
+            units_per_revolution: hardware.steps_per_revolution,
+            range: hardware.range(),
+            life_sign_failures: 1,
+            speed_unit: 0,
+        }
+    }
+
+    fn are_wrong(parameters: &UserParameters, hardware: &Hardware) -> bool {
+        parameters.are_wrong(hardware, &STANDARD[0], &default(hardware), &Rules::default())
+    }
+
     // The default record of the multiturn encoder, octet by octet: manual, chapters 11.4 and 18.
     const DEFAULT: [u8; OCTETS] =
         [0x22, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0x40, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
@@ -218,9 +255,9 @@ mod tests {
     #[test]
     fn the_default_record() {
         let parameters = UserParameters::parse(&DEFAULT);
-        assert_eq!(parameters, Some(UserParameters::xac77_default(&MULTITURN)));
-        assert!(!UserParameters::xac77_default(&MULTITURN).are_wrong(&MULTITURN, &STANDARD[0], &Rules::default()));
-        assert!(!UserParameters::xac77_default(&SINGLETURN).are_wrong(&SINGLETURN, &STANDARD[0], &Rules::default()));
+        assert_eq!(parameters, Some(default(&MULTITURN)));
+        assert!(!are_wrong(&default(&MULTITURN), &MULTITURN));
+        assert!(!are_wrong(&default(&SINGLETURN), &SINGLETURN));
     }
 
     #[test]
@@ -233,7 +270,7 @@ mod tests {
             octets[bit / 8] ^= 1 << (bit % 8);
             let parameters = UserParameters::parse(&octets).expect("the length is right");
             let reserved = matches!(bit, 6 | 7) || bit / 8 >= 19;
-            assert_eq!(parameters == UserParameters::xac77_default(&MULTITURN), reserved, "bit {bit}");
+            assert_eq!(parameters == default(&MULTITURN), reserved, "bit {bit}");
             parameters.settings(&MULTITURN, &Rules::default());
         }
     }
@@ -258,17 +295,12 @@ mod tests {
     #[case(SINGLETURN, 262_144, 262_145, false)]
     #[case(SINGLETURN, 1, 2, false)]
     fn limits(#[case] hardware: Hardware, #[case] units: u64, #[case] range: u64, #[case] right: bool) {
-        let parameters = UserParameters {
-            scaling: true,
-            units_per_revolution: units,
-            range,
-            ..UserParameters::xac77_default(&hardware)
-        };
-        assert_eq!(parameters.are_wrong(&hardware, &STANDARD[0], &Rules::default()), !right);
+        let parameters = UserParameters { scaling: true, units_per_revolution: units, range, ..default(&hardware) };
+        assert_eq!(are_wrong(&parameters, &hardware), !right);
         let unscaled = UserParameters { scaling: false, ..parameters };
-        assert!(!unscaled.are_wrong(&hardware, &STANDARD[0], &Rules::default()));
+        assert!(!are_wrong(&unscaled, &hardware));
         let class_3 = UserParameters { class_4: false, ..parameters };
-        assert!(!class_3.are_wrong(&hardware, &STANDARD[0], &Rules::default()));
+        assert!(!are_wrong(&class_3, &hardware));
         assert_eq!(class_3.settings(&hardware, &Rules::default()), Settings::hardware(&hardware));
     }
 
@@ -283,6 +315,18 @@ mod tests {
         octets[18] = unit;
         octets[17] = u8::from(flip == 0);
         let parameters = UserParameters::parse(&octets).expect("the length is right");
-        assert_eq!(parameters.are_wrong(&MULTITURN, &STANDARD[0], &Rules::default()), wrong);
+        assert_eq!(are_wrong(&parameters, &MULTITURN), wrong);
+    }
+
+    // The limits of the other variant count, and the last word is spoken about the own hardware.
+    #[test]
+    fn limits_and_judgement() {
+        let asked = UserParameters { scaling: true, range: 1 << 20, ..default(&MULTITURN) };
+        let mut rules = Rules { other: Some(SINGLETURN), ..Rules::default() };
+        assert!(asked.scaling(&MULTITURN, &rules).is_some());
+        rules.limits = |own, other| other.unwrap_or(own);
+        assert!(asked.scaling(&MULTITURN, &rules).is_none());
+        rules.judges = |right, asked| !right && asked.hardware == MULTITURN && asked.is_cyclic;
+        assert!(asked.scaling(&MULTITURN, &rules).is_some());
     }
 }

@@ -590,7 +590,7 @@ fn the_small_manual_loads() {
     "probe/topic.yaml",
     "- wait: 20ms",
     "- { either: { one: [ { read: { P922: 1 } } ], two: [ { read: { P922: 2 } } ] }, finding: { one: One., two: Two. } }",
-    "{ either",
+    "{ one:",
     "every reading is a fault"
 )]
 #[case(
@@ -1082,5 +1082,16 @@ fn an_unknown_manual_is_named() {
 fn what_nothing_uses_is_listed() {
     let manuals = load(&sources(), None).expect("it loads");
     let unused: Vec<&str> = manuals[0].unused.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(unused, ["signal `SPD`", "fault `memory`", "role `position`"]);
+    assert_eq!(
+        unused,
+        [
+            "signal `SPD`",
+            "field `only_long.level`",
+            "record `longer`",
+            "field `longer.scaling_in_use`",
+            "field `longer.state`",
+            "fault `memory`",
+            "role `position`",
+        ]
+    );
 }

@@ -18,53 +18,157 @@
 //! - P979 has elements of 32 bits, as its values demand; its resolution and revolutions are those of the hardware.
 //! - P925 is not there, for P980 does not list it. LEDs are not described.
 
-mod device;
-mod live;
-mod names;
-pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;
 mod web;
 
-pub use device::Xac77;
-
-use crate::application::Plug;
+use crate::application::{ResetScope, Severity, StationData};
+use crate::behaviour::Behaviour;
 use crate::bugs::{self, Table};
-use crate::encoder::Hardware;
-use crate::profidrive::telegram;
-use alloc::vec::Vec;
+use crate::encoder::{Direction, Hardware};
+use crate::encoder_object::{
+    self, Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, Reset, Submodule, Timing, Variant,
+    WithoutRecord,
+};
+use crate::profidrive::telegram::STANDARD;
+use crate::profidrive::user_parameters::UserParameters;
+use crate::registry::Manual;
+use core::time::Duration;
 
-/// One of the two encoders of the manual.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variant {
-    /// Its name in the suites.
-    pub name: &'static str,
-    /// The order code of the encoder.
-    pub order_id: &'static str,
-    /// The number of its device access point in the GSDML.
-    pub access_point: u32,
-    /// What its sensor tells apart.
-    pub hardware: Hardware,
-}
-
-/// The encoders of the manual.
-pub static VARIANTS: [Variant; 2] = [
-    Variant {
-        name: "xac7718",
-        order_id: "XAC7718/1PT",
-        access_point: 2,
-        hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
+/// The manual.
+pub static MANUAL: Manual = Manual {
+    name: "lika-xac77-profinet",
+    title: "Lika XAC77 absolute encoder",
+    variants: &[FACTS.variants[0].name, FACTS.variants[1].name],
+    // Manual, 7.3.
+    oui: Some([0x10, 0xB9, 0xFE]),
+    bugs: BUGS,
+    healthy: Behaviour::default,
+    delivered: |_| StationData::default(),
+    build: |variant, behaviour, mac, shaft, station| {
+        encoder_object::build(&FACTS, web::State::default(), variant, behaviour, mac, shaft, station)
     },
-    Variant {
-        name: "xac7716-16384",
-        order_id: "XAC7716/16384PT",
-        access_point: 3,
-        hardware: Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 14 },
+};
+
+/// What the manual says in words and numbers.
+static FACTS: Facts = Facts {
+    variants: &[
+        Variant {
+            name: "xac7718",
+            station_type: "LIKA ROTACOD",
+            order_id: "XAC7718/1PT",
+            access_point: 2,
+            hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
+            shift: 0,
+        },
+        Variant {
+            name: "xac7716-16384",
+            station_type: "LIKA ROTACOD",
+            order_id: "XAC7716/16384PT",
+            access_point: 3,
+            hardware: Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 14 },
+            shift: 0,
+        },
+    ],
+    // The device ID is not printed in the manual: invented for our reference device.
+    identity: Identification {
+        vendor_id: 0x0239,
+        device_id: 1,
+        ports: 1,
+        hardware_revision: 1,
+        software_revision: [b'V', 1, 1, 0],
+        im_supported: 0,
+    },
+    // The manual says 100 ms for the velocity (10.1) and nothing of the rest.
+    timing: Timing {
+        boot: Duration::from_secs(2),
+        ready: Duration::from_millis(5),
+        preset: Duration::from_millis(40),
+        save: Duration::from_millis(200),
+        velocity: Duration::from_millis(100),
+    },
+    // Software 1.10 of 24 October 2013: version table on p. 43, date of the first description file.
+    software: [110, 2013, 2410],
+    unit_type: 1,
+    // Encoder interface, class 4, number of this object.
+    object_class: &[5, 0x8000, 1],
+    // Rotary and valid.
+    sensor_format: |variant| {
+        let Hardware { steps_per_revolution, revolutions } = variant.hardware;
+        [0x5011, 0x8000_0000, steps_per_revolution, 0, 0, revolutions]
+    },
+    parameters: &[922, 964, 965, 971, 975, 979, 980, 61001, 65000, 65001],
+    listed: &[922, 964, 965, 971, 975, 979, 61001, 65000, 65001],
+    status_header: 0x000C_0101,
+    errors: ERRORS,
+    supported_faults: MEMORY | COMMISSIONING,
+    warnings: &[],
+    supported_warnings: 0,
+    default_record,
+    without_record: WithoutRecord::Default,
+    record_in_exchange: InExchange::Refused,
+    stands_still_in_preset: false,
+    watches_controller: true,
+    modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],
+    resets: |scope| match scope {
+        ResetScope::Factory | ResetScope::AllData | ResetScope::Device => {
+            Some(Reset { application: true, station: true })
+        }
+        ResetScope::ApplicationData => Some(Reset { application: true, station: false }),
+        ResetScope::Communication => Some(Reset { application: false, station: true }),
+        ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => None,
+    },
+};
+
+/// Fault bit of the memory.
+const MEMORY: u32 = 1 << 5;
+/// Fault bit of the parametrization.
+const COMMISSIONING: u32 = 1 << 4;
+
+/// Codes: manual, 16.4; error types: 12.2.1. The code of the profile for the sensor, for the manual names none.
+const ERRORS: &[ErrorFact] = &[
+    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
+    ErrorFact {
+        causes: &[Cause::Stand("memory")],
+        code: Some(0x1001),
+        fault_bits: MEMORY,
+        error_type: Some(0x9000),
+        is_persistent: true,
+        effect: Effect::NoMemory,
+        ..NO_DIAGNOSIS
+    },
+    ErrorFact { causes: &[Cause::Stand("sensor")], code: Some(0x0001), effect: Effect::NoReading, ..NO_DIAGNOSIS },
+    ErrorFact {
+        causes: &[Cause::Stand("commissioning"), Cause::WrongParameters],
+        code: Some(0x1002),
+        fault_bits: COMMISSIONING,
+        error_type: Some(0x9011),
+        is_persistent: true,
+        ..NO_DIAGNOSIS
     },
 ];
 
+const NO_DIAGNOSIS: ErrorFact = ErrorFact {
+    causes: &[],
+    code: None,
+    fault_bits: 0,
+    error_type: None,
+    severity: Severity::Fault,
+    is_persistent: false,
+    effect: Effect::Nothing,
+};
+
+/// Idents are not printed in the manual but for the numbers of the access points, which stand here for their idents; they
+/// and the API of slot 0 are invented for our reference device.
+const SUBMODULES: &[Submodule] = &[
+    Submodule { subslot: 2, ident: 81, telegram: &STANDARD[0] },
+    Submodule { subslot: 2, ident: 82, telegram: &STANDARD[1] },
+    Submodule { subslot: 2, ident: 83, telegram: &STANDARD[2] },
+    Submodule { subslot: 2, ident: 84, telegram: &STANDARD[3] },
+];
+
 /// Every bug that a reference XAC77 can be told to have.
-pub static BUGS: &[Table] = &[
+static BUGS: &[Table] = &[
     Table::All(bugs::signals::BUGS),
     Table::All(bugs::handshakes::BUGS),
     Table::All(bugs::presets::BUGS),
@@ -133,35 +237,19 @@ const BUGS_OF_THE_STACK: &[&str] = &[
     "second-reader-ends-connection",
 ];
 
-/// How the MAC addresses of all encoders begin.
-pub const OUI: [u8; 3] = [0x10, 0xB9, 0xFE];
-/// API of the encoder profile.
-pub const ENCODER_API: u32 = 0x3D00;
-/// Slot of the encoder object.
-pub const ENCODER_SLOT: u16 = 1;
-/// Ident of the module of the encoder object.
-const ENCODER_MODULE: u32 = 1;
-/// Subslot of the parameter access point.
-pub const ACCESS_POINT_SUBSLOT: u16 = 1;
-/// Subslot of the telegram.
-pub const TELEGRAM_SUBSLOT: u16 = 2;
-
-/// Idents are not printed in the manual but for the numbers of the access points, which stand here for their idents; they
-/// and the API of slot 0 are invented for our reference device.
-fn plugs(variant: &Variant, rules: &telegram::Rules) -> Vec<Plug> {
-    let plug = |slot, subslot, submodule_ident, input_octets, output_octets| Plug {
-        api: if slot == 0 { 0 } else { ENCODER_API },
-        slot,
-        module_ident: if slot == 0 { variant.access_point } else { ENCODER_MODULE },
-        subslot,
-        submodule_ident,
-        input_octets,
-        output_octets,
-    };
-    let fixed = [plug(0, 1, 1, 0, 0), plug(ENCODER_SLOT, ACCESS_POINT_SUBSLOT, 2, 0, 0)];
-    let telegrams = telegram::STANDARD.iter().map(|telegram| {
-        let ident = u32::from(telegram.number);
-        plug(ENCODER_SLOT, TELEGRAM_SUBSLOT, ident, (rules.input_octets)(telegram), telegram::OUTPUT_OCTETS)
-    });
-    fixed.into_iter().chain(telegrams).collect()
+/// The user parameters by default for this hardware (manual, chapter 18): octet 0 is 0x22.
+fn default_record(hardware: &Hardware) -> UserParameters {
+    UserParameters {
+        bits: 0x22,
+        direction: Direction::Clockwise,
+        class_4: true,
+        preset_acts_on_xist1: true,
+        scaling: false,
+        alarm_channel: false,
+        compatible: false,
+        units_per_revolution: hardware.steps_per_revolution,
+        range: hardware.range(),
+        life_sign_failures: 1,
+        speed_unit: 0,
+    }
 }

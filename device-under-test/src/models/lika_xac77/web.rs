@@ -4,10 +4,9 @@
 //! that a preset value is stored before the page says so, that an entry which is no hexadecimal number of up to 8 digits
 //! changes nothing, and that a server which has stopped refuses connections.
 
-use super::live::Live;
-use super::parameters::SOFTWARE;
-use crate::behaviour::{Kept, Shown, Web};
+use crate::behaviour::{Behaviour, Kept, Shown, Web};
 use crate::encoder::{Direction, PresetMode};
+use crate::encoder_object::{Effect, Live, Model};
 use crate::profidrive::user_parameters::UserParameters;
 use alloc::format;
 use alloc::string::String;
@@ -31,15 +30,31 @@ pub struct State {
 }
 
 impl State {
-    /// Whether the web server takes connections.
-    pub fn serves(&self, rules: &Web) -> bool {
+    fn serves(&self, rules: &Web) -> bool {
         (rules.is_ready_alone || self.was_connected) && !(self.waits_for_firmware && rules.stops)
     }
 }
 
-impl Live<'_> {
-    /// Answers a request to the web server.
-    pub fn page(&mut self, request: &Request) -> Response {
+impl Model for State {
+    fn started(live: &mut Live<'_, State>) {
+        live.model.was_connected = true;
+    }
+
+    fn power_up(live: &mut Live<'_, State>) {
+        *live.model = State::default();
+    }
+
+    fn serves_pages(&self, behaviour: &Behaviour) -> bool {
+        self.serves(&behaviour.web)
+    }
+
+    fn page(live: &mut Live<'_, State>, request: &Request) -> Response {
+        live.answer(request)
+    }
+}
+
+impl Live<'_, State> {
+    fn answer(&mut self, request: &Request) -> Response {
         let takes = self.behaviour.web.takes;
         self.ram.held_up_until = self.ram.held_up_until.max(self.now + takes);
         let path = request.path.split('?').next().unwrap_or_default();
@@ -75,11 +90,13 @@ impl Live<'_> {
     }
 
     fn information(&mut self) -> Response {
-        let ram = &mut *self.ram;
         let user = match self.behaviour.web.information {
-            Shown::InForce => ram.user,
-            Shown::Default => (self.behaviour.user_parameters.default)(&self.hardware),
-            Shown::First => *ram.web.information.get_or_insert(ram.user),
+            Shown::InForce => self.ram.user,
+            Shown::Default => {
+                let right = (self.facts.default_record)(&self.hardware);
+                (self.behaviour.user_parameters.default)(right, &self.hardware)
+            }
+            Shown::First => *self.model.information.get_or_insert(self.ram.user),
         };
         // As bits of the record, where 0 is "enabled" for two of them.
         let rows = [
@@ -98,7 +115,7 @@ impl Live<'_> {
     }
 
     fn parameters(&self) -> Response {
-        let [version, year, day] = SOFTWARE;
+        let [version, year, day] = self.facts.software.map(u64::from);
         let version = (self.behaviour.web.version)(version);
         let rows = [("Firmware version", version), ("Firmware year", year), ("Firmware day and month", day)];
         page(200, "Encoder Specific Profile Parameters", &table(&rows))
@@ -112,13 +129,13 @@ impl Live<'_> {
         let place = self.hardware.sense(self.shaft.place(self.now));
         let mut position = (rules.position)(self.ram.measuring.shifted(), place);
         if !rules.position_is_present {
-            position = *self.ram.web.position.get_or_insert(position);
+            position = *self.model.position.get_or_insert(position);
         }
         page(200, "Encoder position", &table(&[("Current position", position)]))
     }
 
     fn preset_form(&self) -> Response {
-        let value = self.ram.web.entry.unwrap_or(self.ram.preset_value);
+        let value = self.model.entry.unwrap_or(self.ram.preset_value);
         let body = format!(
             "<p>Preset value (hex): {value:X}</p><form method=\"post\" action=\"/preset.htm\">\
              <input name=\"value\" maxlength=\"8\"><input type=\"submit\" value=\"Submit\"></form>"
@@ -131,7 +148,7 @@ impl Live<'_> {
         let Some(value) = (rules.entry)(entry) else {
             return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
         };
-        if self.faults.memory {
+        if self.faults.have(Effect::NoMemory, self.facts) {
             return page(200, PRESET_TITLE, "<p>The preset value could not be stored.</p>");
         }
         if rules.entry_presets {
@@ -141,7 +158,7 @@ impl Live<'_> {
             self.set_preset_value(value);
         }
         if rules.keeps == Kept::Apart {
-            self.ram.web.entry = Some(value);
+            self.model.entry = Some(value);
         } else if rules.knows_stored && *self.store.preset_value.stored() == value {
             return page(200, PRESET_TITLE, "<p>This preset value is already stored.</p>");
         }
@@ -155,7 +172,7 @@ impl Live<'_> {
         if !(self.behaviour.web.is_password)(password) {
             return upgrade_form("<p>Wrong password.</p>");
         }
-        self.ram.web.waits_for_firmware = true;
+        self.model.waits_for_firmware = true;
         let body = "<p>The web server is stopped, the encoder waits for its firmware.</p>";
         Response::page(200, html("Firmware upgrade", " style=\"background-color: red\"", body))
     }

@@ -1,6 +1,6 @@
 //! The manager itself: from the octets of a request to those of its response.
 
-use super::{BadRequest, Exchange, MAX_ELEMENTS, MAX_OCTETS, MAX_PARAMETERS, Parameter, Parameters, Rules};
+use super::{BadRequest, Exchange, MAX_ELEMENTS, MAX_OCTETS, MAX_PARAMETERS, Parameter, Parameters, Rules, Shape};
 use alloc::vec::Vec;
 use wire::profidrive::{
     Attribute, ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestId, Response,
@@ -28,6 +28,8 @@ impl<K: Copy + PartialEq> Manager<K> {
     /// Takes a request of `key` and keeps the response; an older one that was not fetched has gone.
     pub fn take(&mut self, key: K, octets: &[u8], parameters: &mut impl Parameters) -> Result<(), BadRequest> {
         self.forget(key);
+        let received = (self.rules.received)(octets);
+        let octets = &received[..];
         self.hangs |= (self.rules.hangs)(octets);
         if self.hangs {
             return Ok(());
@@ -49,15 +51,24 @@ impl<K: Copy + PartialEq> Manager<K> {
 
     /// The response for `key`, if one is waiting.
     pub fn fetch(&mut self, key: K) -> Option<Vec<u8>> {
-        let at = self.responses.iter().position(|(of, _)| *of == key)?;
+        let Some(at) = self.responses.iter().position(|(of, _)| *of == key) else {
+            return self.rules.answers_nothing.then(Vec::new);
+        };
         match self.rules.fetched_once {
             true => Some(self.responses.swap_remove(at).1),
             false => Some(self.responses[at].1.clone()),
         }
     }
 
+    /// The connection of `key` has ended.
+    pub fn ended(&mut self, key: K) {
+        if self.rules.forgets_at_end {
+            self.forget(key);
+        }
+    }
+
     /// Forgets what is waiting for `key`.
-    pub fn forget(&mut self, key: K) {
+    fn forget(&mut self, key: K) {
         self.responses.retain(|(of, _)| *of != key);
     }
 }
@@ -65,7 +76,7 @@ impl<K: Copy + PartialEq> Manager<K> {
 fn answer(request: &Request, parameters: &mut impl Parameters, rules: &Rules) -> Response {
     let header = &request.header;
     let refusal = match header.id {
-        RequestId::REQUEST | RequestId::CHANGE if rules.axis && header.do_id > 1 => ErrorNumber::NO_SUCH_AXIS,
+        RequestId::REQUEST | RequestId::CHANGE if !(rules.axis)(header.do_id) => ErrorNumber::NO_SUCH_AXIS,
         RequestId::REQUEST => {
             let addresses = request.addresses.iter().take(rules.answered);
             let values = addresses.map(|address| read(address, parameters, rules));
@@ -120,13 +131,13 @@ fn change(
     parameters: &mut impl Parameters,
     rules: &Rules,
 ) -> Result<(), ParameterError> {
-    let number = value.and_then(ParameterValue::to_numbers).and_then(|numbers| numbers.first().copied());
+    let values = value.and_then(ParameterValue::to_numbers).unwrap_or_default();
     if !rules.checks_first {
-        let _ = parameters.write(address.number, number.unwrap_or(0));
+        let _ = parameters.write(address.number, address.subindex, &values);
     }
     let refused = |number| ParameterError { number, subindex: None };
     let outcome = check(address, value, parameters, rules)
-        .and_then(|()| parameters.write(address.number, number.unwrap_or(0)).map_err(refused));
+        .and_then(|()| parameters.write(address.number, address.subindex, &values).map_err(refused));
     (rules.refusal)(RequestId::CHANGE, address.number, outcome.err()).map_or(Ok(()), Err)
 }
 
@@ -186,16 +197,17 @@ fn elements(
         (Attribute::TEXT, true) => return refused(ErrorNumber::TEXT_READ_ONLY),
         _ => return refused(ErrorNumber::BAD_ADDRESS),
     }
-    if writing && !parameter.is_writable {
+    if writing && parameter.writable.is_empty() {
         return refused(ErrorNumber::READ_ONLY);
     }
     let count = usize::from(address.element_count.max(1));
     let subindex = (rules.first_element)(address.subindex, count);
-    let is_wrong = !parameter.is_array && (count > 1 || address.element_count == 0 && !rules.zero_elements);
+    let is_wrong = parameter.shape == Shape::Value && (count > 1 || address.element_count == 0 && !rules.zero_elements);
     if address.element_count > MAX_ELEMENTS || is_wrong {
         return refused(ErrorNumber::BAD_ADDRESS);
     }
-    if !parameter.is_array {
+    let is_whole = parameter.shape == Shape::Value || parameter.shape == Shape::Octets && count == 1;
+    if is_whole {
         return match subindex == 0 || !rules.array {
             true => Ok((parameter.clone(), 0..parameter.values.len())),
             false => refused(ErrorNumber::NO_ARRAY),
@@ -206,5 +218,9 @@ fn elements(
         let first = usize::from(subindex).max(parameter.values.len()) as u16;
         return Err(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: Some(first) });
     }
-    Ok((parameter, wanted))
+    let is_writable = |n: usize| parameter.writable.contains(&n);
+    match wanted.clone().find(|n| writing && !is_writable(*n)) {
+        Some(fixed) => Err(ParameterError { number: ErrorNumber::READ_ONLY, subindex: Some(fixed as u16) }),
+        None => Ok((parameter, wanted)),
+    }
 }

@@ -10,6 +10,7 @@ mod tests;
 pub use manager::{Manager, fit, is_of_type};
 
 use alloc::vec::Vec;
+use core::ops::Range;
 use wire::profidrive::{ErrorNumber, Format, ParameterError, ParameterValue, Request, RequestId, Response};
 
 /// Parameters that a request may have; PROFIdrive, base mode.
@@ -19,15 +20,26 @@ pub const MAX_ELEMENTS: u8 = 234;
 /// Octets of a request or response; PROFIdrive, base mode.
 pub const MAX_OCTETS: usize = 240;
 
+/// How the values of a parameter belong together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// One value, of several octets for a string; it has no subindex.
+    Value,
+    /// Elements with a subindex each.
+    Array,
+    /// A string that is given whole for 0 elements or 1, or a part of it for more, from the subindex on.
+    Octets,
+}
+
 /// A parameter at one instant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parameter {
     /// In which format values are given: [`Format::WORD`], [`Format::DOUBLE_WORD`] or [`Format::OCTET_STRING`].
     pub format: Format,
-    /// Whether its values are elements with a subindex; otherwise they are one value, of several octets for a string.
-    pub is_array: bool,
-    /// Whether it can be written.
-    pub is_writable: bool,
+    /// How its values belong together.
+    pub shape: Shape,
+    /// The values that can be written.
+    pub writable: Range<usize>,
     /// Its values.
     pub values: Vec<u64>,
 }
@@ -37,8 +49,9 @@ pub trait Parameters {
     /// The parameter of this number, if there is one.
     fn parameter(&self, number: u16) -> Option<Parameter>;
 
-    /// Gives a writable parameter a value of its format, or says why not.
-    fn write(&mut self, number: u16, value: u64) -> Result<(), ErrorNumber>;
+    /// Gives the writable values of a parameter from a subindex on others of its format, or says why not; then none of
+    /// them is changed.
+    fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber>;
 }
 
 /// Why a request was not even answered.
@@ -73,12 +86,14 @@ impl Exchange<'_> {
 /// Where bugs can be put into the parameter manager.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
+    /// The octets of a request, from those received.
+    pub received: fn(&[u8]) -> Vec<u8>,
     /// How a request is understood.
     pub understand: fn(Request) -> Request,
     /// Why a parameter is refused, from the kind of request, its number and the error that was found.
     pub refusal: fn(RequestId, u16, Option<ParameterError>) -> Option<ParameterError>,
-    /// Other axes than 0 and 1 are refused.
-    pub axis: bool,
+    /// Whether this axis is served.
+    pub axis: fn(u8) -> bool,
     /// Other attributes than the value are refused.
     pub attribute: bool,
     /// Elements behind the end of an array are refused.
@@ -107,6 +122,10 @@ pub struct Rules {
     pub length: bool,
     /// A response that was fetched has gone.
     pub fetched_once: bool,
+    /// A response that was not fetched goes with the connection.
+    pub forgets_at_end: bool,
+    /// A response without octets is given where none is waiting.
+    pub answers_nothing: bool,
     /// Whether the manager answers nothing any more after this request.
     pub hangs: fn(&[u8]) -> bool,
 }
@@ -114,9 +133,10 @@ pub struct Rules {
 impl Default for Rules {
     fn default() -> Rules {
         Rules {
+            received: <[u8]>::to_vec,
             understand: |request| request,
             refusal: |_, _, found| found,
-            axis: true,
+            axis: |axis| axis <= 1,
             attribute: true,
             end_of_array: true,
             array: true,
@@ -131,6 +151,8 @@ impl Default for Rules {
             octets: |exchange| exchange.octets(),
             length: true,
             fetched_once: true,
+            forgets_at_end: true,
+            answers_nothing: false,
             hangs: |_| false,
         }
     }

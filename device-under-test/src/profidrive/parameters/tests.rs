@@ -3,23 +3,37 @@
 use super::*;
 use rstest::rstest;
 
-/// 922 word, 65000 double word to be written, 965 octets, 964 three words.
+/// 922 word, 65000 double word to be written, 965 octets, 964 three words, 61000 a string, 1006 two words to be written,
+/// 1009 three double words, two of them to be written.
 struct Sample(u64);
 
 impl Parameters for Sample {
     fn parameter(&self, number: u16) -> Option<Parameter> {
-        let (format, is_array, values) = match number {
-            922 => (Format::WORD, false, alloc::vec![81]),
-            964 => (Format::WORD, true, alloc::vec![0x239, 1, 110]),
-            965 => (Format::OCTET_STRING, false, alloc::vec![0x3D, 41]),
-            65000 => (Format::DOUBLE_WORD, false, alloc::vec![self.0]),
+        let (format, shape, writable, values) = match number {
+            922 => (Format::WORD, Shape::Value, 0..0, alloc::vec![81]),
+            964 => (Format::WORD, Shape::Array, 0..0, alloc::vec![0x239, 1, 110]),
+            965 => (Format::OCTET_STRING, Shape::Value, 0..0, alloc::vec![0x3D, 41]),
+            1006 => (Format::WORD, Shape::Array, 0..2, alloc::vec![self.0 >> 16, self.0 & 0xFFFF]),
+            1009 => (Format::DOUBLE_WORD, Shape::Array, 0..2, alloc::vec![2, 3, 4]),
+            61000 => (Format::OCTET_STRING, Shape::Octets, 0..0, b"afm60".map(u64::from).to_vec()),
+            65000 => (Format::DOUBLE_WORD, Shape::Value, 0..1, alloc::vec![self.0]),
             _ => return None,
         };
-        Some(Parameter { format, is_array, is_writable: number == 65000, values })
+        Some(Parameter { format, shape, writable, values })
     }
 
-    fn write(&mut self, _: u16, value: u64) -> Result<(), ErrorNumber> {
-        self.0 = value;
+    fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+        let limits = if number == 1006 { 0..0x8000 } else { 0..1 << 32 };
+        if values.iter().any(|value| !limits.contains(value)) {
+            return Err(ErrorNumber::LIMIT);
+        }
+        self.0 = match (number, subindex, values) {
+            (1006, 0, &[low, high]) => low << 16 | high,
+            (1006, 0, &[low]) => low << 16 | self.0 & 0xFFFF,
+            (1006, _, &[high]) => self.0 & !0xFFFF | high,
+            (_, _, &[value, ..]) => value,
+            _ => self.0,
+        };
         Ok(())
     }
 }
@@ -54,6 +68,12 @@ fn ask(request: &[u8]) -> Result<Vec<u8>, BadRequest> {
 #[case::two_values(&[1, 2, 1, 1, 0x10, 1, 0xFD, 0xE8, 0, 0, 0x43, 2, 0, 0, 0, 5, 0, 0, 0, 6], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x18])]
 #[case::axis(&[1, 1, 5, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &[1, 0x81, 5, 1, 0x44, 1, 0, 0x19])]
 #[case::write_text(&[1, 2, 1, 1, 0x30, 0, 0xFD, 0xE8, 0, 0, 0x43, 1, 0, 0, 0, 5], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x20])]
+#[case::whole_string(&[1, 1, 1, 1, 0x10, 0, 0xEE, 0x48, 0, 0], &[1, 1, 1, 1, 0x0A, 5, 0x61, 0x66, 0x6D, 0x36, 0x30, 0])]
+#[case::part_of_a_string(&[1, 1, 1, 1, 0x10, 3, 0xEE, 0x48, 0, 2], &[1, 1, 1, 1, 0x0A, 3, 0x6D, 0x36, 0x30, 0])]
+#[case::over_the_string(&[1, 1, 1, 1, 0x10, 6, 0xEE, 0x48, 0, 0], &[1, 0x81, 1, 1, 0x44, 2, 0, 0x03, 0, 5])]
+#[case::two_elements_written(&[1, 2, 1, 1, 0x10, 2, 0x03, 0xEE, 0, 0, 0x42, 2, 0, 5, 0, 6], &[1, 2, 1, 1])]
+#[case::fixed_element(&[1, 2, 1, 1, 0x10, 1, 0x03, 0xF1, 0, 2, 0x43, 1, 0, 0, 0, 5], &[1, 0x82, 1, 1, 0x44, 2, 0, 0x01, 0, 2])]
+#[case::limit(&[1, 2, 1, 1, 0x10, 1, 0x03, 0xEE, 0, 1, 0x42, 1, 0x80, 0], &[1, 0x82, 1, 1, 0x44, 1, 0, 0x02])]
 #[case::request_7f(&[1, 0x7F, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &[1, 0x81, 1, 1, 0x44, 1, 0, 0x21])]
 #[case::mixed_read(&[1, 1, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0, 1, 0, 0],
                    &[1, 0x81, 1, 2, 0x42, 1, 0, 81, 0x44, 1, 0, 0])]
@@ -113,4 +133,38 @@ fn a_response_is_fetched_once_and_by_whom_it_is_for() {
     manager.take(1, &[9, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
     assert!(manager.take(1, &[9], &mut Sample(0)).is_err());
     assert_eq!(manager.fetch(1), None);
+}
+
+// SICK AFS60/AFM60, P1006: two limits, each with its subindex or both at once.
+#[test]
+fn elements_are_written_by_their_subindex() {
+    let mut sample = Sample(0x0007_0008);
+    let mut write = |octets: &[u8]| {
+        Manager::new(Rules::default()).take((), octets, &mut sample).expect("the request is well formed");
+        sample.0
+    };
+    assert_eq!(write(&[1, 2, 1, 1, 0x10, 1, 0x03, 0xEE, 0, 1, 0x42, 1, 0, 9]), 0x0007_0009);
+    assert_eq!(write(&[1, 2, 1, 1, 0x10, 2, 0x03, 0xEE, 0, 0, 0x42, 2, 0, 5, 0, 6]), 0x0005_0006);
+    assert_eq!(write(&[1, 2, 1, 1, 0x10, 2, 0x03, 0xEE, 0, 0, 0x42, 2, 0, 1, 0xFF, 0xFF]), 0x0005_0006);
+}
+
+// Kübler Sendix 58xx: any axis is answered and mirrored.
+#[test]
+fn axes_and_octets_by_the_manual() {
+    let request = [1, 1, 0xCD, 1, 0x10, 0, 0x03, 0x9A, 0, 0];
+    let mut manager = Manager::new(Rules { axis: |_| true, answers_nothing: true, ..Rules::default() });
+    assert_eq!(manager.fetch(1), Some(Vec::new()));
+    manager.take(1, &request, &mut Sample(0)).expect("well formed");
+    manager.ended(2);
+    assert_eq!(manager.fetch(1), Some(alloc::vec![1, 1, 0xCD, 1, 0x42, 1, 0, 81]));
+    manager.take(1, &request, &mut Sample(0)).expect("well formed");
+    manager.ended(1);
+    assert_eq!(manager.fetch(1), Some(Vec::new()));
+
+    let in_pairs = |octets: &[u8]| octets.chunks(2).flat_map(|pair| pair.iter().rev().copied()).collect();
+    let mut manager = Manager::new(Rules { received: in_pairs, forgets_at_end: false, ..Rules::default() });
+    let printed = [1, 1, 1, 1, 0, 0x10, 0x9A, 0x03, 0, 0];
+    manager.take(1, &printed, &mut Sample(0)).expect("well formed");
+    manager.ended(1);
+    assert_eq!(manager.fetch(1), Some(alloc::vec![1, 1, 1, 1, 0x42, 1, 0, 81]));
 }

@@ -10,7 +10,7 @@ use crate::suite::{Sources, load};
 use clap::Args;
 use link::lines::Listener;
 use link::{LinkError, Wire, interrupt, privileges, realtime};
-use reference_devices::Setup;
+use reference_devices::{Setup, build, build_delivered};
 use station::Time;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -128,19 +128,18 @@ impl Station {
     fn maker(&self) -> Result<Maker, String> {
         let station = self.clone();
         let make = move |made| {
-            let named = made == Made::Named;
-            let unset = Ipv4Addr::UNSPECIFIED.octets();
+            let build = if made == Made::Named { build } else { build_delivered };
             let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
             let setup = Setup {
                 mac: station.mac.0,
                 bugs: &bugs,
                 shaft: station.shaft,
-                station_name: if named { &station.name } else { "" },
-                ip: if named { station.ip.octets() } else { unset },
-                mask: if named { station.mask.octets() } else { unset },
+                station_name: &station.name,
+                ip: station.ip.octets(),
+                mask: station.mask.octets(),
                 gateway: [0; 4],
             };
-            reference_devices::build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
+            build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
         };
         make(Made::Named)?;
         // What went well once goes well again: nothing of it changes.

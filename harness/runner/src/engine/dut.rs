@@ -4,7 +4,7 @@ use super::live::LiveDevice;
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::Place;
 use bench::null::{Babbler, DiesAfter, Reflector, Silent};
-use reference_devices::{ReferenceDevice, Setup, build};
+use reference_devices::{ReferenceDevice, Setup, build, build_delivered};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -160,13 +160,14 @@ impl DutSpec {
     pub fn segment<'a>(&'a self, id: &str) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
         let mac = reference_devices::manual(&self.manual).map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
-        let built = move |bugs: &[String], station_name| {
+        let built = move |bugs: &[String], is_named: bool| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
-            let setup = Setup { mac, bugs: &bugs, station_name, ..setup(shaft) };
+            let build = if is_named { build } else { build_delivered };
+            let setup = Setup { mac, bugs: &bugs, ..setup(shaft) };
             build(&self.manual, &self.variant, &setup).map_err(|error| error.to_string())
         };
         let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
-            Ok(Model::new(built(bugs, STATION_NAME)?, Box::new(move || built(bugs, ""))))
+            Ok(Model::new(built(bugs, true)?, Box::new(move || built(bugs, false))))
         };
         Ok(Box::new(match &self.kind {
             DutKind::Live(device) => return Ok(device.segment()),
@@ -180,7 +181,7 @@ impl DutSpec {
                 VirtualSegment::new(Box::new(Stranger(babbler, NoStand)))
             }
             DutKind::Nobody(Nobody::WrongIdentity) => {
-                let device = Boxed(built(&[], STATION_NAME)?);
+                let device = Boxed(built(&[], true)?);
                 VirtualSegment::new(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand)))
             }
             DutKind::Nobody(Nobody::DiesAfter(frames)) => {

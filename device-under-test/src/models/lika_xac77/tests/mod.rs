@@ -9,10 +9,11 @@ mod starts;
 mod turns;
 mod web;
 
-use super::{BUGS, VARIANTS, Xac77};
+use super::web::State;
+use super::{FACTS, MANUAL};
 use crate::application::{Access, Application, ArKey, Plug, RecordRefusal, StationData};
-use crate::behaviour::Behaviour;
-use crate::bugs::Table;
+use crate::encoder_object::EncoderObject;
+use crate::registry;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{StandAction, Time};
@@ -39,7 +40,7 @@ struct Frame {
 
 /// An encoder with a controller whose sign of life counts.
 struct Bench {
-    encoder: Xac77,
+    encoder: EncoderObject<State>,
     now: Time,
     telegram: Plug,
     sign_of_life: u8,
@@ -55,13 +56,17 @@ const MULTITURN: usize = 1;
 impl Bench {
     /// An encoder that is alone; its shaft stands at `shaft`.
     fn alone(variant: usize, bug: Option<&str>, shaft: u64) -> Bench {
-        let mut behaviour = Behaviour::default();
-        if let Some(name) = bug {
-            let bug = BUGS.iter().flat_map(Table::bugs).find(|bug| bug.name == name).expect("a bug of this name");
-            (bug.apply)(&mut behaviour);
-        }
+        let behaviour = registry::behaviour(&MANUAL, bug.as_slice()).expect("a bug of this name");
         let mac = [2, 0, 0, 0, 1, 0];
-        let encoder = Xac77::new(VARIANTS[variant], behaviour, mac, shaft, StationData::default());
+        let encoder = EncoderObject::new(
+            &FACTS,
+            State::default(),
+            &FACTS.variants[variant],
+            behaviour,
+            mac,
+            shaft,
+            StationData::default(),
+        );
         let telegram = encoder.plugs()[2];
         Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
     }
@@ -95,6 +100,7 @@ impl Bench {
             self.sign_of_life = self.sign_of_life % 15 + 1;
         }
         let mut inputs = alloc::vec![0xAA; self.telegram.input_octets.into()];
+        self.encoder.frame(self.now);
         self.good = self.encoder.inputs(self.now, 1, 2, &mut inputs);
         inputs
     }

@@ -19,7 +19,7 @@ fn see(seen: &mut Vec<u64>, bench: &mut Bench) {
 }
 
 fn records(seen: &mut Vec<u64>, variant: usize, bug: Option<&str>) {
-    let hardware = VARIANTS[variant].hardware;
+    let hardware = FACTS.variants[variant].hardware;
     let (steps, range) = (hardware.steps_per_revolution, hardware.range());
     let default = record(0x22, steps, range);
     let changed = |places: &[(usize, u8)]| {

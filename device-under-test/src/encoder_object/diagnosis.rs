@@ -1,0 +1,99 @@
+//! What is wrong, and what of it goes into the alarm channel.
+
+use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
+use super::{Cause, Effect, ErrorFact, Live, Model};
+use crate::application::{Diagnosis, DiagnosisChange, Severity};
+use crate::profidrive::sensor::Error;
+use alloc::vec::Vec;
+
+/// Channel of a diagnosis that concerns the submodule as a whole.
+const WHOLE_SUBMODULE: u16 = 0x8000;
+
+impl<M: Model> Live<'_, M> {
+    /// The errors whose cause is there now; their numbers are their places in the facts.
+    pub fn causes(&self) -> Vec<Error> {
+        let errors = self.facts.errors.iter().enumerate().filter(|(_, error)| self.is_caused(error));
+        errors.map(|(number, error)| Error { number: number as u16, code: error.code }).collect()
+    }
+
+    fn is_caused(&self, error: &ErrorFact) -> bool {
+        let memory = &self.behaviour.memory;
+        let is_unnoticed = !memory.reports_unreadable && self.ram.was_unreadable;
+        let by_itself = error.causes.iter().any(|cause| match cause {
+            Cause::Stand(_) => false,
+            Cause::LifeSign => self.ram.watch.has_failed(),
+            Cause::WrongParameters => self.ram.wrong_parameters,
+            Cause::Model => M::is_caused(self, error),
+        });
+        match error.effect {
+            Effect::NoMemory => {
+                self.faults.cause(error) && !is_unnoticed || memory.reports_empty && self.store.is_empty() || by_itself
+            }
+            Effect::Nothing | Effect::NoReading => self.faults.cause(error) || by_itself,
+        }
+    }
+
+    /// The errors that are there, oldest first, as far as the manual knows them.
+    pub fn errors(&self) -> Vec<&'static ErrorFact> {
+        let known = |error: &Error| {
+            let there = self.facts.errors.get(usize::from(error.number)).filter(|fact| fact.code == error.code);
+            there.or_else(|| self.facts.errors.iter().find(|fact| fact.code.is_some() && fact.code == error.code))
+        };
+        self.ram.sensor.errors().iter().filter_map(known).collect()
+    }
+
+    /// The bits of the warnings that are there.
+    pub fn warnings(&self) -> u32 {
+        let here = self.facts.warnings.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
+        here.fold(M::warnings(self), |bits, warning| bits | warning.bit)
+    }
+
+    /// Error type and severity of what should be told.
+    fn wanted(&self) -> Vec<(u16, Severity)> {
+        let (rules, bits) = (&self.behaviour.diagnosis, self.warnings());
+        let errors = self.errors().into_iter().map(|error| (error.error_type, error.severity));
+        let warnings = self.facts.warnings.iter().filter(|warning| bits & warning.bit != 0);
+        let all = errors.chain(warnings.map(|warning| (warning.error_type, warning.severity)));
+        let told = all.filter_map(|(error_type, severity)| Some(((rules.error_type)(error_type?)?, severity)));
+        told.map(|(error_type, severity)| (error_type, (rules.severity)(error_type, severity))).collect()
+    }
+
+    /// Brings the diagnoses in line with errors and warnings.
+    pub(super) fn diagnose(&mut self) {
+        let rules = &self.behaviour.diagnosis;
+        let mut wanted = self.wanted();
+        if !(rules.are_sent)(self.ram.user.compatible, self.ram.user.alarm_channel) {
+            wanted.clear();
+        }
+        if !rules.side_by_side {
+            wanted.drain(..wanted.len().saturating_sub(1));
+        }
+        let gone = |known: &(u16, Severity)| rules.disappear && !wanted.contains(known);
+        let changes = &mut self.ram.changes;
+        self.ram
+            .diagnoses
+            .iter()
+            .filter(|known| gone(known))
+            .for_each(|known| changes.push_back(change(*known, false)));
+        self.ram.diagnoses.retain(|known| !gone(known));
+        for new in wanted {
+            if !self.ram.diagnoses.contains(&new) {
+                self.ram.diagnoses.push(new);
+                self.ram.changes.push_back(change(new, true));
+            }
+        }
+    }
+}
+
+fn change((error_type, severity): (u16, Severity), appears: bool) -> DiagnosisChange {
+    let diagnosis = Diagnosis {
+        api: ENCODER_API,
+        slot: ENCODER_SLOT,
+        subslot: ACCESS_POINT_SUBSLOT,
+        channel: WHOLE_SUBMODULE,
+        error_type,
+        extended: None,
+        severity,
+    };
+    DiagnosisChange { appears, diagnosis }
+}

@@ -1,0 +1,73 @@
+//! Which station names an encoder takes.
+//!
+//! XAC77 manual, 7.4.5: at most 127 characters; labels between dots of at most 63; letters, digits and dashes, no other
+//! special character; a dash neither at the beginning nor at the end. Where the manual refers to the rules of DNS these
+//! are taken: no label is empty, and the rule of the dash holds for each label. Letters may be capital, for the manual
+//! does not exclude them. The empty name is the blank state.
+
+use crate::behaviour::Names;
+
+const LONGEST_LABEL: usize = 63;
+
+/// Whether the encoder takes `name`.
+pub fn accepts(name: &[u8], rules: &Names) -> bool {
+    let labels = || name.split(|octet| *octet == b'.').all(|label| is_label(label, rules));
+    let is_right = name.is_empty() || name.len() <= rules.longest && (!rules.checks_labels || labels());
+    (rules.last_word)(name, is_right)
+}
+
+fn is_label(label: &[u8], rules: &Names) -> bool {
+    (rules.shortest_label..=LONGEST_LABEL).contains(&label.len())
+        && label.iter().all(|octet| (rules.is_allowed)(*octet))
+        && label.first().is_none_or(|octet| (rules.may_begin)(*octet))
+        && label.last().is_none_or(|octet| (rules.may_end)(*octet))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::String;
+    use alloc::vec::Vec;
+    use rstest::rstest;
+
+    // Catalogue DCP-011 to DCP-025.
+    #[rstest]
+    #[case("", true)]
+    #[case("enc-1", true)]
+    #[case("abc-01.line2", true)]
+    #[case("lika-rotacod-1", true)]
+    #[case("1", true)]
+    #[case("enc(1)", false)]
+    #[case("enc_1", false)]
+    #[case("enc/1", false)]
+    #[case("enc\\1", false)]
+    #[case("enc 1", false)]
+    #[case("enc ", false)]
+    #[case("a:b", false)]
+    #[case("-enc", false)]
+    #[case("enc-", false)]
+    #[case("a-.b", false)]
+    #[case("a..b", false)]
+    #[case(".a", false)]
+    #[case("a.", false)]
+    #[case("ger\u{e4}t-1", false)]
+    fn names(#[case] name: &str, #[case] accepted: bool) {
+        assert_eq!(accepts(name.as_bytes(), &Names::default()), accepted);
+    }
+
+    #[rstest]
+    #[case(&[63], true)]
+    #[case(&[64], false)]
+    #[case(&[63, 63], true)]
+    #[case(&[63, 62, 1], false)]
+    #[case(&[42, 42, 41], true)]
+    fn lengths(#[case] labels: &[usize], #[case] accepted: bool) {
+        let labels: Vec<String> = labels.iter().map(|length| "a".repeat(*length)).collect();
+        assert_eq!(accepts(labels.join(".").as_bytes(), &Names::default()), accepted);
+    }
+
+    #[test]
+    fn octets_above_7f_are_refused_even_if_they_are_no_utf8() {
+        assert!(!accepts(&[0x67, 0x65, 0x72, 0xE4, 0x74], &Names::default()));
+    }
+}

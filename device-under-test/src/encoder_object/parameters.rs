@@ -1,0 +1,162 @@
+//! The parameters of the encoder object: what a read of record 0xB02E gives. XAC77 manual, 11.2 and 11.3.
+
+use super::{Live, Model};
+use crate::behaviour::View;
+use crate::profidrive::parameters::{Parameter, Parameters, Shape};
+use alloc::vec;
+use alloc::vec::Vec;
+use wire::profidrive::{ErrorNumber, Format};
+
+/// The operating status, P65001 where a manual has it.
+const OPERATING_STATUS: u16 = 65001;
+
+impl<M: Model> Parameters for Live<'_, M> {
+    fn parameter(&self, number: u16) -> Option<Parameter> {
+        let mut shown = self.right_parameter(number)?;
+        let (values, view) = (&self.behaviour.values, self.view());
+        for (subindex, value) in shown.values.iter_mut().enumerate() {
+            *value = (values.element)(&view, (number, subindex), *value);
+        }
+        let count = (values.elements)(number, shown.values.len());
+        shown.values.truncate(count);
+        Some(Parameter { format: (values.format)(number, shown.format), ..shown })
+    }
+
+    fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+        if let Some(written) = M::write(self, number, subindex, values) {
+            return written;
+        }
+        let value = values.first().copied().unwrap_or(0);
+        match number {
+            971 => {
+                let saves = (self.behaviour.values.saves)(value).ok_or(ErrorNumber::VALUE_NOT_ALLOWED)?;
+                if saves {
+                    self.save();
+                }
+                Ok(())
+            }
+            65000 => {
+                self.set_preset_value((self.behaviour.values.preset_value)(value as u32));
+                Ok(())
+            }
+            _ => Err(ErrorNumber::READ_ONLY),
+        }
+    }
+}
+
+impl<M: Model> Live<'_, M> {
+    fn right_parameter(&self, number: u16) -> Option<Parameter> {
+        M::parameter(self, number).or_else(|| self.shared_parameter(number))
+    }
+
+    fn shared_parameter(&self, number: u16) -> Option<Parameter> {
+        if !self.facts.parameters.contains(&number) {
+            return None;
+        }
+        Some(match number {
+            // Telegram selection.
+            922 => word(self.ram.telegram().number.into()),
+            // Device identification: vendor, type, software version, year, day and month, number of drive objects.
+            964 => words(self.unit().chain([1]).map(u64::from).collect()),
+            // Encoder profile 0x3D and its version, decimal.
+            965 => octets([0x3D, if self.ram.user.compatible { 31 } else { 41 }]),
+            // Transfer to non-volatile memory: 1 while it runs or after it has failed.
+            971 => word(self.ram.is_saving.into()).writable(),
+            // Encoder object: as P964, then what it is.
+            975 => words(self.unit().chain(self.facts.object_class.iter().copied()).map(u64::from).collect()),
+            // Sensor format: header, type, steps per revolution, shift factors, revolutions.
+            979 => double_words((self.facts.sensor_format)(self.variant).to_vec()),
+            // List of the defined parameters.
+            980 => words(self.facts.listed.iter().copied().map(u64::from).collect()),
+            // IP of the station, first octet uppermost.
+            61001 => double_word(u32::from_be_bytes(self.ram.address).into()),
+            // Preset value.
+            65000 => double_word(self.ram.preset_value.into()).writable(),
+            OPERATING_STATUS => double_words(self.operating_status().to_vec()),
+            _ => return None,
+        })
+    }
+
+    /// Vendor, type and the version, year, day and month of the software.
+    fn unit(&self) -> impl Iterator<Item = u16> + use<M> {
+        let [version, year, day] = self.facts.software;
+        [self.facts.identity.vendor_id, self.facts.unit_type, version, year, day].into_iter()
+    }
+
+    /// The operating status as it is: header, status, faults, supported faults, warnings, supported warnings, profile
+    /// version 4.1, operating time (not measured), offset, units per revolution, range, velocity unit.
+    fn operating_status(&self) -> [u64; 12] {
+        let (user, measuring) = (&self.ram.user, &self.ram.measuring);
+        let faults = self.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
+        [
+            self.facts.status_header.into(),
+            user.bits.into(),
+            faults.into(),
+            self.facts.supported_faults.into(),
+            self.warnings().into(),
+            self.facts.supported_warnings.into(),
+            0x401,
+            0xFFFF_FFFF,
+            measuring.offset % measuring.range(),
+            measuring.settings.scaling.units_per_revolution,
+            measuring.range(),
+            user.speed_unit.into(),
+        ]
+    }
+
+    /// The operating status as it is shown, wherever a manual has it.
+    pub fn shown_status(&self) -> Vec<u64> {
+        let (values, view) = (&self.behaviour.values, self.view());
+        let shown = self.operating_status().into_iter().enumerate();
+        let mut shown: Vec<u64> = shown.map(|(n, word)| (values.element)(&view, (OPERATING_STATUS, n), word)).collect();
+        shown.truncate((values.elements)(OPERATING_STATUS, shown.len()));
+        shown
+    }
+
+    fn view(&self) -> View<'_> {
+        let mut others = self.facts.variants.iter().map(|variant| variant.hardware);
+        View {
+            now: self.now,
+            facts: self.facts,
+            hardware: self.hardware,
+            other: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
+            user: &self.ram.user,
+            measuring: &self.ram.measuring,
+            preset_value: self.ram.preset_value,
+            offset_at_power_up: self.ram.offset_at_power_up,
+            address_before: self.ram.address_before,
+        }
+    }
+}
+
+impl Parameter {
+    /// The same parameter, but writable.
+    pub fn writable(self) -> Parameter {
+        Parameter { writable: 0..self.values.len(), ..self }
+    }
+}
+
+/// A parameter of one value of 16 bits.
+pub fn word(value: u64) -> Parameter {
+    Parameter { shape: Shape::Value, ..words(vec![value]) }
+}
+
+/// A parameter of one value of 32 bits.
+pub fn double_word(value: u64) -> Parameter {
+    Parameter { shape: Shape::Value, ..double_words(vec![value]) }
+}
+
+/// A parameter with elements of 16 bits.
+pub fn words(values: Vec<u64>) -> Parameter {
+    Parameter { format: Format::WORD, shape: Shape::Array, writable: 0..0, values }
+}
+
+/// A parameter with elements of 32 bits.
+pub fn double_words(values: Vec<u64>) -> Parameter {
+    Parameter { format: Format::DOUBLE_WORD, ..words(values) }
+}
+
+/// A parameter of octets.
+pub fn octets(octets: [u8; 2]) -> Parameter {
+    Parameter { format: Format::OCTET_STRING, shape: Shape::Value, ..words(octets.map(u64::from).to_vec()) }
+}
