@@ -4,7 +4,7 @@ mod small_manual;
 
 use encspec::suite::load;
 use rstest::rstest;
-use small_manual::{TOPIC, refuses, sources};
+use small_manual::{DEVICE, TOPIC, refuses, sources};
 
 #[rstest]
 // records of the start-up that some modules have
@@ -59,6 +59,36 @@ use small_manual::{TOPIC, refuses, sources};
 )]
 #[case("probe/device.yaml", "position: [POS]", "position: [PSO]", "PSO", "unknown signal `PSO`")]
 #[case("probe/device.yaml", "type: u16", "type: u17", "u17", "unknown word for type `u17`")]
+#[case(
+    "probe/device.yaml",
+    "codes: {",
+    "parameter_access: { indx: 5 }\ncodes: {",
+    "indx",
+    "unknown key of parameter_access `indx`"
+)]
+#[case(
+    "probe/device.yaml",
+    "codes: {",
+    "parameter_access: { index: 65536 }\ncodes: {",
+    "65536",
+    "65536 is out of range"
+)]
+#[case("probe/device.yaml", "codes: {", "parameter_access: { at: papp }\ncodes: {", "papp", "unknown submodule `papp`")]
+#[case("probe/device.yaml", "codes: {", "parameter_access: { do_id: 0 }\ncodes: {", "0", "0 is no drive object")]
+#[case(
+    "probe/device.yaml",
+    "codes: {",
+    "parameter_access: { save: P970 }\ncodes: {",
+    "P970",
+    "unknown parameter `P970`"
+)]
+#[case(
+    "probe/device.yaml",
+    "codes: {",
+    "parameter_access: { save: P922 }\ncodes: {",
+    "P922",
+    "`P922` can only be read"
+)]
 #[case("probe/device.yaml", "constants: { steps", "constants: { POS", "POS: {", "`POS` is a name already")]
 #[case("probe/device.yaml", "range: { octets", "shaft: { octets", "shaft: {", "`shaft` is a name already")]
 // the lists
@@ -110,4 +140,20 @@ fn records_of_the_start_up() {
         fields(start),
         wanted[..2].iter().map(|(name, value)| (name.clone(), if *value == 0 { 1 } else { 100 })).collect::<Vec<_>>()
     );
+}
+
+/// Parameters are reached as the drive profile has it, and each part of that can be said otherwise.
+#[rstest]
+#[case("", (0xB02E, None, 1, 971))]
+#[case("parameter_access: { at: pap }", (0xB02E, Some("pap"), 1, 971))]
+#[case("parameter_access: { index: 47, do_id: 255 }", (47, None, 255, 971))]
+#[case("parameter_access: { save: P972 }", (0xB02E, None, 1, 972))]
+fn the_parameter_access(#[case] says: &str, #[case] wanted: (u16, Option<&str>, u8, u16)) {
+    let device =
+        DEVICE.replacen("codes: {", &format!("  P972: {{ type: u16, access: read_write }}\n{says}\ncodes: {{"), 1);
+    let manuals = load(&sources().with("probe/device.yaml", device), None).unwrap_or_else(|errors| panic!("{errors}"));
+    let device = &manuals[0].device;
+    let access = device.parameter_access;
+    let at = access.at.map(|at| device.submodules[at].name.as_str());
+    assert_eq!((access.index, at, access.do_id, access.save), wanted);
 }

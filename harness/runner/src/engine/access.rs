@@ -25,10 +25,6 @@ const LONGEST_LOOK: Duration = Duration::from_secs(2);
 /// The time between two questions whether it has looked.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
-/// The drive object of an encoder: the first and only one.
-pub const DO_ID: u8 = 1;
-/// Index of the base mode parameter access.
-pub const PARAMETER_ACCESS: u16 = 0xB02E;
 /// Octets asked for when a record is read: more than any record has.
 const READ_LENGTH: u32 = 4096;
 
@@ -98,11 +94,12 @@ impl<'a> Run<'a> {
             }
         }
         self.reference = self.reference.checked_add(1).unwrap_or(1);
+        let do_id = device.parameter_access.do_id;
         let addresses: Vec<_> =
             addressed.iter().map(|&(number, subindex)| ParameterAddress::value(number, subindex)).collect();
         let mut request = match write {
-            true => ParameterRequest::change_values(self.reference, DO_ID, addresses.into_iter().zip(values).collect()),
-            false => ParameterRequest::read_values(self.reference, DO_ID, addresses),
+            true => ParameterRequest::change_values(self.reference, do_id, addresses.into_iter().zip(values).collect()),
+            false => ParameterRequest::read_values(self.reference, do_id, addresses),
         };
         let octets = changed(&mut request, &access.instead);
         let mut at = match self.parameter_access_point() {
@@ -234,15 +231,21 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The target of the base mode parameter access: the submodule of the module in use that the records stand at.
+    /// The target of the base mode parameter access: where `device.yaml` says, else the submodule of the module in use that the
+    /// records of the start-up go to.
     pub fn parameter_access_point(&self) -> Option<Target> {
         let device = &self.world.manual.device;
         let module = self.module.and_then(|module| device.modules.get(module));
-        let points: Vec<usize> = device.records.iter().filter(|record| record.start).map(|record| record.at).collect();
+        let access = device.parameter_access;
+        let starts = device.records.iter().filter(|record| record.start).map(|record| record.at);
+        let points: Vec<usize> = match access.at {
+            Some(at) => vec![at],
+            None => starts.collect(),
+        };
         let inside = |index: &&usize| module.is_none_or(|module| module.submodules.contains(index));
         let index = *points.iter().find(inside).or(points.first())?;
         let at = device.submodules.get(index)?;
-        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: PARAMETER_ACCESS })
+        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
     }
 
     fn record(&mut self, access: &'a Access, record: usize, write: bool) -> Result<Answered, Trouble> {

@@ -2,7 +2,6 @@
 //!
 //! This room must not know how a bench is found or prepared, nor which kind of link it has.
 
-use super::access::PARAMETER_ACCESS;
 use super::needs::{self, Consent, Need};
 use super::probe::Kept;
 use super::scan::each_step_of;
@@ -268,7 +267,7 @@ impl LiveDevice {
         }
         self.line_is_there().map_err(Excluded::Inconclusive)?;
         let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
-        if !self.manual().device.parameters.is_empty() && changes_parameters(trial, &needs) {
+        if !self.manual().device.parameters.is_empty() && changes_parameters(self.manual(), trial, &needs) {
             what.push(PARAMETERS.to_owned());
         }
         let renews = self.0.passive.is_none() && self.bench().stand.serves("renew");
@@ -347,12 +346,13 @@ impl LiveDevice {
 }
 
 /// Whether a trial changes parameters: by the base mode parameter access, by a web page, or by a reset.
-fn changes_parameters(trial: &Trial, needs: &[Need]) -> bool {
+fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
+    let access = manual.device.parameter_access.index;
     let mut changes = needs.contains(&Need::Consent(Consent::FactoryReset));
     each_step_of(trial, &mut |step| {
         changes |= match &step.verb {
             Verb::Write(access) => matches!(access.via, Via::Parameters),
-            Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == PARAMETER_ACCESS,
+            Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == access,
             // What is entered in a page is a parameter too.
             Verb::Send { service: Service::HttpPost { .. }, .. } => true,
             _ => false,
@@ -550,6 +550,6 @@ mod tests {
         let manuals = manuals.unwrap_or_else(|errors| panic!("{errors}"));
         let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
         let trial = variant.trials.iter().find(|trial| trial.id.starts_with(id)).expect("the suite has it");
-        assert_eq!(changes_parameters(trial, &needs::needs(manual, variant, trial)), changes);
+        assert_eq!(changes_parameters(manual, trial, &needs::needs(manual, variant, trial)), changes);
     }
 }

@@ -3,7 +3,6 @@
 //!
 //! It judges no requirement; what is found here are findings about the bench.
 
-use super::access::DO_ID;
 use super::startup;
 use super::trial::{Run, Trouble};
 use crate::bench_file::BenchFile;
@@ -22,9 +21,6 @@ use wire::profinet::dcp::{Block, BlockQualifier, Value};
 const IM0: u16 = 0xAFF0;
 /// Most octets of a record that are taken.
 const LENGTH: u32 = 1024;
-
-/// The parameter that saves the others: "transfer to non-volatile memory" of the drive profile.
-const SAVE: u16 = 971;
 
 /// What a run may have changed of the parameters.
 #[derive(Clone, Copy, Debug)]
@@ -144,7 +140,8 @@ impl Run<'_> {
     fn parameter_now(&mut self, number: u16) -> Option<journal::Parameter> {
         let at = self.parameter_access_point()?;
         let mut request = Vec::new();
-        ParameterRequest::read_values(1, DO_ID, vec![ParameterAddress::value(number, 0)]).write(&mut request);
+        let do_id = self.world.manual.device.parameter_access.do_id;
+        ParameterRequest::read_values(1, do_id, vec![ParameterAddress::value(number, 0)]).write(&mut request);
         let Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) =
             self.ask(false, Request::Parameter { at, request })
         else {
@@ -238,10 +235,11 @@ impl Run<'_> {
             }
         }
         // What the run has saved is saved once more, so that it is not there again after the next power-on.
-        let save = device.parameters.iter().find(|of| of.number == SAVE && of.writable);
+        let number = device.parameter_access.save;
+        let save = device.parameters.iter().find(|of| of.number == number && of.writable);
         if let (true, true, Some(save)) = (all, kept.saved, save) {
             let format = save.kind.formats.first().copied().unwrap_or(Format::WORD.0);
-            if !self.write_parameter(&journal::Parameter { number: SAVE, format, octets: vec![0, 1] }) {
+            if !self.write_parameter(&journal::Parameter { number, format, octets: vec![0, 1] }) {
                 left.push("what the memory keeps of the parameters".into());
             }
         }
@@ -259,7 +257,8 @@ impl Run<'_> {
         let value = ParameterValue::new(Format(parameter.format), 1, parameter.octets.clone());
         let change = vec![(ParameterAddress::value(parameter.number, 0), value)];
         let mut request = Vec::new();
-        ParameterRequest::change_values(1, DO_ID, change).write(&mut request);
+        let do_id = self.world.manual.device.parameter_access.do_id;
+        ParameterRequest::change_values(1, do_id, change).write(&mut request);
         let outcome = self.ask(false, Request::Parameter { at, request });
         let Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) = outcome else { return false };
         Response::parse(&octets).is_ok_and(|response| !response.header.id.is_negative())

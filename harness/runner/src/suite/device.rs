@@ -71,6 +71,8 @@ pub struct Device {
     pub records: Vec<Record>,
     /// Parameters of the base mode parameter access.
     pub parameters: Vec<Parameter>,
+    /// How they are reached.
+    pub parameter_access: ParameterAccess,
     /// Code tables of the manual: table (`channel_error`, ...), word, number.
     pub codes: Vec<(String, Vec<(String, u32)>)>,
     /// What a stand can do with it.
@@ -90,6 +92,27 @@ impl Device {
             Changed::Page(page) => self.pages.get(*page),
             _ => None,
         })
+    }
+}
+
+/// How the parameters of a device are reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParameterAccess {
+    /// Index of the record that takes requests and gives responses.
+    pub index: u16,
+    /// The submodule that it stands at, as an index into [`Device::submodules`]; without one the one of the module in use that the
+    /// records of the start-up go to.
+    pub at: Option<usize>,
+    /// The drive object that is asked.
+    pub do_id: u8,
+    /// Number of the parameter that saves the others.
+    pub save: u16,
+}
+
+/// The base mode parameter access of the drive profile and its "transfer to non-volatile memory".
+impl Default for ParameterAccess {
+    fn default() -> ParameterAccess {
+        ParameterAccess { index: 0xB02E, at: None, do_id: 1, save: 971 }
     }
 }
 

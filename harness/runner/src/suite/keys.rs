@@ -187,11 +187,18 @@ key_sets! {
         "modules" must Map(&Keys(&MODULE)), "What one connection consists of.";
         "records" may Map(&Keys(&RECORD)), "Records.";
         "parameters" may Map(&Keys(&PARAMETER)), "Parameters of the base mode parameter access.";
+        "parameter_access" may Keys(&PARAMETER_ACCESS), "How the parameters are reached, where it is not as the drive profile has it.";
         "codes" may Map(&Map(&Number)), "Code tables of the manual.";
         "stand" may Keys(&STAND), "What a stand can do with it.";
         "roles" may Map(&List(&Name)), "Device-independent names.";
         "changes" may Keys(&CHANGES), "What changes the device for good.";
         "pages" may Map(&Keys(&PAGE)), "Its web pages.";
+    }
+    PARAMETER_ACCESS "parameter_access" {
+        "index" may Number, "Index of its record; 0xB02E by default.";
+        "at" may Name, "The submodule that its record stands at; by default the one of the module in use that the records of the start-up go to.";
+        "do_id" may Number, "The drive object that is asked, 1 to 255; 1 by default.";
+        "save" may Name, "The parameter that saves the others; P971 by default.";
     }
     CHANGES "changes" {
         "position_reference" may List(&Name), "Outputs, parameters and records that give the present place another value.";

@@ -12,8 +12,8 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 use wire::profidrive::parameter::{Request, RequestId};
 
-/// Indices of the parameter channel: PROFIdrive's own and the older one.
-const PARAMETER_RECORDS: [u16; 2] = [0xB02E, 0x002F];
+/// Index of the older parameter channel of the drive profile.
+const OLD_PARAMETER_ACCESS: u16 = 0x002F;
 /// I&M1 to I&M4, which a device keeps.
 const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
 
@@ -392,7 +392,9 @@ impl<'a> Scan<'a> {
             }
             // A device that does not see the damage takes the name.
             Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
-            Service::RecordWrite { index, bytes, .. } if PARAMETER_RECORDS.contains(index) => {
+            Service::RecordWrite { index, bytes, .. }
+                if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(index) =>
+            {
                 self.parameter_request(bytes, times);
             }
             Service::RecordWrite { index, .. } => {

@@ -15,7 +15,7 @@ pub(crate) use plain::{flag, numeral};
 
 pub(super) use rest::parameter_number;
 
-use super::device::{Bus, Changes, Device, Identity, Record, Timing};
+use super::device::{Bus, Changes, Device, Identity, ParameterAccess, Record, Timing};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::expr::{self, Allow, Found, Number, Program, Scope, Type, Value, WordTable};
 use super::keys::{self, Keyed};
@@ -109,6 +109,10 @@ impl<'n> Reader<'n> {
         let sound = self.mistakes.count() == before;
         let records = if sound { self.records(&submodules, &modules) } else { Vec::new() };
         let parameters = self.parameters();
+        let parameter_access = match sound {
+            true => self.parameter_access(&submodules, &parameters)?,
+            false => ParameterAccess::default(),
+        };
         let codes = self.codes();
         let stand = self.stand()?;
         let roles = self.roles()?;
@@ -143,6 +147,7 @@ impl<'n> Reader<'n> {
             modules,
             records,
             parameters,
+            parameter_access,
             codes,
             stand,
             roles,
@@ -159,6 +164,8 @@ impl<'n> Reader<'n> {
                 .iter()
                 .filter_map(|record| Some(format!("submodule `{}`", device.submodules.get(record.at)?.name))),
         );
+        let access = device.parameter_access.at.and_then(|at| device.submodules.get(at));
+        mentioned.extend(access.map(|submodule| format!("submodule `{}`", submodule.name)));
         Ok(Described {
             device,
             constants: self.constants,

@@ -1,7 +1,7 @@
 //! Records, parameters, code tables, the stand and the roles of a device.
 
 use super::super::device::{
-    CodingSwitch, Field, Module, Parameter, ParameterType, Record, RecordField, StandNames, Submodule,
+    CodingSwitch, Field, Module, Parameter, ParameterAccess, ParameterType, Record, RecordField, StandNames, Submodule,
 };
 use super::super::error::{Mistake, Read};
 use super::super::expr::{Number, Type};
@@ -112,6 +112,40 @@ impl<'n> Reader<'n> {
             parameters.extend(self.mistakes.keep(parameter));
         }
         parameters
+    }
+
+    pub(super) fn parameter_access(&self, submodules: &[Submodule], parameters: &[Parameter]) -> Read<ParameterAccess> {
+        let mut access = ParameterAccess::default();
+        let Some(node) = self.top.get("parameter_access") else { return Ok(access) };
+        let keyed = Keyed::new(node, &keys::PARAMETER_ACCESS)?;
+        if let Some(node) = keyed.get("index") {
+            access.index = whole(node, "an index")?;
+        }
+        if let Some(node) = keyed.get("at") {
+            let place = plain(node, "a submodule")?;
+            let names = || submodules.iter().map(|submodule| submodule.name.as_str());
+            let index = names().position(|name| name == place);
+            access.at = Some(index.ok_or_else(|| Mistake::unknown(node.spot, "submodule", place, names()))?);
+        }
+        if let Some(node) = keyed.get("do_id") {
+            access.do_id = match whole::<u8>(node, "a drive object")? {
+                0 => return Err(node.wrong("0 is no drive object").help("write 1 to 255")),
+                do_id => do_id,
+            };
+        }
+        if let Some(node) = keyed.get("save") {
+            let name = plain(node, "a parameter")?;
+            let number = parameter_number(name);
+            let Some(parameter) = parameters.iter().find(|of| Some(of.number) == number) else {
+                let names: Vec<&str> = self.entries("parameters").iter().map(|(name, _)| *name).collect();
+                return Err(Mistake::unknown(node.spot, "parameter", name, names));
+            };
+            if !parameter.writable {
+                return Err(node.wrong(format!("`{name}` can only be read")).help("what saves is written"));
+            }
+            access.save = parameter.number;
+        }
+        Ok(access)
     }
 
     fn parameter(&mut self, name: &str, node: &Node) -> Read<Parameter> {
