@@ -7,6 +7,7 @@ use crate::models::MANUALS;
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use core::fmt;
 
 /// A device under test: a station on the wire, with the hands that hold it.
 pub trait ReferenceDevice: station::Station + station::Stand {}
@@ -33,6 +34,21 @@ pub struct Manual {
     /// station; `None` if there is no such variant.
     pub build: fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>,
 }
+
+impl fmt::Debug for Manual {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Manual").field(&self.name).finish()
+    }
+}
+
+/// Two are the same if they are one; there is nothing else to compare.
+impl PartialEq for Manual {
+    fn eq(&self, other: &Manual) -> bool {
+        core::ptr::eq(self, other)
+    }
+}
+
+impl Eq for Manual {}
 
 impl Manual {
     /// The bugs that its devices can be told to have.
@@ -120,6 +136,7 @@ pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Bug> + Clone {
             "reduction-of-512-refused",
             "output-frame-id-not-taken",
             "tag-needed",
+            "write-multiple-first-only",
         ],
     )
     .bugs()
@@ -141,12 +158,6 @@ pub fn build(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn Ref
     build_manual(manual(name)?, variant, setup)
 }
 
-/// The same, but with the name and the addresses of delivery in place of those of `setup`.
-pub fn build_delivered(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
-    let manual = manual(name)?;
-    with_station(manual, variant, setup, (manual.delivered)(variant))
-}
-
 /// A device of this variant of `manual`, which need not be one of [`manuals`], with power and plugged in.
 pub fn build_manual(
     manual: &'static Manual,
@@ -155,6 +166,15 @@ pub fn build_manual(
 ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     let Setup { station_name, ip, mask, gateway, .. } = *setup;
     with_station(manual, variant, setup, StationData { name: Vec::from(station_name), ip, mask, gateway })
+}
+
+/// The same, but with the name and the addresses of delivery in place of those of `setup`.
+pub fn build_delivered(
+    manual: &'static Manual,
+    variant: &str,
+    setup: &Setup<'_>,
+) -> Result<Box<dyn ReferenceDevice>, BuildError> {
+    with_station(manual, variant, setup, (manual.delivered)(variant))
 }
 
 fn with_station(

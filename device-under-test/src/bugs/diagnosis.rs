@@ -10,7 +10,8 @@ use wire::profinet::diagnosis::AlarmItem;
 const MEMORY: u64 = 1 << 5;
 const COMMISSIONING: u64 = 1 << 4;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Faults in P65001
     "fault-bits-exchanged" "Memory and commissioning change places in P65001."
         => |b| b.values.element = fault_bits_exchanged;

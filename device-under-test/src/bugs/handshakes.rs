@@ -4,7 +4,8 @@ use super::Bug;
 use super::image::{ERROR, PARKED, POSITION, has_error, is_lost, is_parked, without_transfer};
 use crate::profidrive::telegram::{Before, Image};
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Parking
     "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
         => |b| b.telegram.emit = park_clears_position_first;

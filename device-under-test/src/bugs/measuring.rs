@@ -6,7 +6,8 @@ use crate::encoder::measuring::{self, Step};
 use crate::encoder::{Direction, Hardware, Scaling, Settings};
 use crate::profidrive::telegram::{Before, Image, Signal};
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Positions
     "position-counts-from-zero" "After power-up the position counts from 0."
         => |b| b.measuring.slip = |step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip };

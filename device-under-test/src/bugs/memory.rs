@@ -4,7 +4,8 @@ use super::Bug;
 use crate::application::StationData;
 use crate::encoder::PresetMode;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Offset
     "offset-only-in-ram" "The offset is lost at power-off."
         => |b| b.memory.stores_offset = |_| false;

@@ -1,7 +1,7 @@
 //! The deliberate bugs of the reference devices, by the seam at which they are switched on.
 //!
 //! A [`Bug`] is a name, a sentence and the knob that it turns; no code of a device ever asks for a bug. A model says which
-//! of them it can be told to have. This room must not hold healthy behaviour: that stands at the seam which reads the knob.
+//! of them it can be told to have, one that stands outside of this crate too. This room must not hold healthy behaviour: that stands at the seam which reads the knob.
 
 use crate::behaviour::Behaviour;
 
@@ -16,23 +16,23 @@ macro_rules! bugs {
     };
 }
 
-pub(crate) mod diagnosis;
-pub(crate) mod handshakes;
+pub mod diagnosis;
+pub mod handshakes;
 mod image;
-pub(crate) mod measuring;
-pub(crate) mod memory;
-pub(crate) mod parameter_access;
-pub(crate) mod parameters;
-pub(crate) mod plain;
-pub(crate) mod presets;
-pub(crate) mod records;
-pub(crate) mod reset;
-pub(crate) mod signals;
-pub(crate) mod stack;
-pub(crate) mod start;
-pub(crate) mod station;
-pub(crate) mod velocity;
-pub(crate) mod web;
+pub mod measuring;
+pub mod memory;
+pub mod parameter_access;
+pub mod parameters;
+pub mod plain;
+pub mod presets;
+pub mod records;
+pub mod reset;
+pub mod signals;
+pub mod stack;
+pub mod start;
+pub mod station;
+pub mod velocity;
+pub mod web;
 
 /// A deliberate deviation of a reference device from its manual.
 #[derive(Debug)]

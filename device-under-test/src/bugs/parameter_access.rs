@@ -8,7 +8,8 @@ use wire::profidrive::{
     ResponseHeader,
 };
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Requests
     "number-octets-swapped" "The octets of a parameter number are exchanged."
         => |b| b.parameters.understand = |request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at });

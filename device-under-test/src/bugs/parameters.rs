@@ -4,7 +4,8 @@ use super::Bug;
 use crate::behaviour::View;
 use wire::profidrive::Format;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Telegram and identification: P922, P964, P965, P975
     "p922-always-81" "P922 reads 81 whatever telegram is in use."
         => |b| b.values.element = |_, at, right| if at == (922, 0) { 81 } else { right };

@@ -3,7 +3,8 @@
 use super::Bug;
 use crate::application::Severity;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     "any-name-taken" "A name against the rules is taken."
         => |b| b.plain.takes_name = |_| true;
     "no-name-taken" "No name is taken."

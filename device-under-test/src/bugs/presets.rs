@@ -7,7 +7,8 @@ use crate::profidrive::sensor::{Preset, Request};
 use crate::profidrive::telegram::{Before, Image};
 use crate::profidrive::user_parameters::UserParameters;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Preset
     "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
         => |b| b.measuring.relative = measuring::absolute;

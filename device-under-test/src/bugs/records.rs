@@ -3,7 +3,8 @@
 use super::Bug;
 use core::time::Duration;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
         => |b| b.records.answer_at = |asked, (api, slot, _)| asked == (api, slot, 2);
     "parameters-in-slot-0" "Records answer at the device access point only."

@@ -3,7 +3,8 @@
 use super::Bug;
 use crate::application::StationData;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     "reset-refused-while-connected" "A factory reset is refused while data are exchanged."
         => |b| b.reset.is_refused = |is_connected| is_connected;
     "reset-needs-a-connection" "A factory reset is refused while no data are exchanged."

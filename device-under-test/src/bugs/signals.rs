@@ -6,7 +6,8 @@ use crate::profidrive::telegram::{self, Before, Image, Signal, Telegram};
 use alloc::vec::Vec;
 use wire::octets::Append;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Telegrams
     "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
         => |b| b.telegram.control_words = |_, [a, b]| [b, a];

@@ -10,7 +10,8 @@ use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::status::RecordError;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Discovery
     "name-prefix-answered" "Whoever looks for the beginning of the name is answered."
         => |b| b.stack.answers_to = |own, asked| own.starts_with(asked);

@@ -4,7 +4,8 @@ use super::Bug;
 use crate::encoder::{Direction, Hardware, Scaling, Unit};
 use crate::profidrive::user_parameters::{Asked, OCTETS, Rules, UserParameters, unit};
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Record
     "record-length-not-checked" "A record 0xBF00 of another length is accepted."
         => |b| b.user_parameters.checks_length = false;

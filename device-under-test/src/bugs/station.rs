@@ -2,7 +2,8 @@
 
 use super::Bug;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     "name-check-total-length-only" "Only the total length of a name is checked."
         => |b| b.names.checks_labels = false;
     "name-check-ascii-missing" "Octets above 7F are accepted in a name."

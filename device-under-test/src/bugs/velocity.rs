@@ -9,7 +9,8 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use wire::octets::Append;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Units
     "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
         => |b| b.velocity.factor = speed_per_minute;

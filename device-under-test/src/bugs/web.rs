@@ -4,7 +4,8 @@ use super::Bug;
 use crate::behaviour::{Kept, Shown};
 use core::time::Duration;
 
-pub(crate) static BUGS: &[Bug] = bugs! {
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
     // Server
     "web-waits-for-connection" "The web server answers only after the first connection."
         => |b| b.web.is_ready_alone = false;

@@ -61,7 +61,7 @@ impl Test {
         let DutSpec { manual, variant, kind } = &self.device;
         let id = self.id.split_once('/').map_or(self.id.as_str(), |(_, id)| id);
         match kind {
-            DutKind::Model { .. } => format!("{manual}/{variant}::{id}"),
+            DutKind::Model { .. } | DutKind::Brought { .. } => format!("{manual}/{variant}::{id}"),
             DutKind::Nobody(_) | DutKind::Live(_) => format!("{} as {manual}/{variant}::{id}", self.device),
         }
     }

@@ -10,7 +10,7 @@ use crate::suite::{Sources, load};
 use clap::Args;
 use link::lines::Listener;
 use link::{LinkError, Wire, interrupt, privileges, realtime};
-use reference_devices::{Setup, build, build_delivered};
+use reference_devices::{Setup, bugs_of_the_field, build_delivered, build_manual};
 use station::Time;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -85,7 +85,7 @@ fn model(text: &str) -> Result<(&'static reference_devices::Manual, &'static str
 /// One of the devices that are served.
 #[derive(Clone, Debug)]
 struct Station {
-    manual: &'static str,
+    manual: &'static reference_devices::Manual,
     variant: &'static str,
     name: String,
     mac: Mac,
@@ -99,8 +99,9 @@ impl Station {
     /// The device `number`, from 0.
     fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
         let (manual, variant) = model(&args.model)?;
-        if let Some(unknown) = args.bugs.iter().find(|bug| manual.bugs().all(|known| known.name != **bug)) {
-            return Err(suggest(&format!("bug of {}", manual.name), unknown, manual.bugs().map(|known| known.name)));
+        let known = || manual.bugs().chain(bugs_of_the_field()).map(|known| known.name);
+        if let Some(unknown) = args.bugs.iter().find(|bug| known().all(|known| known != **bug)) {
+            return Err(suggest(&format!("bug of {}", manual.name), unknown, known()));
         }
         let name = match args.count {
             _ if args.name.is_empty() => String::new(),
@@ -112,23 +113,14 @@ impl Station {
         let (ip, mask) = args.ip.unwrap_or((Ipv4Addr::UNSPECIFIED, Ipv4Addr::UNSPECIFIED));
         let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
         let bugs = args.bugs.clone().into();
-        Ok(Station {
-            manual: manual.name,
-            variant,
-            name,
-            mac: Mac([a, b, c, d, e, f]),
-            ip,
-            mask,
-            shaft: args.shaft,
-            bugs,
-        })
+        Ok(Station { manual, variant, name, mac: Mac([a, b, c, d, e, f]), ip, mask, shaft: args.shaft, bugs })
     }
 
     /// A function that makes the device; it is made once to see that this goes well.
     fn maker(&self) -> Result<Maker, String> {
         let station = self.clone();
         let make = move |made| {
-            let build = if made == Made::Named { build } else { build_delivered };
+            let build = if made == Made::Named { build_manual } else { build_delivered };
             let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
             let setup = Setup {
                 mac: station.mac.0,
@@ -150,7 +142,7 @@ impl Station {
         let or = |text: String| if text.is_empty() { "-".to_owned() } else { text };
         let ip = if self.ip.is_unspecified() { String::new() } else { self.ip.to_string() };
         let name = crate::report::printable(&self.name);
-        format!("station {} {} {} model:{}/{}\n", or(name), self.mac, or(ip), self.manual, self.variant)
+        format!("station {} {} {} model:{}/{}\n", or(name), self.mac, or(ip), self.manual.name, self.variant)
     }
 }
 
@@ -182,7 +174,7 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
     let stations: Vec<Station> =
         (0..args.count).map(|number| Station::of(args, number)).collect::<Result<_, _>>().map_err(Stop::usage)?;
     let names = match (&args.control, stations.first()) {
-        (Some(_), Some(first)) => names(first.manual)?,
+        (Some(_), Some(first)) => names(first.manual.name)?,
         _ => Names::default(),
     };
     let unusable = |error: LinkError| Stop::bench(error.to_string());

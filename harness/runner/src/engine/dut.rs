@@ -4,7 +4,7 @@ use super::live::LiveDevice;
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::Place;
 use bench::null::{Babbler, DiesAfter, Reflector, Silent};
-use reference_devices::{ReferenceDevice, Setup, build, build_delivered};
+use reference_devices::{BuildError, ReferenceDevice, Setup, build_delivered, build_manual};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -86,6 +86,13 @@ pub enum DutKind {
         /// Names of the bugs.
         bugs: Vec<String>,
     },
+    /// A reference device that is not built in, with these bugs switched on.
+    Brought {
+        /// What it was written from.
+        model: &'static reference_devices::Manual,
+        /// Names of the bugs.
+        bugs: Vec<String>,
+    },
     /// Somebody who must never pass.
     Nobody(Nobody),
     /// A device outside of this process, on its bench.
@@ -107,7 +114,7 @@ pub struct DutSpec {
 impl fmt::Display for DutSpec {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
-            DutKind::Model { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
+            DutKind::Model { .. } | DutKind::Brought { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
             DutKind::Nobody(nobody) => write!(f, "null:{nobody}"),
             DutKind::Live(device) => match &device.bench().path {
                 Some(path) => write!(f, "{}", path.display()),
@@ -121,7 +128,7 @@ impl DutSpec {
     /// The kind in the word of the reports.
     pub fn kind_word(&self) -> &'static str {
         match &self.kind {
-            DutKind::Model { .. } => "model",
+            DutKind::Model { .. } | DutKind::Brought { .. } => "model",
             DutKind::Nobody(_) => "null",
             DutKind::Live(device) => device.bench().link.kind(),
         }
@@ -131,7 +138,15 @@ impl DutSpec {
     pub fn live(&self) -> Option<&LiveDevice> {
         match &self.kind {
             DutKind::Live(device) => Some(device),
-            DutKind::Model { .. } | DutKind::Nobody(_) => None,
+            DutKind::Model { .. } | DutKind::Brought { .. } | DutKind::Nobody(_) => None,
+        }
+    }
+
+    /// What the reference device was written from.
+    fn model(&self) -> Result<&'static reference_devices::Manual, BuildError> {
+        match &self.kind {
+            DutKind::Brought { model, .. } => Ok(model),
+            DutKind::Model { .. } | DutKind::Nobody(_) | DutKind::Live(_) => reference_devices::manual(&self.manual),
         }
     }
 
@@ -159,19 +174,21 @@ impl DutSpec {
     /// device is what it is.
     pub fn segment<'a>(&'a self, id: &str) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
-        let mac = reference_devices::manual(&self.manual).map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
+        let known = self.model();
+        let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
         let built = move |bugs: &[String], is_named: bool| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
-            let build = if is_named { build } else { build_delivered };
+            let build = if is_named { build_manual } else { build_delivered };
             let setup = Setup { mac, bugs: &bugs, ..setup(shaft) };
-            build(&self.manual, &self.variant, &setup).map_err(|error| error.to_string())
+            known.clone().and_then(|known| build(known, &self.variant, &setup)).map_err(|error| error.to_string())
         };
         let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
-            Ok(Model::new(built(bugs, true)?, Box::new(move || built(bugs, false))))
+            let delivered = built.clone();
+            Ok(Model::new(built(bugs, true)?, Box::new(move || delivered(bugs, false))))
         };
         Ok(Box::new(match &self.kind {
             DutKind::Live(device) => return Ok(device.segment()),
-            DutKind::Model { bugs } => VirtualSegment::new(Box::new(model(bugs)?)),
+            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => VirtualSegment::new(Box::new(model(bugs)?)),
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => {
                 VirtualSegment::new(Box::new(Stranger(Silent, NoStand)))
             }
@@ -285,7 +302,7 @@ impl DutSpec {
     /// The bugs that are switched on.
     pub fn bugs(&self) -> &[String] {
         match &self.kind {
-            DutKind::Model { bugs } => bugs,
+            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => bugs,
             DutKind::Nobody(_) | DutKind::Live(_) => &[],
         }
     }
