@@ -34,6 +34,21 @@ fn the_short_report_for_people() {
     approved("made-by-hand.console-short", &text);
 }
 
+/// A reading that is a fault is told with its sentence by the suite, and by each row of its case that failed.
+#[test]
+fn junit_tells_findings() {
+    let mut result = sample::everything();
+    let mut finding = result.runs[0].findings[0].clone();
+    (finding.id, finding.text) = ("preset/it's:printed".into(), "The octets stand as printed.".into());
+    result.runs[0].findings.push(finding);
+    let text = report::junit(&result);
+    let told = "<property name=\"finding\" value=\"The octets stand as printed.\"/>";
+    let (before, _) = text.split_once(told).expect("the case that failed says it");
+    let opened = before.rfind("<testcase ").expect("inside of a case");
+    assert!(before[opened..].starts_with("<testcase name=\"it&apos;s[row 1]\""), "{}", &before[opened..]);
+    assert_eq!(text.matches("The octets stand as printed.").count(), 2);
+}
+
 #[test]
 fn colours_change_nothing_but_colours() {
     let look = Look { colour: true, verbose: true };

@@ -1,11 +1,11 @@
-//! The report as JUnit XML, with properties for requirement, clause, level and evidence.
+//! The report as JUnit XML, with properties for requirement, clause, level, evidence and findings.
 //!
 //! JUnit knows success, failure, error and skipped. What does not count is skipped and says why; what is red and no finding
 //! about the device is an error.
 
 use super::status::{Light, light, reasons};
 use super::words::{level, printable};
-use crate::result::{CaseKind, CaseResult, DeviceRun, RunResult};
+use crate::result::{CaseKind, CaseResult, DeviceRun, Finding, RunResult};
 use crate::verdict::Verdict;
 use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use rustc_hash::FxHashMap;
@@ -24,6 +24,10 @@ pub fn junit(result: &RunResult) -> String {
         }
         run.bugs.iter().for_each(|bug| {
             suite.add_property(Property::new("bug", bug.as_str()));
+        });
+        run.findings.iter().for_each(|of| {
+            let told = format!("{} {}: {}", of.severity.word(), of.id, of.text);
+            suite.add_property(Property::new("finding", printable(&told)));
         });
         run.cases.iter().for_each(|of| {
             suite.add_test_case(case(result, run, of, &clauses));
@@ -64,10 +68,20 @@ fn case(result: &RunResult, run: &DeviceRun, of: &CaseResult, clauses: &FxHashMa
             property("clause", clause);
         }
     }
+    if of.verdict == Verdict::Fail {
+        findings(run, of).for_each(|finding| property("finding", &finding.text));
+    }
     if let Some(evidence) = &of.evidence {
         property("evidence", evidence);
     }
     case
+}
+
+/// The findings of a case: they are called after it and the reading that is a fault.
+fn findings<'a>(run: &'a DeviceRun, of: &CaseResult) -> impl Iterator<Item = &'a Finding> {
+    let id = of.id.split_once('/').map_or(of.id.as_str(), |(_, id)| id);
+    let case = id.split_once('[').map_or(id, |(case, _)| case).to_owned();
+    run.findings.iter().filter(move |of| of.id.rsplit_once(':').is_some_and(|(found_by, _)| found_by == case))
 }
 
 fn status(result: &RunResult, run: &DeviceRun, of: &CaseResult) -> TestCaseStatus {
