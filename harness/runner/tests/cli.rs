@@ -52,6 +52,7 @@ fn encspec(folder: &Path, arguments: &[&str]) -> Said {
 #[case::null_without_device(&["run", "--dut", "null:silent"], "needs `--device MANUAL[/VARIANT]`")]
 #[case::claimed_twice(&["run", "--dut", MODEL, "--device", MANUAL], "leave `--device` out")]
 #[case::bug(&["run", "--bug", "preset-on-fallling-edge"], "did you mean `preset-on-falling-edge`?")]
+#[case::bug_of_the_field(&["run", "--bug", "tag-neded"], "did you mean `tag-needed`?")]
 #[case::bug_of_nobody(
     &["run", "--dut", "null:silent", "--device", MANUAL, "--bug", "preset-on-falling-edge"],
     "only reference devices"
@@ -298,6 +299,21 @@ fn a_bug_of_the_reference_device_is_found() {
     without.push("--no-evidence");
     assert_eq!(encspec(&folder, &without).status, Some(1));
     assert!(!evidence.exists());
+}
+
+/// What no manual lists is explained, shown by the manner of a persona, and invisible without it.
+#[test]
+fn a_bug_of_the_field_is_found_by_a_persona() {
+    let folder = folder("field");
+    let sentence = "Cyclic data without a tag of priority are passed over.";
+    let base = ["run", "preset/absolute", "--exact", "--dut", MODEL, "--bug", "tag-needed", "--no-evidence"];
+    let unseen = encspec(&folder, &base);
+    assert_eq!(unseen.status, Some(0), "{}{}", unseen.out, unseen.err);
+    let seen = encspec(&folder, &[&base[..], &["--persona", "untagged-rt"]].concat());
+    assert_eq!(seen.status, Some(1), "{}{}", seen.out, seen.err);
+    assert!([&unseen, &seen].iter().all(|said| said.out.contains(&format!("tag-needed: {sentence}"))), "{}", seen.out);
+    let explained = encspec(&folder, &["explain", "tag-needed"]);
+    assert!(explained.status == Some(0) && explained.out.contains(sentence), "{}{}", explained.out, explained.err);
 }
 
 #[test]

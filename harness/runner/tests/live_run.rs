@@ -25,8 +25,9 @@ const AT_ONCE: usize = 12;
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads.get_or_insert(AT_ONCE);
-    let tests: [(&str, fn()); 13] = [
+    let tests: [(&str, fn()); 14] = [
         ("web_pages_are_asked_for_if_the_bench_knows_them", web_pages_are_asked_for_if_the_bench_knows_them),
+        ("a_persona_meets_the_device_over_a_socket", a_persona_meets_the_device_over_a_socket),
         ("a_connection_of_somebody_else_is_not_touched", a_connection_of_somebody_else_is_not_touched),
         ("a_peer_that_comes_back_is_tested_on", a_peer_that_comes_back_is_tested_on),
         ("wrong_claims_of_the_bench_are_findings", wrong_claims_of_the_bench_are_findings),
@@ -259,6 +260,21 @@ fn a_vanished_peer_ends_in_verdicts() {
     let trials = || cases.iter().filter(|case| case["kind"] != "rule");
     assert!(trials().any(|case| case["verdict"] == "inconclusive"), "{text}");
     assert!(!trials().any(|case| case["verdict"] == "fail"), "a broken line is no fault of the device: {text}");
+}
+
+/// A bug that only this persona shows makes the same case fail that passes without it.
+fn a_persona_meets_the_device_over_a_socket() {
+    for (bug, passes) in [(&[][..], true), (&["--bug", "tag-needed"][..], false)] {
+        let path = socket_path("wire");
+        let listen = format!("listen:{}", path.display());
+        let arguments: Vec<&str> = [MODEL, "--socket", &listen].into_iter().chain(bug.iter().copied()).collect();
+        let _serving = Serving::start(&arguments);
+        let more = format!("persona: untagged-rt\nconsent: {EVERYTHING}");
+        let bench = Bench::new("persona", &format!("socket:{}", path.display()), &more);
+        let (status, cases) = bench.run("preset/absolute");
+        let (verdict, _) = &cases["lika-xac77-profinet/preset/absolute"];
+        assert_eq!((status == Some(0), verdict == "pass"), (passes, passes), "{cases:?}");
+    }
 }
 
 /// The peer ends in the middle of a run and is there again: what came between is inconclusive, what comes after is tested.

@@ -275,6 +275,52 @@ fn a_bug_of_the_field_shows_in_the_manner_of_a_persona(#[case] bug: &str, #[case
     assert_eq!(meets(&[bug], Some(persona)), Verdict::Fail);
 }
 
+/// What becomes of a preset value that the second record of the start-up gives, with these bugs: a parameter request that
+/// changes P65000 to 0x77.
+fn second_record(bugs: &[&str], persona: Option<&str>) -> Verdict {
+    const RECORD: &str = "\
+  preset_value:
+    index: 0xB02E
+    at: parameter_access_point
+    octets: 16
+    start: true
+    fields:
+      address: { octets: [0, 7], default: 0x010201011001FDE8 }
+      value: { octets: [8, 15], default: 0x0000430100000077 }
+  im0: ";
+    const SUITE: &str = "\
+suite: several
+cases:
+  - id: both
+    why: Each record of the start-up is taken.
+    covers: [XAC77-PRE-010]
+    start: { module: telegram_81 }
+    steps:
+      - read: { P65000: 0x77 }
+";
+    const MANUAL: &str = "lika-xac77-profinet";
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites").join(MANUAL);
+    let device = std::fs::read_to_string(folder.join("device.yaml")).expect("a shipped manual");
+    let device = device.replacen("  im0: ", RECORD, 1);
+    let sources = Sources::embedded().with(&format!("{MANUAL}/device.yaml"), device);
+    let sources = sources.with(&format!("{MANUAL}/several.yaml"), SUITE);
+    let manuals = load(&sources, Some(MANUAL)).unwrap_or_else(|errors| panic!("{errors}"));
+    let variant = &manuals[0].variants[0];
+    let trial = variant.trials.iter().find(|trial| trial.id == "several/both").expect("the case");
+    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let dut = DutSpec { kind, ..healthy(&manuals[0], &variant.name) };
+    let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
+    run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict
+}
+
+#[test]
+fn who_writes_all_records_at_once_sees_that_only_the_first_is_taken() {
+    const BUG: &[&str] = &["write-multiple-first-only"];
+    assert_eq!(second_record(&[], Some("legacy-little-multiple")), Verdict::Pass);
+    assert_eq!(second_record(BUG, None), Verdict::Pass);
+    assert_eq!(second_record(BUG, Some("legacy-little-multiple")), Verdict::Fail);
+}
+
 #[test]
 fn the_reports_name_the_persona_and_repeat_it() {
     let manuals = manuals();

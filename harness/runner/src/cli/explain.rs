@@ -6,6 +6,7 @@ use super::{Ended, ExplainArgs, Stop, show};
 use crate::report::{ExitStatus, level};
 use crate::suite::expr::nearest;
 use crate::suite::model::{Bug, Class, Manual, Observation, Requirement, Source, Step, Trial, Verb};
+use reference_devices::bugs_of_the_field;
 use std::fmt::Write as _;
 
 pub(super) fn explain(args: &ExplainArgs) -> Ended {
@@ -14,8 +15,15 @@ pub(super) fn explain(args: &ExplainArgs) -> Ended {
     for manual in &manuals {
         about(&mut out, manual, &args.id);
     }
+    if let Some(of) = bugs_of_the_field().find(|of| of.name == args.id) {
+        // Writing into a String cannot fail.
+        let _ = writeln!(out, "bug {}\n  {}\n", of.name, of.sentence);
+        let _ = writeln!(out, "  of the field: no manual lists it, the manner of another controller shows it");
+        let _ = writeln!(out, "  try it     encspec run --bug {} --persona NAME; encspec personas lists them", of.name);
+    }
     if out.is_empty() {
-        let known: Vec<String> = manuals.iter().flat_map(words).collect();
+        let field = bugs_of_the_field().map(|of| of.name.to_owned());
+        let known: Vec<String> = manuals.iter().flat_map(words).chain(field).collect();
         let meant = nearest(&args.id, known.iter().map(String::as_str)).map_or_else(
             || "`encspec list` and `encspec bugs` show what there is".to_owned(),
             |meant| format!("did you mean `{meant}`?"),

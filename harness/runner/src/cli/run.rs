@@ -11,6 +11,7 @@ use crate::suite::expr::nearest;
 use crate::suite::model::Manual;
 use clap::{ArgAction, Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use reference_devices::bugs_of_the_field;
 use std::ffi::OsStr;
 use std::fs::{File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
@@ -159,7 +160,8 @@ impl Request {
     /// Checks every word of the request and takes the devices; nothing has been run when this fails.
     pub fn ready(&self, manuals: &[Manual]) -> Result<Ready, Stop> {
         for bug in &self.bugs {
-            let known = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
+            let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
+            let known = || listed().chain(bugs_of_the_field().map(|bug| bug.name));
             if !known().any(|name| name == bug) {
                 let meant = nearest(bug, known())
                     .map_or_else(|| "`encspec bugs` lists them".to_owned(), |meant| format!("did you mean `{meant}`?"));
@@ -208,7 +210,8 @@ impl Request {
     fn only_with_the_bugs(&self, devices: &mut Vec<DutSpec>, manuals: &[Manual]) -> Result<(), Stop> {
         let has = |spec: &DutSpec, name: &String| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
-            manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name))
+            let is_listed = manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name));
+            is_listed || bugs_of_the_field().any(|bug| bug.name == name)
         };
         if self.duts.is_empty() && self.device.is_none() {
             devices.retain(|spec| self.bugs.iter().all(|bug| has(spec, bug)));

@@ -97,6 +97,9 @@ impl Page {
         }
         if !run.bugs.is_empty() {
             writeln!(self.out, "  bugs          {}", run.bugs.join(", "))?;
+            for of in reference_devices::bugs_of_the_field().filter(|of| run.bugs.iter().any(|bug| bug == of.name)) {
+                writeln!(self.out, "                {}: {}", of.name, of.sentence)?;
+            }
         }
         let of_kind = |kind: CaseKind| run.cases.iter().filter(move |case| case.kind == kind).map(|case| case.verdict);
         writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
