@@ -79,7 +79,7 @@ fn a_turn_has_its_unit_and_speed() {
 fn a_ramp_has_its_steepness() {
     let folder = Folder::new("ramp");
     let mut stand = hooked(&folder, &[("shaft.acceleration", "touch to_{value}_by_{acceleration}")]);
-    assert!(done(&mut stand, &StandAction::ShaftRamp { rpm: -60.0, acceleration: 7.5 }).is_ok());
+    assert_eq!(done(&mut stand, &StandAction::ShaftRamp { rpm: -60.0, acceleration: 7.5 }).err(), None);
     assert!(folder.0.join("to_-60_by_7.5").exists());
 }
 

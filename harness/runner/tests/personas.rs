@@ -278,15 +278,14 @@ fn a_bug_of_the_field_shows_in_the_manner_of_a_persona(#[case] bug: &str, #[case
 /// What becomes of a preset value that the second record of the start-up gives, with these bugs: a parameter request that
 /// changes P65000 to 0x77.
 fn second_record(bugs: &[&str], persona: Option<&str>) -> Verdict {
-    const RECORD: &str = "\
-  preset_value:
+    const RECORD: &str = "  second_record:
     index: 0xB02E
     at: parameter_access_point
     octets: 16
     start: true
     fields:
-      address: { octets: [0, 7], default: 0x010201011001FDE8 }
-      value: { octets: [8, 15], default: 0x0000430100000077 }
+      second_address: { octets: [0, 7], default: 0x010201011001FDE8 }
+      second_value: { octets: [8, 15], default: 0x0000430100000077 }
   im0: ";
     const SUITE: &str = "\
 suite: several

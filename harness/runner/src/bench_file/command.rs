@@ -3,7 +3,7 @@
 use crate::suite::expr::nearest;
 
 /// What can stand in braces, and for what.
-const PLACEHOLDERS: [&str; 3] = ["value", "unit", "rpm"];
+const PLACEHOLDERS: [&str; 4] = ["value", "unit", "rpm", "acceleration"];
 
 /// A command line taken apart into words; each word is one argument whatever is put into it.
 #[derive(Clone, Debug, PartialEq, Eq)]
