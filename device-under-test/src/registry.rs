@@ -30,10 +30,12 @@ pub struct Manual {
     pub healthy: fn() -> Behaviour,
     /// The name and the addresses with which a variant is delivered.
     pub delivered: fn(&str) -> StationData,
-    /// Builds a device of a variant from its variant, its behaviour, its MAC address, the place of its shaft and its
-    /// station; `None` if there is no such variant.
-    pub build: fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>,
+    /// Builds a device of a variant; `None` if there is no such variant.
+    pub build: Build,
 }
+
+/// Builds a device from its variant, its behaviour, its MAC address, the place of its shaft and its station.
+pub type Build = fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>;
 
 impl fmt::Debug for Manual {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -368,7 +368,7 @@ cases:
     let mut uuids = Vec::new();
     for at in 0..outcome.trace.len() {
         let Some(frame) = outcome.trace.get(at) else { continue };
-        let Ok(datagram) = Datagram::parse(&frame.octets) else { continue };
+        let Ok(datagram) = Datagram::parse(frame.octets) else { continue };
         let Ok(pdu) = Pdu::parse(datagram.payload) else { continue };
         if (pdu.header.packet_type, pdu.header.opnum) != (PacketType::REQUEST, Opnum::CONNECT) {
             continue;

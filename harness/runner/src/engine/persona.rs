@@ -114,7 +114,7 @@ pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
     let Some(trigger) = violation.trigger else { return false };
     let is_input = |number: u64| {
         let Some((header, payload)) =
-            usize::try_from(number).ok().and_then(|at| FrameHeader::parse(&trace.get(at)?.octets).ok())
+            usize::try_from(number).ok().and_then(|at| FrameHeader::parse(trace.get(at)?.octets).ok())
         else {
             return false;
         };

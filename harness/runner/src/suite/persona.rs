@@ -275,7 +275,7 @@ fn order(node: &Node) -> Read<Vec<ConnectBlock>> {
 fn octets(node: &Node) -> Read<Vec<u8>> {
     let text: String = node.text("a block")?.chars().filter(|letter| !letter.is_whitespace()).collect();
     let wrong = || node.wrong("a block is written in hexadecimal octets, for instance '010B0020 0100'");
-    if text.len() % 2 != 0 || !text.is_ascii() {
+    if !text.len().is_multiple_of(2) || !text.is_ascii() {
         return Err(wrong());
     }
     let pairs = (0..text.len()).step_by(2).filter_map(|at| text.get(at..at + 2));
