@@ -164,12 +164,17 @@ impl UserParameters {
     pub fn parse(octets: &[u8]) -> Option<UserParameters> {
         let mut reader = Reader::new("user parameter data", octets);
         let bits = reader.u8().ok()?;
-        let bit = |n: u32| bits >> n & 1 != 0;
         let units_per_revolution = u64::from_be_bytes(reader.array().ok()?);
         let range = u64::from_be_bytes(reader.array().ok()?);
         let [life_sign_failures, speed_unit] = reader.array().ok()?;
         reader.take(OCTETS - 19).ok()?;
-        Some(UserParameters {
+        Some(UserParameters::of(bits, Scaling { units_per_revolution, range }, life_sign_failures, speed_unit))
+    }
+
+    /// Those of a record with these octets and numbers: `bits` is octet 0, of which bits 6 and 7 have no function.
+    pub fn of(bits: u8, scaling: Scaling, life_sign_failures: u8, speed_unit: u8) -> UserParameters {
+        let bit = |n: u32| bits >> n & 1 != 0;
+        UserParameters {
             bits: bits & 0x3F,
             direction: if bit(0) { Direction::Counterclockwise } else { Direction::Clockwise },
             class_4: bit(1),
@@ -177,11 +182,11 @@ impl UserParameters {
             scaling: bit(3),
             alarm_channel: bit(4),
             compatible: !bit(5),
-            units_per_revolution,
-            range,
+            units_per_revolution: scaling.units_per_revolution,
+            range: scaling.range,
             life_sign_failures,
             speed_unit,
-        })
+        }
     }
 
     /// The scaling in force; none if the hardware cannot serve what is asked for. Values that are not in force are not
@@ -229,19 +234,7 @@ mod tests {
 
     // The defaults of the XAC77: manual, chapter 18.
     fn default(hardware: &Hardware) -> UserParameters {
-        UserParameters {
-            bits: 0x22,
-            direction: Direction::Clockwise,
-            class_4: true,
-            preset_acts_on_xist1: true,
-            scaling: false,
-            alarm_channel: false,
-            compatible: false,
-            units_per_revolution: hardware.steps_per_revolution,
-            range: hardware.range(),
-            life_sign_failures: 1,
-            speed_unit: 0,
-        }
+        UserParameters::of(0x22, Scaling::hardware(hardware), 1, 0)
     }
 
     fn are_wrong(parameters: &UserParameters, hardware: &Hardware) -> bool {

@@ -25,7 +25,7 @@ mod web;
 use crate::application::{ResetScope, Severity, StationData};
 use crate::behaviour::Behaviour;
 use crate::bugs::{self, Table};
-use crate::encoder::{Direction, Hardware};
+use crate::encoder::{Hardware, Scaling};
 use crate::encoder_object::{
     self, Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, Reset, Submodule, Timing, Variant,
     WithoutRecord,
@@ -239,17 +239,5 @@ const BUGS_OF_THE_STACK: &[&str] = &[
 
 /// The user parameters by default for this hardware (manual, chapter 18): octet 0 is 0x22.
 fn default_record(hardware: &Hardware) -> UserParameters {
-    UserParameters {
-        bits: 0x22,
-        direction: Direction::Clockwise,
-        class_4: true,
-        preset_acts_on_xist1: true,
-        scaling: false,
-        alarm_channel: false,
-        compatible: false,
-        units_per_revolution: hardware.steps_per_revolution,
-        range: hardware.range(),
-        life_sign_failures: 1,
-        speed_unit: 0,
-    }
+    UserParameters::of(0x22, Scaling::hardware(hardware), 1, 0)
 }
