@@ -1,4 +1,4 @@
-//! Bytes and their meaning: PROFINET, PROFIdrive and what of HTTP devices have.
+//! Bytes and their meaning: PROFINET, PROFIBUS, PROFIdrive and what of HTTP devices have.
 //!
 //! Every wire format stands here once and serves both reading and writing. Unknown values and reserved bits are kept:
 //! a tester that drops them hides the finding. Parsers never panic, whatever the octets.
@@ -18,6 +18,7 @@ pub mod datagram;
 pub mod ethernet;
 pub mod http;
 pub mod lldp;
+pub mod profibus;
 pub mod profidrive;
 pub mod profinet;
 

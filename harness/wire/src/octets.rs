@@ -114,6 +114,20 @@ impl<'a> Reader<'a> {
         WireError::Value { layer: self.layer, offset: self.offset().saturating_sub(octets), field, wanted, found }
     }
 
+    /// Fails where octets are left; `wanted` says in words what is to be there.
+    pub fn end(&self, wanted: &'static str) -> Result<()> {
+        match self.left() {
+            0 => Ok(()),
+            left => Err(WireError::Value {
+                layer: self.layer,
+                offset: self.offset(),
+                field: "number of octets left",
+                wanted,
+                found: left as u64,
+            }),
+        }
+    }
+
     /// Passes over padding up to a multiple of `n` octets from the start of this reader, as far as there is any.
     pub fn align(&mut self, n: usize) {
         self.at = self.at.next_multiple_of(n).min(self.octets.len());

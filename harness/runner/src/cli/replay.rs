@@ -2,7 +2,7 @@
 
 use super::run::{open, write};
 use super::{DissectArgs, Ended, Format, ReplayArgs, Stop, complain, list, show};
-use crate::observe::{Tracker, describe};
+use crate::observe::{ProfibusWords, Tracker, describe};
 use crate::replay::{self, ReplayReport, Severity};
 use crate::report::{ExitStatus, printable};
 use crate::suite::model::Manual;
@@ -71,19 +71,29 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
     let mut reader = CaptureReader::new(input).map_err(|error| cannot(&error))?;
     let mut out = BufWriter::new(io::stdout().lock());
     let mut tracker = Tracker::new();
+    let mut profibus = ProfibusWords::default();
     let mut damaged = false;
     while let Some(item) = reader.next() {
         let line = match item {
             Item::Packet(packet) => {
                 let number = packet.number as u64;
-                let text = match packet.link_type {
+                let lines = match packet.link_type {
                     LinkType::ETHERNET => {
                         tracker.frame(number, packet.time, packet.captured, &mut |_, _| {});
-                        describe(packet.captured, tracker.ars())
+                        vec![describe(packet.captured, tracker.ars())]
                     }
-                    LinkType(other) => format!("a frame of link type {other}"),
+                    LinkType::PROFIBUS => {
+                        let mut lines = profibus.lines(packet.captured);
+                        if packet.is_sliced() {
+                            let kept = packet.captured.len();
+                            lines.push(format!("of {} octets {kept} were kept", packet.original_length));
+                        }
+                        lines
+                    }
+                    LinkType(other) => vec![format!("a frame of link type {other}")],
                 };
-                format!("{number:>6} {} {}", packet.time, printable(&text))
+                let lines: Vec<String> = lines.iter().map(|line| printable(line)).collect();
+                format!("{number:>6} {} {}", packet.time, lines.join("\n           "))
             }
             Item::Damage(damage) => {
                 damaged = true;

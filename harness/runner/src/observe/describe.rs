@@ -372,7 +372,7 @@ fn lldp(payload: &[u8]) -> String {
     line
 }
 
-fn hex(octets: &[u8]) -> String {
+pub(super) fn hex(octets: &[u8]) -> String {
     let mut text = String::with_capacity(3 * octets.len().min(MOST_OCTETS));
     for (place, octet) in octets.iter().take(MOST_OCTETS).enumerate() {
         let _ = write!(text, "{}{octet:02x}", if place == 0 { "" } else { " " });

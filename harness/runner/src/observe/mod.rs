@@ -10,6 +10,7 @@ mod calls;
 mod connect;
 mod counts;
 mod describe;
+mod profibus;
 mod repeated;
 mod requests;
 mod services;
@@ -19,6 +20,7 @@ mod tracker;
 pub use ar::{Ar, ArId, Party, Placed, Role, Stage, StartRecord, Stream};
 pub use counts::{Counts, RpcKind};
 pub use describe::describe;
+pub use profibus::ProfibusWords;
 pub use tracker::{Stray, Tracker};
 
 use wire::ethernet::Mac;

@@ -1,0 +1,44 @@
+//! Set_Slave_Address: a slave gets another station address by the bus.
+//!
+//! Source: IEC 61158-6-3, Set_Slave_Add.
+
+use crate::error::Result;
+use crate::octets::{Append, Reader};
+use alloc::vec::Vec;
+
+/// The new address of a slave.
+///
+/// Octets: 0 new address, 1-2 ident number, 3 whether the address may be changed again, then up to 240 octets that the slave
+/// keeps (IEC 61158-6-3, Set_Slave_Add request).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetSlaveAddress {
+    /// New_Slave_Add, 0 to 125.
+    pub address: u8,
+    /// Ident_Number; a slave of another one does not take the address.
+    pub ident: u16,
+    /// No_Add_Chg: 0 the address may be changed again, else only after a reset of the slave.
+    pub no_change: u8,
+    /// Rem_Slave_Data: what the user of the slave is to keep.
+    pub kept: Vec<u8>,
+}
+
+impl SetSlaveAddress {
+    /// Reads the data of a Set_Slave_Address request; fails only if there are fewer than four octets.
+    pub fn parse(octets: &[u8]) -> Result<SetSlaveAddress> {
+        let mut reader = Reader::new("Set_Slave_Address", octets);
+        Ok(SetSlaveAddress {
+            address: reader.u8()?,
+            ident: reader.u16()?,
+            no_change: reader.u8()?,
+            kept: reader.rest().to_vec(),
+        })
+    }
+
+    /// Appends the data.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        out.put_u8(self.address);
+        out.put_u16(self.ident);
+        out.put_u8(self.no_change);
+        out.put(&self.kept);
+    }
+}

@@ -1,0 +1,340 @@
+//! Slave_Diag: six octets that every slave has, and blocks of more.
+//!
+//! This room must not know what the octets of a device-related block mean, nor the error types of makers: that is told by the
+//! manual of the device. Source: IEC 61158-6-3, Slave_Diag.
+
+use crate::codes::{codes, flags};
+use crate::error::Result;
+use crate::octets::{Append, Reader};
+use alloc::vec::Vec;
+
+flags! {
+    /// The first octet (IEC 61158-6-3, Station_Status_1).
+    pub struct Status1(u8) {
+        0x01 STATION_NON_EXISTENT station_non_existent "The slave does not answer; set by the master, 0 from the slave.",
+        0x02 STATION_NOT_READY station_not_ready "The slave is not ready for Data_Exchange.",
+        0x04 CFG_FAULT cfg_fault "The last Chk_Cfg does not fit the slave.",
+        0x08 EXT_DIAG ext_diag "The blocks behind the six octets report a fault; else they are status, or there are none.",
+        0x10 NOT_SUPPORTED not_supported "The slave does not have what was asked of it.",
+        0x20 INVALID_SLAVE_RESPONSE invalid_slave_response "The slave answered nonsense; set by the master, 0 from the slave.",
+        0x40 PRM_FAULT prm_fault "The last Set_Prm was wrong.",
+        0x80 MASTER_LOCK master_lock "Another master has the slave; set by the master, 0 from the slave.",
+    }
+}
+
+flags! {
+    /// The second octet (IEC 61158-6-3, Station_Status_2).
+    pub struct Status2(u8) {
+        0x01 PRM_REQ prm_req "The slave wants to be parameterised and configured anew.",
+        0x02 STAT_DIAG stat_diag "The slave cannot give valid data; the master is to read the diagnosis until this is 0.",
+        0x04 ALWAYS_ONE always_one "Set by every slave.",
+        0x08 WD_ON wd_on "The watchdog is on.",
+        0x10 FREEZE_MODE freeze_mode "The inputs are frozen.",
+        0x20 SYNC_MODE sync_mode "The outputs are synchronised.",
+        0x80 DEACTIVATED deactivated "The slave is not to be addressed; set by the master, 0 from the slave.",
+    }
+}
+
+flags! {
+    /// The third octet (IEC 61158-6-3, Station_Status_3).
+    pub struct Status3(u8) {
+        0x80 EXT_DIAG_OVERFLOW ext_diag_overflow "There is more to report than has room in the blocks.",
+    }
+}
+
+codes! {
+    /// The width of a channel: bits 7-5 of the third octet of a channel-related block.
+    pub struct ChannelType(u8) {
+        1 BIT bit "One bit.",
+        2 BITS_2 bits_2 "Two bits.",
+        3 BITS_4 bits_4 "Four bits.",
+        4 BYTE byte "One octet.",
+        5 WORD word "Two octets.",
+        6 TWO_WORDS two_words "Four octets.",
+    }
+}
+
+codes! {
+    /// What is wrong with a channel: bits 4-0 of the third octet; 10 to 15 are reserved, 16 to 31 belong to the maker.
+    pub struct ErrorType(u8) {
+        1 SHORT_CIRCUIT short_circuit "A line is shorted.",
+        2 UNDERVOLTAGE undervoltage "The voltage is too low.",
+        3 OVERVOLTAGE overvoltage "The voltage is too high.",
+        4 OVERLOAD overload "The load is too high.",
+        5 OVERTEMPERATURE overtemperature "It is too hot.",
+        6 LINE_BREAK line_break "A line is broken.",
+        7 UPPER_LIMIT_EXCEEDED upper_limit_exceeded "The value is above its upper limit.",
+        8 LOWER_LIMIT_EXCEEDED lower_limit_exceeded "The value is below its lower limit.",
+        9 ERROR error "Something is wrong that is not told further.",
+    }
+}
+
+codes! {
+    /// What an alarm of DP-V1 is about: the first octet behind the header, bit 7 being 0; 32 to 126 belong to the maker.
+    pub struct AlarmType(u8) {
+        1 DIAGNOSIS diagnosis "A diagnosis appeared, changed or went.",
+        2 PROCESS process "Something happened in the process.",
+        3 PULL pull "A module was pulled.",
+        4 PLUG plug "A module was plugged.",
+        5 STATUS status "A state changed that is no fault.",
+        6 UPDATE update "A parameter changed.",
+    }
+}
+
+codes! {
+    /// What a status block of DP-V1 is about: the first octet behind the header, bit 7 being 1; 0xA0 to 0xFE belong to the maker.
+    pub struct StatusType(u8) {
+        0x81 STATUS_MESSAGE status_message "A message about a state.",
+        0x82 MODULE_STATUS module_status "Two bits for each module: good, bad data, wrong module, no module.",
+        0x83 DXB_LINK_STATUS dxb_link_status "The state of the links to publishers.",
+        0x9E PRM_COMMAND_ACK prm_command_ack "The answer to a redundancy command.",
+        0x9F RED_STATE red_state "The state of redundancy.",
+    }
+}
+
+/// The master address of a slave that belongs to no master.
+pub const NO_MASTER: u8 = 255;
+
+/// The diagnosis of a slave.
+///
+/// Octets: 0-2 station status, 3 address of the master that parameterised the slave (255: none), 4-5 ident number, then blocks;
+/// 6 to 244 octets in all (IEC 61158-6-3, Slave_Diag response).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SlaveDiag {
+    /// Station_Status_1.
+    pub status_1: Status1,
+    /// Station_Status_2.
+    pub status_2: Status2,
+    /// Station_Status_3.
+    pub status_3: Status3,
+    /// Diag_Master_Add: 0 to 125, or [`NO_MASTER`].
+    pub master: u8,
+    /// Ident_Number: which type of device it is.
+    pub ident: u16,
+    /// Ext_Diag_Data: the octets of the blocks, as they are.
+    pub ext: Vec<u8>,
+}
+
+/// One block behind the six octets; bits 7-6 of its first octet say which kind it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block<'a> {
+    /// 00: device-related. Octet 0: bits 5-0 length with this octet, 1 to 63; the rest is told by the manual, or is an alarm or a
+    /// status of DP-V1 ([`Message`]).
+    Device(&'a [u8]),
+    /// 01: identifier-related. Octet 0: bits 5-0 length with this octet; then a bit for each configuration identifier, beginning
+    /// with bit 0 of octet 1.
+    Identifier(&'a [u8]),
+    /// 10: channel-related.
+    Channel(ChannelDiagnosis),
+    /// 11: the revision of the device, bits 5-0; one octet.
+    Revision(u8),
+}
+
+/// The fault of a channel.
+///
+/// Octets: 0 bits 7-6 10, bits 5-0 number of the configuration identifier; 1 bits 7-6 direction, bits 5-0 channel; 2 bits 7-5
+/// type of the channel, bits 4-0 type of the error (IEC 61158-6-3, channel-related diagnosis).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ChannelDiagnosis {
+    /// Which identifier of the configuration, counted from 0; 0 to 63.
+    pub identifier: u8,
+    /// Bits 7-6 of the second octet: 1 input, 2 output, 3 both, 0 reserved.
+    pub direction: u8,
+    /// Number of the channel, 0 to 63.
+    pub channel: u8,
+    /// Width of the channel.
+    pub channel_type: ChannelType,
+    /// What is wrong with it.
+    pub error_type: ErrorType,
+}
+
+/// An alarm or a status of DP-V1: a device-related block of a slave that was told to use DP-V1.
+///
+/// Octets behind the header: 0 bit 7 status, else alarm, bits 6-0 type; 1 slot; 2 specifier; then data (IEC 61158-6-3,
+/// Alarm-PDU and Status-PDU). In DP-V0 the same octets mean what the manual says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Message<'a> {
+    /// Alarm type, or with bit 7 status type.
+    pub kind: u8,
+    /// Slot, 0 to 254.
+    pub slot: u8,
+    /// Sequence number, acknowledgement and coming or going.
+    pub specifier: Specifier,
+    /// What is reported.
+    pub data: &'a [u8],
+}
+
+/// The third octet of an alarm or a status; in an alarm acknowledgement it comes back.
+///
+/// Bits 7-3 sequence number, bit 2 an extra acknowledgement by the user is wanted, bits 1-0 what became of the fault; in a status
+/// only bits 1-0 are used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Specifier(pub u8);
+
+/// What became of the fault: bits 1-0 of a specifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Change {
+    /// 0: not told.
+    NotTold,
+    /// 1: it came, and the slot is disturbed.
+    Appears,
+    /// 2: it went, and the slot is good.
+    Disappears,
+    /// 3: it went, and others remain.
+    DisappearsOthersRemain,
+}
+
+impl Specifier {
+    /// The number of the alarm, 0 to 31.
+    pub fn sequence(self) -> u8 {
+        self.0 >> 3
+    }
+    /// Whether the user has to acknowledge besides Alarm_Ack, by a write for instance.
+    pub fn wants_user(self) -> bool {
+        self.0 & 4 != 0
+    }
+    /// What became of the fault.
+    pub fn change(self) -> Change {
+        match self.0 & 3 {
+            0 => Change::NotTold,
+            1 => Change::Appears,
+            2 => Change::Disappears,
+            _ => Change::DisappearsOthersRemain,
+        }
+    }
+}
+
+impl SlaveDiag {
+    /// The octets that every diagnosis has.
+    pub const HEAD: usize = 6;
+    /// The most octets of a diagnosis.
+    pub const LONGEST: usize = 244;
+
+    /// Reads the data of a Slave_Diag answer; fails only if there are fewer than six octets.
+    pub fn parse(octets: &[u8]) -> Result<SlaveDiag> {
+        let mut reader = Reader::new("Slave_Diag", octets);
+        Ok(SlaveDiag {
+            status_1: Status1(reader.u8()?),
+            status_2: Status2(reader.u8()?),
+            status_3: Status3(reader.u8()?),
+            master: reader.u8()?,
+            ident: reader.u16()?,
+            ext: reader.rest().to_vec(),
+        })
+    }
+
+    /// Appends the data.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        out.put(&[self.status_1.0, self.status_2.0, self.status_3.0, self.master]);
+        out.put_u16(self.ident);
+        out.put(&self.ext);
+    }
+
+    /// The blocks one after the other; an error ends them, and its octet counts from the first of the six.
+    pub fn blocks(&self) -> Blocks<'_> {
+        Blocks { octets: &self.ext, at: 0 }
+    }
+}
+
+/// The blocks of a diagnosis; see [`SlaveDiag::blocks`].
+#[derive(Clone, Debug)]
+pub struct Blocks<'a> {
+    octets: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Iterator for Blocks<'a> {
+    type Item = Result<Block<'a>>;
+
+    fn next(&mut self) -> Option<Result<Block<'a>>> {
+        let mut reader = Reader::new("diagnosis block", self.octets.get(self.at..).filter(|rest| !rest.is_empty())?);
+        match Block::read(&mut reader) {
+            Ok(block) => {
+                self.at += reader.offset();
+                Some(Ok(block))
+            }
+            Err(error) => {
+                let error = error.behind(SlaveDiag::HEAD + self.at);
+                self.at = self.octets.len();
+                Some(Err(error))
+            }
+        }
+    }
+}
+
+impl<'a> Block<'a> {
+    /// Reads one block; fails if its length is 0 or it ends before its length says.
+    pub fn read(reader: &mut Reader<'a>) -> Result<Block<'a>> {
+        let header = reader.u8()?;
+        let low = header & 0x3F;
+        match header >> 6 {
+            2 => {
+                let (channel, kind) = (reader.u8()?, reader.u8()?);
+                Ok(Block::Channel(ChannelDiagnosis {
+                    identifier: low,
+                    direction: channel >> 6,
+                    channel: channel & 0x3F,
+                    channel_type: ChannelType(kind >> 5),
+                    error_type: ErrorType(kind & 0x1F),
+                }))
+            }
+            3 => Ok(Block::Revision(low)),
+            kind => {
+                let Some(length) = low.checked_sub(1) else {
+                    return Err(reader.wrong("block length", 1, "1 to 63, with the header", 0));
+                };
+                let data = reader.take(length.into())?;
+                Ok(if kind == 0 { Block::Device(data) } else { Block::Identifier(data) })
+            }
+        }
+    }
+
+    /// Appends the block; the caller sees to it that a block has no more than 62 octets behind its header.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        match self {
+            Block::Device(data) => {
+                out.put_u8((data.len() as u8).wrapping_add(1) & 0x3F);
+                out.put(data);
+            }
+            Block::Identifier(data) => {
+                out.put_u8(0x40 | (data.len() as u8).wrapping_add(1) & 0x3F);
+                out.put(data);
+            }
+            Block::Channel(channel) => out.put(&[
+                0x80 | channel.identifier & 0x3F,
+                channel.direction << 6 | channel.channel & 0x3F,
+                channel.channel_type.0 << 5 | channel.error_type.0 & 0x1F,
+            ]),
+            Block::Revision(revision) => out.put_u8(0xC0 | revision & 0x3F),
+        }
+    }
+}
+
+/// The numbers of the configuration identifiers whose bit is set in an identifier-related block, from 0 on.
+pub fn identifiers(data: &[u8]) -> impl Iterator<Item = usize> + '_ {
+    (0..data.len() * 8).filter(|bit| data.get(bit / 8).is_some_and(|octet| octet >> (bit % 8) & 1 != 0))
+}
+
+impl<'a> Message<'a> {
+    /// Reads the data of a device-related block as an alarm or a status; fails if there are fewer than three octets.
+    pub fn parse(data: &'a [u8]) -> Result<Message<'a>> {
+        let mut reader = Reader::new("DP-V1 alarm or status", data);
+        Ok(Message { kind: reader.u8()?, slot: reader.u8()?, specifier: Specifier(reader.u8()?), data: reader.rest() })
+    }
+
+    /// Appends the data of the block, without its header.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        out.put(&[self.kind, self.slot, self.specifier.0]);
+        out.put(self.data);
+    }
+
+    /// Which alarm it is; none for a status.
+    pub fn alarm(&self) -> Option<AlarmType> {
+        (self.kind & 0x80 == 0).then_some(AlarmType(self.kind))
+    }
+
+    /// Which status it is; none for an alarm.
+    pub fn status(&self) -> Option<StatusType> {
+        (self.kind & 0x80 != 0).then_some(StatusType(self.kind))
+    }
+}

@@ -1,0 +1,327 @@
+//! The acyclic services of DP-V1: records, alarms, and the connections of class 2 masters.
+//!
+//! A class 1 master (MS1) uses access points 51 and 50 of a slave that is in Data_Exchange with it; a class 2 master (MS2) asks
+//! 49 for a connection and then uses the access point that it was given. While a slave works, it is polled with empty SRD; in a
+//! connection, Idle keeps it alive. This room must not know what records hold. Source: IEC 61158-6-3, MS1 and MS2 PDUs.
+
+use super::diag::Specifier;
+use crate::codes::codes;
+use crate::error::Result;
+use crate::octets::{Append, Reader};
+use alloc::vec::Vec;
+
+/// Error_Code_1 where [`ErrorDecode`] is DP-V1: class in bits 7-4, code in bits 3-0. PROFINET took the table over.
+pub use crate::profinet::status::RecordError;
+
+codes! {
+    /// What a PDU is: its first octet; bit 7 says that the request was refused (IEC 61158-6-3, Function_Num).
+    pub struct Function(u8) {
+        0x48 IDLE idle "Nothing to say; the connection lives.",
+        0x51 DATA_TRANSPORT data_transport "Data both ways at once.",
+        0x56 RESOURCE_MANAGER resource_manager "The slave names the access point of the new connection.",
+        0x57 INITIATE initiate "A connection is opened.",
+        0x58 ABORT abort "A connection is closed.",
+        0x5C ALARM_ACK alarm_ack "An alarm is acknowledged.",
+        0x5E READ read "A record is read.",
+        0x5F WRITE write "A record is written.",
+        0xD1 DATA_TRANSPORT_REFUSED data_transport_refused "Data were refused.",
+        0xD7 INITIATE_REFUSED initiate_refused "A connection was refused.",
+        0xDC ALARM_ACK_REFUSED alarm_ack_refused "The acknowledgement of an alarm was refused.",
+        0xDE READ_REFUSED read_refused "A record was not read.",
+        0xDF WRITE_REFUSED write_refused "A record was not written.",
+    }
+}
+
+codes! {
+    /// How the codes of a refusal are meant (IEC 61158-6-3, Error_Decode).
+    pub struct ErrorDecode(u8) {
+        0x80 DPV1 dpv1 "The third octet is an error of DP-V1, the fourth belongs to the maker.",
+        0xFE FMS fms "The codes are those of FMS.",
+        0xFF HART hart "The codes are those of HART.",
+    }
+}
+
+codes! {
+    /// Where an abort came from (IEC 61158-6-3, Subnet).
+    pub struct Subnet(u8) {
+        0 NO no "It is not told.",
+        1 LOCAL local "The subnet of the sender.",
+        2 REMOTE remote "Another subnet.",
+    }
+}
+
+codes! {
+    /// Who closed a connection and why: bits 5-4 who, bits 3-0 why (IEC 61158-6-3, Instance and Reason_Code).
+    pub struct AbortReason(u8) {
+        0x01 LINK_USER_ERROR link_user_error "Data link: the access point did not take the frame (UE).",
+        0x02 LINK_NO_RESOURCE link_no_resource "Data link: there was no room (RR).",
+        0x03 LINK_NO_SERVICE link_no_service "Data link: the access point is not active (RS).",
+        0x09 LINK_NO_DATA link_no_data "Data link: there were no data (NR).",
+        0x0A LINK_DATA_HIGH link_data_high "Data link: data of high priority came (DH).",
+        0x0B LINK_LOCAL_RESOURCE link_local_resource "Data link: there was no room at the sender (LR).",
+        0x0C LINK_NO_RESOURCE_DATA_LOW link_no_resource_data_low "Data link: no room, data of low priority came (RDL).",
+        0x0D LINK_NO_RESOURCE_DATA_HIGH link_no_resource_data_high "Data link: no room, data of high priority came (RDH).",
+        0x0E LINK_NOT_IN_RING link_not_in_ring "Data link: the master is not in the logical ring (DS).",
+        0x0F LINK_NO_ANSWER link_no_answer "Data link: nobody answered (NA).",
+        0x11 SEQUENCE sequence "MS2: the service is not allowed in this state (ABT_SE).",
+        0x12 BAD_REQUEST bad_request "MS2: the request was wrong (ABT_FE).",
+        0x13 TIMEOUT timeout "MS2: the time of the connection ran out (ABT_TO).",
+        0x14 BAD_RESPONSE bad_response "MS2: the answer was wrong (ABT_RE).",
+        0x15 BAD_SERVICE bad_service "MS2: the user asked for a service that there is not (ABT_IV).",
+        0x16 SEND_TIMEOUT_TOO_SMALL send_timeout_too_small "MS2: the Send_Timeout asked for was too small (ABT_STO).",
+        0x17 BAD_ADDRESS bad_address "MS2: the additional address was wrong (ABT_IA).",
+        0x18 WAITING waiting "MS2: the data link still had to confirm (ABT_OC).",
+        0x1F NO_RESOURCE no_resource "MS2: there was no room (ABT_RES).",
+    }
+}
+
+/// Who sent a PDU; a request and its answer have the same number but not the same fields.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// A master asks.
+    Request,
+    /// A slave answers.
+    Response,
+}
+
+/// A record, asked for, given, to be written or written.
+///
+/// Octets behind the function number: 0 slot, 0 to 254; 1 index; 2 length, 0 to 240; then data in a write request, a read
+/// response and both data transports.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// Slot_Number.
+    pub slot: u8,
+    /// Index.
+    pub index: u8,
+    /// Length: of the data, or how many a read asks for at most, or how many were written.
+    pub length: u8,
+    /// The data; none in a read request and in a write response.
+    pub data: Vec<u8>,
+}
+
+/// Why a request was refused.
+///
+/// Octets: 0 function number with bit 7, 1 how the codes are meant, 2 and 3 the codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Refusal {
+    /// What was refused, with bit 7.
+    pub function: Function,
+    /// Error_Decode.
+    pub decode: ErrorDecode,
+    /// Error_Code_1.
+    pub code_1: u8,
+    /// Error_Code_2.
+    pub code_2: u8,
+}
+
+/// One end of a connection: type and octets of its additional address.
+///
+/// Type 0: octets 0 API, 1 SCL. Type 1: API, SCL, six octets of network, then MAC address.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Endpoint {
+    /// S_Type or D_Type.
+    pub kind: u8,
+    /// S_Addr or D_Addr.
+    pub address: Vec<u8>,
+}
+
+/// What a master or a slave of a connection can do: octets 0-1 features, 2-3 features of the profile, 4-5 profile, then S_Type,
+/// S_Len, D_Type, D_Len, S_Addr and D_Addr.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Abilities {
+    /// Features_Supported_1 and _2; bit 0 of the first: reading and writing.
+    pub features: [u8; 2],
+    /// Profile_Features_Supported_1 and _2.
+    pub profile_features: [u8; 2],
+    /// Profile_Ident_Number; 0 for none.
+    pub profile: u16,
+    /// The end that sends.
+    pub source: Endpoint,
+    /// The end that is meant.
+    pub destination: Endpoint,
+}
+
+/// A PDU of MS1 or MS2.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Pdu {
+    /// Idle, and what may follow it, normally nothing.
+    Idle(Vec<u8>),
+    /// Data both ways.
+    DataTransport(Record),
+    /// The resource manager answers. Octets: 0 function number, 1 access point, 2-3 Send_Timeout in 10 ms.
+    ResourceManager {
+        /// Server_SAP: the access point of the connection, 0 to 48.
+        sap: u8,
+        /// The Send_Timeout that the slave can keep, in 10 ms.
+        send_timeout: u16,
+    },
+    /// A connection is asked for. Octets: 0 function number, 1-3 reserved, 4-5 Send_Timeout in 10 ms, 6 on abilities.
+    InitiateRequest {
+        /// To be 0.
+        reserved: [u8; 3],
+        /// How long the connection may be silent, in 10 ms.
+        send_timeout: u16,
+        /// What the master can do.
+        abilities: Abilities,
+    },
+    /// A connection is granted. Octets: 0 function number, 1 most data, 2 on abilities.
+    InitiateResponse {
+        /// Max_Len_Data_Unit: the most octets of a record, up to 240.
+        most_data: u8,
+        /// What the slave can do.
+        abilities: Abilities,
+    },
+    /// A connection is closed. Octets: 0 function number, 1 subnet, 2 reason, then details that some senders add.
+    Abort {
+        /// Where it came from.
+        subnet: Subnet,
+        /// Who closed it and why.
+        reason: AbortReason,
+        /// What else the sender adds.
+        more: Vec<u8>,
+    },
+    /// An alarm is acknowledged, and the same as answer. Octets: 0 function number, 1 slot, 2 alarm type, 3 specifier.
+    AlarmAck {
+        /// Slot of the alarm.
+        slot: u8,
+        /// Type of the alarm.
+        alarm_type: u8,
+        /// Specifier of the alarm.
+        specifier: Specifier,
+    },
+    /// A record is read.
+    Read(Record),
+    /// A record is written.
+    Write(Record),
+    /// The slave refuses.
+    Refused(Refusal),
+    /// A function number that no table knows, and what follows.
+    Other(Function, Vec<u8>),
+}
+
+impl Pdu {
+    /// Reads the data of an MS1 or MS2 frame; fails if fields are missing, data have not their length, or something follows.
+    pub fn parse(octets: &[u8], side: Side) -> Result<Pdu> {
+        let mut reader = Reader::new("DP-V1", octets);
+        let function = Function(reader.u8()?);
+        let pdu = match function {
+            Function::IDLE => Pdu::Idle(reader.rest().to_vec()),
+            Function::DATA_TRANSPORT => Pdu::DataTransport(Record::read(&mut reader, true)?),
+            Function::READ => Pdu::Read(Record::read(&mut reader, side == Side::Response)?),
+            Function::WRITE => Pdu::Write(Record::read(&mut reader, side == Side::Request)?),
+            Function::RESOURCE_MANAGER => Pdu::ResourceManager { sap: reader.u8()?, send_timeout: reader.u16()? },
+            Function::INITIATE if side == Side::Request => Pdu::InitiateRequest {
+                reserved: reader.array()?,
+                send_timeout: reader.u16()?,
+                abilities: Abilities::read(&mut reader)?,
+            },
+            Function::INITIATE => {
+                Pdu::InitiateResponse { most_data: reader.u8()?, abilities: Abilities::read(&mut reader)? }
+            }
+            Function::ABORT => Pdu::Abort {
+                subnet: Subnet(reader.u8()?),
+                reason: AbortReason(reader.u8()?),
+                more: reader.rest().to_vec(),
+            },
+            Function::ALARM_ACK => {
+                Pdu::AlarmAck { slot: reader.u8()?, alarm_type: reader.u8()?, specifier: Specifier(reader.u8()?) }
+            }
+            Function(number) if number & 0x80 != 0 => Pdu::Refused(Refusal {
+                function,
+                decode: ErrorDecode(reader.u8()?),
+                code_1: reader.u8()?,
+                code_2: reader.u8()?,
+            }),
+            _ => Pdu::Other(function, reader.rest().to_vec()),
+        };
+        reader.end("nothing behind the PDU")?;
+        Ok(pdu)
+    }
+
+    /// The function number with which the PDU begins.
+    pub fn function(&self) -> Function {
+        match self {
+            Pdu::Idle(_) => Function::IDLE,
+            Pdu::DataTransport(_) => Function::DATA_TRANSPORT,
+            Pdu::ResourceManager { .. } => Function::RESOURCE_MANAGER,
+            Pdu::InitiateRequest { .. } | Pdu::InitiateResponse { .. } => Function::INITIATE,
+            Pdu::Abort { .. } => Function::ABORT,
+            Pdu::AlarmAck { .. } => Function::ALARM_ACK,
+            Pdu::Read(_) => Function::READ,
+            Pdu::Write(_) => Function::WRITE,
+            Pdu::Refused(refusal) => refusal.function,
+            Pdu::Other(function, _) => *function,
+        }
+    }
+
+    /// Appends the PDU.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        out.put_u8(self.function().0);
+        match self {
+            Pdu::Idle(more) | Pdu::Other(_, more) => out.put(more),
+            Pdu::DataTransport(record) | Pdu::Read(record) | Pdu::Write(record) => {
+                out.put(&[record.slot, record.index, record.length]);
+                out.put(&record.data);
+            }
+            Pdu::ResourceManager { sap, send_timeout } => {
+                out.put_u8(*sap);
+                out.put_u16(*send_timeout);
+            }
+            Pdu::InitiateRequest { reserved, send_timeout, abilities } => {
+                out.put(reserved);
+                out.put_u16(*send_timeout);
+                abilities.write(out);
+            }
+            Pdu::InitiateResponse { most_data, abilities } => {
+                out.put_u8(*most_data);
+                abilities.write(out);
+            }
+            Pdu::Abort { subnet, reason, more } => {
+                out.put(&[subnet.0, reason.0]);
+                out.put(more);
+            }
+            Pdu::AlarmAck { slot, alarm_type, specifier } => out.put(&[*slot, *alarm_type, specifier.0]),
+            Pdu::Refused(refusal) => out.put(&[refusal.decode.0, refusal.code_1, refusal.code_2]),
+        }
+    }
+}
+
+impl Refusal {
+    /// The error of DP-V1; none where the codes are meant otherwise.
+    pub fn record_error(&self) -> Option<RecordError> {
+        (self.decode == ErrorDecode::DPV1).then_some(RecordError(self.code_1))
+    }
+}
+
+impl Record {
+    fn read(reader: &mut Reader<'_>, has_data: bool) -> Result<Record> {
+        let (slot, index, length) = (reader.u8()?, reader.u8()?, reader.u8()?);
+        let data = if has_data { reader.take(length.into())?.to_vec() } else { Vec::new() };
+        Ok(Record { slot, index, length, data })
+    }
+}
+
+impl Abilities {
+    fn read(reader: &mut Reader<'_>) -> Result<Abilities> {
+        let (features, profile_features, profile) = (reader.array()?, reader.array()?, reader.u16()?);
+        let [source, source_length, destination, destination_length] = reader.array()?;
+        Ok(Abilities {
+            features,
+            profile_features,
+            profile,
+            source: Endpoint { kind: source, address: reader.take(source_length.into())?.to_vec() },
+            destination: Endpoint { kind: destination, address: reader.take(destination_length.into())?.to_vec() },
+        })
+    }
+
+    fn write(&self, out: &mut Vec<u8>) {
+        out.put(&self.features);
+        out.put(&self.profile_features);
+        out.put_u16(self.profile);
+        let Abilities { source, destination, .. } = self;
+        out.put(&[source.kind, source.address.len() as u8, destination.kind, destination.address.len() as u8]);
+        out.put(&source.address);
+        out.put(&destination.address);
+    }
+}

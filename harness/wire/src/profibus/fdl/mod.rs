@@ -1,0 +1,290 @@
+//! FDL frames: what a station sends in one go, from its start delimiter to its end delimiter.
+//!
+//! This room must not know time: how long a frame lasts is counted in bit times. Source: IEC 61158-4-3, DLPDU structure.
+
+mod bits;
+mod function;
+mod stream;
+
+pub use bits::{BaudRate, BitTimes};
+pub use function::{AnswerFunction, FrameCount, FunctionCode, RequestFunction, StationType};
+pub use stream::{Piece, Splitter};
+
+use crate::codes::codes;
+use crate::error::{Result, WireError};
+use crate::octets::{Append, Reader};
+use alloc::vec::Vec;
+
+codes! {
+    /// The first octet of a frame; it says which fields follow (IEC 61158-4-3, start delimiters).
+    pub struct Start(u8) {
+        0x10 SD1 no_data "A frame of fixed length without data.",
+        0x68 SD2 variable_data "A frame that says its length.",
+        0xA2 SD3 eight_octets "A frame of fixed length with 8 octets of data.",
+        0xDC SD4 token "The token, handed to the next master.",
+        0xE5 SC short_acknowledgement "A short acknowledgement, the whole frame.",
+    }
+}
+
+/// The last octet of a frame of SD1, SD2 or SD3.
+pub const END_DELIMITER: u8 = 0x16;
+/// The address that all stations hear.
+pub const BROADCAST: u8 = 127;
+/// The address of a slave that waits to be given one by Set_Slave_Address.
+pub const UNNAMED: u8 = 126;
+/// The most octets that a frame can have: SD2, LE, LEr, SD2, 249 octets, FCS and ED.
+pub const LONGEST: usize = 255;
+/// The most octets of data behind the function code, address extensions among them (IEC 61158-4-3, LE: 4 to 249).
+pub const MOST_DATA: usize = 246;
+
+const LAYER: &str = "PROFIBUS FDL";
+const EXTENDED: u8 = 0x80;
+
+/// What one of the two addresses says besides the number of the station: segment and access point.
+///
+/// Octets, if bit 7 of the address is set: bit 7 another octet follows, bit 6 a segment, else an access point (SAP), bits 5-0
+/// its number, 0 to 63. A segment stands before the access point (IEC 61158-4-3, DAE and SAE).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Extension {
+    /// The segment in which the station is, 0 to 63.
+    pub segment: Option<u8>,
+    /// The service access point, 0 to 63; none means the default access point.
+    pub sap: Option<u8>,
+}
+
+impl Extension {
+    /// Neither segment nor access point: the default access point.
+    pub const NONE: Extension = Extension { segment: None, sap: None };
+
+    /// An access point alone.
+    pub const fn sap(number: u8) -> Extension {
+        Extension { segment: None, sap: Some(number) }
+    }
+
+    /// Whether no octet stands for it.
+    pub fn is_empty(self) -> bool {
+        self == Extension::NONE
+    }
+
+    /// How many octets stand for it, 0 to 2.
+    pub fn length(self) -> usize {
+        usize::from(self.segment.is_some()) + usize::from(self.sap.is_some())
+    }
+
+    fn read(reader: &mut Reader<'_>) -> Result<Extension> {
+        let first = reader.u8()?;
+        let number = Some(first & 0x3F);
+        match (first & 0x80 != 0, first & 0x40 != 0) {
+            (false, false) => Ok(Extension { segment: None, sap: number }),
+            (false, true) => Ok(Extension { segment: number, sap: None }),
+            (true, true) => {
+                let second = reader.u8()?;
+                if second & 0xC0 != 0 {
+                    return Err(reader.wrong("address extension", 1, "an access point, 0 to 63", second.into()));
+                }
+                Ok(Extension { segment: number, sap: Some(second) })
+            }
+            (true, false) => Err(reader.wrong("address extension", 1, "nothing behind an access point", first.into())),
+        }
+    }
+
+    fn write(self, out: &mut Vec<u8>) {
+        let Extension { segment, sap } = self;
+        if let Some(segment) = segment {
+            out.put_u8(0x40 | segment & 0x3F | if sap.is_some() { 0x80 } else { 0 });
+        }
+        if let Some(sap) = sap {
+            out.put_u8(sap & 0x3F);
+        }
+    }
+}
+
+/// Which of the three frames with a function code it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// SD1: nothing behind the function code.
+    NoData,
+    /// SD2: 1 to 246 octets behind the function code.
+    Variable,
+    /// SD3: 8 octets behind the function code.
+    EightOctets,
+}
+
+/// A frame with a function code: a request, an answer or an acknowledgement.
+///
+/// Octets of SD1: 0 SD1, 1 DA, 2 SA, 3 FC, 4 FCS, 5 ED. Of SD2: 0 SD2, 1 LE, 2 LEr (the same), 3 SD2, 4 DA, 5 SA, 6 FC, then
+/// the extensions of DA and of SA, then data, FCS, ED; LE counts from DA to the last octet of data. Of SD3: 0 SD3, 1 DA, 2 SA,
+/// 3 FC, 4-11 extensions and data, 12 FCS, 13 ED. FCS is the sum of the octets from DA on without carry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DataFrame<'a> {
+    /// Which of the three frames it is.
+    pub format: Format,
+    /// The station that is meant, 0 to 127.
+    pub da: u8,
+    /// The station that sends, 0 to 127.
+    pub sa: u8,
+    /// What is wanted or answered.
+    pub fc: FunctionCode,
+    /// DAE: segment and access point at the station that is meant.
+    pub destination: Extension,
+    /// SAE: segment and access point at the station that sends.
+    pub source: Extension,
+    /// What the service carries.
+    pub data: &'a [u8],
+}
+
+impl<'a> DataFrame<'a> {
+    /// A frame between two access points, in the format that most masters take: SD1 without data, SD3 for 8 octets, else SD2.
+    pub fn new(
+        (da, destination): (u8, Extension),
+        (sa, source): (u8, Extension),
+        fc: FunctionCode,
+        data: &'a [u8],
+    ) -> DataFrame<'a> {
+        let format = match destination.length() + source.length() + data.len() {
+            0 => Format::NoData,
+            8 => Format::EightOctets,
+            _ => Format::Variable,
+        };
+        DataFrame { format, da, sa, fc, destination, source, data }
+    }
+
+    /// Reads what stands from DA to the last octet of data.
+    fn read(mut reader: Reader<'a>, format: Format) -> Result<DataFrame<'a>> {
+        let (da, sa) = (reader.u8()?, reader.u8()?);
+        let fc = FunctionCode(reader.u8()?);
+        let mut extension = |address: u8| match address & EXTENDED {
+            0 => Ok(Extension::NONE),
+            _ => Extension::read(&mut reader),
+        };
+        let (destination, source) = (extension(da)?, extension(sa)?);
+        let (da, sa) = (da & !EXTENDED, sa & !EXTENDED);
+        Ok(DataFrame { format, da, sa, fc, destination, source, data: reader.rest() })
+    }
+
+    /// Appends the frame; the caller sees to it that the data fit the format and are not more than [`MOST_DATA`].
+    pub fn write(&self, out: &mut Vec<u8>) {
+        let address = |number: u8, extension: Extension| {
+            if extension.is_empty() { number & !EXTENDED } else { number | EXTENDED }
+        };
+        let length = 3 + self.destination.length() + self.source.length() + self.data.len();
+        match self.format {
+            Format::NoData => out.put_u8(Start::SD1.0),
+            Format::EightOctets => out.put_u8(Start::SD3.0),
+            Format::Variable => out.put(&[Start::SD2.0, length as u8, length as u8, Start::SD2.0]),
+        }
+        let counted = out.len();
+        out.put(&[address(self.da, self.destination), address(self.sa, self.source), self.fc.0]);
+        self.destination.write(out);
+        self.source.write(out);
+        out.put(self.data);
+        let sum = checksum(out.get(counted..).unwrap_or_default());
+        out.put(&[sum, END_DELIMITER]);
+    }
+}
+
+/// The sum of octets without carry, as FCS holds it.
+pub fn checksum(octets: &[u8]) -> u8 {
+    octets.iter().fold(0, |sum, octet| sum.wrapping_add(*octet))
+}
+
+/// One frame of whatever kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frame<'a> {
+    /// SD1, SD2 or SD3.
+    Data(DataFrame<'a>),
+    /// SD4. Octets: 0 SD4, 1 DA, 2 SA; there is no checksum.
+    Token {
+        /// The master that gets the token, 0 to 126.
+        da: u8,
+        /// The master that hands it on, 0 to 126.
+        sa: u8,
+    },
+    /// SC: one octet, without addresses and without checksum.
+    ShortAcknowledgement,
+}
+
+impl<'a> Frame<'a> {
+    /// Reads `octets` as exactly one frame.
+    ///
+    /// Fails at the first field that is not as it should be: start delimiter, lengths, checksum, end delimiter, extensions,
+    /// and where octets are left over.
+    pub fn parse(octets: &'a [u8]) -> Result<Frame<'a>> {
+        let mut reader = Reader::new(LAYER, octets);
+        let start = Start(reader.u8()?);
+        let frame = match start {
+            Start::SD1 => Frame::Data(body(&mut reader, Format::NoData, 3)?),
+            Start::SD3 => Frame::Data(body(&mut reader, Format::EightOctets, 11)?),
+            Start::SD2 => {
+                let length = variable_length(&mut reader)?;
+                Frame::Data(body(&mut reader, Format::Variable, length)?)
+            }
+            Start::SD4 => Frame::Token { da: reader.u8()?, sa: reader.u8()? },
+            Start::SC => Frame::ShortAcknowledgement,
+            Start(other) => return Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
+        };
+        reader.end("nothing behind the frame")?;
+        Ok(frame)
+    }
+
+    /// How many octets the frame has that begins with `octets`; none while too few of them are there to know.
+    ///
+    /// Fails where no frame can begin so.
+    pub fn length(octets: &[u8]) -> Result<Option<usize>> {
+        let mut reader = Reader::new(LAYER, octets);
+        let Ok(start) = reader.u8() else { return Ok(None) };
+        match Start(start) {
+            Start::SD1 => Ok(Some(6)),
+            Start::SD3 => Ok(Some(14)),
+            Start::SD4 => Ok(Some(3)),
+            Start::SC => Ok(Some(1)),
+            Start::SD2 => match variable_length(&mut reader) {
+                Ok(length) => Ok(Some(length + 6)),
+                Err(WireError::Short { .. }) => Ok(None),
+                Err(error) => Err(error),
+            },
+            Start(other) => Err(reader.wrong("SD", 1, "10, 68, A2, DC or E5", other.into())),
+        }
+    }
+
+    /// Appends the frame.
+    pub fn write(&self, out: &mut Vec<u8>) {
+        match self {
+            Frame::Data(frame) => frame.write(out),
+            Frame::Token { da, sa } => out.put(&[Start::SD4.0, *da, *sa]),
+            Frame::ShortAcknowledgement => out.put_u8(Start::SC.0),
+        }
+    }
+}
+
+/// Reads LE, LEr and the second SD2, and gives LE.
+fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
+    let length = reader.u8()?;
+    if !(4..=249).contains(&length) {
+        return Err(reader.wrong("LE", 1, "4 to 249", length.into()));
+    }
+    let repeated = reader.u8()?;
+    if repeated != length {
+        return Err(reader.wrong("LEr", 1, "the same as LE", repeated.into()));
+    }
+    let start = reader.u8()?;
+    if Start(start) != Start::SD2 {
+        return Err(reader.wrong("second SD", 1, "68", start.into()));
+    }
+    Ok(length.into())
+}
+
+/// Reads `length` octets from DA on, FCS and ED.
+fn body<'a>(reader: &mut Reader<'a>, format: Format, length: usize) -> Result<DataFrame<'a>> {
+    let counted = reader.sub(length)?;
+    let sum = reader.u8()?;
+    let mut octets = counted;
+    if checksum(octets.rest()) != sum {
+        return Err(reader.wrong("FCS", 1, "the sum of the octets from DA on", sum.into()));
+    }
+    let end = reader.u8()?;
+    if end != END_DELIMITER {
+        return Err(reader.wrong("ED", 1, "16", end.into()));
+    }
+    DataFrame::read(counted, format)
+}
