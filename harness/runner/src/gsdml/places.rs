@@ -64,12 +64,12 @@ fn likeness_of(point: &AccessPoint, variant: &str) -> u32 {
     likeness(variant, &[&point.info.name, &point.info.order_number])
 }
 
-/// How well the access point fits a variant that is called most like it; none where none has its numbers.
+/// How well the access point fits a variant that is called most like it; none where none has its numbers, or a word of it if it
+/// has none.
 ///
 /// Variants of a family may share their numbers, as `afs60` and `afm60`; then the words tell them apart.
 pub(super) fn called_like(gsdml: &Gsdml, variant: &str) -> Option<u32> {
-    let called = |point: &&AccessPoint| same_numbers(variant, &[&point.info.name, &point.info.order_number]);
-    gsdml.access_points.iter().filter(called).map(|point| likeness_of(point, variant)).max()
+    gsdml.access_points.iter().map(|point| likeness_of(point, variant)).max().filter(|likeness| *likeness > 0)
 }
 
 /// The modules that can be in a slot.
@@ -193,6 +193,7 @@ pub(super) fn find<'g>(
         let rank = Rank {
             printed: printed == Some(slotted.ident),
             fitting,
+            exact: slotted.submodules.len() == wanted.len(),
             fit: found.iter().map(|(_, (_, fit))| fit).sum::<u32>() + likeness(called, &[slotted.id, name]).min(99),
             plugged: plugged == Some(slotted.ident),
             variant: likeness(variant, &[name, order_number]),
@@ -216,6 +217,8 @@ pub(super) fn find<'g>(
 struct Rank {
     printed: bool,
     fitting: usize,
+    /// It has no submodules built in but those of the manual's module.
+    exact: bool,
     fit: u32,
     plugged: bool,
     variant: u32,

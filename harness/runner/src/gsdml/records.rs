@@ -10,7 +10,9 @@ use crate::suite::device::{self, Origin, RecordField};
 /// Compares the records of each submodule of the manual with those that the GSDML writes at start-up.
 pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
     let device = work.device;
-    for record in device.records.iter().filter(|record| record.origin == Origin::Manual) {
+    for record in
+        device.records.iter().filter(|record| record.origin == Origin::Manual && !is_only_read(device, record))
+    {
         let Some(at) = device.submodules.get(record.at) else { continue };
         let slots = places::in_slot(gsdml, point, at.slot);
         let submodules: Vec<_> = slots.iter().flat_map(|slotted| slotted.in_subslot(at.subslot)).collect();
@@ -32,6 +34,12 @@ pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
         }
     }
     unknown(work, gsdml, point);
+}
+
+/// Whether a record is another one when it is read: what is written at start-up under its index is a record of its own.
+fn is_only_read(device: &device::Device, record: &device::Record) -> bool {
+    let is_written = |of: &device::Record| of.start && (of.index, of.at) == (record.index, record.at);
+    !record.start && device.records.iter().any(is_written)
 }
 
 fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
