@@ -135,7 +135,6 @@ impl<'a> World<'a> {
         let watchdog = Duration::from_secs(1);
         let mut scene = Scene::new(manual, variant);
         scene.notebook.leds = vec![None; device.stand.leds.len()];
-        scene.notebook.counters = vec![None; device.stand.counters.len()];
         let leds = |name: &NameKind| match name {
             NameKind::Led(led) => Some(*led),
             _ => None,

@@ -22,8 +22,6 @@ pub struct Notebook {
     pub read: Vec<(NameId, Value)>,
     /// What each LED shows, as the number of its word.
     pub leds: Vec<Option<i64>>,
-    /// What each counter shows.
-    pub counters: Vec<Option<u64>>,
     /// The addresses of the bench.
     pub bench: Option<BenchAddresses>,
     /// By how many steps two looks at a shaft at rest may differ.
@@ -165,11 +163,12 @@ impl View<'_> {
             NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
             NameKind::ConsumerStatus(submodule) => Value::Word(self.image.consumer_status(*submodule)?.into()),
             NameKind::Connection => Value::Word(self.image.stands().into()),
-            NameKind::Parameter { .. } | NameKind::Record { .. } | NameKind::Station(_) | NameKind::Page { .. } => {
-                self.notebook.read.iter().find(|(read, _)| *read == name)?.1.clone()
-            }
+            NameKind::Parameter { .. }
+            | NameKind::Record { .. }
+            | NameKind::Station(_)
+            | NameKind::Page { .. }
+            | NameKind::Counter(_) => self.notebook.read.iter().find(|(read, _)| *read == name)?.1.clone(),
             NameKind::Led(led) => Value::Word((*self.notebook.leds.get(*led)?)?),
-            NameKind::Counter(counter) => Value::whole((*self.notebook.counters.get(*counter)?)?),
             NameKind::Event(event) => self.event(*event)?,
             NameKind::Answer(_) => match self.reply(name)? {
                 Reply::Value(value) => value.clone(),

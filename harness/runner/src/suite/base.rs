@@ -30,7 +30,7 @@ pub(super) struct Base {
     pub described: Described,
     pub requirements: Vec<Requirement>,
     /// Number of each requirement by id, with the variants it applies to.
-    index: FxHashMap<String, (usize, Vec<usize>)>,
+    pub index: FxHashMap<String, (usize, Vec<usize>)>,
     pub bugs: Vec<Bug>,
     /// The bugs of all manuals.
     elsewhere: Elsewhere,

@@ -146,7 +146,8 @@ impl Checker {
 
     /// The first mistakes of the manual if the file `path` (below `suites`) had this text.
     ///
-    /// A topic file and a file of requirements are looked at alone: with which others they collide is not seen.
+    /// A topic file, a file of requirements and one of bugs are looked at alone: with which others they collide, and which bugs the
+    /// cases name, is not seen.
     pub fn check(&self, path: &str, text: &str) -> Result<(), LoadErrors> {
         let (folder, name) = path.split_once('/').unwrap_or(("", path));
         let name = name.trim_end_matches(".yaml");
@@ -157,6 +158,8 @@ impl Checker {
         if folder == self.folder && is_part(name, REQUIREMENTS) {
             let parts = [(opened.0, opened.1)];
             lists::requirements(&parts, &self.base.described.device.variants, &files, &mistakes);
+        } else if folder == self.folder && is_part(name, BUGS) {
+            lists::bugs(&[(opened.0, opened.1)], &self.base.index, &files, &mistakes);
         } else if folder == self.folder && is_topic(name) {
             if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
                 self.compile(&self.base.common, &[(name.to_owned(), node)], &files, &mistakes);
