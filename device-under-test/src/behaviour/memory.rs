@@ -3,12 +3,26 @@
 use crate::application::StationData;
 use crate::encoder::PresetMode;
 use crate::encoder::memory::Outcome;
+use crate::profidrive::sensor::Request;
+use core::time::Duration;
 
 /// What goes to memory, and when.
 #[derive(Clone, Copy, Debug)]
 pub struct Memory {
     /// Whether a preset of this mode stores its offset.
     pub stores_offset: fn(PresetMode) -> bool,
+    /// How long a preset takes, from how long it should.
+    pub preset_takes: fn(Duration) -> Duration,
+    /// The offset of a preset that begins before another one is carried out, from that of the other, its own and the
+    /// position without offset.
+    pub preset_during_preset: fn(u64, u64, u64) -> u64,
+    /// Whether a preset is carried out, from the way in which the last one of this connection was asked for and this one is;
+    /// `true` is by G1_STW.
+    pub heeds: fn(Option<bool>, bool) -> bool,
+    /// Whether P65000 is 0 after a preset.
+    pub uses_up_preset_value: bool,
+    /// Whether the offset is stored again in a frame with these requests.
+    pub stores_in_frame: fn(Request) -> bool,
     /// Whether a preset is carried out when its offset is stored, and not before.
     pub waits_for_store: bool,
     /// Whether a preset whose offset could not be stored is given up.
@@ -27,6 +41,10 @@ pub struct Memory {
     pub stores_station: fn(StationData) -> StationData,
     /// What the encoder begins with after power-up.
     pub at_power_up: fn(&mut PowerUp),
+    /// Whether a request of the time before it lost power, if it is held, is no new one.
+    pub keeps_outputs: bool,
+    /// P65000 after power-up, from what is stored.
+    pub preset_value_begins: fn(u32) -> u32,
     /// Whether the user parameters survive a loss of power.
     pub keeps_user_parameters: bool,
     /// Whether a memory that cannot be read at power-up is a fault.
@@ -60,6 +78,11 @@ impl Default for Memory {
     fn default() -> Memory {
         Memory {
             stores_offset: |_| true,
+            preset_takes: |right| right,
+            preset_during_preset: |_, new, _| new,
+            heeds: |_, _| true,
+            uses_up_preset_value: false,
+            stores_in_frame: |_| false,
             waits_for_store: true,
             heeds_failure: true,
             stores_every_write: false,
@@ -69,6 +92,8 @@ impl Default for Memory {
             save_restores_offset: false,
             stores_station: |station| station,
             at_power_up: |_| {},
+            keeps_outputs: false,
+            preset_value_begins: |stored| stored,
             keeps_user_parameters: false,
             reports_unreadable: true,
             reports_empty: false,

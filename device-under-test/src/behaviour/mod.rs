@@ -5,6 +5,7 @@
 
 mod control;
 mod diagnosis;
+mod leds;
 mod memory;
 mod names;
 mod records;
@@ -14,15 +15,16 @@ mod web;
 
 pub use control::{ByPlc, Control};
 pub use diagnosis::Diagnosis;
+pub use leds::{Leds, Lit};
 pub use memory::{Memory, PowerUp};
 pub use names::Names;
 pub use records::Records;
 pub use reset::Reset;
-pub use values::{Values, View};
+pub use values::{Values, View, preset_units};
 pub use web::{Kept, Shown, Web};
 
 use crate::encoder::{measuring, velocity};
-use crate::models::plain;
+use crate::models::{plain, sick_afx60};
 use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
 use crate::profinet::StackBehaviour;
 
@@ -57,12 +59,16 @@ pub struct Behaviour {
     pub reset: Reset,
     /// Diagnoses.
     pub diagnosis: Diagnosis,
+    /// LEDs.
+    pub leds: Leds,
     /// Station names.
     pub names: Names,
     /// Web server.
     pub web: Web,
     /// The PROFINET stack.
     pub stack: StackBehaviour,
+    /// What is the own of the AFS60 and AFM60.
+    pub afx60: sick_afx60::knobs::Rules,
     /// The device after no manual.
     pub plain: plain::Rules,
 }

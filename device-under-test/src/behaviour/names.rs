@@ -15,6 +15,8 @@ pub struct Names {
     pub shortest_label: usize,
     /// The last word about a name, from what the rules say.
     pub last_word: fn(&[u8], bool) -> bool,
+    /// Whether names are taken between a factory reset and the next start.
+    pub takes_after_reset: bool,
     /// Whether the labels are looked at, and not the total length alone.
     pub checks_labels: bool,
 }
@@ -28,6 +30,7 @@ impl Default for Names {
             longest: 127,
             shortest_label: 1,
             last_word: |_, is_right| is_right,
+            takes_after_reset: true,
             checks_labels: true,
         }
     }

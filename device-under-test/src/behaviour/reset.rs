@@ -1,10 +1,13 @@
 //! What a factory reset does.
 
 use crate::application::{Identity, StationData};
+use crate::encoder_object::Reset as Cleared;
 
 /// What a factory reset does; it clears everything that was set, if healthy, whenever it comes.
 #[derive(Clone, Copy, Debug)]
 pub struct Reset {
+    /// What is cleared, from what should be.
+    pub clears: fn(Cleared) -> Cleared,
     /// The preset value P65000 afterwards, from the one before.
     pub preset_value: fn(u32) -> u32,
     /// The offset afterwards, from the one before.
@@ -22,6 +25,7 @@ pub struct Reset {
 impl Default for Reset {
     fn default() -> Reset {
         Reset {
+            clears: |right| right,
             preset_value: |_| 0,
             offset: |_| 0,
             station: |_| StationData::default(),

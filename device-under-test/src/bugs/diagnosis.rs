@@ -1,8 +1,11 @@
 //! Bugs of faults, diagnoses and alarms.
 
 use super::Bug;
+use super::image::{ERROR, POSITION, has_error};
 use crate::application::Severity;
 use crate::behaviour::View;
+use crate::profidrive::telegram::{Before, Image};
+use core::time::Duration;
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
 
@@ -19,7 +22,7 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.values.element = |_, at, right| if at == (65001, 2) { 0 } else { right };
     "faults-show-supported" "The faults in P65001 are those that are supported."
         => |b| b.values.element =
-            |_, at, right| if at == (65001, 2) { MEMORY | COMMISSIONING } else { right };
+            |view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right };
 
     // Alarms
     "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
@@ -46,6 +49,48 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.diagnosis.severity = |_, _| Severity::MaintenanceRequired;
 };
 
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    // Errors
+    "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
+        => |b| b.sensor.raises = |code| code != 0x0001;
+    "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now };
+    "memory-error-not-cyclic" "A memory error is shown in the status only."
+        => |b| b.telegram.emit = memory_error_not_cyclic;
+    "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
+        => |b| b.telegram.emit = |_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now };
+    "errors-latched-for-ever" "An error stays when its cause has gone."
+        => |b| b.sensor.latches = true;
+
+    // Faults and warnings in the status
+    "supported-faults-are-the-present" "The supported faults are those that are there."
+        => |b| b.values.element = |view, at, right| if at == (65001, 3) { view.faults.into() } else { right };
+    "warnings-show-supported" "The warnings are those that are supported."
+        => |b| b.values.element =
+            |view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right };
+    "supported-warnings-5" "The second warning is not among those that are supported."
+        => |b| b.values.element = |_, at, right| if at == (65001, 5) { right & !2 } else { right };
+    "one-warning-only" "Of several warnings only the lowest bit is set."
+        => |b| b.diagnosis.warnings = |_, right| right & right.wrapping_neg();
+    "warnings-latched" "A warning stays when its cause has gone, until the next connection."
+        => |b| b.diagnosis.warnings = |before, right| before | right;
+    "warning-shown-as-error" "A warning raises the error of the position as well."
+        => |b| b.diagnosis.warning_is_error = true;
+    "speed-limit-included" "A speed of 9000 rpm is a warning already."
+        => |b| b.diagnosis.is_too_fast = |rpm, _| rpm.abs() >= 9000;
+    "speed-limit-at-8192" "The warning of speed begins above 8192 rpm."
+        => |b| b.diagnosis.is_too_fast = |rpm, _| rpm.abs() > 8192;
+    "speed-warning-forward-only" "A speed against the clock is never a warning."
+        => |b| b.diagnosis.is_too_fast = |rpm, right| right && rpm > 0;
+
+    // Alarms
+    "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
+        => |b| (b.diagnosis.without_type, b.diagnosis.repeats_after) = (Some(0x9000), Some(Duration::from_millis(100)));
+    "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
+        => |b| (b.diagnosis.without_type, b.diagnosis.are_sent) = (Some(0x9000), |_, alarm_channel| alarm_channel);
+};
+
 fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
     for item in &mut alarm.items {
         if let AlarmItem::Channel(diagnoses) = item {
@@ -57,4 +102,16 @@ fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
 
 fn fault_bits_exchanged(_: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     if at == (65001, 2) { right << 1 & MEMORY | right >> 1 & COMMISSIONING } else { right }
+}
+
+fn memory_error_not_cyclic(_: &Before, now: Image) -> Image {
+    match has_error(&now) && now.g1_xist2 == 0x20 {
+        true => Image {
+            zsw2_enc: now.zsw2_enc & !0x0008,
+            g1_zsw: now.g1_zsw & !ERROR | POSITION,
+            g1_xist2: now.position as u32,
+            ..now
+        },
+        false => now,
+    }
 }

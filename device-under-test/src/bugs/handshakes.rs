@@ -2,6 +2,7 @@
 
 use super::Bug;
 use super::image::{ERROR, PARKED, POSITION, has_error, is_lost, is_parked, without_transfer};
+use crate::profidrive::sensor::freezes;
 use crate::profidrive::telegram::{Before, Image};
 
 /// The bugs of this seam.
@@ -107,6 +108,26 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now };
 };
 
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
+        => |b| b.sensor.freezes = |kept, now| Image { g1_xist1: now.g1_xist1, ..freezes(kept, now) };
+    "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
+        => |b| b.sensor.freezes = |kept, now| Image { plain_position: now.plain_position, ..freezes(kept, now) };
+    "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
+        => |b| b.telegram.emit = acknowledge_answered;
+    "xist1-zero-with-error" "G1_XIST1 is 0 while there is an error."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now };
+    "control-remembered" "For a second after bad outputs Control by PLC counts as it was before them."
+        => |b| b.control.is_valid = |by_plc| by_plc.now || by_plc.was_set;
+    "confirmation-kept-over-link-loss" "Bit 12 of G1_ZSW that was set when a connection ended stays set in the next one."
+        => |b| b.sensor.keeps_acknowledgement = true;
+};
+
+fn acknowledge_answered(_: &Before, now: Image) -> Image {
+    Image { g1_zsw: now.g1_zsw & !IN_PROCESS | if now.request.acknowledge { IN_PROCESS } else { 0 }, ..now }
+}
+
 const IN_PROCESS: u16 = 0x0800;
 
 fn without_positions(image: Image) -> Image {
@@ -164,7 +185,7 @@ fn absolute_value_lost_in_park(before: &Before, now: Image) -> Image {
 }
 
 fn error_needs_request(_: &Before, now: Image) -> Image {
-    match has_error(&now) && !now.request.absolute {
+    match has_error(&now) && !now.is_transferred {
         true => Image { g1_xist2: 0, ..now },
         false => now,
     }
@@ -178,7 +199,7 @@ fn park_never_ends(before: &Before, now: Image) -> Image {
 }
 
 fn transfer_goes_on_while_parked(_: &Before, now: Image) -> Image {
-    match is_parked(&now) && now.request.absolute {
+    match is_parked(&now) && now.is_transferred {
         true => Image { g1_zsw: now.g1_zsw | POSITION, g1_xist2: now.position as u32, ..now },
         false => now,
     }
@@ -200,7 +221,7 @@ fn error_code_one_frame_late(before: &Before, now: Image) -> Image {
 }
 
 fn code_mixed_with_position(_: &Before, now: Image) -> Image {
-    match has_error(&now) && now.request.absolute {
+    match has_error(&now) && now.is_transferred {
         true => Image { g1_xist2: now.g1_xist2 | now.position as u32, ..now },
         false => now,
     }
@@ -211,7 +232,7 @@ fn without_error(image: Image) -> Image {
 }
 
 fn position_before_error(_: &Before, now: Image) -> Image {
-    match has_error(&now) && now.request.absolute {
+    match has_error(&now) && now.is_transferred {
         true => Image { g1_zsw: now.g1_zsw & !ERROR | POSITION, g1_xist2: now.position as u32, ..now },
         false => now,
     }

@@ -20,7 +20,7 @@ pub fn has_position(image: &Image) -> bool {
 }
 
 pub fn is_lost(before: &Before) -> bool {
-    before.truth.request.absolute && before.sent.g1_zsw & POSITION == 0
+    before.truth.is_transferred && before.sent.g1_zsw & POSITION == 0
 }
 
 pub fn without_transfer(image: Image) -> Image {

@@ -4,7 +4,7 @@ use super::Bug;
 use super::image::is_parked;
 use crate::encoder::measuring::{self, Step};
 use crate::encoder::{Direction, Hardware, Scaling, Settings};
-use crate::profidrive::telegram::{Before, Image, Signal};
+use crate::profidrive::telegram::{self, Before, Image, Parts, Signal};
 
 /// The bugs of this seam.
 pub static BUGS: &[Bug] = bugs! {
@@ -56,6 +56,47 @@ pub static BUGS: &[Bug] = bugs! {
     "offset-moves-the-zero" "The jump comes where position and offset pass the end of the hardware."
         => |b| b.measuring.slip = offset_moves_the_zero;
 };
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    // Positions that stand at their last value
+    "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
+        => |b| b.measuring.limit = |position, range, circle| signed(position, circle).rem_euclid(range as i64) as u64;
+    "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
+        => |b| b.measuring.limit = second_position_runs_below_0;
+    "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
+        => |b| b.telegram.emit = first_position_limited;
+    "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
+        => |b| b.user_parameters.stands = |_| true;
+
+    // Signals
+    "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now };
+    "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
+        => |b| b.telegram.parts = st_pos_without_offset;
+};
+
+/// A position on a circle as a number to both sides of 0.
+fn signed(position: u64, circle: u64) -> i64 {
+    if position < circle / 2 { position as i64 } else { position as i64 - circle as i64 }
+}
+
+fn second_position_runs_below_0(position: u64, range: u64, circle: u64) -> u64 {
+    match signed(position, circle) {
+        below @ ..0 => below as u64,
+        position => (position as u64).min(range - 1),
+    }
+}
+
+fn first_position_limited(_: &Before, now: Image) -> Image {
+    Image { g1_xist1: u64::from(now.g1_xist1).min(now.positions - 1) as u32, ..now }
+}
+
+fn st_pos_without_offset(parts: &Parts) -> [u32; 2] {
+    let [_, multi_turn] = telegram::parts(parts);
+    let position = parts.scaling.position(&parts.hardware, parts.place);
+    [telegram::parts(&Parts { position, ..*parts })[0], multi_turn]
+}
 
 fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
     let steps = hardware.steps_per_revolution / scaling.units_per_revolution.max(1);

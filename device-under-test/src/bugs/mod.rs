@@ -16,17 +16,25 @@ macro_rules! bugs {
     };
 }
 
+pub mod codes;
 pub mod diagnosis;
 pub mod handshakes;
 mod image;
+pub mod layouts;
+pub mod leds;
+pub mod lights;
+pub mod limits;
 pub mod measuring;
 pub mod memory;
+pub mod panel;
 pub mod parameter_access;
 pub mod parameters;
 pub mod plain;
 pub mod presets;
 pub mod records;
+pub mod requests;
 pub mod reset;
+pub mod service;
 pub mod signals;
 pub mod stack;
 pub mod start;

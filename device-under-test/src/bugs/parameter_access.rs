@@ -81,6 +81,56 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.parameters.fetched_once = false;
 };
 
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    "request-octets-exchanged" "Requests are expected with the octets of their pairs exchanged."
+        => |b| b.parameters.received = swapped;
+    "both-orders-understood" "Requests with the octets of their pairs exchanged are understood too."
+        => |b| b.parameters.received = |octets| match octets {
+            [1 | 2, id, ..] if !matches!(id, 1 | 2) => swapped(octets),
+            _ => octets.into(),
+        };
+    "request-of-14-octets" "A write has no format and no number of values."
+        => |b| b.parameters.received = |octets| match octets {
+            [_, 2, ..] if octets.len() == 14 => [&octets[..10], &[0x43, 1], &octets[10..]].concat(),
+            [_, 2, ..] => Vec::new(),
+            _ => octets.into(),
+        };
+    "elements-of-a-single-value-ignored" "The number of elements is not looked at if the parameter is no array."
+        => |b| b.parameters.understand = elements_of_a_single_value_ignored;
+    "subindex-0-refused" "P65000 is refused as an element that does not exist."
+        => |b| b.parameters.refusal = |_, number, found| match number {
+            65000 => Some(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: None }),
+            _ => found,
+        };
+};
+
+/// The octets with those of each pair exchanged: of the header, of the first address and of its value.
+fn swapped(octets: &[u8]) -> Vec<u8> {
+    let mut octets = octets.to_vec();
+    let is_request = octets.len() >= 10;
+    for at in [0, 2, 4, 10] {
+        if at + 1 < octets.len() && (at != 10 || is_request) {
+            octets.swap(at, at + 1);
+        }
+    }
+    octets
+}
+
+fn elements_of_a_single_value_ignored(mut request: Request) -> Request {
+    let is_single = |address: &ParameterAddress| address.number == 65000;
+    if !request.addresses.iter().all(is_single) {
+        return request;
+    }
+    for value in &mut request.values {
+        if let Some(width) = value.format.width() {
+            value.count = 1;
+            value.data.truncate(width);
+        }
+    }
+    each_address(request, |at| ParameterAddress { element_count: 0, ..at })
+}
+
 fn each_address(request: Request, change: fn(ParameterAddress) -> ParameterAddress) -> Request {
     Request { addresses: request.addresses.into_iter().map(change).collect(), ..request }
 }

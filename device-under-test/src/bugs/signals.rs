@@ -2,7 +2,9 @@
 
 use super::Bug;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
-use crate::profidrive::telegram::{self, Before, Image, Signal, Telegram};
+use crate::encoder::{Hardware, Scaling, Settings};
+use crate::profidrive::sensor::Transfers;
+use crate::profidrive::telegram::{self, Before, Image, Parts, Signal, Telegram};
 use alloc::vec::Vec;
 use wire::octets::Append;
 
@@ -52,7 +54,7 @@ pub static BUGS: &[Bug] = bugs! {
     "position-left-aligned" "Positions are shifted to the left, as if their highest bit were the highest of the signal."
         => |b| b.telegram.emit = |_, now| each_position(now, |position| position << 2);
     "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if now.request.absolute { now.g1_xist1 } else { 0 }, ..now };
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now };
     "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
         => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now };
     "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
@@ -90,7 +92,7 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.control.is_requested = |by_plc| !by_plc.compatible;
     "control-requested-never-set" "Bit 9 of ZSW2_ENC is always 0."
         => |b| b.control.is_requested = |_| false;
-    "control-requested-in-compatibility-mode" "Bit 9 of ZSW2_ENC follows Control by PLC in compatibility mode too."
+    "control-requested-follows-control" "Bit 9 of ZSW2_ENC follows Control by PLC, whatever the mode."
         => |b| b.control.is_requested = |by_plc| by_plc.now;
 
     "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
@@ -168,6 +170,130 @@ pub static BUGS: &[Bug] = bugs! {
     "position-unrequested-after-error" "After an error the position is shown although it is not requested."
         => |b| b.telegram.emit = position_unrequested_after_error;
 };
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    // Status words and signs of life
+    "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
+        => |b| b.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1;
+    "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
+        => |b| b.life_sign.advances = |_, frames| frames;
+    "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
+        => |b| b.life_sign.counts_during_preset = false;
+    "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
+        => |b| b.control.fault_present = |_| false;
+    "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible || by_plc.now;
+    "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
+        => |b| b.sensor.transfers = Transfers::Requested;
+
+    // Submodules
+    "mantel-without-velocity" "Telegram 860 has the position alone."
+        => |b| (b.telegram.input_octets, b.telegram.order) = (mantel_without_velocity_octets, mantel_without_velocity);
+    "velocity-before-position" "The velocity stands before the position in telegram 860."
+        => |b| b.telegram.order = velocity_before_position;
+    "mantel-position-in-front" "A position of 16 bits stands in the first two of the four octets of telegram 860."
+        => |b| b.telegram.put = mantel_position_in_front;
+    "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
+        => |b| b.user_parameters.acts_on = mantel_position_unscaled;
+    "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
+        => |b| b.telegram.emit = |before, now| Image {
+            plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
+            ..now
+        };
+    "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
+        => |b| b.telegram.put = |telegram, signal, image, out| match signal {
+            Signal::NistA => put_low_octet_first(telegram, signal, image, out),
+            _ => telegram::put(signal, image, out),
+        };
+    "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
+        => |b| b.telegram.emit = |_, now| Image { single_turn: now.single_turn << 16, ..now };
+    "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
+        => |b| b.telegram.emit = |_, now| Image { multi_turn: now.multi_turn << 16, ..now };
+    "st-pos-one-frame-late" "The position within the revolution is that of the frame before."
+        => |b| b.telegram.emit = |before, now| Image {
+            single_turn: if before.truth.good { before.truth.single_turn } else { now.single_turn },
+            ..now
+        };
+    "st-pos-reaches-mur" "The position within the revolution is a whole revolution where it should be 0."
+        => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
+            [0, turns] => [parts.scaling.units_per_revolution as u32, turns],
+            right => right,
+        };
+    "st-pos-modulo-range" "The position within the revolution is the position in the range."
+        => |b| b.telegram.parts = |parts| [parts.position as u32, telegram::parts(parts)[1]];
+    "mt-pos-rounded-up" "The revolutions are rounded up."
+        => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
+            [0, turns] => [0, turns],
+            [rest, turns] => [rest, turns + 1],
+        };
+    "mt-pos-of-the-hardware" "The revolutions are those of the hardware."
+        => |b| b.telegram.parts =
+            |parts| [telegram::parts(parts)[0], (parts.place / parts.hardware.steps_per_revolution) as u32];
+    "mt-pos-counts-turns" "The revolutions of the shaft are counted beyond those of the range."
+        => |b| b.telegram.parts = mt_pos_counts_turns;
+    "mt-pos-underflows" "Where the range is below a revolution the revolutions have all bits set."
+        => |b| b.telegram.parts = |parts| match parts.scaling.range < parts.scaling.units_per_revolution {
+            true => [telegram::parts(parts)[0], u32::MAX],
+            false => telegram::parts(parts),
+        };
+    "separate-g1-stw-obeyed" "The bits of G1_STW in a submodule of its own are obeyed."
+        => |b| b.telegram.separate = |[a, b], separate| [a, b | separate];
+    "separate-g1-zsw-zero" "G1_ZSW in a submodule of its own is always 0."
+        => |b| b.telegram.put = |_, signal, image, out| match signal {
+            Signal::SeparateG1Zsw => out.put_u16(0),
+            _ => telegram::put(signal, image, out),
+        };
+    "extension-shifts-the-telegram" "With a submodule for the velocity telegram 81 begins two octets later."
+        => |b| b.telegram.put = extension_shifts_the_telegram;
+    "provider-status-bad" "The provider status of the last submodule with inputs stays bad."
+        => |b| b.telegram.is_good = |is_last, right| right && !is_last;
+};
+
+fn put_low_octet_first(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let begin = out.len();
+    telegram::put(signal, image, out);
+    out[begin..].reverse();
+}
+
+fn mantel_without_velocity(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 860 { &[Signal::Position] } else { telegram.inputs }
+}
+
+fn mantel_without_velocity_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 860 { 4 } else { telegram.input_octets }
+}
+
+fn velocity_before_position(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 860 { &[Signal::NistB, Signal::Position] } else { telegram.inputs }
+}
+
+fn mantel_position_in_front(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::Position if image.positions <= 1 << 16 => out.put_u32(image.plain_position << 16),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn mantel_position_unscaled(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
+    match signal {
+        Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
+        _ => settings,
+    }
+}
+
+fn mt_pos_counts_turns(parts: &Parts) -> [u32; 2] {
+    let turns = (parts.place / parts.hardware.steps_per_revolution) as i64;
+    let turns = parts.laps * parts.hardware.revolutions as i64 + turns;
+    [telegram::parts(parts)[0], turns as u32]
+}
+
+fn extension_shifts_the_telegram(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    if signal == Signal::Zsw2Enc && image.has_speed {
+        out.put_u16(0);
+    }
+    telegram::put(signal, image, out);
+}
 
 fn positions_swapped(telegram: &Telegram) -> &'static [Signal] {
     use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, NistB, Zsw2Enc};
@@ -307,7 +433,7 @@ fn xist2_keeps_last_value(before: &Before, now: Image) -> Image {
 }
 
 fn position_bit_stays_with_error(_: &Before, now: Image) -> Image {
-    match has_error(&now) && now.request.absolute {
+    match has_error(&now) && now.is_transferred {
         true => Image { g1_zsw: now.g1_zsw | POSITION, ..now },
         false => now,
     }

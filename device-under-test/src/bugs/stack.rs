@@ -1,13 +1,16 @@
 //! Bugs of the PROFINET stack, which all models have; each model says which of them it can be told to have.
 
 use super::Bug;
-use crate::application::Plug;
+use crate::application::{Access, Plug};
+use crate::profidrive::mantel::Cleared;
 use crate::profinet::End;
 use alloc::vec::Vec;
+use core::time::Duration;
 use wire::ethernet::Mac;
 use wire::octets::Order;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::RtClass;
+use wire::profinet::blocks::module_diff::ModuleState;
 use wire::profinet::status::RecordError;
 
 /// The bugs of this seam.
@@ -171,7 +174,10 @@ pub static BUGS: &[Bug] = bugs! {
     "one-bad-status-clears-all" "The bad status of one submodule makes the outputs of all bad."
         => |b| b.stack.tells_outputs_apart = false;
     "outputs-held-after-loss" "The encoder goes on with the last outputs when its connection has ended."
-        => |b| b.stack.clears_outputs = false;
+        => |b| {
+            (b.stack.clears_outputs, b.sensor.keeps_parked, b.sensor.keeps_requests) = (false, true, true);
+            b.mantel.clears = |cleared| cleared != Cleared::End;
+        };
     "inputs-stop-with-bad-outputs" "The inputs stand still while outputs are bad."
         => |b| b.stack.inputs_go_on = false;
     "outputs-not-watched" "The connection does not end when no outputs come."
@@ -262,6 +268,24 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.stack.survives_short_frames = false;
     "any-endpoint-ends-connection" "An ERR-RTA for another alarm endpoint ends the connection."
         => |b| b.stack.checks_alarm_endpoints = false;
+};
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    "lldp-tells-the-other-port" "LLDP at the first port tells the number of the second one."
+        => |b| b.stack.announced_port = |port| 3 - port;
+    "name-back-after-reset" "The name from before a factory reset is there again 5 s after it."
+        => |b| b.stack.name_returns_after = Some(Duration::from_secs(5));
+    "parameter-submodule-with-data" "The parameter access point has two octets of inputs."
+        => |b| b.stack.plugs = |plugs| {
+            plugs.iter_mut().filter(|plug| (plug.slot, plug.subslot) == (1, 1)).for_each(|plug| plug.input_octets = 2);
+        };
+    "universal-without-mt-pos" "The module with all submodules lacks the one with the revolutions."
+        => |b| b.stack.plugs = |plugs| plugs.retain(|plug| (plug.module_ident, plug.submodule_ident) != (0x30, 0x103));
+    "proper-module-called-substitute" "Connect and ApplicationReady call modules that are as expected substitutes."
+        => |b| (b.stack.tells_proper_modules, b.stack.proper_state) = (true, ModuleState::SUBSTITUTE);
+    "record-in-every-api" "Records are read and written in API 0 too."
+        => |b| b.stack.looks_up = |asked| Access { api: 0x3D00, ..asked };
 };
 
 fn mac([a, b, c]: [u8; 3], [d, e, f]: [u8; 3]) -> Mac {

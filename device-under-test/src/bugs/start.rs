@@ -2,6 +2,7 @@
 
 use super::Bug;
 use crate::encoder::{Direction, Hardware, Scaling, Unit};
+use crate::profidrive::telegram::Signal;
 use crate::profidrive::user_parameters::{Asked, OCTETS, Rules, UserParameters, unit};
 
 /// The bugs of this seam.
@@ -96,6 +97,73 @@ pub static BUGS: &[Bug] = bugs! {
             |right, _| UserParameters { speed_unit: Unit::Rpm as u8, ..right };
 };
 
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    // Record
+    "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
+        => |b| b.user_parameters.octets = scaling_of_32_bits;
+    "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
+        => |b| b.user_parameters.octets_expected = 30;
+    "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
+        => |b| b.user_parameters.are_wrong = |user, _, _| user.life_sign_failures != 0;
+    "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
+        => |b| b.user_parameters.direction = |user, _| match user.direction {
+            Direction::Clockwise if user.class_4 => Direction::Counterclockwise,
+            _ => Direction::Clockwise,
+        };
+    "class-4-inverted" "Class 4 is on while its bit is 0."
+        => |b| b.user_parameters.understand = |_, user| UserParameters { class_4: !user.class_4, ..user };
+    "missing-record-ignored" "A start without a record is no error."
+        => |b| b.user_parameters.without_record = |_| true;
+    "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
+        => |b| b.user_parameters.understand = |before, user| match (user.units_per_revolution, user.range) {
+            (0, 0) => before,
+            _ => user,
+        };
+    "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
+        => |b| b.user_parameters.stays_wrong = true;
+    "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
+        => |b| b.records.starts = |telegram, was_asked| telegram.number != 860 || was_asked;
+
+    // In data exchange
+    "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
+        => |b| b.user_parameters.acts_in_exchange = false;
+    "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
+        => |b| b.user_parameters.outlasts_starts = true;
+    "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
+        => |b| b.user_parameters.acts_since =
+            |signal, now, at_start| if signal == Signal::Position { now } else { at_start };
+
+    // Scaling
+    "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
+        => |b| b.measuring.scale = |scaling, _, place| place % scaling.range;
+    "range-of-24-bits" "Only the lower 24 bits of the total range count."
+        => |b| b.user_parameters.understand = |_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user };
+    "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
+        => |b| b.user_parameters.judges = |right, asked| right && asked.scaling.range <= 1 << 25;
+
+    // The status, as it is read
+    "status-of-31-octets" "The status is the record that was written."
+        => |b| b.records.status = |_, written| written.into();
+    "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
+        => |b| b.records.status = |mut octets, _| {
+            octets.drain(20..24);
+            octets.extend([0; 4]);
+            octets
+        };
+    "profile-version-in-one-octet" "The version of the profile has one octet."
+        => |b| b.values.element = |_, at, right| if at == (65001, 6) { 0x41 } else { right };
+    "profile-version-3-1" "The status tells version 3.1 of the profile."
+        => |b| b.values.element = |_, at, right| if at == (65001, 6) { 0x301 } else { right };
+};
+
+fn scaling_of_32_bits(octets: &mut [u8; OCTETS]) {
+    for begin in [1, 9] {
+        octets.copy_within(begin..begin + 4, begin + 4);
+        octets[begin..begin + 4].fill(0);
+    }
+}
+
 fn scaling_little_endian(octets: &mut [u8; OCTETS]) {
     octets[1..9].reverse();
     octets[9..17].reverse();
@@ -129,7 +197,7 @@ fn are_single_limits_kept(asked: &Asked) -> bool {
 }
 
 fn single_limits_not_checked(right: bool, asked: &Asked) -> bool {
-    let is_number = asked.scaling.units_per_revolution != 0 && asked.scaling.range != 0;
+    let is_number = asked.scaling.range != 0;
     right || is_number && !are_single_limits_kept(asked)
 }
 

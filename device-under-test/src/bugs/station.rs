@@ -21,3 +21,9 @@ pub static BUGS: &[Bug] = bugs! {
     "dash-at-the-ends-accepted" "A label may begin and end with a dash."
         => |b| (b.names.may_begin, b.names.may_end) = (|_| true, |_| true);
 };
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    "name-refused-after-reset" "After a factory reset no name is taken until the next power-on."
+        => |b| b.names.takes_after_reset = false;
+};

@@ -1,10 +1,11 @@
 //! Bugs of the velocity.
 
 use super::Bug;
+use super::image::has_position;
 use crate::encoder::velocity::{self, Factor, Steps};
 use crate::encoder::{Hardware, Scaling, Unit};
 use crate::profidrive::telegram::{self, Before, Image, Signal, Telegram};
-use crate::profidrive::user_parameters::unit;
+use crate::profidrive::user_parameters::{UserParameters, unit};
 use alloc::vec::Vec;
 use core::time::Duration;
 use wire::octets::Append;
@@ -19,7 +20,7 @@ pub static BUGS: &[Bug] = bugs! {
     "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
         => |b| b.velocity.factor = rpm_from_scaled_steps;
     "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
-        => |b| b.user_parameters.scales_velocity = |_, hardware| Scaling::hardware(hardware);
+        => |b| b.user_parameters.scales_velocity = |_, hardware, _| Scaling::hardware(hardware);
 
     // Windows
     "speed-once-a-second" "The velocity is calculated once a second."
@@ -43,6 +44,65 @@ pub static BUGS: &[Bug] = bugs! {
     "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
         => |b| b.telegram.put = speed_overflows;
 };
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = bugs! {
+    "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
+        => |b| b.telegram.emit = speed_unit_scales_position;
+    "speed-every-100ms" "The velocity is calculated every 100 ms."
+        => |b| b.velocity.window = |_, _| Duration::from_millis(100);
+    "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
+        => |b| b.telegram.emit = |_, now| Image { velocity: -now.velocity, ..now };
+    "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
+        => |b| b.telegram.put = short_velocity_limited_symmetrically;
+    "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
+        => |b| b.telegram.put = long_velocity_limited;
+    "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
+        => |b| b.telegram.put = short_velocity_filtered;
+    "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
+        => |b| b.user_parameters.scales_velocity = unused_scaling_in_velocity;
+};
+
+fn speed_unit_scales_position(_: &Before, now: Image) -> Image {
+    let by = match now.speed_unit {
+        1 => 10,
+        2 => 100,
+        _ => 1,
+    };
+    Image { plain_position: now.plain_position / by as u32, ..each_position(now, by) }
+}
+
+fn each_position(now: Image, by: u64) -> Image {
+    let part = |position: u32| position / by as u32;
+    let g1_xist2 = if has_position(&now) { part(now.g1_xist2) } else { now.g1_xist2 };
+    let (single_turn, multi_turn) = (part(now.single_turn), part(now.multi_turn));
+    Image { g1_xist1: part(now.g1_xist1), g1_xist2, g1_xist3: now.g1_xist3 / by, single_turn, multi_turn, ..now }
+}
+
+fn short_velocity_limited_symmetrically(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let velocity = match signal {
+        Signal::NistA => image.velocity.max(-i64::from(i16::MAX)),
+        _ => image.velocity,
+    };
+    telegram::put(signal, &Image { velocity, ..*image }, out);
+}
+
+fn long_velocity_limited(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let velocity = image.velocity.clamp(i16::MIN.into(), i16::MAX.into());
+    telegram::put(signal, &Image { velocity, ..*image }, out);
+}
+
+fn short_velocity_filtered(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let velocity = match signal {
+        Signal::NistA => (image.velocity + image.velocity_before) / 2,
+        _ => image.velocity,
+    };
+    telegram::put(signal, &Image { velocity, ..*image }, out);
+}
+
+fn unused_scaling_in_velocity(scaling: Scaling, _: &Hardware, user: &UserParameters) -> Scaling {
+    Scaling { units_per_revolution: user.units_per_revolution, ..scaling }
+}
 
 fn speed_per_minute(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
     let factor = velocity::factor(unit, hardware, scaling);

@@ -115,8 +115,9 @@ pub struct Rules {
     pub scale: fn(&Scaling, &Hardware, u64) -> u64,
     /// By how many units the position is ahead of what the place says: 0, for the sensor is absolute.
     pub slip: fn(&Step) -> i64,
-    /// The offset when the position is measured again after a pause, from the offset before.
-    pub resume: fn(u64) -> u64,
+    /// The offset when the position is measured again after a pause, from the offset before and the one with which the
+    /// position would be that before the pause.
+    pub resume: fn(u64, u64) -> u64,
     /// The offset when a connection begins, from the offset before.
     pub restart: fn(u64) -> u64,
     /// The position that a preset begins with while the encoder is parked, from the position where the shaft is.
@@ -127,8 +128,9 @@ pub struct Rules {
     pub laps: fn(i64, &Step) -> i64,
     /// The position of a geared axis at a place that is counted over all laps.
     pub gear: fn(&Gear, &Hardware, i128) -> u64,
-    /// The position that is shown of one which stands still beyond its range, from position and range.
-    pub limit: fn(u64, u64) -> u64,
+    /// The position that is shown of one which stands still beyond its range, from position, range and the units after
+    /// which the position begins anew.
+    pub limit: fn(u64, u64, u64) -> u64,
 }
 
 impl Default for Rules {
@@ -141,13 +143,13 @@ impl Default for Rules {
             range: |scaling, _| scaling.range,
             scale: Scaling::position,
             slip: |_| 0,
-            resume: |offset| offset,
+            resume: |offset, _| offset,
             restart: |offset| offset,
             parked_position: |position| position,
             holds: |holds| holds,
             laps: |laps, _| laps,
             gear: Gear::position,
-            limit: |position, range| position.min(range.saturating_sub(1)),
+            limit: |position, range, _| position.min(range.saturating_sub(1)),
         }
     }
 }
@@ -155,6 +157,7 @@ impl Default for Rules {
 /// The offset that makes the position equal to the value.
 pub fn absolute(preset: Preset) -> u64 {
     let Preset { value, position, range, .. } = preset;
+    let range = range.max(1);
     sub(value % range, position % range, range)
 }
 
@@ -165,7 +168,7 @@ pub fn relative(preset: Preset) -> u64 {
 
 /// The sum of a position and an offset on the circle of `range` units.
 pub fn shift(position: u64, offset: u64, range: u64) -> u64 {
-    ((u128::from(position) + u128::from(offset)) % u128::from(range)) as u64
+    ((u128::from(position) + u128::from(offset)) % u128::from(range.max(1))) as u64
 }
 
 fn sub(a: u64, b: u64, range: u64) -> u64 {
@@ -217,9 +220,24 @@ impl Measuring {
         (self.place, self.before, self.slip) = (place, Some((place, self.settings)), 0);
     }
 
-    /// The position is measured again after a pause.
-    pub fn resume(&mut self) {
-        self.offset = (self.rules.resume)(self.offset);
+    /// Goes on from where the shaft was seen before a pause and the laps that were counted then: a way since is taken for
+    /// the shorter one.
+    pub fn recall(&mut self, place: u64, laps: i64) {
+        let now = self.before.replace((place, self.settings)).map_or(self.place, |(now, _)| now);
+        self.laps = laps;
+        self.sample(now);
+    }
+
+    /// The position is measured again after a pause, before which it was `position`.
+    pub fn resume(&mut self, position: u64) {
+        let as_before = absolute(Preset {
+            value: position,
+            position: self.position(),
+            offset: self.offset,
+            range: self.range(),
+            slip: self.slip,
+        });
+        self.offset = (self.rules.resume)(self.offset, as_before);
     }
 
     /// A connection begins.
@@ -269,7 +287,7 @@ impl Measuring {
         let position = (self.rules.scale)(&scaling, &self.hardware, self.counted(self.place));
         match self.slip {
             0 => position,
-            slip => (position as i64 + slip).rem_euclid(scaling.range as i64) as u64,
+            slip => (i128::from(position) + i128::from(slip)).rem_euclid(i128::from(scaling.range.max(1))) as u64,
         }
     }
 
@@ -284,7 +302,7 @@ impl Measuring {
     /// The position with the offset, at the last value of its range where it has gone beyond and is to stand there.
     pub fn limited(&self) -> u64 {
         match self.settings.saturates_at {
-            Some(range) => (self.rules.limit)(self.shifted(), range),
+            Some(range) => (self.rules.limit)(self.shifted(), range, self.range()),
             None => self.shifted(),
         }
     }
@@ -414,7 +432,7 @@ mod tests {
     fn a_pause_changes_nothing_but_what_the_rules_say() {
         let mut measuring = measuring(HARDWARE, Direction::Clockwise, 5000);
         measuring.offset = 7;
-        measuring.resume();
+        measuring.resume(5);
         assert_eq!(measuring.shifted(), 5007);
         let other = measuring.under(Settings::hardware(&MULTITURN));
         assert_eq!((other.shifted(), measuring.shifted()), (5000, 5007));

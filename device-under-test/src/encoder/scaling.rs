@@ -50,7 +50,7 @@ impl Scaling {
     /// It is a pure conversion of the physical place, rounded down, so that nothing adds up. Where the range does not
     /// divide what the hardware counts, the last range before the physical zero is cut short: the *red zone*.
     pub fn position(&self, hardware: &Hardware, place: u64) -> u64 {
-        (self.units(hardware, place) % u128::from(self.range)) as u64
+        (self.units(hardware, place) % u128::from(self.range.max(1))) as u64
     }
 
     /// The units from the physical zero to a hardware place, rounded down.

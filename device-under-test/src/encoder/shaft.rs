@@ -73,6 +73,12 @@ impl Shaft {
         }
     }
 
+    /// Revolutions per minute at `now`, rounded to the nearest.
+    pub fn rounded_rpm(&self, now: Time) -> i64 {
+        let speed = self.speed(now);
+        ((speed + speed.signum() * MICRO / 2) / MICRO) as i64
+    }
+
     /// The speed at `now`, in millionths of a revolution per minute.
     fn speed(&self, now: Time) -> i128 {
         match self.motion {

@@ -202,8 +202,17 @@ impl Velocity {
 
     /// The velocity in the unit in force, rounded to the nearest, positive while the position rises.
     pub fn value(&self, scaling: &Scaling, direction: Direction) -> i64 {
+        self.value_of(self.steps, scaling, direction)
+    }
+
+    /// The velocity of the measurements before, which are not the same ones.
+    pub fn value_before(&self, scaling: &Scaling, direction: Direction) -> i64 {
+        self.value_of(self.ways().0, scaling, direction)
+    }
+
+    fn value_of(&self, steps: i64, scaling: &Scaling, direction: Direction) -> i64 {
         let factor = (self.rules.factor)(self.unit, &self.hardware, scaling);
-        let above = i128::from(self.steps) * i128::from((self.rules.sign)(direction)) * factor.above;
+        let above = i128::from(steps) * i128::from((self.rules.sign)(direction)) * factor.above;
         rounded(above, factor.below * self.measured_nanos())
     }
 

@@ -2,13 +2,14 @@
 
 use super::names;
 use super::places::{self, ENCODER_API, ENCODER_SLOT};
-use super::{Cause, Facts, Faults, Live, Model, Phase, Ram, Store, Variant};
+use super::{Cause, Facts, Faults, Live, Model, Phase, Ram, Reset, Store, Variant};
 use crate::application::{
     Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, StationData,
 };
-use crate::behaviour::{Behaviour, PowerUp};
+use crate::behaviour::{Behaviour, Lit, PowerUp};
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::profidrive::parameters::Manager;
+use crate::profidrive::telegram::Outputs;
 use alloc::format;
 use alloc::vec::Vec;
 use station::{StandAction, Time};
@@ -30,6 +31,8 @@ pub struct EncoderObject<M> {
     returns: Option<StationData>,
     pub(super) manager: Manager<ArKey>,
     powered: bool,
+    /// Whether there was a factory reset since power-up.
+    was_reset: bool,
 }
 
 impl<M: Model> EncoderObject<M> {
@@ -67,6 +70,7 @@ impl<M: Model> EncoderObject<M> {
             returns: None,
             manager: Manager::new(behaviour.parameters),
             powered: true,
+            was_reset: false,
         }
     }
 
@@ -91,6 +95,16 @@ impl<M: Model> EncoderObject<M> {
         (live, &mut self.manager)
     }
 
+    fn reset(&mut self, now: Time, reset: Reset) {
+        self.was_reset = true;
+        if reset.application {
+            self.reset_application(now);
+        }
+        if reset.station {
+            self.reset_station();
+        }
+    }
+
     fn reset_application(&mut self, now: Time) {
         let rules = self.behaviour.reset;
         let offset = (rules.offset)(*self.store.offset.stored());
@@ -113,6 +127,7 @@ impl<M: Model> EncoderObject<M> {
         let station = (rules.station)(&before);
         self.returns = (!rules.lasts).then_some(before);
         self.ram.address = station.ip;
+        self.ram.station.clone_from(&station);
         self.store.station.replace(station);
     }
 
@@ -165,6 +180,7 @@ impl<M: Model> Application for EncoderObject<M> {
 
     fn set_station(&mut self, now: Time, current: &StationData, stored: &StationData) {
         self.advance(now);
+        self.ram.station.clone_from(current);
         if current.ip != self.ram.address {
             self.ram.address_before = core::mem::replace(&mut self.ram.address, current.ip);
         }
@@ -175,7 +191,8 @@ impl<M: Model> Application for EncoderObject<M> {
     }
 
     fn accepts_name(&self, name: &[u8]) -> bool {
-        names::accepts(name, &self.behaviour.names)
+        let is_new = self.was_reset && !self.behaviour.names.takes_after_reset;
+        !is_new && names::accepts(name, &self.behaviour.names)
     }
 
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {
@@ -184,16 +201,14 @@ impl<M: Model> Application for EncoderObject<M> {
             return false;
         }
         let Some(reset) = (self.facts.resets)(scope) else { return false };
-        if reset.application {
-            self.reset_application(now);
-        }
-        if reset.station {
-            self.reset_station();
-        }
+        self.reset(now, (self.behaviour.reset.clears)(reset));
         true
     }
 
     fn power_up(&mut self, now: Time) {
+        if let Some(reset) = self.model.reset_at_power_up() {
+            self.reset(now, reset);
+        }
         if let Some(station) = self.returns.take() {
             self.store.station.replace(station);
         }
@@ -217,12 +232,16 @@ impl<M: Model> Application for EncoderObject<M> {
             is_parked: false,
         };
         (keeps.at_power_up)(&mut begin);
+        if keeps.keeps_outputs {
+            ram.trigger = before.trigger;
+            ram.sensor.remember(&before.sensor);
+        }
         (ram.measuring.offset, ram.is_saving, ram.stays_parked) = (begin.offset, begin.is_saving, begin.is_parked);
         if begin.stored_offset != stored_offset {
             self.store.offset.replace(begin.stored_offset);
         }
         self.manager = Manager::new(self.behaviour.parameters);
-        self.powered = true;
+        (self.powered, self.was_reset) = (true, false);
         M::power_up(&mut self.live(now));
         self.advance(now);
     }
@@ -274,7 +293,11 @@ impl<M: Model> Application for EncoderObject<M> {
 
     fn inputs(&mut self, _: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool {
         let submodule = self.ram.submodules.iter().find(|one| (ENCODER_SLOT, one.subslot) == (slot, subslot));
-        submodule.is_none_or(|submodule| self.ram.emitter.fill(submodule.telegram, data))
+        let Some(submodule) = submodule else { return true };
+        let mut with_inputs = self.ram.submodules.iter().filter(|one| one.telegram.input_octets > 0);
+        let is_last = with_inputs.next_back().is_some_and(|last| last.subslot == subslot);
+        let is_good = self.ram.emitter.fill(submodule.telegram, data);
+        (self.behaviour.telegram.is_good)(is_last, is_good)
     }
 
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange> {
@@ -314,7 +337,23 @@ impl<M: Model> Application for EncoderObject<M> {
     }
 
     fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
-        M::led(&self.live(now), name, seen)
+        let live = self.live(now);
+        let right = M::led(&live, name, seen)?;
+        let faults = live.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
+        let (has_wrong_parameters, has_record) = (live.ram.wrong_parameters, live.ram.has_record);
+        let exchanged_for = live.ram.data_since.map(|since| now.since(since));
+        let lit = Lit {
+            name,
+            seen,
+            faults,
+            has_wrong_parameters,
+            has_record,
+            had_warning: live.ram.had_warning,
+            exchanged_for,
+            has_outputs: live.ram.outputs != Outputs::default(),
+            right,
+        };
+        Some((live.behaviour.leds.shown)(&lit))
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

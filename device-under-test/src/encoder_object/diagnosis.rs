@@ -12,8 +12,12 @@ const WHOLE_SUBMODULE: u16 = 0x8000;
 impl<M: Model> Live<'_, M> {
     /// The errors whose cause is there now; their numbers are their places in the facts.
     pub fn causes(&self) -> Vec<Error> {
-        let errors = self.facts.errors.iter().enumerate().filter(|(_, error)| self.is_caused(error));
-        errors.map(|(number, error)| Error { number: number as u16, code: error.code }).collect()
+        let rules = &self.behaviour.diagnosis;
+        let is_warning = rules.warning_is_error && self.ram.warnings != 0;
+        let is_raised =
+            |number, error: &ErrorFact| (self.is_caused(error) || number == 0 && is_warning) && (rules.raises)(error);
+        let errors = self.facts.errors.iter().enumerate().filter(|(number, error)| is_raised(*number, error));
+        errors.map(|(number, error)| Error { number: number as u16, code: (rules.code)(error) }).collect()
     }
 
     fn is_caused(&self, error: &ErrorFact) -> bool {
@@ -36,7 +40,9 @@ impl<M: Model> Live<'_, M> {
     /// The errors that are there, oldest first, as far as the manual knows them.
     pub fn errors(&self) -> Vec<&'static ErrorFact> {
         let known = |error: &Error| {
-            let there = self.facts.errors.get(usize::from(error.number)).filter(|fact| fact.code == error.code);
+            let code = self.behaviour.diagnosis.code;
+            let there = self.facts.errors.get(usize::from(error.number));
+            let there = there.filter(|fact| fact.code == error.code || code(fact) == error.code);
             there.or_else(|| self.facts.errors.iter().find(|fact| fact.code.is_some() && fact.code == error.code))
         };
         self.ram.sensor.errors().iter().filter_map(known).collect()
@@ -44,8 +50,15 @@ impl<M: Model> Live<'_, M> {
 
     /// The bits of the warnings that are there.
     pub fn warnings(&self) -> u32 {
+        self.ram.warnings
+    }
+
+    /// Looks which warnings there are.
+    pub(super) fn look_for_warnings(&mut self) {
         let here = self.facts.warnings.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
-        here.fold(M::warnings(self), |bits, warning| bits | warning.bit)
+        let right = here.fold(M::warnings(self), |bits, warning| bits | warning.bit);
+        self.ram.had_warning |= right != 0;
+        self.ram.warnings = (self.behaviour.diagnosis.warnings)(self.ram.warnings, right);
     }
 
     /// Error type and severity of what should be told.
@@ -54,7 +67,9 @@ impl<M: Model> Live<'_, M> {
         let errors = self.errors().into_iter().map(|error| (error.error_type, error.severity));
         let warnings = self.facts.warnings.iter().filter(|warning| bits & warning.bit != 0);
         let all = errors.chain(warnings.map(|warning| (warning.error_type, warning.severity)));
-        let told = all.filter_map(|(error_type, severity)| Some(((rules.error_type)(error_type?)?, severity)));
+        let told = all.filter_map(|(error_type, severity)| {
+            Some(((rules.error_type)(error_type.or(rules.without_type)?)?, severity))
+        });
         told.map(|(error_type, severity)| (error_type, (rules.severity)(error_type, severity))).collect()
     }
 
@@ -64,6 +79,13 @@ impl<M: Model> Live<'_, M> {
         let mut wanted = self.wanted();
         if !(rules.are_sent)(self.ram.user.compatible, self.ram.user.alarm_channel) {
             wanted.clear();
+        }
+        if let Some(after) = rules.repeats_after
+            && !wanted.is_empty()
+            && self.now >= self.ram.told_at + after
+        {
+            self.ram.told_at = self.now;
+            self.ram.diagnoses.clear();
         }
         if !rules.side_by_side {
             wanted.drain(..wanted.len().saturating_sub(1));

@@ -121,6 +121,17 @@ pub struct ErrorFact {
     pub effect: Effect,
 }
 
+/// An error without a cause, of which nothing tells: to begin the description of another one with.
+pub const NO_DIAGNOSIS: ErrorFact = ErrorFact {
+    causes: &[],
+    code: None,
+    fault_bits: 0,
+    error_type: None,
+    severity: Severity::Fault,
+    is_persistent: false,
+    effect: Effect::Nothing,
+};
+
 /// What brings an error about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
@@ -205,4 +216,18 @@ pub struct Reset {
     pub application: bool,
     /// Name and addresses.
     pub station: bool,
+}
+
+impl Reset {
+    /// What each kind of reset clears where the manual says nothing else: what its name says, and all of it for a factory reset.
+    pub fn of(scope: ResetScope) -> Option<Reset> {
+        match scope {
+            ResetScope::Factory | ResetScope::AllData | ResetScope::Device => {
+                Some(Reset { application: true, station: true })
+            }
+            ResetScope::ApplicationData => Some(Reset { application: true, station: false }),
+            ResetScope::Communication => Some(Reset { application: false, station: true }),
+            ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => None,
+        }
+    }
 }

@@ -4,11 +4,12 @@ use super::places;
 use super::{Cause, Effect, ErrorFact, Facts, Model, Submodule, Variant, WithoutRecord};
 use crate::application::{ArKey, DiagnosisChange, Severity, StationData};
 use crate::behaviour::Behaviour;
-use crate::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
+use crate::encoder::{Cell, Hardware, Measuring, Settings, Shaft, Velocity};
 use crate::profidrive::life_sign::{Given, Watch};
+use crate::profidrive::mantel::Trigger;
 use crate::profidrive::sensor::Sensor;
-use crate::profidrive::telegram::{Emitter, Outputs, Telegram};
-use crate::profidrive::user_parameters::UserParameters;
+use crate::profidrive::telegram::{Emitter, Image, Outputs, Telegram};
+use crate::profidrive::user_parameters::{OCTETS, UserParameters};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use station::Time;
@@ -84,16 +85,32 @@ pub struct Ram {
     pub was_parametrized: bool,
     /// Whether this connection has brought a record of user parameters.
     pub has_record: bool,
+    /// Since when data are exchanged, if they are.
+    pub(super) data_since: Option<Time>,
+    /// The record of user parameters that was written last.
+    pub record: [u8; OCTETS],
+    /// The settings at the end of the start-up.
+    pub(super) settings_at_start: Settings,
+    /// Whether this connection has brought a parameter request.
+    pub(super) has_request: bool,
+    /// Whether user parameters were written in data exchange.
+    pub(super) was_changed: bool,
     /// Whether the memory could not be read at power-up.
     pub was_unreadable: bool,
     /// Whether the parameters in force ask for something impossible.
     pub wrong_parameters: bool,
+    /// The warnings that are there.
+    pub(super) warnings: u32,
     /// P65000.
     pub preset_value: u32,
     /// The IP address in use.
     pub address: [u8; 4],
     /// The address before the last assignment.
     pub address_before: [u8; 4],
+    /// Name and addresses in use.
+    pub station: StationData,
+    /// Whether no velocity is calculated.
+    pub velocity_is_off: bool,
     /// Positions.
     pub measuring: Measuring,
     /// Velocity.
@@ -108,6 +125,10 @@ pub struct Ram {
     pub held_up_until: Time,
     /// The watch over the controller.
     pub watch: Watch,
+    /// The preset without a handshake.
+    pub(super) trigger: Trigger,
+    /// The signals at the moment when parking fixed them.
+    pub(super) frozen: Option<Image>,
     /// The sign of life that the encoder gives.
     pub(super) sign_of_life: Given,
     /// Whether a save by P971 is running or has failed.
@@ -116,12 +137,30 @@ pub struct Ram {
     pub(super) saves: u32,
     /// The offset that was in memory at power-up.
     pub offset_at_power_up: u64,
+    /// The position when parking began.
+    pub(super) parked_at: u64,
+    /// The offset before the last preset.
+    pub(super) offset_before_preset: u64,
+    /// Whether there was a warning since power-up.
+    pub(super) had_warning: bool,
+    /// The submodules of the first connection since power-up, where they stay in use.
+    pub(super) latched: Vec<&'static Submodule>,
+    /// Since when the outputs are good; none while they are not.
+    pub(super) good_since: Option<Time>,
+    /// Whether Control by PLC was set in the last good outputs.
+    pub(super) last_control: bool,
+    /// Whether it was before the outputs were bad.
+    pub(super) had_control: bool,
     /// Whether parking outlasts its request until there is another one.
     pub stays_parked: bool,
+    /// Whether the last preset was asked for by G1_STW; none in this connection.
+    pub(super) last_preset: Option<bool>,
     /// The preset that takes effect when its offset is stored.
     pub(super) next_preset: Option<NextPreset>,
     /// Error type and severity of the diagnoses that are there.
     pub(super) diagnoses: Vec<(u16, Severity)>,
+    /// When diagnoses were told last.
+    pub(super) told_at: Time,
     /// Diagnoses that came or went and were not fetched yet.
     pub changes: VecDeque<DiagnosisChange>,
 }
@@ -165,11 +204,23 @@ impl Ram {
             staged: user,
             was_parametrized: false,
             has_record: false,
+            data_since: None,
+            record: [0; OCTETS],
+            settings_at_start: Settings::hardware(&hardware),
+            has_request: false,
+            was_changed: false,
             was_unreadable: is_unreadable,
             wrong_parameters: false,
-            preset_value: if is_unreadable { 0 } else { *store.preset_value.stored() },
+            warnings: 0,
+            preset_value: if is_unreadable {
+                0
+            } else {
+                (behaviour.memory.preset_value_begins)(*store.preset_value.stored())
+            },
             address: store.station.stored().ip,
             address_before: [0; 4],
+            station: store.station.stored().clone(),
+            velocity_is_off: false,
             measuring,
             velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity),
             sensor: Sensor::new(behaviour.sensor),
@@ -177,13 +228,24 @@ impl Ram {
             outputs: Outputs::default(),
             held_up_until: now,
             watch: Watch::default(),
+            trigger: Trigger::new(behaviour.mantel),
+            frozen: None,
             sign_of_life: Given::default(),
             is_saving: false,
             saves: 0,
             offset_at_power_up: *store.offset.stored(),
+            parked_at: 0,
+            offset_before_preset: 0,
+            had_warning: false,
+            latched: Vec::new(),
+            good_since: None,
+            last_control: false,
+            had_control: false,
             stays_parked: false,
+            last_preset: None,
             next_preset: None,
             diagnoses: Vec::new(),
+            told_at: now,
             changes: VecDeque::new(),
         }
     }
@@ -217,7 +279,8 @@ impl<M: Model> Live<'_, M> {
     /// Looks at the sensor, ends what is done and raises errors.
     pub fn advance(&mut self) {
         self.ram.velocity.advance(self.now, self.shaft);
-        let stands_still = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
+        let should = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
+        let stands_still = self.ram.measuring.holds(should);
         if !self.faults.have(Effect::NoReading, self.facts) && !stands_still {
             self.ram.measuring.sample(self.hardware.sense(self.shaft.place(self.now)));
         }
@@ -229,6 +292,7 @@ impl<M: Model> Live<'_, M> {
     /// Raises the errors whose cause is there, and brings the diagnoses in line with them.
     pub fn look_for_errors(&mut self) {
         self.ram.sensor.watch(&self.causes());
+        self.look_for_warnings();
         self.diagnose();
     }
 
@@ -241,7 +305,9 @@ impl<M: Model> Live<'_, M> {
         let is_right = (rules.without_record)(self.facts.without_record == WithoutRecord::Default);
         let default = (self.facts.default_record)(&self.hardware);
         let is_missing = !self.ram.has_record && !is_right;
-        self.ram.wrong_parameters = is_missing || user.are_wrong(&self.hardware, self.ram.telegram(), &default, rules);
+        let stays_wrong = self.ram.wrong_parameters && rules.stays_wrong;
+        self.ram.wrong_parameters =
+            stays_wrong || is_missing || user.are_wrong(&self.hardware, self.ram.telegram(), &default, rules);
         let settings = (rules.measures_by)(before, user).settings(&self.hardware, rules);
         self.ram.measuring.settings = M::settings(self, settings);
         self.ram.velocity.unit = user.velocity_unit(rules);

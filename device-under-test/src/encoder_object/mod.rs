@@ -20,13 +20,13 @@ mod start;
 
 pub use device::EncoderObject;
 pub use facts::{
-    Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, Reset, Submodule, Timing, Variant,
-    WarningFact, WithoutRecord,
+    Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Reset, Submodule, Timing,
+    Variant, WarningFact, WithoutRecord,
 };
 pub use live::{Faults, Live, Phase, Ram, Store};
 pub use memory::Source;
 pub use model::Model;
-pub use parameters::{double_word, double_words, octets, word, words};
+pub use parameters::{double_word, double_words, octets, octets_of, word, words};
 pub use places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 
 use crate::application::StationData;

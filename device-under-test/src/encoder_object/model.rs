@@ -1,9 +1,9 @@
 //! What is a model's own: hooks into the encoder object, all of which may be left as they are.
 
-use super::{ErrorFact, Live};
+use super::{ErrorFact, Live, Reset};
 use crate::application::{Access, RecordRefusal, Seen};
 use crate::behaviour::Behaviour;
-use crate::encoder::Settings;
+use crate::encoder::{PresetMode, Settings};
 use crate::profidrive::parameters::Parameter;
 use alloc::vec::Vec;
 use station::{StandAction, Time};
@@ -55,6 +55,11 @@ pub trait Model: Sized {
         settings
     }
 
+    /// Whether a preset is carried out with this value, in units; one that is not goes unanswered.
+    fn takes_preset(live: &mut Live<'_, Self>, mode: PresetMode, value: u64) -> bool {
+        true
+    }
+
     /// The time has come to `live.now`; the position is that of now.
     fn advance(live: &mut Live<'_, Self>) {}
 
@@ -87,6 +92,11 @@ pub trait Model: Sized {
 
     /// A factory reset clears what the encoder object has stored.
     fn reset(live: &mut Live<'_, Self>) {}
+
+    /// What a factory reset that was asked for before clears now that the supply has come.
+    fn reset_at_power_up(&mut self) -> Option<Reset> {
+        None
+    }
 
     /// Whether there is enough supply for the encoder to work.
     fn is_alive(&self) -> bool {

@@ -1,6 +1,6 @@
 //! The parameters of the encoder object: what a read of record 0xB02E gives. XAC77 manual, 11.2 and 11.3.
 
-use super::{Live, Model};
+use super::{Live, Model, Phase};
 use crate::behaviour::View;
 use crate::profidrive::parameters::{Parameter, Parameters, Shape};
 use alloc::vec;
@@ -36,7 +36,13 @@ impl<M: Model> Parameters for Live<'_, M> {
                 Ok(())
             }
             65000 => {
-                self.set_preset_value((self.behaviour.values.preset_value)(value as u32));
+                let written = (self.behaviour.values.preset_value)(value as u32);
+                let in_start = matches!(self.ram.phase, Phase::Parameters(_));
+                self.set_preset_value((self.behaviour.values.takes_preset_value)(
+                    in_start,
+                    self.ram.preset_value,
+                    written,
+                ));
                 Ok(())
             }
             _ => Err(ErrorNumber::READ_ONLY),
@@ -85,7 +91,7 @@ impl<M: Model> Live<'_, M> {
 
     /// The operating status as it is: header, status, faults, supported faults, warnings, supported warnings, profile
     /// version 4.1, operating time (not measured), offset, units per revolution, range, velocity unit.
-    fn operating_status(&self) -> [u64; 12] {
+    pub fn operating_status(&self) -> [u64; 12] {
         let (user, measuring) = (&self.ram.user, &self.ram.measuring);
         let faults = self.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
         [
@@ -97,9 +103,9 @@ impl<M: Model> Live<'_, M> {
             self.facts.supported_warnings.into(),
             0x401,
             0xFFFF_FFFF,
-            measuring.offset % measuring.range(),
+            measuring.offset % measuring.range().max(1),
             measuring.settings.scaling.units_per_revolution,
-            measuring.range(),
+            self.positions(),
             user.speed_unit.into(),
         ]
     }
@@ -121,9 +127,11 @@ impl<M: Model> Live<'_, M> {
             hardware: self.hardware,
             other: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
             user: &self.ram.user,
+            faults: self.errors().iter().fold(0, |bits, error| bits | error.fault_bits),
             measuring: &self.ram.measuring,
             preset_value: self.ram.preset_value,
             offset_at_power_up: self.ram.offset_at_power_up,
+            station: &self.ram.station,
             address_before: self.ram.address_before,
         }
     }
@@ -156,7 +164,13 @@ pub fn double_words(values: Vec<u64>) -> Parameter {
     Parameter { format: Format::DOUBLE_WORD, ..words(values) }
 }
 
-/// A parameter of octets.
+/// A parameter of octets, of which there is one value.
 pub fn octets(octets: [u8; 2]) -> Parameter {
-    Parameter { format: Format::OCTET_STRING, shape: Shape::Value, ..words(octets.map(u64::from).to_vec()) }
+    Parameter { shape: Shape::Value, ..octets_of(&octets) }
+}
+
+/// A string of octets, of which a part can be read.
+pub fn octets_of(octets: &[u8]) -> Parameter {
+    let values = octets.iter().copied().map(u64::from).collect();
+    Parameter { format: Format::OCTET_STRING, shape: Shape::Octets, ..words(values) }
 }

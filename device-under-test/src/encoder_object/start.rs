@@ -1,9 +1,10 @@
 //! The start of a connection, and the records of the encoder object.
 
 use super::places::{self, ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
-use super::{EncoderObject, InExchange, Model, Phase};
+use super::{EncoderObject, InExchange, Live, Model, Phase};
 use crate::application::{Access, ArKey, Plug, RecordRefusal};
 use crate::profidrive::life_sign::Watch;
+use crate::profidrive::mantel::Cleared;
 use crate::profidrive::parameters::BadRequest;
 use crate::profidrive::telegram::{Emitter, Outputs};
 use crate::profidrive::user_parameters::{self, UserParameters};
@@ -16,21 +17,38 @@ const USER_PARAMETERS: u16 = 0xBF00;
 /// Later than anybody waits for good data.
 const NEVER: Duration = Duration::from_secs(3600);
 
+impl<M: Model> Live<'_, M> {
+    /// Whether a record of the encoder object is looked for where it answers.
+    pub fn is_here(&self, access: &Access) -> bool {
+        let asked = (access.api, access.slot, access.subslot);
+        (self.behaviour.records.answer_at)(asked, (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT))
+    }
+}
+
 impl<M: Model> EncoderObject<M> {
     /// A connection with cyclic data begins.
     pub(super) fn start(&mut self, now: Time, ar: ArKey, plugged: &[Plug]) {
         let default = self.default_record();
         let ram = &mut self.ram;
         ram.submodules = places::in_use(self.facts, plugged);
-        if self.behaviour.user_parameters.takes_every_record || !ram.was_parametrized {
+        if self.behaviour.telegram.stays {
+            if ram.latched.is_empty() {
+                ram.latched.clone_from(&ram.submodules);
+            }
+            ram.submodules.clone_from(&ram.latched);
+        }
+        let rules = &self.behaviour.user_parameters;
+        if (rules.takes_every_record || !ram.was_parametrized) && !(rules.outlasts_starts && ram.was_changed) {
             ram.staged = default;
         }
         ram.phase = Phase::Parameters(ar);
-        ram.has_record = false;
+        (ram.has_record, ram.has_request) = (false, false);
         ram.outputs = Outputs::default();
+        ram.last_preset = None;
         ram.emitter = Emitter::new(self.behaviour.telegram);
         ram.watch = Watch::default();
-        ram.wrong_parameters = false;
+        (ram.wrong_parameters, ram.warnings) = (false, 0);
+        (ram.good_since, ram.last_control, ram.had_control) = (None, false, false);
         let mut live = self.live(now);
         M::started(&mut live);
         let causes = live.causes();
@@ -48,7 +66,9 @@ impl<M: Model> EncoderObject<M> {
         let mut live = self.live(now);
         live.parametrize();
         live.look_for_errors();
-        let starts = (live.behaviour.user_parameters.starts)(&live.ram.user);
+        (live.ram.settings_at_start, live.ram.data_since) = (live.ram.measuring.settings, Some(now));
+        let starts = (live.behaviour.user_parameters.starts)(&live.ram.user)
+            && (live.behaviour.records.starts)(live.ram.telegram(), live.ram.has_request);
         now + if starts { ready } else { NEVER }
     }
 
@@ -58,7 +78,9 @@ impl<M: Model> EncoderObject<M> {
         if self.ram.phase == Phase::Parameters(ar) || self.ram.phase == Phase::Data(ar) {
             self.ram.phase = Phase::Alone;
             self.ram.outputs = Outputs::default();
+            self.ram.data_since = None;
             self.ram.watch = Watch::default();
+            self.ram.trigger.clear(Cleared::End);
             let mut live = self.live(now);
             live.ram.sensor.ended();
             live.look_for_errors();
@@ -96,9 +118,8 @@ impl<M: Model> EncoderObject<M> {
     }
 
     fn access(&mut self, now: Time, access: Access) -> Result<(), RecordRefusal> {
-        let asked = (access.api, access.slot, access.subslot);
-        let is_here = (self.behaviour.records.answer_at)(asked, (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT));
-        match is_here && M::serves(&self.live(now), access.index) {
+        let live = self.live(now);
+        match live.is_here(&access) && M::serves(&live, access.index) {
             true => Ok(()),
             false => Err(RecordRefusal::InvalidIndex),
         }
@@ -117,8 +138,12 @@ impl<M: Model> EncoderObject<M> {
         }
         let mut octets = [0; user_parameters::OCTETS];
         octets.iter_mut().zip(data).for_each(|(octet, sent)| *octet = *sent);
+        self.ram.record = octets;
         (rules.octets)(&mut octets);
         let parameters = UserParameters::parse(&octets).ok_or(RecordRefusal::WriteLength)?;
+        if !(rules.accepts)(&parameters, &self.variant.hardware) {
+            return Err(RecordRefusal::InvalidParameter);
+        }
         if !(self.behaviour.records.go_with)(self.ram.telegram(), parameters.class_4) {
             return Err(RecordRefusal::InvalidParameter);
         }
@@ -131,15 +156,17 @@ impl<M: Model> EncoderObject<M> {
             }
             return Err(RecordRefusal::StateConflict);
         }
-        if rules.takes_every_record || !self.ram.was_parametrized {
+        let is_outlasted = in_start && self.ram.was_changed && rules.outlasts_starts;
+        if (rules.takes_every_record || !self.ram.was_parametrized) && !is_outlasted {
             self.ram.staged = parameters;
         }
+        self.ram.was_changed |= in_exchange;
         (self.ram.was_parametrized, self.ram.has_record) = (true, true);
         let mut live = self.live(now);
         if let Some(value) = (rules.preset_value)(&octets) {
             live.set_preset_value(value);
         }
-        if in_exchange {
+        if in_exchange && rules.acts_in_exchange {
             live.parametrize();
             live.look_for_errors();
         }
@@ -148,6 +175,10 @@ impl<M: Model> EncoderObject<M> {
 
     fn request_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
         let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
+        self.ram.has_request = true;
+        if !(self.behaviour.records.takes_requests)(&self.ram.user) {
+            return Err(RecordRefusal::StateConflict);
+        }
         self.ram.held_up_until = now + self.behaviour.records.hold_up;
         let (mut live, manager) = self.parts(now);
         manager.take(key, data, &mut live).map_err(|bad| match bad {

@@ -4,8 +4,11 @@
 
 use crate::registry::Manual;
 
+pub mod kuebler_sendix58xx;
 pub mod lika_xac77;
 pub mod plain;
+pub mod sick_afx60;
 
 /// The manuals that there is a reference device for.
-pub static MANUALS: &[&Manual] = &[&lika_xac77::MANUAL, &plain::MANUAL];
+pub static MANUALS: &[&Manual] =
+    &[&lika_xac77::MANUAL, &kuebler_sendix58xx::MANUAL, &sick_afx60::MANUAL, &plain::MANUAL];

@@ -15,6 +15,10 @@ pub struct Rules {
     pub counts_while_parked: bool,
     /// Whether the encoder counts while it shows an error.
     pub counts_with_error: bool,
+    /// Whether the encoder counts while a preset is being carried out.
+    pub counts_during_preset: bool,
+    /// Whether the sign of life of the controller is watched, from whether the manual says so.
+    pub is_watched: fn(bool) -> bool,
     /// The sign of life of the controller, in STW2_ENC.
     pub read: fn(u16) -> u8,
     /// Whether the second of two signs of life follows the first.
@@ -38,6 +42,8 @@ impl Default for Rules {
             advances: |_, frames| frames,
             counts_while_parked: true,
             counts_with_error: true,
+            counts_during_preset: true,
+            is_watched: |right| right,
             read: |stw2_enc| (stw2_enc >> 12) as u8,
             follows: |last, sign| sign == next(last),
             begins: |sign| sign != 0,

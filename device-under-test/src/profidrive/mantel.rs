@@ -3,6 +3,8 @@
 //! Bit 31 is the trigger, bits 27 to 0 are the value; each rising edge of the trigger carries out an absolute preset.
 //! Source: Kübler Sendix 58xx, telegram 860.
 
+use crate::encoder::PresetMode;
+
 /// Bit 31, the trigger.
 pub const TRIGGER: u32 = 1 << 31;
 /// Bits 27 to 0, the value.
@@ -17,6 +19,8 @@ pub struct Known {
     pub user_range: u64,
     /// The preset value of the parameters.
     pub preset_value: u32,
+    /// The word of the frame before; 0 without one.
+    pub before: u32,
 }
 
 /// What made the last word void.
@@ -33,8 +37,12 @@ pub enum Cleared {
 pub struct Rules {
     /// Whether a preset begins, from the word before, if there is one that counts, and the word now.
     pub begins: fn(Option<u32>, u32) -> bool,
+    /// Whether another preset begins, from how many there were in this connection.
+    pub again: fn(u32) -> bool,
     /// The value of the preset, in units, from the word.
     pub value: fn(u32, &Known) -> u64,
+    /// What a preset does with the value, from the home position mode in G1_STW.
+    pub mode: fn(PresetMode) -> PresetMode,
     /// For how many frames the trigger has to stand, at least 1.
     pub frames: u8,
     /// Whether the word before is forgotten.
@@ -43,7 +51,7 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Rules {
-        Rules { begins, value, frames: 1, clears: |_| true }
+        Rules { begins, again: |_| true, value, mode: |_| PresetMode::Absolute, frames: 1, clears: |_| true }
     }
 }
 
@@ -63,33 +71,41 @@ pub struct Trigger {
     before: Option<u32>,
     /// The frames for which the trigger has still to stand; 0 without a preset that begins.
     left: u8,
+    /// The presets in this connection.
+    presets: u32,
     rules: Rules,
 }
 
 impl Trigger {
     /// A trigger that has seen no word yet.
     pub fn new(rules: Rules) -> Trigger {
-        Trigger { before: None, left: 0, rules }
+        Trigger { before: None, left: 0, presets: 0, rules }
     }
 
-    /// Takes the word of one frame, none where the outputs are bad; gives the value if a preset is to be carried out.
+    /// Takes the word of one frame, none where the outputs are bad and count as 0; gives the value if a preset is to be carried out.
     pub fn take(&mut self, word: Option<u32>, known: &Known) -> Option<u64> {
-        let Some(word) = word else {
-            self.clear(Cleared::BadOutputs);
-            return None;
-        };
-        if (self.rules.begins)(self.before.replace(word), word) {
+        let is_bad = word.is_none();
+        let word = word.unwrap_or(0);
+        let before = self.before.replace(word);
+        if (self.rules.begins)(before, word) && (self.rules.again)(self.presets) {
+            self.presets += 1;
             self.left = self.rules.frames;
         } else if word & TRIGGER == 0 {
             self.left = 0;
         }
         let is_last = self.left == 1;
         self.left = self.left.saturating_sub(1);
-        is_last.then(|| (self.rules.value)(word, known))
+        if is_bad {
+            self.clear(Cleared::BadOutputs);
+        }
+        is_last.then(|| (self.rules.value)(word, &Known { before: before.unwrap_or(0), ..*known }))
     }
 
     /// The last word no longer counts.
     pub fn clear(&mut self, cleared: Cleared) {
+        if cleared == Cleared::End {
+            self.presets = 0;
+        }
         if (self.rules.clears)(cleared) {
             (self.before, self.left) = (None, 0);
         }
@@ -101,7 +117,7 @@ mod tests {
     use super::*;
     use rstest::rstest;
 
-    const KNOWN: Known = Known { range: 8192, user_range: 4096, preset_value: 7 };
+    const KNOWN: Known = Known { range: 8192, user_range: 4096, preset_value: 7, before: 0 };
 
     fn take(rules: Rules, words: &[Option<u32>]) -> alloc::vec::Vec<Option<u64>> {
         let mut trigger = Trigger::new(rules);

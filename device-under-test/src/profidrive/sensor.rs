@@ -4,6 +4,7 @@
 //! acknowledged, parked away or the connection starts anew. Sources: XAC77 manual, chapters 10 and 16; where its diagrams
 //! are lost or silent, the PROFIdrive profile.
 
+use super::telegram::Image;
 use crate::encoder::PresetMode;
 use alloc::vec::Vec;
 
@@ -32,7 +33,8 @@ impl Request {
         Request { relative: bit(11), home: bit(12), absolute: bit(13), park: bit(14), acknowledge: bit(15) }
     }
 
-    fn mode(self) -> PresetMode {
+    /// What a preset is to do with its value.
+    pub fn mode(self) -> PresetMode {
         if self.relative { PresetMode::Relative } else { PresetMode::Absolute }
     }
 }
@@ -126,6 +128,8 @@ pub struct Rules {
     pub transfers: Transfers,
     /// What parking does to the positions.
     pub parks: Parks,
+    /// The signals while parking fixes the positions, from those at its begin and those of now.
+    pub freezes: fn(Image, Image) -> Image,
     /// How a request to acknowledge is answered.
     pub answers: Answers,
     /// The code in G1_XIST2, from those of all errors, oldest first and at least one.
@@ -154,12 +158,18 @@ pub struct Rules {
     pub presets_while_parked: bool,
     /// Whether presets are carried out while there are errors.
     pub presets_with_errors: bool,
+    /// Whether a preset that is blocked by the user parameters or by an error is answered like one that was carried out.
+    pub answers_blocked_preset: bool,
     /// Whether presets are carried out after the encoder has been parked.
     pub presets_after_parking: bool,
     /// Whether parking is refused, from whether the shaft turns and whether there is an error.
     pub refuses_to_park: fn(bool, bool) -> bool,
     /// The error code of parking that was refused.
     pub parking_code: u16,
+    /// Whether the error of this code is raised.
+    pub raises: fn(u16) -> bool,
+    /// Whether bit 12 that was set at the end of a connection stays so until a preset is requested and taken back.
+    pub keeps_acknowledgement: bool,
     /// Whether the error of this code is raised while parked.
     pub raises_while_parked: fn(u16) -> bool,
     /// Whether an error whose cause is there at the end of parking is raised anew.
@@ -174,6 +184,8 @@ pub struct Rules {
     pub latches: bool,
     /// Whether errors survive new connections and a loss of power.
     pub keeps_errors: bool,
+    /// Whether a request of the connection before, if it is held, is no new one.
+    pub keeps_requests: bool,
 }
 
 impl Default for Rules {
@@ -182,6 +194,7 @@ impl Default for Rules {
             asks_for_preset: |request| request.home,
             transfers: Transfers::Requested,
             parks: Parks::Zeroes,
+            freezes,
             answers: Answers::Handshake,
             code: |codes| codes.first().copied().unwrap_or(0),
             acknowledges_while_parked: false,
@@ -196,9 +209,12 @@ impl Default for Rules {
             parking_stops_velocity: true,
             presets_while_parked: false,
             presets_with_errors: true,
+            answers_blocked_preset: true,
             presets_after_parking: true,
             refuses_to_park: |moving, _| moving,
             parking_code: PARKING_REFUSED,
+            raises: |_| true,
+            keeps_acknowledgement: false,
             raises_while_parked: |_| false,
             looks_again_after_parking: true,
             constant_cause: None,
@@ -206,7 +222,22 @@ impl Default for Rules {
             clears: |_, persists| !persists,
             latches: true,
             keeps_errors: false,
+            keeps_requests: false,
         }
+    }
+}
+
+/// All positions stay what they were; an error is shown all the same.
+pub fn freezes(kept: Image, now: Image) -> Image {
+    let shows_position = now.g1_zsw >> 13 & 1 != 0;
+    Image {
+        g1_xist1: kept.g1_xist1,
+        g1_xist2: if shows_position { kept.position as u32 } else { now.g1_xist2 },
+        g1_xist3: kept.g1_xist3,
+        plain_position: kept.plain_position,
+        single_turn: kept.single_turn,
+        multi_turn: kept.multi_turn,
+        ..now
     }
 }
 
@@ -230,6 +261,12 @@ pub struct Sensor {
     request: Request,
     /// The requests that are no new ones when they are there in the next cycle.
     held: Request,
+    /// The requests at the end of the last connection.
+    last: Request,
+    /// Whether those count although the power was gone since then.
+    remembers: bool,
+    /// Whether bit 12 is still set from the connection before.
+    is_acknowledged: bool,
     /// Latched errors, oldest first.
     errors: Vec<Error>,
     /// The causes that were there when last looked at.
@@ -253,6 +290,9 @@ impl Sensor {
             acknowledge: Acknowledge::Idle,
             request: Request::default(),
             held: Request::default(),
+            last: Request::default(),
+            remembers: false,
+            is_acknowledged: false,
             errors: Vec::new(),
             causes: Vec::new(),
             failed_acknowledgements: 0,
@@ -266,7 +306,9 @@ impl Sensor {
     /// Begins anew for a new connection: handshakes are idle, and errors whose cause has gone are forgotten.
     pub fn restart(&mut self, causes: &[Error]) {
         let errors = core::mem::take(&mut self.errors);
-        *self = Sensor { errors, stays_parked: self.stays_parked, ..Sensor::new(self.rules) };
+        let held = if self.rules.keeps_requests || self.remembers { self.last } else { Request::default() };
+        let Sensor { stays_parked, is_acknowledged, remembers, rules, .. } = *self;
+        *self = Sensor { errors, held, last: held, remembers, stays_parked, is_acknowledged, ..Sensor::new(rules) };
         self.errors.retain(|error| causes.contains(error) || self.rules.keeps_errors);
         self.causes = self.errors.clone();
     }
@@ -278,11 +320,27 @@ impl Sensor {
         }
     }
 
+    /// Takes note of whether words came in this cycle: until the first ones a request of before may be held on.
+    pub fn hear(&mut self, has_words: bool) {
+        match has_words {
+            true => (self.last, self.remembers) = (Request::default(), false),
+            false if self.rules.keeps_requests || self.remembers => self.held = self.last,
+            false => {}
+        }
+    }
+
+    /// Takes the requests from before a loss of power as if they were still there.
+    pub fn remember(&mut self, before: &Sensor) {
+        (self.last, self.remembers) = (before.held, true);
+    }
+
     /// Looks at the causes of errors that are there now: each new one raises its error.
     pub fn watch(&mut self, causes: &[Error]) {
         let parked = self.parking == Parking::On;
         let causes: Vec<Error> = causes.iter().copied().chain(self.rules.constant_cause.map(Error::of)).collect();
-        let is_noticed = |cause: &Error| !parked || (self.rules.raises_while_parked)(cause.shown());
+        let is_noticed = |cause: &Error| {
+            (self.rules.raises)(cause.shown()) && (!parked || (self.rules.raises_while_parked)(cause.shown()))
+        };
         let noticed: Vec<Error> = causes.iter().copied().filter(is_noticed).collect();
         for cause in &noticed {
             if !self.causes.contains(cause) {
@@ -323,6 +381,7 @@ impl Sensor {
             unchanged @ (Preset::Idle | Preset::Running | Preset::Executed) => unchanged,
         };
         let before = core::mem::replace(&mut self.preset, next);
+        self.is_acknowledged &= before != Preset::Executed || next != Preset::Idle;
         self.is_released = before == Preset::Executed && next == Preset::Idle && !parked;
         (before != Preset::Running && next == Preset::Running).then(|| request.mode())
     }
@@ -335,8 +394,11 @@ impl Sensor {
 
     /// The connection has ended, and with it all requests.
     pub fn ended(&mut self) {
+        self.last = self.held;
+        let is_acknowledged = self.preset == Preset::Executed && self.rules.keeps_acknowledgement;
         let stays = self.rules.keeps_parked && self.is_parked();
         self.cycle(Request::default(), false);
+        self.is_acknowledged |= is_acknowledged;
         self.stays_parked |= stays;
     }
 
@@ -436,11 +498,15 @@ impl Sensor {
         self.request
     }
 
+    /// Whether the position stands in G1_XIST2 where neither an error nor parking is in its way.
+    pub fn is_transferred(&self) -> bool {
+        self.request.absolute || self.rules.transfers == Transfers::Always
+    }
+
     /// What G1_XIST2 has to show: errors before the position, and no position while parking makes it 0.
     pub fn xist2(&self) -> Xist2 {
         let codes: Vec<u16> = self.errors.iter().filter_map(|error| error.code).collect();
-        let is_transferred = self.request.absolute || self.rules.transfers == Transfers::Always;
-        match (codes.is_empty(), is_transferred && (!self.is_parked() || self.is_frozen())) {
+        match (codes.is_empty(), self.is_transferred() && (!self.is_parked() || self.is_frozen())) {
             (false, _) => Xist2::Error((self.rules.code)(&codes)),
             (true, true) => Xist2::Position,
             (true, false) => Xist2::Nothing,
@@ -451,7 +517,7 @@ impl Sensor {
     pub fn g1_zsw(&self) -> u16 {
         let bit = |n: u32, set: bool| u16::from(set) << n;
         bit(11, self.acknowledge != Acknowledge::Idle)
-            | bit(12, (self.rules.acknowledges_preset)(self.preset, self.request))
+            | bit(12, self.is_acknowledged || (self.rules.acknowledges_preset)(self.preset, self.request))
             | bit(13, self.xist2() == Xist2::Position)
             | bit(14, self.is_parked())
             | bit(15, self.has_error())

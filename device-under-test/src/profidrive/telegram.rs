@@ -113,18 +113,30 @@ pub struct Image {
     pub g1_xist3: u64,
     /// The velocity in the unit in force.
     pub velocity: i64,
+    /// The velocity of the window before, in the same unit.
+    pub velocity_before: i64,
+    /// The unit of the velocity, as the user parameters number it.
+    pub speed_unit: u8,
+    /// How many positions there are.
+    pub positions: u64,
+    /// Whether there is a submodule with the velocity alone.
+    pub has_speed: bool,
     /// Whether the inputs are good.
     pub good: bool,
     /// The position with offset, whether or not it is shown anywhere.
     pub position: u64,
     /// The offset of all presets, in units.
     pub offset: u64,
+    /// The offset that takes effect when the preset is carried out that is running.
+    pub next_offset: Option<u64>,
     /// The position alone.
     pub plain_position: u32,
     /// The position within a revolution.
     pub single_turn: u32,
     /// The revolutions in the position.
     pub multi_turn: u32,
+    /// Whether the position stands in G1_XIST2 where neither an error nor parking is in its way.
+    pub is_transferred: bool,
     /// The requests that were answered.
     pub request: Request,
     /// STW2_ENC and G1_STW as they were taken, valid or not; 0 without any.
@@ -151,6 +163,8 @@ pub struct Parts {
     pub hardware: Hardware,
     /// Where the sensor stands, in hardware steps.
     pub place: u64,
+    /// How often the shaft has gone over the physical zero, clockwise positive.
+    pub laps: i64,
 }
 
 /// The position within a revolution and the revolutions in it.
@@ -168,6 +182,8 @@ pub struct Rules {
     pub separate: fn([u16; 2], u16) -> [u16; 2],
     /// By how many bits G1_XIST1 is shifted to the left, from the right number of them.
     pub shift: fn(&Settings, &Hardware, u32) -> u32,
+    /// Whether the telegram of the first connection stays in use.
+    pub stays: bool,
     /// The position within a revolution and the revolutions in it.
     pub parts: fn(&Parts) -> [u32; 2],
     /// Octets from the encoder.
@@ -176,6 +192,8 @@ pub struct Rules {
     pub order: fn(&Telegram) -> &'static [Signal],
     /// What is sent, from the cycle before and what is the case now.
     pub emit: fn(&Before, Image) -> Image,
+    /// Whether the inputs of a submodule are good, from whether it is the last one of the frame and the right answer.
+    pub is_good: fn(bool, bool) -> bool,
     /// Appends a signal of a telegram.
     pub put: fn(&Telegram, Signal, &Image, &mut Vec<u8>),
 }
@@ -186,10 +204,12 @@ impl Default for Rules {
             control_words: |_, words| words,
             separate: |words, _| words,
             shift: |_, _, right| right,
+            stays: false,
             parts,
             input_octets: |telegram| telegram.input_octets,
             order: |telegram| telegram.inputs,
             emit: |_, image| image,
+            is_good: |_, right| right,
             put: |_, signal, image, out| put(signal, image, out),
         }
     }
@@ -296,12 +316,18 @@ mod tests {
         g1_xist2: 0x1002,
         g1_xist3: 0x0012_3456_789A_BCDE,
         velocity: -60,
+        velocity_before: -60,
+        speed_unit: 0,
+        positions: 1 << 28,
+        has_speed: false,
         good: true,
         position: 0,
         offset: 0,
+        next_offset: None,
         plain_position: 0x1234_5678,
         single_turn: 0x0678,
         multi_turn: 0x0001_2345,
+        is_transferred: false,
         request: Request { relative: false, home: false, absolute: false, park: false, acknowledge: false },
         outputs: [0; 2],
     };
@@ -398,6 +424,6 @@ mod tests {
     fn positions_have_two_parts(#[case] position: u64, #[case] units: u64, #[case] expected: [u32; 2]) {
         let hardware = Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 12 };
         let scaling = Scaling { units_per_revolution: units, range: 0x4000 };
-        assert_eq!(parts(&Parts { position, scaling, hardware, place: 0 }), expected);
+        assert_eq!(parts(&Parts { position, scaling, hardware, place: 0, laps: 0 }), expected);
     }
 }

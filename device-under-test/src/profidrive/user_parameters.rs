@@ -56,6 +56,10 @@ pub struct Rules {
     pub checks_length: bool,
     /// Whether each record is taken over, or only the first after power-up.
     pub takes_every_record: bool,
+    /// Whether a record that is taken in data exchange is in force at once, and not at the next start only.
+    pub acts_in_exchange: bool,
+    /// Whether a record that is taken in data exchange outlasts those of later starts.
+    pub outlasts_starts: bool,
     /// The octets that a record has.
     pub octets_expected: usize,
     /// The parameters without a record, from the right ones.
@@ -72,6 +76,10 @@ pub struct Rules {
     pub measures_by: fn(UserParameters, UserParameters) -> UserParameters,
     /// Whether a record in data exchange, which is refused, turns and scales the position nevertheless.
     pub measures_by_refused: bool,
+    /// Whether a record with these parameters is taken.
+    pub accepts: fn(&UserParameters, &Hardware) -> bool,
+    /// Whether the velocity is measured with these parameters.
+    pub measures_velocity: fn(&UserParameters) -> bool,
     /// Whether the encoder gets into data exchange with these parameters.
     pub starts: fn(&UserParameters) -> bool,
     /// In which direction the position rises.
@@ -102,7 +110,13 @@ pub struct Rules {
     /// The settings that act on a position signal, from those in force.
     pub acts_on: fn(Signal, Settings, &Hardware) -> Settings,
     /// The scaling of the velocity, from the one in force.
-    pub scales_velocity: fn(Scaling, &Hardware) -> Scaling,
+    pub scales_velocity: fn(Scaling, &Hardware, &UserParameters) -> Scaling,
+    /// Whether wrong parameters stay wrong for the rest of the connection.
+    pub stays_wrong: bool,
+    /// The settings that act on a position signal, from those in force and those at the end of the start-up.
+    pub acts_since: fn(Signal, Settings, Settings) -> Settings,
+    /// Whether positions stand at their last value beyond the range, from whether they should.
+    pub stands: fn(bool) -> bool,
 }
 
 impl Default for Rules {
@@ -110,6 +124,8 @@ impl Default for Rules {
         Rules {
             checks_length: true,
             takes_every_record: true,
+            acts_in_exchange: true,
+            outlasts_starts: false,
             octets_expected: OCTETS,
             default: |right, _| right,
             without_record: |right| right,
@@ -118,6 +134,8 @@ impl Default for Rules {
             preset_value: |_| None,
             measures_by: |_, now| now,
             measures_by_refused: false,
+            accepts: |_, _| true,
+            measures_velocity: |_| true,
             starts: |_| true,
             direction: |parameters, _| if parameters.class_4 { parameters.direction } else { Direction::Clockwise },
             scales: |parameters| parameters.class_4 && parameters.scaling,
@@ -132,7 +150,10 @@ impl Default for Rules {
             are_wrong: |parameters, _, _| parameters.compatible && parameters.life_sign_failures == 0,
             unit,
             acts_on: |_, settings, _| settings,
-            scales_velocity: |scaling, _| scaling,
+            scales_velocity: |scaling, _, _| scaling,
+            stays_wrong: false,
+            acts_since: |_, now, _| now,
+            stands: |right| right,
         }
     }
 }

@@ -28,6 +28,7 @@ pub(super) struct AlarmEndpoint {
     next_sequence: u16,
     received: u16,
     specifier: u16,
+    takes_acknowledgements: bool,
 }
 
 /// What becomes of the alarm that is on its way.
@@ -73,6 +74,7 @@ impl AlarmEndpoint {
             tags: [request.alarm_cr_tag_header_low, request.alarm_cr_tag_header_high],
             timeout: Duration::from_millis(100) * u32::from(request.rta_timeout_factor),
             retries: request.rta_retries,
+            takes_acknowledgements: behaviour.takes_acknowledgements,
             waiting: VecDeque::new(),
             transfer: Transfer::Idle,
             next_sequence: behaviour.first_alarm_sequence,
@@ -160,7 +162,9 @@ impl AlarmEndpoint {
                 let kind = if sequence == expected {
                     self.received = sequence;
                     self.take_acknowledged(pdu.header.ack_seq_num);
-                    self.take_data(body);
+                    if self.takes_acknowledgements {
+                        self.take_data(body);
+                    }
                     RtaKind::ACK
                 } else if sequence == self.received {
                     RtaKind::ACK

@@ -1,6 +1,6 @@
 //! Where the stack can be told to do something else than a healthy one.
 
-use crate::application::{Plug, StationData};
+use crate::application::{Access, Plug, StationData};
 use alloc::vec::Vec;
 use station::Duration;
 use wire::datagram::arp::Arp;
@@ -10,6 +10,8 @@ use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::{IocrBlockReq, RtClass};
 use wire::profinet::blocks::im::Im0;
+use wire::profinet::blocks::module_diff::ModuleState;
+use wire::profinet::dcp::Value;
 use wire::profinet::status::RecordError;
 
 /// How a controller ends a connection.
@@ -61,12 +63,20 @@ pub struct StackBehaviour {
     pub answers_signal: bool,
     /// Vendor and device that DCP tells, from those of the device.
     pub told_ids: fn((u16, u16)) -> (u16, u16),
+    /// What Get is given, from what DCP tells otherwise.
+    pub got: fn(Value) -> Value,
     /// Whether a reset of the station ends the connections.
     pub ends_with_reset: bool,
     /// Whether neighbours are told who is here, by the name of the device.
     pub announces_itself: fn(&[u8]) -> bool,
     /// The name that neighbours are told, from the one in use and the one at the start.
     pub announced_name: for<'a> fn(&'a [u8], &'a [u8]) -> &'a [u8],
+    /// The number of the port that neighbours are told, from that of the port.
+    pub announced_port: fn(u16) -> u16,
+    /// When the name from before a reset of the station is there again.
+    pub name_returns_after: Option<Duration>,
+    /// Where a record of the application is looked up, from where it is asked for.
+    pub looks_up: fn(Access) -> Access,
     /// Whether it is kept who the neighbour is.
     pub keeps_neighbour: bool,
     /// The kind of the line that is told.
@@ -125,6 +135,8 @@ pub struct StackBehaviour {
     pub reports_module_diff: bool,
     /// Whether Connect and ApplicationReady tell what is plugged although all of it is as expected.
     pub tells_proper_modules: bool,
+    /// What they call a module that is as expected, where they tell it.
+    pub proper_state: ModuleState,
     /// Whether ApplicationReady waits for the end of the parameters.
     pub waits_for_parameters: bool,
     /// Whether the place of an I&M record is looked at.
@@ -187,6 +199,8 @@ pub struct StackBehaviour {
     pub first_alarm_sequence: u16,
     /// Whether an alarm without acknowledgement is repeated.
     pub repeats_alarms: bool,
+    /// Whether the acknowledgement of an alarm is taken, and makes room for the next one.
+    pub takes_acknowledgements: bool,
     /// Whether a new connection is told what is pending already.
     pub tells_pending_diagnoses: bool,
     /// What is sent of an alarm, from the right one.
@@ -219,9 +233,13 @@ impl Default for StackBehaviour {
             survives_reset: true,
             answers_signal: true,
             told_ids: |ids| ids,
+            got: |value| value,
             ends_with_reset: true,
             announces_itself: |_| true,
             announced_name: |now, _| now,
+            announced_port: |port| port,
+            name_returns_after: None,
+            looks_up: |asked| asked,
             keeps_neighbour: true,
             mau_type: FAST_ETHERNET,
             survives_damaged_dcp: true,
@@ -250,6 +268,7 @@ impl Default for StackBehaviour {
             input_frame_id: |agreed| agreed,
             reports_module_diff: true,
             tells_proper_modules: false,
+            proper_state: ModuleState::PROPER_MODULE,
             waits_for_parameters: true,
             checks_place: true,
             refuses_read_only: true,
@@ -281,6 +300,7 @@ impl Default for StackBehaviour {
             checks_alarm_endpoints: true,
             first_alarm_sequence: 0xFFFF,
             repeats_alarms: true,
+            takes_acknowledgements: true,
             tells_pending_diagnoses: true,
             alarm: |_| {},
             sends_inputs_during_alarm: true,

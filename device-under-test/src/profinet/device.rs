@@ -67,6 +67,10 @@ impl<A: Application> Device<A> {
             (Supply::On | Supply::Booting { .. }, false) => {
                 self.application.power_down(now);
                 self.supply = Supply::Off;
+                // An application that was gone for a moment only starts again at once.
+                if self.is_fed && self.application.is_alive() {
+                    self.feel_supply(now);
+                }
             }
             (Supply::Off, false) | (Supply::On | Supply::Booting { .. }, true) => {}
         }

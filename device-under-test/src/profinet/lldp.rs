@@ -111,11 +111,12 @@ impl Announcer {
             return;
         }
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
+        let own = format!("port-{:03}", (behaviour.announced_port)(1)).into_bytes();
         let (chassis, port) = if name.is_empty() {
-            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, b"port-001".to_vec())
+            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, own)
         } else {
             let chassis = Tlv::ChassisId { subtype: locally_assigned, id: name.to_vec() };
-            (chassis, [b"port-001.", name].concat())
+            (chassis, [&own[..], b".", name].concat())
         };
         let lldp = Lldp {
             tlvs: [

@@ -109,6 +109,7 @@ impl Stack {
         about: Option<usize>,
         out: &mut Vec<u8>,
     ) -> Result<(), RecordError> {
+        let access = if record(access.index).is_none() { (self.behaviour.looks_up)(access) } else { access };
         let place = Place { api: access.api, slot: access.slot, subslot: access.subslot };
         let Some((width, subject)) = record(access.index) else {
             self.check_application(access.index, place)?;
@@ -171,6 +172,7 @@ impl Stack {
 
     /// Writes a record.
     pub(super) fn write_record(&mut self, env: &mut Env<'_>, access: Access, data: &[u8]) -> Result<(), RecordError> {
+        let access = if record(access.index).is_none() { (self.behaviour.looks_up)(access) } else { access };
         let place = Place { api: access.api, slot: access.slot, subslot: access.subslot };
         match record(access.index) {
             None => self.check_application(access.index, place)?,

@@ -84,6 +84,8 @@ pub(super) struct Stack {
     /// The name and the addresses after the next start.
     pub stored: StationData,
     name_at_start: Vec<u8>,
+    /// The name from before a reset, and when it is there again.
+    returning: Option<(Time, Vec<u8>)>,
     is_silent: bool,
     /// What is open in DCP.
     pub desk: Desk,
@@ -111,6 +113,7 @@ impl Stack {
             name_at_start: station.name.clone(),
             station,
             stored,
+            returning: None,
             is_silent: false,
             desk: Desk::new(now),
             plugged: Plugged::new(application.plugs(), application.identity(), kept.behaviour.plugs),
@@ -353,6 +356,11 @@ impl Stack {
             env.application.advance(env.now);
         }
         self.wake_dcp(env);
+        if let Some((_, name)) = self.returning.take_if(|(due, _)| *due <= now) {
+            self.stored.name.clone_from(&name);
+            self.use_station(now, StationData { name, ..self.station.clone() });
+            env.application.set_station(now, &self.station, &self.stored);
+        }
         let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
         let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
         self.lldp.wake(env.now, macs, name, &self.behaviour, env.out);
@@ -478,6 +486,8 @@ impl Stack {
             self.kept.mac = mac;
             self.ip = Ip::new(env.now, mac);
         }
+        let name = core::mem::take(&mut self.station.name);
+        self.returning = self.behaviour.name_returns_after.map(|after| (env.now + after, name));
         self.stored = env.application.stored_station();
         let mut station = self.stored.clone();
         (self.behaviour.at_start)(&mut station);
@@ -497,6 +507,7 @@ impl Stack {
             .into_iter()
             .flatten()
             .chain(connections)
+            .chain(self.returning.as_ref().map(|(due, _)| *due))
             .min()
     }
 }

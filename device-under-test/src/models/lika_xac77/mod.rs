@@ -22,13 +22,13 @@
 mod tests;
 mod web;
 
-use crate::application::{ResetScope, Severity, StationData};
+use crate::application::StationData;
 use crate::behaviour::Behaviour;
 use crate::bugs::{self, Table};
 use crate::encoder::{Hardware, Scaling};
 use crate::encoder_object::{
-    self, Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, Reset, Submodule, Timing, Variant,
-    WithoutRecord,
+    self, Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Reset, Submodule, Timing,
+    Variant, WithoutRecord,
 };
 use crate::profidrive::telegram::STANDARD;
 use crate::profidrive::user_parameters::UserParameters;
@@ -110,14 +110,7 @@ static FACTS: Facts = Facts {
     stands_still_in_preset: false,
     watches_controller: true,
     modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],
-    resets: |scope| match scope {
-        ResetScope::Factory | ResetScope::AllData | ResetScope::Device => {
-            Some(Reset { application: true, station: true })
-        }
-        ResetScope::ApplicationData => Some(Reset { application: true, station: false }),
-        ResetScope::Communication => Some(Reset { application: false, station: true }),
-        ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => None,
-    },
+    resets: Reset::of,
 };
 
 /// Fault bit of the memory.
@@ -147,16 +140,6 @@ const ERRORS: &[ErrorFact] = &[
         ..NO_DIAGNOSIS
     },
 ];
-
-const NO_DIAGNOSIS: ErrorFact = ErrorFact {
-    causes: &[],
-    code: None,
-    fault_bits: 0,
-    error_type: None,
-    severity: Severity::Fault,
-    is_persistent: false,
-    effect: Effect::Nothing,
-};
 
 /// Idents are not printed in the manual but for the numbers of the access points, which stand here for their idents; they
 /// and the API of slot 0 are invented for our reference device.

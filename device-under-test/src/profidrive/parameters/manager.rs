@@ -51,7 +51,8 @@ impl<K: Copy + PartialEq> Manager<K> {
 
     /// The response for `key`, if one is waiting.
     pub fn fetch(&mut self, key: K) -> Option<Vec<u8>> {
-        let Some(at) = self.responses.iter().position(|(of, _)| *of == key) else {
+        let is_own = |of: K| of == key || !self.rules.forgets_at_end;
+        let Some(at) = self.responses.iter().position(|(of, _)| is_own(*of)) else {
             return self.rules.answers_nothing.then(Vec::new);
         };
         match self.rules.fetched_once {
@@ -86,7 +87,14 @@ fn answer(request: &Request, parameters: &mut impl Parameters, rules: &Rules) ->
             let mut outcomes = Vec::new();
             for (n, address) in request.addresses.iter().enumerate() {
                 let stopped = !rules.goes_on_after_error && outcomes.iter().any(Result::is_err);
-                outcomes.push(if stopped { Ok(()) } else { change(address, request.values.get(n), parameters, rules) });
+                // Octets behind the last value are values too many.
+                let is_checked = rules.surplus && rules.value_count && rules.length;
+                let surplus = is_checked && n + 1 == request.addresses.len() && !request.rest.is_empty();
+                outcomes.push(match (stopped, surplus) {
+                    (true, _) => Ok(()),
+                    (false, true) => Err(ParameterError { number: ErrorNumber::BAD_VALUE_COUNT, subindex: None }),
+                    (false, false) => change(address, request.values.get(n), parameters, rules),
+                });
             }
             return Response::to_change(header, &outcomes);
         }
@@ -131,7 +139,8 @@ fn change(
     parameters: &mut impl Parameters,
     rules: &Rules,
 ) -> Result<(), ParameterError> {
-    let values = value.and_then(ParameterValue::to_numbers).unwrap_or_default();
+    let mut values = value.and_then(ParameterValue::to_numbers).unwrap_or_default();
+    values.truncate(rules.stored);
     if !rules.checks_first {
         let _ = parameters.write(address.number, address.subindex, &values);
     }
@@ -202,9 +211,12 @@ fn elements(
     }
     let count = usize::from(address.element_count.max(1));
     let subindex = (rules.first_element)(address.subindex, count);
-    let is_wrong = parameter.shape == Shape::Value && (count > 1 || address.element_count == 0 && !rules.zero_elements);
-    if address.element_count > MAX_ELEMENTS || is_wrong {
+    let is_single = parameter.shape == Shape::Value;
+    if address.element_count > MAX_ELEMENTS || is_single && address.element_count == 0 && !rules.zero_elements {
         return refused(ErrorNumber::BAD_ADDRESS);
+    }
+    if is_single && count > 1 && rules.array {
+        return refused(ErrorNumber::NO_ARRAY);
     }
     let is_whole = parameter.shape == Shape::Value || parameter.shape == Shape::Octets && count == 1;
     if is_whole {

@@ -104,6 +104,10 @@ pub struct Rules {
     pub takes: fn(Format, Format) -> bool,
     /// Another number of values than of elements is refused.
     pub value_count: bool,
+    /// Octets behind the last value are refused.
+    pub surplus: bool,
+    /// How many values of a parameter are written.
+    pub stored: usize,
     /// A value is written after all checks, and not before them.
     pub checks_first: bool,
     /// The number of elements of a parameter that is no array may be 0.
@@ -142,6 +146,8 @@ impl Default for Rules {
             array: true,
             takes: is_of_type,
             value_count: true,
+            surplus: true,
+            stored: usize::MAX,
             checks_first: true,
             zero_elements: true,
             first_element: |subindex, _| subindex,

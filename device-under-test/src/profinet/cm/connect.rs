@@ -17,7 +17,7 @@ use wire::profinet::blocks::connect::{
     ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, Connect, ConnectBlock, Content, IocrBlockReq, IocrBlockRes,
     IocrType, RtClass,
 };
-use wire::profinet::blocks::module_diff::ModuleDiffBlock;
+use wire::profinet::blocks::module_diff::{ArInfo, IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
 use wire::profinet::rpc;
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
 
@@ -140,7 +140,16 @@ impl Stack {
     /// What is told about how what is plugged differs from `expected`.
     fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
         let proper = || self.behaviour.tells_proper_modules.then(|| self.plugged.comparison(expected, true));
-        self.plugged.difference(expected).or_else(proper).filter(|_| self.behaviour.reports_module_diff)
+        let mut told = self.plugged.difference(expected).or_else(proper)?;
+        for module in told.apis.iter_mut().flat_map(|api| &mut api.modules) {
+            if module.state == ModuleState::PROPER_MODULE {
+                module.state = self.behaviour.proper_state;
+                let submodules = module.submodules.iter_mut().filter(|_| module.state == ModuleState::SUBSTITUTE);
+                let state = SubmoduleState::new(IdentInfo::SUBSTITUTE, ArInfo::OWN, 0);
+                submodules.for_each(|submodule| submodule.state = state);
+            }
+        }
+        self.behaviour.reports_module_diff.then_some(told)
     }
 
     fn exchange(&self, env: &Env<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<Exchange> {

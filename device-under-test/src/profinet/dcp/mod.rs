@@ -121,7 +121,7 @@ impl Stack {
 
     fn get(&self, env: &Env<'_>, request: &Dcp) -> Vec<Block> {
         let Body::Elements(elements) = &request.body else { return Vec::new() };
-        let answer = |element: &Element| match self.value(env.application, *element) {
+        let answer = |element: &Element| match self.got(env.application, *element) {
             Some(value) => Block::tell(self.info(*element), value),
             None => Block::outcome(*element, values::unknown(*element)),
         };

@@ -62,6 +62,11 @@ impl Stack {
         })
     }
 
+    /// The value of `element` that Get is given.
+    pub(super) fn got(&self, application: &dyn Application, element: Element) -> Option<Value> {
+        self.value(application, element).map(self.behaviour.got)
+    }
+
     /// What is told about the origin of a value.
     pub(super) fn info(&self, element: Element) -> BlockInfo {
         let has_address = self.station.ip != [0; 4];

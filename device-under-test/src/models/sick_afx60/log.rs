@@ -1,0 +1,248 @@
+//! The service log: P1002 since delivery, P1003 since it was reset, and P1004, how often each bit of S_STAT_A came.
+//! Manual, tables 34 and 44.
+//!
+//! Readings: P1003 is reset by writing 0 to any of its elements, and nothing else can be written. A turn counts when it
+//! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
+
+use super::knobs::{Entries, Rules};
+use super::{Live, State};
+use crate::encoder::velocity::{self, Sampling, Unit, Velocity};
+use crate::encoder_object::{double_words, words};
+use crate::profidrive::parameters::Parameter;
+use core::time::Duration;
+use station::Time;
+use wire::profidrive::ErrorNumber;
+
+/// The slowest turn that is motion, in revolutions per minute.
+const MOTION: u64 = 6;
+/// Current of the LED of the sensor in microamperes, and what it is when it is critical; both are invented.
+const LED_CURRENT: [u32; 2] = [10_000, 25_000];
+/// How long it takes to save diagnostic data; invented.
+const SAVE: Duration = Duration::from_millis(50);
+const HIGHEST_COUNT: u16 = 255;
+/// How the acceleration is measured, so finely that a step more or less is none; invented.
+const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
+
+/// One of the two logs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Log {
+    power_ups: u32,
+    operating: Duration,
+    highest_speed: u32,
+    forward: u32,
+    reverse: u32,
+    direction_changes: u32,
+    motion: Duration,
+    extremes: Option<Extremes>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Extremes {
+    led: [u32; 2],
+    volts: u32,
+    celsius: [i32; 2],
+}
+
+/// What the log is made of.
+#[derive(Clone, Debug)]
+pub struct Service {
+    absolute: Log,
+    relative: Log,
+    counters: [u16; 16],
+    /// S_STAT_A when last looked at.
+    status: u16,
+    last: Time,
+    place: Option<i64>,
+    /// The sense of the present motion, 0 at rest, and of the last one.
+    motion: i64,
+    last_motion: i64,
+    /// Measures the acceleration.
+    meter: Option<Velocity>,
+    /// Hardware steps since the present motion began, or since its last full revolution.
+    way: u64,
+}
+
+impl Default for Service {
+    fn default() -> Service {
+        let new = Log { power_ups: 1, ..Log::default() };
+        Service {
+            absolute: new,
+            relative: new,
+            counters: [0; 16],
+            status: 0,
+            last: Time::ZERO,
+            place: None,
+            motion: 0,
+            last_motion: 0,
+            meter: None,
+            way: 0,
+        }
+    }
+}
+
+impl Service {
+    /// The supply has come.
+    pub fn power_up(&mut self, now: Time, rules: &Rules) {
+        if !rules.log_survives {
+            let power_ups = [self.absolute.power_ups, self.relative.power_ups];
+            let [absolute, relative] = power_ups.map(|power_ups| Log { power_ups, ..Log::default() });
+            (self.absolute, self.relative, self.counters) = (absolute, relative, [0; 16]);
+        }
+        self.both(|log| log.power_ups = (rules.power_ups)(log.power_ups));
+        (self.status, self.last, self.place, self.motion, self.meter) = (0, now, None, 0, None);
+    }
+
+    fn both(&mut self, change: impl Fn(&mut Log)) {
+        change(&mut self.absolute);
+        change(&mut self.relative);
+    }
+
+    /// Forgets all, the present start included.
+    pub fn begin_anew(&mut self) {
+        *self = Service::default();
+        self.both(|log| log.power_ups = 0);
+    }
+
+    /// Seconds since delivery during which there was supply.
+    pub fn operating_seconds(&self) -> u64 {
+        self.absolute.operating.as_secs()
+    }
+}
+
+impl Live<'_, State> {
+    /// Writes the log up to now.
+    pub fn log(&mut self) {
+        self.log_time();
+        self.log_motion();
+        let meter = &mut self.model.service.meter;
+        let meter = meter.get_or_insert_with(|| {
+            Velocity::sampled(METER, Unit::Rpm, self.hardware, self.now, self.shaft, velocity::Rules::default())
+        });
+        meter.advance(self.now, self.shaft);
+        let critical = usize::from(self.faults.has("led_current"));
+        let (led, volts) = (LED_CURRENT[critical], (self.model.around.volts + 0.5).max(0.0) as u32);
+        let degrees = self.model.around.degrees() as i32;
+        self.model.service.both(|log| {
+            let seen = log.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
+            log.extremes = Some(Extremes {
+                led: [seen.led[0].max(led), seen.led[1].min(led)],
+                volts: seen.volts.max(volts),
+                celsius: [seen.celsius[0].max(degrees), seen.celsius[1].min(degrees)],
+            });
+        });
+        self.count();
+    }
+
+    fn log_time(&mut self) {
+        let rpm = self.ram.velocity.rounded_rpm().unsigned_abs();
+        let slowest = (self.behaviour.afx60.motion)(MOTION);
+        let service = &mut self.model.service;
+        let passed = self.now.since(service.last);
+        service.last = self.now;
+        service.both(|log| {
+            log.operating += passed;
+            log.highest_speed = log.highest_speed.max(u32::try_from(rpm).unwrap_or(u32::MAX));
+            if rpm >= slowest {
+                log.motion += passed;
+            }
+        });
+    }
+
+    fn log_motion(&mut self) {
+        let place = self.shaft.place(self.now);
+        let motion = self.ram.velocity.steps().signum();
+        let steps_per_revolution = self.hardware.steps_per_revolution;
+        let rules = &self.behaviour.afx60;
+        let service = &mut self.model.service;
+        let gone = place.wrapping_sub(service.place.replace(place).unwrap_or(place)).unsigned_abs();
+        let before = core::mem::replace(&mut service.motion, motion);
+        if motion == 0 {
+            return;
+        }
+        let turns = if motion == before {
+            service.way = service.way.wrapping_add(gone);
+            let turns = service.way / steps_per_revolution;
+            service.way %= steps_per_revolution;
+            turns as u32
+        } else {
+            service.way = 0;
+            1
+        };
+        let last = core::mem::replace(&mut service.last_motion, motion);
+        let is_reversed = (rules.is_change)(before, last, motion);
+        let [is_forward, is_reverse] = (rules.turns)(motion);
+        service.both(|log| {
+            log.forward = log.forward.wrapping_add(if is_forward { turns } else { 0 });
+            log.reverse = log.reverse.wrapping_add(if is_reverse { turns } else { 0 });
+            log.direction_changes += u32::from(is_reversed);
+        });
+    }
+
+    fn count(&mut self) {
+        let status = self.status_a();
+        let rules = &self.behaviour.afx60;
+        let service = &mut self.model.service;
+        let came = status & !core::mem::replace(&mut service.status, status);
+        for (bit, counter) in service.counters.iter_mut().enumerate().skip(1) {
+            if came >> bit & 1 != 0 {
+                *counter = (rules.counted)(*counter + 1, HIGHEST_COUNT);
+            }
+        }
+        if came != 0 {
+            self.model.status.diagnosis_saved_at = Some(self.now + SAVE);
+        }
+    }
+
+    /// P1002 or P1003.
+    pub fn log_parameter(&self, number: u16) -> Parameter {
+        let service = &self.model.service;
+        let log = if number == 1002 || !self.behaviour.afx60.resets_log { service.absolute } else { service.relative };
+        let seen = log.extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
+        let right = [
+            log.power_ups,
+            log.operating.as_secs() as u32,
+            log.highest_speed,
+            log.forward,
+            log.reverse,
+            log.direction_changes,
+            log.motion.as_secs() as u32,
+            service.meter.as_ref().map_or(0, Velocity::acceleration) as u32,
+            seen.led[0],
+            seen.led[1],
+            seen.volts,
+            seen.celsius[0] as u32,
+            seen.celsius[1] as u32,
+        ]
+        .map(u64::from);
+        let entries = Entries {
+            number,
+            rpm: self.ram.velocity.rounded_rpm(),
+            operating: log.operating,
+            millivolts: self.model.around.millivolts(),
+            right,
+        };
+        let parameter = double_words((self.behaviour.afx60.log)(&entries).to_vec());
+        if number == 1003 { parameter.writable() } else { parameter }
+    }
+
+    /// Resets P1003.
+    pub fn reset_log(&mut self, values: &[u64]) -> Result<(), ErrorNumber> {
+        if values.iter().any(|value| *value != 0) {
+            return Err(ErrorNumber::RESET_ONLY);
+        }
+        let rules = &self.behaviour.afx60;
+        if rules.resets_log {
+            self.model.service.relative = Log::default();
+        }
+        if rules.resets_both_logs {
+            self.model.service.absolute = Log::default();
+        }
+        self.log();
+        Ok(())
+    }
+
+    /// P1004.
+    pub fn counters_parameter(&self) -> Parameter {
+        words((self.behaviour.afx60.counters)(self.model.service.counters).map(u64::from).to_vec())
+    }
+}
