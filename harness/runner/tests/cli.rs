@@ -163,7 +163,7 @@ fn changed_suites(name: &str, file: &str, change: (&str, &str)) -> (PathBuf, Pat
 const CHECKS: &str = "      - expect: { G1_ZSW.home_position_executed: 1, G1_XIST1: 0x00012345 }\n";
 
 #[rstest]
-#[case::misspelt_key("preset.yaml", ("    covers:", "    cover:"), "unknown key of a case `cover`")]
+#[case::misspelt_key("preset.yaml", ("\n    covers:", "\n    cover:"), "unknown key of a case `cover`")]
 #[case::unknown_signal("preset.yaml", ("G1_ZSW.home_position_executed: 1", "G1_ZWS.home_position_executed: 1"), "G1_ZSW")]
 #[case::no_checks(
     "preset.yaml",

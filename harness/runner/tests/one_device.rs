@@ -5,7 +5,7 @@ use encspec::engine::segment::{DeviceOnStand, Model, VirtualSegment};
 use encspec::engine::{DutKind, DutSpec, RunOptions, dut, run_trial_on};
 use encspec::suite::{Sources, load};
 use encspec::verdict::Verdict;
-use reference_devices::{Setup, build};
+use reference_devices::{Setup, build, build_delivered};
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 
 /// A device for which time goes on from trial to trial.
@@ -92,10 +92,9 @@ fn trials_do_not_stand_in_each_others_way() {
                 mask: [0; 4],
                 gateway: [0; 4],
             };
-            let built =
-                |setup: &Setup<'_>| build(&spec.manual, &spec.variant, setup).map_err(|error| error.to_string());
-            let fresh = || built(&Setup { station_name: "", ..setup.clone() });
-            let device = Model::new(built(&setup).expect("it can be built"), Box::new(fresh));
+            let built = build(&spec.manual, &spec.variant, &setup).map_err(|error| error.to_string());
+            let fresh = || build_delivered(known, &spec.variant, &setup).map_err(|error| error.to_string());
+            let device = Model::new(built.expect("it can be built"), Box::new(fresh));
             let mut kept = Kept { device, began: Time::ZERO, last: Time::ZERO };
             for trial in &variant.trials {
                 let segment = Box::new(VirtualSegment::new(Box::new(Lent(&mut kept))));

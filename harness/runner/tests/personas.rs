@@ -220,7 +220,7 @@ fn no_persona_makes_a_healthy_device_fail_and_what_is_not_judged_says_why() {
             assert!(slow, "only a slower cycle takes cases away: {told}");
         }
         let not_judged = cases().filter(|case| case.verdict == Verdict::NotApplicable).count();
-        assert!(not_judged * 3 < cases().count() * 2, "{}: {not_judged} are not judged", persona.name);
+        assert!(not_judged * 4 < cases().count() * 3, "{}: {not_judged} are not judged", persona.name);
         assert_eq!(report::status(&result), ExitStatus::Green, "{}", persona.name);
         for run in &result.runs {
             // A requirement none of whose cases was judged is not passed.
