@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
+#[path = "common/round_trip.rs"]
+mod round_trip;
 #[path = "../src/torture.rs"]
 mod torture;
 
 use common::{golden, hex};
-use encspec_wire::Result;
 use encspec_wire::octets::Reader;
 use encspec_wire::profidrive::{ParameterValue, Request, Response};
 use encspec_wire::profinet::alarm::RtaPdu;
@@ -14,20 +15,9 @@ use encspec_wire::profinet::blocks::identification::{ApiData, IdentificationData
 use encspec_wire::profinet::blocks::im::{Im0, ImText};
 use encspec_wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use encspec_wire::profinet::diagnosis::DiagnosisData;
+use round_trip::try_hard;
 use rstest::rstest;
 use torture::every_prefix_and_flip;
-
-/// Tries `parse`, and shows that what `write` makes of a result is read as the same again.
-fn try_hard<T: PartialEq>(octets: &[u8], parse: fn(&[u8]) -> Result<T>, write: fn(&T, &mut Vec<u8>)) {
-    assert!(parse(octets).is_ok(), "the undamaged octets are read: {octets:02x?}");
-    every_prefix_and_flip(octets, |octets| {
-        if let Ok(read) = parse(octets) {
-            let mut out = Vec::new();
-            write(&read, &mut out);
-            assert!(parse(&out).ok() == Some(read), "read otherwise the second time: {out:02x?}");
-        }
-    });
-}
 
 /// The lines `name hex ...` of a golden file.
 fn lines(text: &'static str) -> impl Iterator<Item = (&'static str, Vec<u8>)> {
@@ -111,7 +101,7 @@ fn api_data() {
     "0010 0026 0100 0001 0002 8000 0800 8001 0010 0016 0101 00003d00 0001 0002 8000 0800 8000 8000 0800 9000"
 )]
 fn diagnosis(#[case] octets: &str) {
-    fn parse(octets: &[u8]) -> Result<DiagnosisData> {
+    fn parse(octets: &[u8]) -> encspec_wire::Result<DiagnosisData> {
         DiagnosisData::read(&mut Reader::new("diagnosis", octets))
     }
     try_hard(&hex(octets), parse, DiagnosisData::write);

@@ -2,10 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod common;
+#[path = "common/round_trip.rs"]
+mod round_trip;
 #[path = "../src/torture.rs"]
 mod torture;
 
 use common::{golden, hex};
+use encspec_wire::WireError;
 use encspec_wire::profibus::address::SetSlaveAddress;
 use encspec_wire::profibus::cfg::{Identifier, sums};
 use encspec_wire::profibus::diag::{Block, Message, SlaveDiag, identifiers};
@@ -14,21 +17,9 @@ use encspec_wire::profibus::fdl::{Frame, Piece, Splitter};
 use encspec_wire::profibus::global_control::GlobalControl;
 use encspec_wire::profibus::prm::{Isochronous, PrmBlock, SetPrm};
 use encspec_wire::profibus::sap::Service;
-use encspec_wire::{Result, WireError};
+use round_trip::try_hard;
 use rstest::rstest;
 use torture::every_prefix_and_flip;
-
-/// Tries `parse`, and shows that what `write` makes of a result is read as the same again.
-fn try_hard<T: PartialEq>(octets: &[u8], parse: fn(&[u8]) -> Result<T>, write: fn(&T, &mut Vec<u8>)) {
-    assert!(parse(octets).is_ok(), "the undamaged octets are read: {octets:02x?}");
-    every_prefix_and_flip(octets, |octets| {
-        if let Ok(read) = parse(octets) {
-            let mut out = Vec::new();
-            write(&read, &mut out);
-            assert!(parse(&out).ok() == Some(read), "read otherwise the second time: {out:02x?}");
-        }
-    });
-}
 
 #[test]
 fn frames() {

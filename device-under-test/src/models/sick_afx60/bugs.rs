@@ -38,7 +38,7 @@ const DIAGNOSIS: &[&str] = &[
     "fault-reported-as-maintenance",
 ];
 
-const DIAGNOSIS_OTHERS: &[&str] = &["warning-shown-as-error", "speed-limit-included", "speed-warning-forward-only"];
+const DIAGNOSIS_OTHERS: &[&str] = &["warning-shown-as-error", "speed-warning-forward-only"];
 
 const HANDSHAKES: &[&str] = &[
     "parking-ignored",
@@ -97,6 +97,7 @@ const LAYOUTS: &[&str] = &[
 ];
 
 const LIMITS: &[&str] = &[
+    "speed-limit-included",
     "highest-setting-refused",
     "settings-not-kept",
     "settings-not-checked",
