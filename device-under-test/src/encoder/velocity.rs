@@ -243,6 +243,15 @@ impl Velocity {
 
 /// The nearest whole number to a fraction with a positive denominator; halves go away from zero.
 fn rounded(above: i128, below: i128) -> i64 {
+    if above == 0 {
+        return 0;
+    }
+    // Nearly always both are short, and dividing long numbers is slow.
+    if let (Ok(above), Ok(below)) = (i64::try_from(above), i64::try_from(below))
+        && let Some(above) = above.checked_add(above.signum() * (below / 2))
+    {
+        return above / below;
+    }
     i64::try_from((above + above.signum() * below / 2) / below).unwrap_or(i64::MAX)
 }
 

@@ -218,6 +218,11 @@ impl Plugged {
         Some(self.comparison(expected, false)).filter(|difference| !difference.apis.is_empty())
     }
 
+    /// Whether what is plugged differs from `expected`.
+    pub(super) fn differs(&self, expected: &[Expected]) -> bool {
+        expected.iter().any(|submodule| self.at_fits(submodule).is_none())
+    }
+
     /// How what is plugged compares with `expected`: what differs, and what does not if it `tells_proper` ones too.
     pub(super) fn comparison(&self, expected: &[Expected], tells_proper: bool) -> ModuleDiffBlock {
         let mut apis: Vec<ApiDiff> = Vec::new();

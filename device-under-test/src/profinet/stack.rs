@@ -149,7 +149,7 @@ impl Stack {
             has_connection: exchanges().next().is_some(),
             exchanges_data: exchanges()
                 .any(|(ar, exchange)| ar.phase == Phase::Data && exchange.consumer.expires().is_some()),
-            module_differs: exchanges().any(|(ar, _)| self.plugged.difference(&ar.expected).is_some()),
+            module_differs: exchanges().any(|(ar, _)| self.plugged.differs(&ar.expected)),
             is_signalling: self.is_signalling(now),
             ..seen
         }

@@ -82,7 +82,9 @@ impl<'a> BlockWatch<'a> {
         for watch in &mut self.watches {
             match watch {
                 Watch::Rule { rule, .. } => rule.begin_with(view),
-                Watch::Count { of: Observation::Count { condition, .. }, state, .. } => state.advance(condition, view),
+                Watch::Count { of: Observation::Count { condition, .. }, state, .. } => {
+                    state.advance(condition, view);
+                }
                 Watch::Sequence { .. } | Watch::Count { .. } => {
                     watch.tick(view);
                 }

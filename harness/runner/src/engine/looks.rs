@@ -232,13 +232,13 @@ impl<'a> Run<'a> {
 
     /// Tries one reading of the manual after the other; the first that holds is taken.
     pub fn either(&mut self, step: &'a Step, readings: &'a [Reading]) -> Stepped<'a> {
-        let answers = mem::take(&mut self.world.scene.notebook.answers);
+        let answers = mem::take(&mut self.world.scene.notebook_mut().answers);
         self.world.record_from_here();
         let mut parts = Vec::new();
         let mut last: Option<Trouble> = None;
         self.in_reading = true;
         for reading in readings {
-            self.world.scene.notebook.answers.clone_from(&answers);
+            self.world.scene.notebook_mut().answers.clone_from(&answers);
             let used: Vec<bool> = self.world.events.iter().map(|event| event.used).collect();
             match self.reading(&reading.steps) {
                 Ok(()) => {

@@ -395,7 +395,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
     }
     let reason = reason.or_else(|| failures.first().map(|failure| failure.what.clone()));
     let level = level(manual, &covers, verdict);
-    let saved = trial.saved.iter().zip(&run.world.scene.notebook.saved);
+    let saved = trial.saved.iter().zip(&run.world.scene.notebook().saved);
     let saved = saved.map(|(name, value)| (name.clone(), crate::judge::view::plain(value))).collect();
     let objections = run.world.segment.objections();
     let with_persona = run.place.persona.is_some();

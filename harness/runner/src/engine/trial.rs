@@ -197,14 +197,15 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// A trial that has not begun.
     pub fn new(mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
-        world.scene.notebook.bench = Some(BenchAddresses {
+        let notebook = world.scene.notebook_mut();
+        notebook.bench = Some(BenchAddresses {
             controller: place.controllers[0].1,
             device: place.ip.address,
             mask: place.ip.mask,
             free: place.free_ip,
         });
-        world.scene.notebook.noise = place.noise;
-        world.scene.notebook.slack = place.slack;
+        notebook.noise = place.noise;
+        notebook.slack = place.slack;
         Run {
             outputs: OutputImage::new(&world.manual.device),
             mac: place.mac.unwrap_or_default(),

@@ -154,7 +154,8 @@ impl<'a> Run<'a> {
         }
         let outcome = self.ask(second, Request::Connect(Box::new(connection)))?;
         let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        self.world.scene.notebook.answers = startup::replies(&self.world.manual.device, start, &outcome, &records);
+        self.world.scene.notebook_mut().answers =
+            startup::replies(&self.world.manual.device, start, &outcome, &records);
         if !second {
             self.may_end = false;
         }
@@ -193,7 +194,7 @@ impl<'a> Run<'a> {
         match self.ask(second, Request::Release)? {
             Outcome::Ended(Ended::Released(outcome)) => {
                 let reply = startup::control(&outcome, ErrorCode::RELEASE_RESPONSE);
-                self.world.scene.notebook.answers = vec![(AnswerPart::Whole, reply)];
+                self.world.scene.notebook_mut().answers = vec![(AnswerPart::Whole, reply)];
                 Ok(())
             }
             Outcome::Ended(Ended::Aborted | Ended::NoAr) => Ok(()),
@@ -203,7 +204,7 @@ impl<'a> Run<'a> {
 
     fn judge_answer(&mut self, answer: &Answer) -> Done {
         self.checks += 1;
-        let parts = answer::judge(answer, &self.world.scene.notebook.answers, &self.world.view());
+        let parts = answer::judge(answer, &self.world.scene.notebook().answers, &self.world.view());
         if parts.iter().all(|part| part.held) {
             return Ok(());
         }
@@ -213,7 +214,7 @@ impl<'a> Run<'a> {
     fn write(&mut self, access: &'a Access) -> Done {
         self.action();
         let answered = self.access(access, true)?;
-        self.world.scene.notebook.answers = answered.replies;
+        self.world.scene.notebook_mut().answers = answered.replies;
         self.judge_answer(access.answer.as_ref().unwrap_or(&Answer::Accepted))
     }
 
@@ -246,7 +247,7 @@ impl<'a> Run<'a> {
 
     /// Takes in what was read and compares each name with what is right.
     fn read_parts(&mut self, access: &Access, answered: Answered) -> Vec<PartSeen> {
-        let notebook = &mut self.world.scene.notebook;
+        let notebook = self.world.scene.notebook_mut();
         for (item, value) in access.items.iter().zip(&answered.values) {
             notebook.read.retain(|(name, _)| *name != item.name);
             if !value.is_unknown() {
@@ -255,7 +256,7 @@ impl<'a> Run<'a> {
         }
         notebook.answers = answered.replies;
         let view = self.world.view();
-        let replies = &self.world.scene.notebook.answers;
+        let replies = &self.world.scene.notebook().answers;
         let whole = replies.iter().find(|(part, _)| *part == AnswerPart::Whole).map(|(_, reply)| reply);
         let part = |(item, value): (&crate::suite::model::AccessItem, &Value)| {
             let own = match view.variant.names.get(item.name.0 as usize) {
@@ -386,7 +387,7 @@ impl<'a> Run<'a> {
             outcome => return Err(unexpected(outcome)),
         };
         replies.push((AnswerPart::Whole, whole));
-        self.world.scene.notebook.answers = replies;
+        self.world.scene.notebook_mut().answers = replies;
         self.judge_answer(answer.unwrap_or(&Answer::Accepted))
     }
 
@@ -433,7 +434,7 @@ impl<'a> Run<'a> {
                 return Err(Trouble::device(what, Vec::new()));
             }
             if let Some(NameKind::Saved(index)) = self.kind(*name) {
-                let saved = &mut self.world.scene.notebook.saved;
+                let saved = &mut self.world.scene.notebook_mut().saved;
                 if saved.len() <= *index {
                     saved.resize(index + 1, Value::Unknown);
                 }

@@ -92,8 +92,10 @@ pub struct World<'a> {
     pub line_may_break: bool,
     /// Whether the trial is letting go of the device, which it does however the trial ended.
     pub closing: bool,
-    tracker: Tracker,
-    leds: Vec<usize>,
+    /// Away while a frame is looked at.
+    tracker: Option<Box<Tracker>>,
+    /// The LEDs that suites look at, and the word that each showed last.
+    leds: Vec<(usize, Option<&'static str>)>,
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
     recording: Option<Recording>,
@@ -134,9 +136,9 @@ impl<'a> World<'a> {
         let device: &Device = &manual.device;
         let watchdog = Duration::from_secs(1);
         let mut scene = Scene::new(manual, variant);
-        scene.notebook.leds = vec![None; device.stand.leds.len()];
+        scene.notebook_mut().leds = vec![None; device.stand.leds.len()];
         let leds = |name: &NameKind| match name {
-            NameKind::Led(led) => Some(*led),
+            NameKind::Led(led) => Some((*led, None)),
             _ => None,
         };
         let (addresses, controllers) = controllers.into_iter().unzip();
@@ -160,7 +162,7 @@ impl<'a> World<'a> {
             watchdog,
             line_may_break: false,
             closing: false,
-            tracker: Tracker::new(),
+            tracker: Some(Box::default()),
             leds: variant.names.iter().filter_map(leds).collect(),
             comment: None,
             damaged: Vec::new(),
@@ -210,7 +212,7 @@ impl<'a> World<'a> {
 
     /// The connections seen so far.
     pub fn connections(&self) -> &[Ar] {
-        self.tracker.ars()
+        self.tracker.as_ref().map_or(&[], |tracker| tracker.ars())
     }
 
     /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
@@ -275,7 +277,7 @@ impl<'a> World<'a> {
 
     fn see(&mut self, number: u64, time: Time, octets: &[u8]) {
         self.judges.rules.time(&self.scene.view_at(time, number), time);
-        let mut tracker = std::mem::take(&mut self.tracker);
+        let Some(mut tracker) = self.tracker.take() else { return };
         let own = self.addresses.first().copied();
         tracker.frame(number, time, octets, &mut |ars, observation| {
             // What we break on purpose is no fault of the device.
@@ -294,7 +296,7 @@ impl<'a> World<'a> {
                 None => {}
             }
         });
-        self.tracker = tracker;
+        self.tracker = Some(tracker);
     }
 
     fn opened(&mut self, ars: &[Ar], ar: Option<ArId>) {
@@ -350,7 +352,7 @@ impl<'a> World<'a> {
     }
 
     fn moment(&self, tick: Tick) -> Moment {
-        Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook.leds.clone() }
+        Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook().leds.clone() }
     }
 
     /// Shows the expectation at work how things stand now, although nothing was seen: answers and the connection itself
@@ -392,7 +394,7 @@ impl<'a> World<'a> {
     /// Shows an expectation everything that was kept, and before that how things stood when keeping began.
     pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
         let Some(Recording { before, kept, .. }) = &self.recording else { return };
-        let mut notebook = self.scene.notebook.clone();
+        let mut notebook = self.scene.notebook().clone();
         let mut show = |moment: &Moment, look: &mut dyn FnMut(&View<'_>)| {
             notebook.leds.clone_from(&moment.leds);
             look(&View { image: &moment.image, notebook: &notebook, ..self.view_at(moment.tick) });
@@ -408,12 +410,18 @@ impl<'a> World<'a> {
     fn look_at_leds(&mut self) {
         let now = self.now();
         let mut changed = false;
-        for &led in &self.leds {
+        for (led, before) in &mut self.leds {
+            let led = *led;
             let (name, words) = &self.manual.device.stand.leds[led];
             let word = self.segment.stand().led(now, name);
+            if word == std::mem::replace(before, word) {
+                continue;
+            }
             let number = word.and_then(|word| words.iter().position(|known| known == word)).map(|index| index as i64);
-            changed |= self.scene.notebook.leds[led] != number;
-            self.scene.notebook.leds[led] = number;
+            if self.scene.notebook().leds[led] != number {
+                self.scene.notebook_mut().leds[led] = number;
+                changed = true;
+            }
         }
         if changed {
             self.tick(Tick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, Source::Stand);

@@ -44,9 +44,9 @@ impl Memory {
         condition.parts.iter().flat_map(|part| part_seen(part, view, &mut cursor)).collect()
     }
 
-    /// Moves on from the observation `view` to the next one.
-    pub fn advance(&mut self, condition: &Condition, view: &View<'_>) {
-        let mut index = 0;
+    /// Moves on from the observation `view` to the next one, and says whether something else is remembered now.
+    pub fn advance(&mut self, condition: &Condition, view: &View<'_>) -> bool {
+        let (mut index, mut changed) = (0, false);
         let states = &mut self.states;
         condition.each_program(&mut |program| {
             if program.has_history() {
@@ -54,11 +54,12 @@ impl Memory {
                     states.resize_with(index + 1, State::default);
                 }
                 if let Some(state) = states.get_mut(index) {
-                    state.advance(program, view);
+                    changed |= state.advance(program, view);
                 }
             }
             index += 1;
         });
+        changed
     }
 
     /// Forgets everything, as at the begin of a connection.

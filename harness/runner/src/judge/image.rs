@@ -100,8 +100,47 @@ pub struct Image {
     stands: bool,
     module: Option<usize>,
     cycle: Option<Duration>,
+    /// Goes up with everything that is taken over.
+    version: u64,
+    /// The version at which the layout of the connection was taken over.
+    layout: u64,
+    /// What the last thing that was taken over changed, where that was a cyclic frame like the one before it.
+    changed: Option<(Direction, bool)>,
+    changed_bits: Vec<u64>,
     /// What happened at this instant.
     pub happening: Happening,
+}
+
+/// What a cyclic frame changed, where nothing else changed with it.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'a> {
+    /// Which way it went.
+    pub direction: Direction,
+    /// The bits of the data area that are others than before, eight octets in a word, the first octet lowest.
+    pub bits: &'a [u64],
+    /// Whether it came after another time than the one before it.
+    pub elapsed: bool,
+}
+
+/// Which status octet of a submodule is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Our provider status of the outputs.
+    Output,
+    /// The device's provider status of the inputs.
+    Input,
+    /// The device's consumer status of the outputs.
+    Consumer,
+}
+
+impl Status {
+    fn of(self) -> fn(&Spots) -> Option<usize> {
+        match self {
+            Status::Output => |spots| spots.output_status,
+            Status::Input => |spots| spots.input_status,
+            Status::Consumer => |spots| spots.output_consumer,
+        }
+    }
 }
 
 impl Image {
@@ -116,13 +155,18 @@ impl Image {
             stands: false,
             module: None,
             cycle: None,
+            version: 0,
+            layout: 0,
+            changed: None,
+            changed_bits: Vec::new(),
             happening: Happening::Nothing,
         }
     }
 
     /// Takes over the layout of a connection that the device has just accepted.
     pub fn open(&mut self, device: &Device, ar: &Ar) {
-        *self = Image::new(device);
+        let version = self.version + 1;
+        *self = Image { version, layout: version, ..Image::new(device) };
         self.stands = true;
         self.cycle = Some(ar.outputs.cycle);
         for (index, submodule) in device.submodules.iter().enumerate() {
@@ -172,6 +216,7 @@ impl Image {
 
     /// Ends the connection: nothing that it carried has a value any more.
     pub fn close(&mut self) {
+        self.took_over(None);
         self.stands = false;
         self.module = None;
         self.inputs = Area::default();
@@ -187,7 +232,29 @@ impl Image {
         });
         if let Some(known) = found.and_then(|found| self.records.get_mut(found)) {
             *known = accepted.then(|| data.to_vec());
+            self.took_over(None);
         }
+    }
+
+    fn took_over(&mut self, changed: Option<(Direction, bool)>) {
+        self.version += 1;
+        self.changed = changed;
+    }
+
+    /// A number that goes up by 1 with everything that is taken over.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// A number that is another one for each connection.
+    pub fn layout(&self) -> u64 {
+        self.layout
+    }
+
+    /// What the last version changed, where that was nothing but bits of the cyclic data.
+    pub fn change(&self) -> Option<Change<'_>> {
+        let (direction, elapsed) = self.changed?;
+        Some(Change { direction, bits: &self.changed_bits, elapsed })
     }
 
     /// Takes over a cyclic frame and says whether its data are good: valid, running, every provider status good.
@@ -198,16 +265,22 @@ impl Image {
         };
         let good_status = |at: usize| data.get(at).is_some_and(|&octet| IoxS(octet).is_good());
         let providers = self.submodules.iter().filter_map(of).all(good_status);
-        area.octets.clear();
-        area.octets.extend_from_slice(data);
-        area.gap = area.seen.then(|| place.time.since(area.place.time));
-        area.seen = true;
-        area.good = match direction {
+        let good = match direction {
             Direction::ToController => status.data_status.is_valid() && status.data_status.is_run() && providers,
             Direction::ToDevice => true,
         };
+        let is_alike = area.seen && area.good == good && area.octets.len() == data.len();
+        differing_bits(&area.octets, data, &mut self.changed_bits);
+        area.octets.clear();
+        area.octets.extend_from_slice(data);
+        let gap = area.seen.then(|| place.time.since(area.place.time));
+        let elapsed = area.gap != gap;
+        area.gap = gap;
+        area.seen = true;
+        area.good = good;
         area.place = place;
-        area.good
+        self.took_over(is_alike.then_some((direction, elapsed)));
+        good
     }
 
     fn area(&self, direction: Direction) -> &Area {
@@ -245,6 +318,30 @@ impl Image {
             return None;
         }
         area.octets.get(octets.clone()).map(big_endian)
+    }
+
+    /// Where a signal lies in the data area of its direction.
+    pub fn octets_of_signal(&self, signal: usize) -> Option<(Direction, Range<usize>)> {
+        self.signals.get(signal)?.clone()
+    }
+
+    /// Where the data octets of one submodule, or of all, lie in the data area of a direction.
+    pub fn octets_of(&self, direction: Direction, submodule: Option<usize>) -> impl Iterator<Item = usize> {
+        let range = move |spots: &Spots| match direction {
+            Direction::ToController => spots.input.clone(),
+            Direction::ToDevice => spots.output.clone(),
+        };
+        self.meant(submodule).filter_map(range).flatten()
+    }
+
+    /// Where the status octets of one submodule, or of all, lie in the data area of their direction.
+    pub fn status_of(&self, status: Status, submodule: Option<usize>) -> impl Iterator<Item = usize> {
+        self.meant(submodule).filter_map(status.of())
+    }
+
+    fn meant(&self, submodule: Option<usize>) -> impl Iterator<Item = &Spots> {
+        let all = self.submodules.iter().enumerate();
+        all.filter(move |(index, _)| submodule.is_none_or(|meant| meant == *index)).map(|(_, spots)| spots)
     }
 
     /// Which way a signal goes on this connection.
@@ -295,20 +392,21 @@ impl Image {
 
     /// Our provider status of the outputs: of one submodule, or whether all are good.
     pub fn output_status(&self, submodule: Option<usize>) -> Option<bool> {
-        self.status(&self.outputs, submodule, |spots| spots.output_status)
+        self.status(&self.outputs, submodule, Status::Output)
     }
 
     /// The device's provider status of the inputs.
     pub fn input_status(&self, submodule: Option<usize>) -> Option<bool> {
-        self.status(&self.inputs, submodule, |spots| spots.input_status)
+        self.status(&self.inputs, submodule, Status::Input)
     }
 
     /// The device's consumer status of the outputs.
     pub fn consumer_status(&self, submodule: Option<usize>) -> Option<bool> {
-        self.status(&self.inputs, submodule, |spots| spots.output_consumer)
+        self.status(&self.inputs, submodule, Status::Consumer)
     }
 
-    fn status(&self, area: &Area, submodule: Option<usize>, of: fn(&Spots) -> Option<usize>) -> Option<bool> {
+    fn status(&self, area: &Area, submodule: Option<usize>, status: Status) -> Option<bool> {
+        let of = status.of();
         if !(self.stands && area.seen) {
             return None;
         }
@@ -324,6 +422,14 @@ impl Image {
         let octets = self.records.get(record)?.as_ref()?;
         field_number(field, octets)
     }
+}
+
+/// Which bits of two areas of the same length differ, eight octets in a word, the first octet lowest.
+fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
+    let word = |octets: &[u8]| octets.iter().rev().fold(0, |word, &octet| (word << 8) | u64::from(octet));
+    let whole = |octets: &[u8]| <[u8; 8]>::try_from(octets).map_or_else(|_| word(octets), u64::from_le_bytes);
+    bits.clear();
+    bits.extend(before.chunks(8).zip(now.chunks(8)).map(|(before, now)| whole(before) ^ whole(now)));
 }
 
 /// The number in the first 8 octets, most significant first.

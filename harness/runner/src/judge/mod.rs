@@ -10,6 +10,7 @@ pub mod image;
 pub mod page;
 pub mod rule;
 pub mod scene;
+pub mod steady;
 pub mod view;
 pub mod window;
 

@@ -1,6 +1,7 @@
 //! Rules: what has to hold on every connection, or over a block of steps.
 
 use super::condition::Memory;
+use super::steady::Steady;
 use super::view::View;
 use super::window::{Outcome, Stay, Window};
 use super::{Tick, TickKind, Truth};
@@ -45,6 +46,28 @@ pub struct RuleWatch<'a> {
     decided: Decided,
     violation: Option<Violation>,
     watchdog: Duration,
+    steady: Steady,
+    /// What it came to at the last frame of each kind, as long as nothing has changed since.
+    known: [Option<Known>; 3],
+}
+
+/// What the programs of a rule came to, as far as they were asked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    /// The condition that always holds, or that of `then`.
+    truth: Option<Truth>,
+    premise: Option<Option<bool>>,
+    end: Option<Truth>,
+}
+
+/// The place of what is known about frames of a kind; an event is like no other.
+fn place(kind: TickKind) -> Option<usize> {
+    match kind {
+        TickKind::Output => Some(0),
+        TickKind::Sample => Some(1),
+        TickKind::BadSample => Some(2),
+        TickKind::Event => None,
+    }
 }
 
 impl<'a> RuleWatch<'a> {
@@ -61,6 +84,8 @@ impl<'a> RuleWatch<'a> {
             decided: Decided::default(),
             violation: None,
             watchdog,
+            steady: Steady::default(),
+            known: [None; 3],
         }
     }
 
@@ -81,10 +106,8 @@ impl<'a> RuleWatch<'a> {
 
     /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
     pub fn begin_with(&mut self, view: &View<'_>) {
-        if let RuleBody::When { premise, .. } = self.body {
-            self.premise.advance(premise, view);
-        }
         self.advance(view);
+        self.known = [None; 3];
     }
 
     /// Lets nothing new begin: premises open no window any more, `always` is not judged; open windows go on.
@@ -98,45 +121,69 @@ impl<'a> RuleWatch<'a> {
             return false;
         }
         self.decided.looked_at += 1;
-        let mut speaks = false;
-        match self.body {
-            RuleBody::Always(condition) => {
-                if view.tick.kind.is_judged() {
-                    let truth = self.condition.truth(condition, view);
-                    speaks = truth != Truth::Unknown && names_happening(condition, view);
-                    match truth {
-                        Truth::True => self.decided.premises += 1,
-                        Truth::Unknown => self.decided.undecided += 1,
-                        Truth::False => {
-                            self.decided.premises += 1;
-                            let parts = self.condition.parts(condition, view);
-                            self.break_with("it does not hold".into(), view.tick, None, parts);
-                        }
-                    }
-                }
-            }
-            RuleBody::When { premise, then, within, hold } => {
-                if !self.closed && premise.truth(view, &self.premise) == Some(true) {
-                    speaks = premise.names().any(|name| view.is_happening(name));
-                    self.open_window(within, hold, view);
-                }
-                self.premise.advance(premise, view);
-                if !self.open.is_empty() {
-                    speaks |= self.look(view, then, hold) == Truth::True && names_happening(then, view);
-                }
-            }
+        if !self.steady.is_unchanged(self.body, view) {
+            self.known = [None; 3];
         }
-        self.advance(view);
+        let place = place(view.tick.kind);
+        let before = place.and_then(|place| self.known[place]);
+        let mut known = before.unwrap_or_default();
+        let speaks = self.judge(view, &mut known);
+        // What is remembered stays as well where neither what is seen nor what is remembered has changed.
+        if before.is_none() && self.advance(view) {
+            self.known = [None; 3];
+        } else if let Some(place) = place {
+            self.known[place] = Some(known);
+        }
         self.last = Some(view.tick);
         speaks
     }
 
-    fn advance(&mut self, view: &View<'_>) {
-        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
-        self.condition.advance(condition, view);
-        if let RuleBody::When { hold: Hold::Until(end), .. } = self.body {
-            self.end.advance(end, view);
+    fn judge(&mut self, view: &View<'_>, known: &mut Known) -> bool {
+        match self.body {
+            RuleBody::Always(condition) => {
+                if !view.tick.kind.is_judged() {
+                    return false;
+                }
+                let truth = *known.truth.get_or_insert_with(|| self.condition.truth(condition, view));
+                match truth {
+                    Truth::True => self.decided.premises += 1,
+                    Truth::Unknown => self.decided.undecided += 1,
+                    Truth::False => {
+                        self.decided.premises += 1;
+                        let parts = self.condition.parts(condition, view);
+                        self.break_with("it does not hold".into(), view.tick, None, parts);
+                    }
+                }
+                truth != Truth::Unknown && names_happening(condition, view)
+            }
+            RuleBody::When { premise, then, within, hold } => {
+                let mut speaks = false;
+                if !self.closed {
+                    let begins = *known.premise.get_or_insert_with(|| premise.truth(view, &self.premise));
+                    if begins == Some(true) {
+                        speaks = premise.names().any(|name| view.is_happening(name));
+                        self.open_window(within, hold, view);
+                    }
+                }
+                if !self.open.is_empty() {
+                    speaks |= self.look(view, then, hold, known) == Truth::True && names_happening(then, view);
+                }
+                speaks
+            }
         }
+    }
+
+    /// Moves on to the next observation, and says whether something else is remembered now.
+    fn advance(&mut self, view: &View<'_>) -> bool {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        let mut changed = self.condition.advance(condition, view);
+        if let RuleBody::When { premise, hold, .. } = self.body {
+            changed |= self.premise.advance(premise, view);
+            if let Hold::Until(end) = hold {
+                changed |= self.end.advance(end, view);
+            }
+        }
+        changed
     }
 
     /// Opens the window of a premise; without knowing how long it is nothing can be decided.
@@ -150,10 +197,10 @@ impl<'a> RuleWatch<'a> {
         self.open.push(Open { window, trigger: view.tick, count: 1 });
     }
 
-    fn look(&mut self, view: &View<'_>, then: &Condition, hold: &Hold) -> Truth {
-        let truth = self.condition.truth(then, view);
+    fn look(&mut self, view: &View<'_>, then: &Condition, hold: &Hold, known: &mut Known) -> Truth {
+        let truth = *known.truth.get_or_insert_with(|| self.condition.truth(then, view));
         let end = match hold {
-            Hold::Until(end) => self.end.truth(end, view),
+            Hold::Until(end) => *known.end.get_or_insert_with(|| self.end.truth(end, view)),
             Hold::None | Hold::For(_) => Truth::False,
         };
         for open in &mut self.open {
@@ -215,6 +262,7 @@ impl<'a> RuleWatch<'a> {
         self.premise.forget();
         self.condition.forget();
         self.end.forget();
+        self.known = [None; 3];
     }
 
     fn break_with(&mut self, how: String, tick: Tick, trigger: Option<Tick>, parts: Vec<PartSeen>) {

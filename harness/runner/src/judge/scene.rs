@@ -18,8 +18,7 @@ pub struct Scene<'a> {
     pub variant: &'a Variant,
     /// The connection that is followed.
     pub follower: Follower,
-    /// What is known besides; nothing on a capture.
-    pub notebook: Notebook,
+    notebook: Notebook,
 }
 
 impl<'a> Scene<'a> {
@@ -27,6 +26,17 @@ impl<'a> Scene<'a> {
     pub fn new(manual: &'a Manual, variant: &'a Variant) -> Scene<'a> {
         let device: &Device = &manual.device;
         Scene { device, variant, follower: Follower::new(device), notebook: Notebook::default() }
+    }
+
+    /// What is known besides; nothing on a capture.
+    pub fn notebook(&self) -> &Notebook {
+        &self.notebook
+    }
+
+    /// What is known besides, to be written.
+    pub fn notebook_mut(&mut self) -> &mut Notebook {
+        self.notebook.is_written();
+        &mut self.notebook
     }
 
     /// The names at an instant.

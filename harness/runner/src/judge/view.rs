@@ -28,6 +28,19 @@ pub struct Notebook {
     pub noise: u32,
     /// The extra time that deadlines get on a live bench.
     pub slack: Duration,
+    version: u64,
+}
+
+impl Notebook {
+    /// A number that goes up each time somebody may have written.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Notes that somebody may write.
+    pub(super) fn is_written(&mut self) {
+        self.version += 1;
+    }
 }
 
 /// The addresses of a bench.
@@ -320,6 +333,18 @@ fn typed(number: i128, field: Option<&Field>) -> Value {
 impl Env for View<'_> {
     fn value(&self, name: NameId) -> Value {
         self.known(name).unwrap_or(Value::Unknown)
+    }
+
+    fn truth(&self, name: NameId) -> Option<bool> {
+        // The way of most names in conditions: a bit of a signal needs no number.
+        if let Some(NameKind::Signal { signal, low, width: 1, field: Some(field), circle: None, shift: 0, .. }) =
+            self.kind(name)
+            && let Some(Field { width: 1, words, .. }) = self.device.signals.get(*signal)?.fields.get(*field)
+            && words.is_empty()
+        {
+            return Some(self.image.signal(*signal)?.checked_shr(*low).unwrap_or(0) & 1 == 1);
+        }
+        self.value(name).truth()
     }
 
     fn fresh(&self, name: NameId) -> bool {

@@ -11,7 +11,11 @@ use super::source::{Files, Sources};
 use super::step::Ground;
 use super::yaml::{self, Node};
 use std::borrow::Cow;
+use std::cmp::Reverse;
+use std::panic::resume_unwind;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 /// Whether a file of a manual's folder holds cases or rules, by its name.
 fn is_topic(name: &str) -> bool {
@@ -24,8 +28,9 @@ fn is_topic(name: &str) -> bool {
 pub fn load(sources: &Sources, only: Option<&str>) -> Result<Vec<Manual>, LoadErrors> {
     let known = sources.manuals();
     let (mut manuals, mut errors) = (Vec::new(), Vec::new());
-    for folder in known.iter().filter(|folder| only.is_none_or(|only| only == folder.as_str())) {
-        match manual(sources, folder) {
+    let wanted = known.iter().filter(|folder| only.is_none_or(|only| only == folder.as_str()));
+    for loaded in at_once(sources, &wanted.collect::<Vec<_>>()) {
+        match loaded {
             Ok(manual) => manuals.push(manual),
             Err(LoadErrors(list)) => errors.extend(list),
         }
@@ -41,6 +46,38 @@ pub fn load(sources: &Sources, only: Option<&str>) -> Result<Vec<Manual>, LoadEr
         }
     });
     if once.is_empty() { Ok(manuals) } else { Err(LoadErrors(once)) }
+}
+
+/// Each folder as a manual, in their order; those of several are read by as many threads as there are cores.
+fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErrors>> {
+    let threads = thread::available_parallelism().map_or(1, usize::from).min(folders.len());
+    if threads < 2 {
+        return folders.iter().map(|folder| manual(sources, folder)).collect();
+    }
+    // The folders with most to read come first, so that the last thread to end ends early.
+    let mut order: Vec<usize> = (0..folders.len()).collect();
+    order.sort_by_key(|&at| Reverse(sources.names_in(folders[at]).len()));
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut loaded = Vec::new();
+        while let Some(&at) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
+            loaded.push((at, manual(sources, folders[at])));
+        }
+        loaded
+    };
+    let mut loaded: Vec<(usize, Result<Manual, LoadErrors>)> = thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).map(|_| scope.spawn(work)).collect();
+        let mut loaded = work();
+        for other in others {
+            match other.join() {
+                Ok(more) => loaded.extend(more),
+                Err(panic) => resume_unwind(panic),
+            }
+        }
+        loaded
+    });
+    loaded.sort_by_key(|(at, _)| *at);
+    loaded.into_iter().map(|(_, manual)| manual).collect()
 }
 
 fn manual(sources: &Sources, folder: &str) -> Result<Manual, LoadErrors> {

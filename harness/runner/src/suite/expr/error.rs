@@ -65,6 +65,10 @@ impl<'w> Nearest<'w> {
     }
 
     pub(super) fn offer(&mut self, candidate: &str) {
+        // Each letter more or less is a change, and most candidates are told apart by that.
+        if self.word.len().abs_diff(candidate.len()) >= self.distance && self.word.is_ascii() && candidate.is_ascii() {
+            return;
+        }
         let distance = strsim::damerau_levenshtein(self.word, candidate);
         if distance < self.distance && distance < candidate.chars().count() {
             self.distance = distance;

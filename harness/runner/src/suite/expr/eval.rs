@@ -113,7 +113,8 @@ impl<'a> Machine<'a> {
                 let value = self.value(&among.value);
                 any(among.list.iter().map(|entry| self.equal(&value, &self.value(entry), None, among.noisy)))
             }
-            Expr::Const(_) | Expr::Name(_) | Expr::History(_) | Expr::Binary(..) | Expr::Call(..) | Expr::If(_) => {
+            Expr::Name(name) => self.env.truth(*name),
+            Expr::Const(_) | Expr::History(_) | Expr::Binary(..) | Expr::Call(..) | Expr::If(_) => {
                 self.value(expr).truth()
             }
         }

@@ -47,6 +47,11 @@ pub trait Env {
     /// An output has the value last sent, an input the value last received.
     fn value(&self, name: NameId) -> Value;
 
+    /// Whether `name` is true; `None` if it is unknown or no bit.
+    fn truth(&self, name: NameId) -> Option<bool> {
+        self.value(name).truth()
+    }
+
     /// Whether this very observation carries `name`: an input in a received image, an output in a sent one.
     ///
     /// `prev` counts by this: between two images the value before the present one stays the same.

@@ -96,6 +96,11 @@ impl Program {
         !self.slots.is_empty()
     }
 
+    /// Whether its value may change from one instant to the next although no name has another value.
+    pub fn looks_at_the_clock(&self) -> bool {
+        self.slots.iter().any(|slot| slot.function == History::Since)
+    }
+
     /// Its value if that is the same at every observation.
     pub fn constant(&self) -> Option<&Value> {
         match &self.root {
@@ -163,7 +168,7 @@ pub struct State {
 }
 
 /// What one [`Slot`] remembers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cell {
     /// `rises`, `falls`: whether it was true at the observation before.
     Truth(Option<bool>),
@@ -174,8 +179,9 @@ pub(super) enum Cell {
 }
 
 impl State {
-    /// Moves on from the observation `env` to the next one.
-    pub fn advance(&mut self, program: &Program, env: &dyn Env) {
+    /// Moves on from the observation `env` to the next one, and says whether something else is remembered now.
+    pub fn advance(&mut self, program: &Program, env: &dyn Env) -> bool {
+        let mut changed = self.cells.len() != program.slots.len();
         if self.cells.len() != program.slots.len() {
             self.cells = program.slots.iter().map(|slot| slot.function.nothing_seen()).collect();
         }
@@ -184,9 +190,11 @@ impl State {
             let machine = Machine { env, cells: &self.cells, slots: &program.slots };
             let cell = machine.remember(index, slot);
             if let (Some(cell), Some(place)) = (cell, self.cells.get_mut(index)) {
+                changed |= *place != cell;
                 *place = cell;
             }
         }
+        changed
     }
 
     /// Forgets everything, as at the begin of a connection or after a gap in the trace.

@@ -1,0 +1,213 @@
+//! Steadiness: whether everything that a condition sees is as it was one look before, so that it comes to the same.
+//!
+//! It knows on which bits of the cyclic data a name depends, and compares those that a frame changed with them. It must not
+//! know what a condition says: whoever evaluates it keeps what it came to.
+
+use super::TickKind;
+use super::image::{Image, Status};
+use super::view::View;
+use crate::observe::Direction;
+use crate::suite::device::{NameId, NameKind};
+use crate::suite::expr::Program;
+use crate::suite::model::{Condition, Hold, RuleBody};
+
+/// What a condition or a rule looks at, and the last instant at which it looked.
+#[derive(Clone, Debug, Default)]
+pub struct Steady {
+    inputs: Inputs,
+    /// The layout of the connection for which the inputs were looked up.
+    layout: Option<u64>,
+    image: u64,
+    notebook: u64,
+}
+
+/// Bits of the cyclic data, and what else may change from frame to frame.
+#[derive(Clone, Debug, Default)]
+struct Inputs {
+    to_controller: Mask,
+    to_device: Mask,
+    /// The time between two frames.
+    elapsed: bool,
+    /// The clock itself, so that nothing stays as it was.
+    clock: bool,
+}
+
+/// Bits of the data area of one direction, eight octets in a word.
+#[derive(Clone, Debug, Default)]
+struct Mask(Vec<u64>);
+
+impl Mask {
+    fn add(&mut self, octet: usize, bits: u8) {
+        let word = octet / 8;
+        if self.0.len() <= word {
+            self.0.resize(word + 1, 0);
+        }
+        self.0[word] |= u64::from(bits) << (octet % 8 * 8);
+    }
+
+    fn meets(&self, changed: &[u64]) -> bool {
+        self.0.iter().zip(changed).any(|(mask, changed)| mask & changed != 0)
+    }
+}
+
+/// Programs and names that are looked at together.
+pub trait Sees {
+    /// Visits every program.
+    fn programs(&self, visit: &mut dyn FnMut(&Program));
+
+    /// Visits every name, those of the programs included.
+    fn names(&self, visit: &mut dyn FnMut(NameId));
+}
+
+impl Sees for RuleBody {
+    fn programs(&self, visit: &mut dyn FnMut(&Program)) {
+        match self {
+            RuleBody::Always(condition) => condition.each_program(&mut |program| visit(program)),
+            RuleBody::When { premise, then, hold, .. } => {
+                visit(premise);
+                then.each_program(&mut |program| visit(program));
+                if let Hold::Until(end) = hold {
+                    end.each_program(&mut |program| visit(program));
+                }
+            }
+        }
+    }
+
+    fn names(&self, visit: &mut dyn FnMut(NameId)) {
+        match self {
+            RuleBody::Always(condition) => condition.each_name(visit),
+            RuleBody::When { premise, then, hold, .. } => {
+                premise.names().for_each(&mut *visit);
+                then.each_name(visit);
+                if let Hold::Until(end) = hold {
+                    end.each_name(visit);
+                }
+            }
+        }
+    }
+}
+
+impl Sees for (&Condition, &Hold) {
+    fn programs(&self, visit: &mut dyn FnMut(&Program)) {
+        self.0.each_program(&mut |program| visit(program));
+        if let Hold::Until(end) = self.1 {
+            end.each_program(&mut |program| visit(program));
+        }
+    }
+
+    fn names(&self, visit: &mut dyn FnMut(NameId)) {
+        self.0.each_name(visit);
+        if let Hold::Until(end) = self.1 {
+            end.each_name(visit);
+        }
+    }
+}
+
+impl Steady {
+    /// Whether all that `sees` looks at is as it was when this was asked last, and no event happens.
+    ///
+    /// It is to be asked once at every look; after a look that was left out the answer is no.
+    pub fn is_unchanged(&mut self, sees: &impl Sees, view: &View<'_>) -> bool {
+        let (image, notebook) = (view.image.version(), view.notebook.version());
+        let before = (std::mem::replace(&mut self.image, image), std::mem::replace(&mut self.notebook, notebook));
+        if view.tick.kind == TickKind::Event {
+            return false;
+        }
+        if self.layout != Some(view.image.layout()) {
+            self.layout = Some(view.image.layout());
+            self.inputs = Inputs::of(sees, view);
+            return false;
+        }
+        if before != (image.wrapping_sub(1), notebook) || self.inputs.clock {
+            return false;
+        }
+        let Some(change) = view.image.change() else { return false };
+        let mask = match change.direction {
+            Direction::ToController => &self.inputs.to_controller,
+            Direction::ToDevice => &self.inputs.to_device,
+        };
+        !(mask.meets(change.bits) || self.inputs.elapsed && change.elapsed)
+    }
+}
+
+impl Inputs {
+    fn of(sees: &impl Sees, view: &View<'_>) -> Inputs {
+        let mut inputs = Inputs::default();
+        sees.programs(&mut |program| inputs.clock |= program.looks_at_the_clock());
+        sees.names(&mut |name| inputs.add(name, view));
+        inputs
+    }
+
+    fn add(&mut self, name: NameId, view: &View<'_>) {
+        let image = view.image;
+        match view.variant.names.get(name.0 as usize) {
+            Some(NameKind::Signal { signal, low, width, circle, .. }) => {
+                self.add_signal(*signal, *low, *width, image);
+                circle.iter().flat_map(Program::names).for_each(|name| self.add(name, view));
+            }
+            Some(NameKind::OutputOctets(of)) => {
+                self.add_all(Direction::ToDevice, image.octets_of(Direction::ToDevice, *of))
+            }
+            Some(NameKind::InputOctets(of)) => {
+                self.add_all(Direction::ToController, image.octets_of(Direction::ToController, *of));
+            }
+            Some(NameKind::OutputStatus(of)) => self.add_all(Direction::ToDevice, image.status_of(Status::Output, *of)),
+            Some(NameKind::InputStatus(of)) => {
+                self.add_all(Direction::ToController, image.status_of(Status::Input, *of))
+            }
+            Some(NameKind::ConsumerStatus(of)) => {
+                self.add_all(Direction::ToController, image.status_of(Status::Consumer, *of));
+            }
+            Some(NameKind::Derived(index)) => {
+                let program = view.variant.derived.get(*index).map(|(_, program)| program);
+                program.into_iter().flat_map(Program::names).for_each(|name| self.add(name, view));
+            }
+            Some(NameKind::Elapsed) => self.elapsed = true,
+            // Known to the image, where it is counted, or to the notebook, or it never changes. Events are looked at anew.
+            Some(
+                NameKind::InputLength
+                | NameKind::Connection
+                | NameKind::StartParameter { .. }
+                | NameKind::Cycle
+                | NameKind::Event(_)
+                | NameKind::Parameter { .. }
+                | NameKind::Record { .. }
+                | NameKind::Page { .. }
+                | NameKind::Station(_)
+                | NameKind::Led(_)
+                | NameKind::Counter(_)
+                | NameKind::Answer(_)
+                | NameKind::Saved(_)
+                | NameKind::Bench(_)
+                | NameKind::Constant(_)
+                | NameKind::Cyclic
+                | NameKind::AlarmAcknowledge
+                | NameKind::Stand(_),
+            )
+            | None => {}
+        }
+    }
+
+    fn add_signal(&mut self, signal: usize, low: u32, width: u32, image: &Image) {
+        let Some((direction, octets)) = image.octets_of_signal(signal) else { return };
+        let count = octets.len();
+        for (index, octet) in octets.enumerate() {
+            // The last octet holds bits 0 to 7.
+            let first = (count - 1 - index) as u32 * 8;
+            let meant = (0..8).filter(|bit| (low..low.saturating_add(width)).contains(&(first + bit)));
+            let bits = meant.fold(0u8, |bits, bit| bits | 1 << bit);
+            self.mask(direction).add(octet, bits);
+        }
+    }
+
+    fn add_all(&mut self, direction: Direction, octets: impl Iterator<Item = usize>) {
+        octets.for_each(|octet| self.mask(direction).add(octet, 0xFF));
+    }
+
+    fn mask(&mut self, direction: Direction) -> &mut Mask {
+        match direction {
+            Direction::ToController => &mut self.to_controller,
+            Direction::ToDevice => &mut self.to_device,
+        }
+    }
+}
