@@ -336,6 +336,10 @@ impl Sensor {
 
     /// Looks at the causes of errors that are there now: each new one raises its error.
     pub fn watch(&mut self, causes: &[Error]) {
+        let nothing_was = self.causes.is_empty() && (self.rules.latches || self.errors.is_empty());
+        if causes.is_empty() && self.rules.constant_cause.is_none() && nothing_was {
+            return;
+        }
         let parked = self.parking == Parking::On;
         let causes: Vec<Error> = causes.iter().copied().chain(self.rules.constant_cause.map(Error::of)).collect();
         let is_noticed = |cause: &Error| {

@@ -21,6 +21,8 @@ pub struct Device<A> {
     is_fed: bool,
     supply: Supply,
     is_linked: bool,
+    /// What there was to be seen, as long as nothing happens and no time goes by.
+    shown: Option<(Time, Seen)>,
 }
 
 /// Whether there is power.
@@ -38,7 +40,15 @@ impl<A: Application> Device<A> {
     pub fn new(application: A, mac: Mac, behaviour: StackBehaviour) -> Device<A> {
         let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, behaviour));
         let application = Ahead { inner: application, by: Duration::ZERO };
-        Device { application, stack, ahead: Duration::ZERO, is_fed: true, supply: Supply::On, is_linked: true }
+        Device {
+            application,
+            stack,
+            ahead: Duration::ZERO,
+            is_fed: true,
+            supply: Supply::On,
+            is_linked: true,
+            shown: None,
+        }
     }
 
     /// The encoder behind the stack.
@@ -48,11 +58,13 @@ impl<A: Application> Device<A> {
 
     /// The encoder behind the stack, to be changed.
     pub fn application_mut(&mut self) -> &mut A {
+        self.shown = None;
         &mut self.application.inner
     }
 
     /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
     pub fn power(&mut self, now: Time, on: bool) {
+        self.shown = None;
         self.is_fed = on;
         self.feel_supply(now + self.ahead);
     }
@@ -78,6 +90,7 @@ impl<A: Application> Device<A> {
 
     /// Plugs (`true`) or pulls the cable; without it nothing is received and what is sent is lost.
     pub fn link(&mut self, now: Time, up: bool) {
+        self.shown = None;
         if up && !self.is_linked {
             self.stack.announce(now + self.ahead);
         }
@@ -102,6 +115,7 @@ impl<A: Application> Device<A> {
 
     /// Lets `time` go by at once.
     pub fn skip(&mut self, time: Duration) {
+        self.shown = None;
         match self.supply == Supply::On && self.stack.is_watching() {
             true => self.application.by += time,
             false => self.ahead += time,
@@ -129,12 +143,14 @@ impl<A: Application> Device<A> {
 
 impl<A: Application> Station for Device<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.shown = None;
         if self.is_linked && self.supply == Supply::On {
             self.run(now + self.ahead, out, |stack, env| stack.receive(env, frame));
         }
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.shown = None;
         let now = now + self.ahead;
         if let Supply::Booting { until } = self.supply
             && until <= now
@@ -159,6 +175,7 @@ impl<A: Application> Station for Device<A> {
 
 impl<A: Application> Stand for Device<A> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        self.shown = None;
         match action {
             StandAction::Power(on) => self.power(now, *on),
             StandAction::Link(up) => self.link(now, *up),
@@ -173,8 +190,13 @@ impl<A: Application> Stand for Device<A> {
     }
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
-        let seen = self.seen(now + self.ahead);
-        self.application.led(now + self.ahead, name, &seen)
+        let now = now + self.ahead;
+        let seen = match self.shown {
+            Some((at, seen)) if at == now => seen,
+            _ => self.seen(now),
+        };
+        self.shown = Some((now, seen));
+        self.application.led(now, name, &seen)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -219,8 +219,11 @@ impl Live<'_, State> {
 
     /// Whether the speed is above its limit.
     pub fn is_too_fast(&self) -> bool {
-        let speeds = self.speeds();
-        (self.behaviour.diagnosis.is_too_fast)(speeds.rpm, (self.behaviour.afx60.is_too_fast)(&speeds))
+        self.too_fast(&self.speeds())
+    }
+
+    fn too_fast(&self, speeds: &Speeds) -> bool {
+        (self.behaviour.diagnosis.is_too_fast)(speeds.rpm, (self.behaviour.afx60.is_too_fast)(speeds))
     }
 
     /// Whether the speed is below its limit.
@@ -230,7 +233,8 @@ impl Live<'_, State> {
 
     /// Whether the speed is above or below its limits.
     pub fn speed_is_outside(&self) -> bool {
-        self.is_too_fast() || self.is_too_slow()
+        let speeds = self.speeds();
+        self.too_fast(&speeds) || (self.behaviour.afx60.is_too_slow)(&speeds)
     }
 
     /// Whether the temperature is above or below its limits.

@@ -2,6 +2,7 @@
 
 use crate::judge::condition::Memory;
 use crate::judge::rule::{length, stay};
+use crate::judge::steady::Steady;
 use crate::judge::view::View;
 use crate::judge::window::{Outcome, Stay, Window};
 use crate::judge::{Tick, Truth};
@@ -25,6 +26,14 @@ pub struct Seen {
     pub places: Vec<(NameId, Option<Spot>)>,
 }
 
+impl Seen {
+    /// The same parts at another frame.
+    fn again(&mut self, view: &View<'_>) {
+        self.tick = view.tick;
+        self.places.iter_mut().for_each(|(name, place)| *place = place_of(*name, view));
+    }
+}
+
 /// An expectation at work.
 pub struct Expectation<'a> {
     condition: &'a Condition,
@@ -34,8 +43,16 @@ pub struct Expectation<'a> {
     window: Window,
     allowed: Duration,
     events: bool,
+    steady: Steady<Known>,
     latest: Option<Seen>,
     decisive: Option<Seen>,
+}
+
+/// What its conditions came to, as far as they were asked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    truth: Option<Truth>,
+    end: Option<Truth>,
 }
 
 impl<'a> Expectation<'a> {
@@ -60,6 +77,7 @@ impl<'a> Expectation<'a> {
             window,
             allowed: length.unwrap_or_default() + slack,
             events: asks_for_events(condition, view),
+            steady: Steady::default(),
             latest: None,
             decisive: None,
         };
@@ -75,14 +93,17 @@ impl<'a> Expectation<'a> {
     pub fn begin_with(&mut self, view: &View<'_>) {
         self.memory.forget();
         self.end.forget();
+        self.steady.forget();
         self.advance(view);
     }
 
-    fn advance(&mut self, view: &View<'_>) {
-        self.memory.advance(self.condition, view);
+    /// Moves on to the next observation, and says whether something else is remembered now.
+    fn advance(&mut self, view: &View<'_>) -> bool {
+        let mut changed = self.memory.advance(self.condition, view);
         if let Hold::Until(end) = self.hold {
-            self.end.advance(end, view);
+            changed |= self.end.advance(end, view);
         }
+        changed
     }
 
     /// Whether it asks for an event, which may have come before the step began.
@@ -120,24 +141,32 @@ impl<'a> Expectation<'a> {
         if self.window.outcome() != Outcome::Open {
             return false;
         }
+        let before = self.steady.known(&(self.condition, self.hold), view);
+        let mut known = before.unwrap_or_default();
         let mut satisfied = false;
         if view.tick.kind.is_judged() {
-            let truth = self.memory.truth(self.condition, view);
+            let truth = *known.truth.get_or_insert_with(|| self.memory.truth(self.condition, view));
             let end = match self.hold {
-                Hold::Until(end) if self.window.wants_end() => self.end.truth(end, view),
+                Hold::Until(end) if self.window.wants_end() => {
+                    *known.end.get_or_insert_with(|| self.end.truth(end, view))
+                }
                 Hold::Until(_) | Hold::None | Hold::For(_) => Truth::False,
             };
             let outcome = self.window.tick(view.tick, truth, end);
             satisfied = outcome == Outcome::Held;
             if truth != Truth::True {
-                let seen = self.look(view);
-                match outcome {
-                    Outcome::Relapsed(_) | Outcome::Late(_) | Outcome::Undecided => self.decisive = Some(seen),
-                    Outcome::Open | Outcome::Held | Outcome::Starved(_) => self.latest = Some(seen),
+                match (outcome, &mut self.latest) {
+                    (Outcome::Relapsed(_) | Outcome::Late(_) | Outcome::Undecided, _) => {
+                        self.decisive = Some(self.look(view));
+                    }
+                    // Nothing has changed but the frame in which it is seen.
+                    (_, Some(seen)) if before.is_some() => seen.again(view),
+                    (Outcome::Open | Outcome::Held | Outcome::Starved(_), _) => self.latest = Some(self.look(view)),
                 }
             }
         }
-        self.advance(view);
+        let moved = before.is_none() && self.advance(view);
+        self.steady.keep(view, known, moved);
         satisfied
     }
 

@@ -1,6 +1,7 @@
 //! Rules: what has to hold on every connection, or over a block of steps.
 
 use super::condition::Memory;
+use super::image::Happening;
 use super::steady::Steady;
 use super::view::View;
 use super::window::{Outcome, Stay, Window};
@@ -46,9 +47,7 @@ pub struct RuleWatch<'a> {
     decided: Decided,
     violation: Option<Violation>,
     watchdog: Duration,
-    steady: Steady,
-    /// What it came to at the last frame of each kind, as long as nothing has changed since.
-    known: [Option<Known>; 3],
+    steady: Steady<Known>,
 }
 
 /// What the programs of a rule came to, as far as they were asked.
@@ -58,16 +57,6 @@ struct Known {
     truth: Option<Truth>,
     premise: Option<Option<bool>>,
     end: Option<Truth>,
-}
-
-/// The place of what is known about frames of a kind; an event is like no other.
-fn place(kind: TickKind) -> Option<usize> {
-    match kind {
-        TickKind::Output => Some(0),
-        TickKind::Sample => Some(1),
-        TickKind::BadSample => Some(2),
-        TickKind::Event => None,
-    }
 }
 
 impl<'a> RuleWatch<'a> {
@@ -85,7 +74,6 @@ impl<'a> RuleWatch<'a> {
             violation: None,
             watchdog,
             steady: Steady::default(),
-            known: [None; 3],
         }
     }
 
@@ -107,7 +95,7 @@ impl<'a> RuleWatch<'a> {
     /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
     pub fn begin_with(&mut self, view: &View<'_>) {
         self.advance(view);
-        self.known = [None; 3];
+        self.steady.forget();
     }
 
     /// Lets nothing new begin: premises open no window any more, `always` is not judged; open windows go on.
@@ -121,19 +109,12 @@ impl<'a> RuleWatch<'a> {
             return false;
         }
         self.decided.looked_at += 1;
-        if !self.steady.is_unchanged(self.body, view) {
-            self.known = [None; 3];
-        }
-        let place = place(view.tick.kind);
-        let before = place.and_then(|place| self.known[place]);
+        let before = self.steady.known(self.body, view);
         let mut known = before.unwrap_or_default();
         let speaks = self.judge(view, &mut known);
         // What is remembered stays as well where neither what is seen nor what is remembered has changed.
-        if before.is_none() && self.advance(view) {
-            self.known = [None; 3];
-        } else if let Some(place) = place {
-            self.known[place] = Some(known);
-        }
+        let moved = before.is_none() && self.advance(view);
+        self.steady.keep(view, known, moved);
         self.last = Some(view.tick);
         speaks
     }
@@ -262,7 +243,7 @@ impl<'a> RuleWatch<'a> {
         self.premise.forget();
         self.condition.forget();
         self.end.forget();
-        self.known = [None; 3];
+        self.steady.forget();
     }
 
     fn break_with(&mut self, how: String, tick: Tick, trigger: Option<Tick>, parts: Vec<PartSeen>) {
@@ -278,30 +259,38 @@ impl<'a> RuleWatch<'a> {
 pub struct RuleSet<'a> {
     rules: &'a [Rule],
     watches: Vec<RuleWatch<'a>>,
+    /// Whether a window is open.
+    is_waiting: bool,
 }
 
 impl<'a> RuleSet<'a> {
     /// Rules that have seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
     pub fn new(rules: &'a [Rule], watchdog: Duration) -> RuleSet<'a> {
-        RuleSet { rules, watches: rules.iter().map(|rule| RuleWatch::new(&rule.body, watchdog)).collect() }
+        let watches = rules.iter().map(|rule| RuleWatch::new(&rule.body, watchdog)).collect();
+        RuleSet { rules, watches, is_waiting: false }
     }
 
     /// Looks at a frame or an event; a rule that names a signal which the module in use lacks is not judged.
     pub fn tick(&mut self, view: &View<'_>) {
         let Some(module) = view.image.module() else { return };
+        self.is_waiting = false;
         let rules = self.rules.iter().zip(&mut self.watches);
         rules.filter(|(rule, _)| rule.modules.contains(&module)).for_each(|(_, watch)| {
             watch.tick(view);
+            self.is_waiting |= !watch.open.is_empty();
         });
     }
 
     /// Lets time go by without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
-        self.watches.iter_mut().for_each(|watch| watch.time(view, now));
+        if self.is_waiting {
+            self.watches.iter_mut().for_each(|watch| watch.time(view, now));
+        }
     }
 
     /// Ends what is open where a connection or the trace ends.
     pub fn cut(&mut self) {
+        self.is_waiting = false;
         self.watches.iter_mut().for_each(RuleWatch::cut);
     }
 
@@ -313,6 +302,9 @@ impl<'a> RuleSet<'a> {
 
 /// Whether a condition names the event that happens at the instant of `view`.
 fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
+    if view.image.happening == Happening::Nothing {
+        return false;
+    }
     let mut found = false;
     condition.each_name(&mut |name| found |= view.is_happening(name));
     found

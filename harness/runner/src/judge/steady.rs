@@ -11,9 +11,11 @@ use crate::suite::device::{NameId, NameKind};
 use crate::suite::expr::Program;
 use crate::suite::model::{Condition, Hold, RuleBody};
 
-/// What a condition or a rule looks at, and the last instant at which it looked.
-#[derive(Clone, Debug, Default)]
-pub struct Steady {
+/// What a condition or a rule looks at, the last instant at which it looked, and what it came to since nothing changes.
+#[derive(Clone, Debug)]
+pub struct Steady<K> {
+    /// What it came to at the last frame of each kind; an event is like no other.
+    known: [Option<K>; 3],
     inputs: Inputs,
     /// The layout of the connection for which the inputs were looked up.
     layout: Option<u64>,
@@ -87,6 +89,16 @@ impl Sees for RuleBody {
     }
 }
 
+impl Sees for Program {
+    fn programs(&self, visit: &mut dyn FnMut(&Program)) {
+        visit(self);
+    }
+
+    fn names(&self, visit: &mut dyn FnMut(NameId)) {
+        Program::names(self).for_each(visit);
+    }
+}
+
 impl Sees for (&Condition, &Hold) {
     fn programs(&self, visit: &mut dyn FnMut(&Program)) {
         self.0.each_program(&mut |program| visit(program));
@@ -103,11 +115,49 @@ impl Sees for (&Condition, &Hold) {
     }
 }
 
-impl Steady {
-    /// Whether all that `sees` looks at is as it was when this was asked last, and no event happens.
+impl<K> Default for Steady<K> {
+    fn default() -> Steady<K> {
+        let known = [None, None, None];
+        Steady { known, inputs: Inputs::default(), layout: None, image: 0, notebook: 0 }
+    }
+}
+
+/// The place of what is known about frames of a kind.
+fn place(kind: TickKind) -> Option<usize> {
+    match kind {
+        TickKind::Output => Some(0),
+        TickKind::Sample => Some(1),
+        TickKind::BadSample => Some(2),
+        TickKind::Event => None,
+    }
+}
+
+impl<K: Copy> Steady<K> {
+    /// What was kept at a frame of this kind, if since then nothing changed of what `sees` looks at or remembers.
     ///
-    /// It is to be asked once at every look; after a look that was left out the answer is no.
-    pub fn is_unchanged(&mut self, sees: &impl Sees, view: &View<'_>) -> bool {
+    /// It is to be asked once at every look; after a look that was left out nothing is known.
+    pub fn known(&mut self, sees: &impl Sees, view: &View<'_>) -> Option<K> {
+        if !self.is_unchanged(sees, view) {
+            self.forget();
+        }
+        self.known[place(view.tick.kind)?]
+    }
+
+    /// Keeps what was found at `view`, unless what is remembered of the frames before is not what it was there.
+    pub fn keep(&mut self, view: &View<'_>, known: K, remembers_else: bool) {
+        match place(view.tick.kind) {
+            _ if remembers_else => self.forget(),
+            Some(place) => self.known[place] = Some(known),
+            None => {}
+        }
+    }
+
+    /// Forgets what was kept, where something else is remembered now.
+    pub fn forget(&mut self) {
+        self.known = [None; 3];
+    }
+
+    fn is_unchanged(&mut self, sees: &impl Sees, view: &View<'_>) -> bool {
         let (image, notebook) = (view.image.version(), view.notebook.version());
         let before = (std::mem::replace(&mut self.image, image), std::mem::replace(&mut self.notebook, notebook));
         if view.tick.kind == TickKind::Event {
