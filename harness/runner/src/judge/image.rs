@@ -447,3 +447,19 @@ pub fn field_number(field: &RecordField, octets: &[u8]) -> Option<i128> {
     };
     i128::try_from(number).ok()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bits_that_differ_stand_where_their_octets_do() {
+        let (before, mut now) = ([0u8; 10], [0u8; 10]);
+        (now[0], now[7], now[9]) = (0x01, 0x80, 0x10);
+        let mut bits = vec![1, 2, 3];
+        differing_bits(&before, &now, &mut bits);
+        assert_eq!(bits, [1 | 0x80 << 56, 0x10 << 8]);
+        differing_bits(&now, &now, &mut bits);
+        assert_eq!(bits, [0, 0]);
+    }
+}

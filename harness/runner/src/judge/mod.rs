@@ -1,7 +1,8 @@
 //! The judge: conditions and rules over a stream of frames and events, three-valued.
 //!
 //! It is the same for a virtual trial, a live device and a capture. It knows names and their values ([`image`]), windows of
-//! time ([`window`]) and rules ([`rule`]). It must not know who sends the frames, and it sends none.
+//! time ([`window`]) and rules ([`rule`]), which are looked at anew only where something changed ([`steady`]). It must not
+//! know who sends the frames, and it sends none.
 
 pub mod answer;
 pub mod condition;

@@ -128,7 +128,9 @@ fn forgetting_begins_anew() {
     let program = condition("changes(a) and since(a) < 1s").expect("a condition");
     let mut state = State::default();
     let trace = bits("010");
-    trace.iter().for_each(|seen| state.advance(&program, seen));
+    for seen in &trace {
+        state.advance(&program, seen);
+    }
     assert!(program.truth(&trace[1], &state).is_some());
     state.forget();
     assert_eq!(program.truth(&trace[1], &state), U);
