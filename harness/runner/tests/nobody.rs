@@ -6,10 +6,13 @@ use encspec::engine::dut::DEVICE;
 use encspec::engine::{DutKind, DutSpec, Nobody, RunOptions, run_trial};
 use encspec::report::{self, ExitStatus};
 use encspec::result::{CaseKind, RunResult};
-use encspec::suite::model::Manual;
+use encspec::suite::model::{Manual, Trial, Variant};
 use encspec::verdict::Verdict;
 use rstest::rstest;
-use std::sync::LazyLock;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{LazyLock, Mutex, OnceLock};
+use std::thread;
 use std::time::{Duration, Instant};
 
 static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load().expect("the shipped suites"));
@@ -17,8 +20,14 @@ static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load(
 /// The longest that a run against nobody may take, in a build without optimisation on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Runs everything against `nobody`, which claims to be each manual in turn.
-fn run(nobody: &str) -> Vec<RunResult> {
+/// What running everything against `nobody`, which claims to be each manual in turn, came to; it is run once for all tests.
+fn run(nobody: &'static str) -> &'static [RunResult] {
+    static KNOWN: Mutex<BTreeMap<&str, &OnceLock<Vec<RunResult>>>> = Mutex::new(BTreeMap::new());
+    let place = *KNOWN.lock().expect("no test panics here").entry(nobody).or_insert_with(|| Box::leak(Box::default()));
+    place.get_or_init(|| run_anew(nobody))
+}
+
+fn run_anew(nobody: &str) -> Vec<RunResult> {
     let run = |manual: &Manual| {
         let request = Request {
             duts: vec![format!("null:{nobody}")],
@@ -59,10 +68,10 @@ fn is_complete(result: &RunResult) {
 #[case::dead_after_its_name("dies-after-1")]
 #[case::dead_before_it_can_be_asked("dies-after-2")]
 #[case::dead_when_it_was_found("dies-after-3")]
-fn nobody_passes(#[case] nobody: &str) {
+fn nobody_passes(#[case] nobody: &'static str) {
     for result in run(nobody) {
-        is_complete(&result);
-        assert_eq!(report::status(&result), ExitStatus::Red);
+        is_complete(result);
+        assert_eq!(report::status(result), ExitStatus::Red);
         let passes: Vec<&str> = result
             .runs
             .iter()
@@ -79,40 +88,56 @@ fn nobody_passes(#[case] nobody: &str) {
 #[case("dies-after-5")]
 #[case("dies-after-40")]
 #[case("dies-after-100")]
-fn who_dies_is_never_green(#[case] nobody: &str) {
+fn who_dies_is_never_green(#[case] nobody: &'static str) {
     for result in run(nobody) {
-        is_complete(&result);
-        assert_eq!(report::status(&result), ExitStatus::Red);
+        is_complete(result);
+        assert_eq!(report::status(result), ExitStatus::Red);
     }
 }
 
-/// A device that dies in the course of a trial does not pass it: not when its very last frame is missing, not when it dies
-/// half way, not when it dies soon after the start.
+/// A device that dies in the course of a trial does not pass it: not when its very last frame is missing, and not when it dies
+/// earlier, which is somewhere else from one trial to the next.
 #[test]
 fn who_dies_in_a_trial_does_not_pass_it() {
-    let mut survivors = Vec::new();
-    for manual in MANUALS.iter() {
-        let known = reference_devices::manual(&manual.device.name).expect("a reference device for every suite");
-        let mac = known.mac(DEVICE.0.0);
-        for variant in &manual.variants {
-            let kind = |kind| DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
-            for trial in &variant.trials {
-                let one = |kind: DutSpec| {
-                    run_trial(manual, variant, &kind, trial, &RunOptions::default()).expect("a virtual bench")
-                };
-                let healthy = one(kind(DutKind::Model { bugs: Vec::new() }));
-                assert_eq!(healthy.case.verdict, Verdict::Pass, "{} in health", trial.id);
-                let sent = healthy.trace.iter().filter(|frame| frame.octets[6..12] == mac).count();
-                for frames in [sent - 1, sent - 2, sent * 3 / 4, sent / 2, sent / 4] {
-                    let verdict = one(kind(DutKind::Nobody(Nobody::DiesAfter(frames)))).case.verdict;
-                    if !matches!(verdict, Verdict::Fail | Verdict::Inconclusive) {
-                        survivors.push(format!("{}: {verdict} after {frames} of {sent} frames", trial.id));
-                    }
-                }
-            }
+    let trials: Vec<(&Manual, &Variant, &Trial)> = MANUALS
+        .iter()
+        .flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)))
+        .flat_map(|(manual, variant)| variant.trials.iter().map(move |trial| (manual, variant, trial)))
+        .collect();
+    let (next, survivors) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    let work = || {
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            let Some((manual, variant, trial)) = trials.get(at) else { return };
+            let found = survives(manual, variant, trial, at);
+            survivors.lock().expect("no thread panicked").extend(found);
         }
-    }
+    };
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(work);
+        }
+    });
+    let survivors = survivors.into_inner().expect("no thread panicked");
     assert!(survivors.is_empty(), "{}:\n{}", survivors.len(), survivors.join("\n"));
+}
+
+/// After how many frames a device may die in a trial, which is the one `at` this place, and yet not fail it.
+fn survives(manual: &Manual, variant: &Variant, trial: &Trial, at: usize) -> Vec<String> {
+    let known = reference_devices::manual(&manual.device.name).expect("a reference device for every suite");
+    let mac = known.mac(DEVICE.0.0);
+    let one = |kind: DutKind| {
+        let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+        run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a virtual bench")
+    };
+    let healthy = one(DutKind::Model { bugs: Vec::new() });
+    assert_eq!(healthy.case.verdict, Verdict::Pass, "{} in health", trial.id);
+    let sent = healthy.trace.iter().filter(|frame| frame.octets[6..12] == mac).count();
+    let earlier = [sent - 2, sent * 3 / 4, sent / 2, sent / 4];
+    let verdicts = [sent - 1, earlier[at % earlier.len()]]
+        .map(|frames| (frames, one(DutKind::Nobody(Nobody::DiesAfter(frames))).case.verdict));
+    let survived = verdicts.iter().filter(|(_, of)| !matches!(of, Verdict::Fail | Verdict::Inconclusive));
+    survived.map(|(frames, of)| format!("{}: {of} after {frames} of {sent} frames", trial.id)).collect()
 }
 
 /// What nobody does is never a finding about a device.
@@ -120,7 +145,7 @@ fn who_dies_in_a_trial_does_not_pass_it() {
 #[case("absent")]
 #[case("silent")]
 #[case("wrong-identity")]
-fn nobody_is_not_blamed(#[case] nobody: &str) {
+fn nobody_is_not_blamed(#[case] nobody: &'static str) {
     for result in run(nobody) {
         let failed = result.runs.iter().flat_map(|run| &run.cases).filter(|case| case.verdict == Verdict::Fail);
         assert_eq!(failed.map(|case| case.id.as_str()).collect::<Vec<_>>(), [""; 0]);
