@@ -1,18 +1,22 @@
-//! What connects stations: the virtual wire with its clock, traces, damage, capture files.
+//! What connects stations: the virtual wires with their clock, traces, damage, capture files.
 //!
-//! The same frames travel here whichever wire they came from: [`VirtualWire`] moves them between stations of one
-//! process on a clock that jumps, [`CaptureReader`] takes them out of a capture file, [`Trace`] keeps them.
+//! The same frames travel here whichever wire they came from: [`VirtualWire`] and [`VirtualBus`] move them between stations
+//! of one process on a clock that jumps, [`CaptureReader`] takes them out of a capture file, [`Trace`] keeps them.
 //!
-//! This room must not know what a frame means (no codec) and opens nothing itself: no socket, no serial line,
-//! and a capture is whatever `std::io::Read` the caller hands in.
+//! This room must not know what a frame means and opens nothing itself: no socket, no serial line, and a capture is
+//! whatever `std::io::Read` the caller hands in. The one codec it has is that of the frames of PROFIBUS, whose
+//! timing depends on which of them is a request.
 
+mod bus;
 pub mod capture;
 pub mod damage;
 pub mod null;
 mod shared;
 mod trace;
+mod wakes;
 mod wire;
 
+pub use bus::VirtualBus;
 pub use capture::{CaptureReader, PcapngWriter};
 pub use shared::{shared, shared_file};
 pub use trace::{Frame, Trace};

@@ -3,6 +3,7 @@
 //! Each is a [`Station`]. A run against any of them yields no pass.
 
 use station::{Duration, Outbox, Station, Time};
+use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, Frame, FunctionCode, StationType};
 
 use crate::damage::Random;
 
@@ -103,6 +104,113 @@ impl Station for Babbler {
     }
 }
 
+/// Sends every frame of a bus back twice: as it came, and with the two addresses exchanged, each after the least delay.
+#[derive(Clone, Debug)]
+pub struct BusReflector {
+    delay: Duration,
+    due: Option<Time>,
+    frames: Vec<Vec<u8>>,
+}
+
+impl BusReflector {
+    /// A reflector that answers after `delay`.
+    pub fn new(delay: Duration) -> BusReflector {
+        BusReflector { delay, due: None, frames: Vec::new() }
+    }
+}
+
+impl Station for BusReflector {
+    fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
+        self.frames = vec![frame.to_vec()];
+        if let Ok(Frame::Data(data)) = Frame::parse(frame) {
+            let mut answer = Vec::new();
+            let (to, from) = ((data.sa, data.source), (data.da, data.destination));
+            let fc = FunctionCode::answer(AnswerFunction::DATA_LOW, StationType::SLAVE);
+            DataFrame::new(to, from, fc, data.data).write(&mut answer);
+            self.frames.push(answer);
+        }
+        self.due = Some(now + self.delay);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if self.due.is_some_and(|due| now >= due) {
+            // The answer with the exchanged addresses first, the frame itself at the next delay.
+            if let Some(frame) = self.frames.pop() {
+                out.push(&frame);
+            }
+            self.due = (!self.frames.is_empty()).then(|| now + self.delay);
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.due
+    }
+}
+
+/// Sends nonsense on a bus at a steady rate, some of it dressed up as answers to its victim, tokens and acknowledgements.
+///
+/// The same seed gives the same nonsense.
+#[derive(Clone, Debug)]
+pub struct BusBabbler {
+    random: Random,
+    interval: Duration,
+    next: Time,
+    own: u8,
+    victim: u8,
+}
+
+impl BusBabbler {
+    /// A babbler at the address `own` that sends to `victim` one frame each `interval`, from the start of the run.
+    ///
+    /// An interval of zero is taken as one nanosecond; the bus then drops what it cannot carry.
+    pub fn new(seed: u64, interval: Duration, own: u8, victim: u8) -> BusBabbler {
+        let interval = interval.max(Duration::from_nanos(1));
+        BusBabbler { random: Random::new(seed), interval, next: Time::ZERO, own, victim }
+    }
+
+    fn frame(&mut self, octets: &mut Vec<u8>) {
+        let random = &mut self.random;
+        let kind = random.below(6);
+        let length = match kind {
+            0 => 0,
+            1 => 6 + random.below(20),
+            _ => 1 + random.below(20),
+        };
+        let data: Vec<u8> = (0..length).map(|_| random.octet()).collect();
+        let function = match random.below(3) {
+            0 => AnswerFunction::DATA_HIGH,
+            _ => AnswerFunction::DATA_LOW,
+        };
+        let fc = FunctionCode::answer(function, StationType::SLAVE);
+        // What answers Slave_Diag comes from access point 60 to 62; cyclic data come without any.
+        let (to, from) = match kind {
+            1 => (Extension::sap(62), Extension::sap(60)),
+            _ => (Extension::NONE, Extension::NONE),
+        };
+        match kind {
+            0 => octets.push(0xE5),
+            1..=3 => DataFrame::new((self.victim, to), (self.own, from), fc, &data).write(octets),
+            4 => Frame::Token { da: random.octet() & 0x7F, sa: random.octet() & 0x7F }.write(octets),
+            _ => octets.extend(data),
+        }
+    }
+}
+
+impl Station for BusBabbler {
+    fn receive(&mut self, _now: Time, _frame: &[u8], _out: &mut Outbox) {}
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if now >= self.next {
+            out.push_with(|octets| self.frame(octets));
+            self.next = now + self.interval;
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        Some(self.next)
+    }
+}
+
 /// A station that stops for good once it has sent a number of frames, as though its supply had failed.
 #[derive(Debug)]
 pub struct DiesAfter<S> {
@@ -141,6 +249,12 @@ impl<S: Station> Station for DiesAfter<S> {
         if !self.is_dead() {
             self.station.receive(now, frame, &mut self.sent);
             self.pass_on(out);
+        }
+    }
+
+    fn carrier(&mut self, now: Time) {
+        if !self.is_dead() {
+            self.station.carrier(now);
         }
     }
 

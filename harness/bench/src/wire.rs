@@ -7,6 +7,8 @@ use std::collections::VecDeque;
 use station::{Duration, Outbox, Station, Time};
 use thiserror::Error;
 
+use crate::wakes::{Objections, Wakes};
+
 /// One octet at 100 Mbit/s.
 const OCTET: u64 = 80;
 /// Preamble and start-of-frame delimiter, in octets (IEEE 802.3, 3.1.1).
@@ -27,10 +29,6 @@ const LONGEST: usize = 1514;
 const TAG: usize = 4;
 /// How far ahead of the clock the frames that a port has queued may reach.
 const BACKLOG: Duration = Duration::from_millis(100);
-/// How often a station may be woken at one instant.
-const WAKES_AT_ONE_INSTANT: u32 = 1_000;
-/// How many violations are kept; what comes after is only counted.
-const VIOLATIONS_KEPT: usize = 1_000;
 
 /// A virtual switched segment at 100 Mbit/s full duplex, with any number of stations and the clock they share.
 ///
@@ -45,9 +43,10 @@ pub struct VirtualWire {
     in_flight: VecDeque<Flight>,
     spare: Vec<Vec<u8>>,
     outbox: Outbox,
-    ports: Vec<Port>,
-    violations: Vec<Violation>,
-    violations_seen: u64,
+    /// When the line of each port is free again.
+    lines: Vec<Time>,
+    wakes: Wakes,
+    objections: Objections,
 }
 
 /// What one [`VirtualWire::step`] did.
@@ -62,11 +61,13 @@ pub enum Step {
 /// A frame as a tap in the middle of the segment sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seen<'a> {
-    /// When it arrives at the other ports.
+    /// When its first bit is sent.
+    pub begin: Time,
+    /// When it has arrived at the other ports.
     pub time: Time,
     /// The port that sent it.
     pub port: usize,
-    /// Its octets from the destination address, padded to 60, without check sequence.
+    /// Its octets: on Ethernet from the destination address, padded to 60, without check sequence; on PROFIBUS all.
     pub frame: &'a [u8],
 }
 
@@ -101,6 +102,58 @@ pub enum Violation {
         /// When.
         time: Time,
     },
+    /// A frame of no octets, or of more than 255, was not transmitted on a bus.
+    #[error("port {port} sent a frame of {length} octets at {time}; the longest on the bus has 255")]
+    NoFrame {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+        /// Its length in octets.
+        length: usize,
+    },
+    /// Two ports sent at once on a bus; the others received nonsense.
+    #[error("port {port} sent at {time} while port {other} was sending; both frames are lost")]
+    Collision {
+        /// The port that began later.
+        port: usize,
+        /// When it began.
+        time: Time,
+        /// The port that was sending.
+        other: usize,
+    },
+    /// A request began before the bus had been silent for TSYN.
+    #[error("port {port} sent a request at {time} after {silent} bit times of silence; at least 33 are needed")]
+    NoSilence {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+        /// How long the bus was silent, in bits.
+        silent: u64,
+    },
+    /// An answer began before the least delay of a station was over.
+    #[error("port {port} answered at {time} after {silent} bit times; min TSDR is 11")]
+    TooEarly {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+        /// How long the bus was silent, in bits.
+        silent: u64,
+    },
+    /// An answer began when nobody waited for it any more.
+    #[error("port {port} answered at {time} after {silent} bit times; the slot time is {slot}")]
+    TooLate {
+        /// The port that sent it.
+        port: usize,
+        /// When.
+        time: Time,
+        /// How long the bus was silent, in bits.
+        silent: u64,
+        /// The slot time, in bits.
+        slot: u64,
+    },
     /// A station asks again and again to be woken at the same instant; it sleeps until the clock moves on.
     #[error("port {port} wants to be woken at {time} for ever")]
     Livelock {
@@ -113,17 +166,10 @@ pub enum Violation {
 
 #[derive(Debug)]
 struct Flight {
+    begin: Time,
     arrival: Time,
     port: usize,
     frame: Vec<u8>,
-}
-
-#[derive(Clone, Debug, Default)]
-struct Port {
-    line_free: Time,
-    woken_at: Time,
-    wakes: u32,
-    livelocked: bool,
 }
 
 impl VirtualWire {
@@ -139,12 +185,12 @@ impl VirtualWire {
 
     /// What the stations did that no wire carries, in order; the first thousand are kept.
     pub fn violations(&self) -> &[Violation] {
-        &self.violations
+        self.objections.kept()
     }
 
     /// How many violations there were, those included that are not kept.
     pub fn violations_seen(&self) -> u64 {
-        self.violations_seen
+        self.objections.seen()
     }
 
     /// Moves the clock to the next event, but not beyond `until`, and lets it happen.
@@ -154,11 +200,11 @@ impl VirtualWire {
     /// order of sending), then wakes (by port). Deadlines are asked for anew at every step, so that the caller may
     /// act on stations in between; one that lies in the past is due now. `tap` sees every frame once, as it arrives.
     pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
-        if self.ports.len() < stations.len() {
-            self.ports.resize(stations.len(), Port::default());
+        if self.lines.len() < stations.len() {
+            self.lines.resize(stations.len(), Time::ZERO);
         }
         let arrival = self.in_flight.front().map(|flight| flight.arrival).filter(|arrival| *arrival <= until);
-        let wake = self.earliest_deadline(stations).filter(|(due, _)| *due <= until);
+        let wake = self.wakes.earliest(self.now, stations).filter(|(due, _)| *due <= until);
         match (arrival, wake) {
             (Some(arrival), due) if due.is_none_or(|(due, _)| arrival <= due) => {
                 self.now = self.now.max(arrival);
@@ -185,25 +231,15 @@ impl VirtualWire {
     ///
     /// Returns what the wire objects to, which is also kept among the [`violations`](Self::violations).
     pub fn inject(&mut self, port: usize, frame: &[u8]) -> Result<(), Violation> {
-        if self.ports.len() <= port {
-            self.ports.resize(port + 1, Port::default());
+        if self.lines.len() <= port {
+            self.lines.resize(port + 1, Time::ZERO);
         }
         self.transmit(port, frame)
     }
 
-    /// When which port is to be woken next; of several at one instant, the lowest.
-    fn earliest_deadline(&self, stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
-        let due = stations.iter().zip(&self.ports).enumerate().filter_map(|(index, (station, port))| {
-            let due = station.deadline()?.max(self.now);
-            let spinning = port.wakes >= WAKES_AT_ONE_INSTANT && port.woken_at == due;
-            (!spinning).then_some((due, index))
-        });
-        due.min()
-    }
-
     fn deliver(&mut self, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(Seen<'_>)) {
         let Some(flight) = self.in_flight.pop_front() else { return };
-        tap(Seen { time: self.now, port: flight.port, frame: &flight.frame });
+        tap(Seen { begin: flight.begin, time: self.now, port: flight.port, frame: &flight.frame });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| *port != flight.port) {
             station.receive(self.now, &flight.frame, &mut self.outbox);
             self.drain(port);
@@ -214,12 +250,8 @@ impl VirtualWire {
     fn wake(&mut self, port: usize, stations: &mut [&mut dyn Station]) {
         stations[port].wake(self.now, &mut self.outbox);
         self.drain(port);
-        let state = &mut self.ports[port];
-        state.wakes = if state.woken_at == self.now { state.wakes + 1 } else { 1 };
-        state.woken_at = self.now;
-        if state.wakes >= WAKES_AT_ONE_INSTANT && !state.livelocked {
-            state.livelocked = true;
-            self.object(Violation::Livelock { port, time: self.now });
+        if let Some(livelock) = self.wakes.woken(self.now, port) {
+            self.objections.raise(livelock);
         }
     }
 
@@ -241,19 +273,19 @@ impl VirtualWire {
         let length = frame.len();
         let tag = if frame.get(12..14) == Some(&[0x81, 0x00]) { TAG } else { 0 };
         let time = self.now;
-        let start = self.ports[port].line_free.max(time);
+        let start = self.lines[port].max(time);
         if length < SHORTEST {
-            return Err(self.object(Violation::TooShort { port, time, length }));
+            return Err(self.objections.raise(Violation::TooShort { port, time, length }));
         }
         if length > LONGEST + tag {
-            return Err(self.object(Violation::TooLong { port, time, length }));
+            return Err(self.objections.raise(Violation::TooLong { port, time, length }));
         }
         if start.since(time) > BACKLOG {
-            return Err(self.object(Violation::Congested { port, time }));
+            return Err(self.objections.raise(Violation::Congested { port, time }));
         }
 
         let on_the_line = PREAMBLE + length.max(PADDED) + CHECK_SEQUENCE;
-        self.ports[port].line_free = start + octets(on_the_line + GAP);
+        self.lines[port] = start + octets(on_the_line + GAP);
         let arrival = start + octets(on_the_line) + SWITCH_LATENCY;
 
         let mut padded = self.spare.pop().unwrap_or_default();
@@ -261,16 +293,8 @@ impl VirtualWire {
         padded.extend_from_slice(frame);
         padded.resize(length.max(PADDED), 0);
         let behind = self.in_flight.iter().rev().take_while(|flight| flight.arrival > arrival).count();
-        self.in_flight.insert(self.in_flight.len() - behind, Flight { arrival, port, frame: padded });
+        self.in_flight.insert(self.in_flight.len() - behind, Flight { begin: start, arrival, port, frame: padded });
         Ok(())
-    }
-
-    fn object(&mut self, violation: Violation) -> Violation {
-        self.violations_seen += 1;
-        if self.violations.len() < VIOLATIONS_KEPT {
-            self.violations.push(violation);
-        }
-        violation
     }
 }
 

@@ -1,8 +1,8 @@
 //! The only sockets, terminals and unsafe code: network interfaces, QEMU sockets, lines over Unix sockets.
 //!
 //! A [`Port`] carries Ethernet frames; [`Nic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
-//! puts any number of stations of this process on one port and runs them by the [`Clock`]. The rest is what a process
-//! with a real wire needs: [`realtime`], [`privileges`], [`interrupt`], and [`lines`] for a control channel.
+//! puts any number of stations of this process on one port and runs them by the [`Clock`]. A [`SerialBus`] does the same with a
+//! serial line, whose octets somebody else has to [`Split`] into frames. The rest is what a process with a real wire needs: [`realtime`], [`privileges`], [`interrupt`], and [`lines`] for a control channel.
 //!
 //! This room must not know what the frames mean, nor who judges them.
 
@@ -22,6 +22,8 @@ mod port;
 pub mod portable;
 pub mod privileges;
 pub mod realtime;
+pub mod serial;
+mod serial_bus;
 mod socket;
 mod sys;
 mod wire;
@@ -36,5 +38,7 @@ pub use nic::Nic;
 pub use port::Port;
 #[cfg(not(target_os = "linux"))]
 pub use portable::Nic;
+pub use serial::{Serial, SerialSettings};
+pub use serial_bus::{Heard, Piece, SerialBus, Split};
 pub use socket::FrameSocket;
 pub use wire::{Local, Step, Wire};

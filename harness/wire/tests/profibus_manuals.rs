@@ -22,8 +22,8 @@ fn the_diagnosis_of_63_octets() {
          00000000 00000001 01000200 00000000 00000000 00000000 00040000 04000000 00000000 00000000 00000000 000000");
     assert_eq!(octets.len(), 63);
     let diag = SlaveDiag::parse(&octets).unwrap();
-    assert_eq!((diag.status_1, diag.status_2), (Status1(0), Status2::ALWAYS_ONE.with(Status2::WD_ON)));
-    assert_eq!(diag.status_2.words().collect::<Vec<_>>(), ["always_one", "wd_on"]);
+    assert_eq!((diag.status_1, diag.status_2), (Status1(0), Status2::FIXED_ONE.with(Status2::WD_ON)));
+    assert_eq!(diag.status_2.words().collect::<Vec<_>>(), ["fixed_one", "wd_on"]);
     assert_eq!((diag.master, diag.ident, diag.status_3.0), (2, 0x1655, 0));
     let blocks: Vec<_> = diag.blocks().collect::<Result<_, _>>().unwrap();
     let [Block::Device(data)] = blocks[..] else { panic!("{blocks:?}") };

@@ -214,7 +214,7 @@ fn slave_diag() {
     let octets = octets("slave_diag_answer");
     let expected = SlaveDiag {
         status_1: Status1::STATION_NOT_READY.with(Status1::PRM_FAULT),
-        status_2: Status2::ALWAYS_ONE.with(Status2::WD_ON).with(Status2::PRM_REQ),
+        status_2: Status2::FIXED_ONE.with(Status2::WD_ON).with(Status2::PRM_REQ),
         status_3: Status3::EXT_DIAG_OVERFLOW,
         master: NO_MASTER,
         ident: 0x1655,

@@ -18,14 +18,14 @@ mod jobs;
 mod layout;
 mod limits;
 mod outcome;
-mod outputs;
+pub(crate) mod outputs;
 mod presence;
 mod record;
 mod request;
 mod search;
 mod server;
 mod startup;
-mod state;
+pub(crate) mod state;
 
 pub use alarms::AlarmAcknowledge;
 pub use broken::{Broken, broken_frames};

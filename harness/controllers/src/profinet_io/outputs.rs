@@ -122,7 +122,7 @@ impl Outputs {
     }
 
     /// Where the outputs of a submodule are kept; the place never changes.
-    pub(super) fn place(&mut self, slot: u16, subslot: u16) -> usize {
+    pub(crate) fn place(&mut self, slot: u16, subslot: u16) -> usize {
         if let Some(at) = self.images.iter().position(|image| image.is(slot, subslot)) {
             return at;
         }
@@ -131,7 +131,7 @@ impl Outputs {
     }
 
     /// Copies the outputs kept at `place` into `frame`; octets that were never set are 0.
-    pub(super) fn copy(&self, place: usize, frame: &mut [u8]) {
+    pub(crate) fn copy(&self, place: usize, frame: &mut [u8]) {
         frame.fill(0);
         if let Some(image) = self.images.get(place) {
             let length = frame.len().min(image.octets.len());
@@ -146,7 +146,7 @@ impl Outputs {
     }
 
     /// Lets the counting fields take their next number, for the frame that is about to be sent.
-    pub(super) fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         let Outputs { images, counters, .. } = self;
         for (counter, place) in counters {
             if let Some(image) = images.get_mut(*place) {

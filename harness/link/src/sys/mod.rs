@@ -7,6 +7,8 @@
 pub mod packet;
 #[cfg(target_os = "linux")]
 pub mod process;
+#[cfg(target_os = "linux")]
+pub mod serial;
 
 use std::io;
 use std::os::fd::{AsRawFd, BorrowedFd};

@@ -27,7 +27,7 @@ flags! {
     pub struct Status2(u8) {
         0x01 PRM_REQ prm_req "The slave wants to be parameterised and configured anew.",
         0x02 STAT_DIAG stat_diag "The slave cannot give valid data; the master is to read the diagnosis until this is 0.",
-        0x04 ALWAYS_ONE always_one "Set by every slave.",
+        0x04 FIXED_ONE fixed_one "Set by every slave.",
         0x08 WD_ON wd_on "The watchdog is on.",
         0x10 FREEZE_MODE freeze_mode "The inputs are frozen.",
         0x20 SYNC_MODE sync_mode "The outputs are synchronised.",

@@ -1,0 +1,301 @@
+//! The virtual RS-485 bus and its clock.
+//!
+//! Deterministic: the same stations and inputs give the same frames at the same nanoseconds, on every machine.
+
+use std::collections::VecDeque;
+
+use station::{Duration, Outbox, Station, Time};
+use wire::profibus::fdl::{BaudRate, BitTimes, Frame, LONGEST};
+
+use crate::wakes::{Objections, Wakes};
+use crate::wire::{Seen, Step, Violation};
+
+/// How far ahead of the clock the frames that a port has queued may reach.
+const BACKLOG: Duration = Duration::from_millis(500);
+
+/// A virtual RS-485 bus, half duplex, with any number of stations and the clock they share.
+///
+/// The stations belong to the caller and are handed in at each step; a station's port is its index in that slice. A frame
+/// that is sent at `t` has its first start bit at `t` and arrives at every other port with its last stop bit, 11 bits for each
+/// octet later. What a port sends while it is still sending follows without gap. Frames of two ports that overlap are
+/// lost: the others receive one piece of nonsense that no parser takes for a frame. Frames that no station of a bus
+/// may send when it did are transmitted all the same, and kept as violations.
+#[derive(Debug)]
+pub struct VirtualBus {
+    baud: BaudRate,
+    slot: BitTimes,
+    now: Time,
+    /// Sorted by begin, without overlap.
+    bursts: VecDeque<Burst>,
+    /// Whether the others have heard that the first burst began.
+    is_heard: bool,
+    /// The last burst that ended.
+    last: Option<Ended>,
+    spare: Vec<Vec<u8>>,
+    outbox: Outbox,
+    wakes: Wakes,
+    objections: Objections,
+}
+
+/// What is sent in one go; after a collision by several ports.
+#[derive(Debug)]
+struct Burst {
+    begin: Time,
+    end: Time,
+    /// The port that began it.
+    port: usize,
+    /// The others that sent at the same time.
+    others: Vec<usize>,
+    part: Part,
+    octets: Vec<u8>,
+}
+
+/// What the timing of the next frame depends on.
+#[derive(Clone, Copy, Debug)]
+struct Ended {
+    end: Time,
+    /// Whether somebody is to answer.
+    is_asking: bool,
+}
+
+/// Which part a frame plays in the traffic of the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    /// A request that somebody is to answer.
+    Asks,
+    /// A request that nobody answers, or the token.
+    Tells,
+    Answers,
+    /// No frame.
+    Noise,
+}
+
+impl Part {
+    fn of(octets: &[u8]) -> Part {
+        match Frame::parse(octets) {
+            Ok(Frame::Data(frame)) => match frame.fc.requested() {
+                Some(function) if function.wants_answer() => Part::Asks,
+                Some(_) => Part::Tells,
+                None => Part::Answers,
+            },
+            Ok(Frame::Token { .. }) => Part::Tells,
+            Ok(Frame::ShortAcknowledgement) => Part::Answers,
+            Err(_) => Part::Noise,
+        }
+    }
+}
+
+impl VirtualBus {
+    /// A silent bus at `baud` whose masters wait for answers for the time `slot`; its clock stands at [`Time::ZERO`].
+    pub fn new(baud: BaudRate, slot: BitTimes) -> VirtualBus {
+        VirtualBus {
+            baud,
+            slot,
+            now: Time::ZERO,
+            bursts: VecDeque::new(),
+            is_heard: false,
+            last: None,
+            spare: Vec::new(),
+            outbox: Outbox::new(),
+            wakes: Wakes::default(),
+            objections: Objections::default(),
+        }
+    }
+
+    /// What the clock shows.
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// What the stations did that the bus does not allow, in order; the first thousand are kept.
+    pub fn violations(&self) -> &[Violation] {
+        self.objections.kept()
+    }
+
+    /// How many violations there were, those included that are not kept.
+    pub fn violations_seen(&self) -> u64 {
+        self.objections.seen()
+    }
+
+    /// Moves the clock to the next event, but not beyond `until`, and lets it happen.
+    ///
+    /// An event is one burst that begins or ends at all the other ports (in port order) or one station being woken; after each
+    /// input all frames that the station sends are taken over. Of events at one instant, a burst that ends comes first,
+    /// then wakes (by port), then the burst that begins. Deadlines are asked for anew at every step, so that the caller may act on
+    /// stations in between; one that lies in the past is due now. `tap` sees every burst once, as it ends.
+    pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
+        let wake = self.wakes.earliest(self.now, stations).filter(|(due, _)| *due <= until);
+        let burst = self.bursts.front().map(|burst| if self.is_heard { burst.end } else { burst.begin });
+        let burst = burst.filter(|due| *due <= until);
+        match (burst, wake) {
+            (Some(due), None) => self.advance(due, stations, tap),
+            (Some(due), Some((wake, _))) if due < wake || (due == wake && self.is_heard) => {
+                self.advance(due, stations, tap);
+            }
+            (_, Some((due, port))) => {
+                self.now = due;
+                self.wake(port, stations);
+            }
+            (None, None) => {
+                self.now = self.now.max(until);
+                return Step::Idle;
+            }
+        }
+        Step::Worked
+    }
+
+    /// Steps until nothing is left to do up to `until`; the clock then stands there.
+    pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) {
+        while self.step(stations, until, tap) == Step::Worked {}
+    }
+
+    /// Sends `octets` now as though the station at `port` had sent them; a `port` without station is an extra one.
+    ///
+    /// Returns what the bus objects to, which is also kept among the [`violations`](Self::violations).
+    pub fn inject(&mut self, port: usize, octets: &[u8]) -> Result<(), Violation> {
+        self.transmit(port, octets)
+    }
+
+    fn advance(&mut self, due: Time, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(Seen<'_>)) {
+        self.now = self.now.max(due);
+        if !self.is_heard {
+            self.is_heard = true;
+            let Some(burst) = self.bursts.front() else { return };
+            for (port, station) in stations.iter_mut().enumerate() {
+                if !burst.is_sent_by(port) {
+                    station.carrier(self.now);
+                }
+            }
+            return;
+        }
+        self.is_heard = false;
+        let Some(burst) = self.bursts.pop_front() else { return };
+        let is_asking = burst.part == Part::Asks;
+        self.last = Some(Ended { end: burst.end, is_asking });
+        tap(Seen { begin: burst.begin, time: self.now, port: burst.port, frame: &burst.octets });
+        for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| !burst.is_sent_by(*port)) {
+            station.receive(self.now, &burst.octets, &mut self.outbox);
+            self.drain(port);
+        }
+        self.spare.push(burst.octets);
+    }
+
+    fn wake(&mut self, port: usize, stations: &mut [&mut dyn Station]) {
+        stations[port].wake(self.now, &mut self.outbox);
+        self.drain(port);
+        if let Some(livelock) = self.wakes.woken(self.now, port) {
+            self.objections.raise(livelock);
+        }
+    }
+
+    /// Takes over what the station at `port` has put into the outbox.
+    fn drain(&mut self, port: usize) {
+        if self.outbox.is_empty() {
+            return;
+        }
+        let mut sent = std::mem::take(&mut self.outbox);
+        for frame in sent.frames() {
+            // The violation is on record; the sender learns no more of it than on a real bus.
+            let _ = self.transmit(port, frame);
+        }
+        sent.clear();
+        self.outbox = sent;
+    }
+
+    fn transmit(&mut self, port: usize, octets: &[u8]) -> Result<(), Violation> {
+        let length = octets.len();
+        if !(1..=LONGEST).contains(&length) {
+            return Err(self.objections.raise(Violation::NoFrame { port, time: self.now, length }));
+        }
+        let own = self.bursts.iter().filter(|burst| burst.is_sent_by(port)).map(|burst| burst.end).max();
+        let begin = own.unwrap_or(self.now).max(self.now);
+        if begin.since(self.now) > BACKLOG {
+            return Err(self.objections.raise(Violation::Congested { port, time: self.now }));
+        }
+        let end = begin + Duration::from_nanos(self.baud.nanoseconds(BitTimes::of_octets(length)));
+        let mut copy = self.spare.pop().unwrap_or_default();
+        copy.clear();
+        copy.extend_from_slice(octets);
+        let part = Part::of(octets);
+        let burst = Burst { begin, end, port, others: Vec::new(), part, octets: copy };
+        let objection = match self.bursts.iter().find(|other| other.begin < end && begin < other.end) {
+            Some(other) => Some(Violation::Collision { port, time: begin, other: other.port }),
+            None => self.timing(&burst),
+        };
+        self.insert(burst);
+        match objection {
+            Some(violation) => Err(self.objections.raise(violation)),
+            None => Ok(()),
+        }
+    }
+
+    /// What is wrong with the silence before `burst`, which overlaps no other.
+    fn timing(&self, burst: &Burst) -> Option<Violation> {
+        let before = self.bursts.iter().filter(|other| other.end <= burst.begin).max_by_key(|other| other.end);
+        let last = match before {
+            Some(before) => Ended { end: before.end, is_asking: before.part == Part::Asks },
+            None => self.last?,
+        };
+        let (port, time) = (burst.port, burst.begin);
+        let silent = self.bits(time.since(last.end));
+        match burst.part {
+            Part::Asks | Part::Tells if silent < BitTimes::SYNCHRONISATION.0 => {
+                Some(Violation::NoSilence { port, time, silent })
+            }
+            Part::Answers if silent < BitTimes::LEAST_DELAY.0 => Some(Violation::TooEarly { port, time, silent }),
+            Part::Answers if last.is_asking && silent > self.slot.0 => {
+                Some(Violation::TooLate { port, time, silent, slot: self.slot.0 })
+            }
+            _ => None,
+        }
+    }
+
+    /// Whole bits in `time`; one that rounding up has cut by a nanosecond counts as whole.
+    fn bits(&self, time: Duration) -> u64 {
+        let bits = (time.as_nanos() + 1) * u128::from(self.baud.0) / 1_000_000_000;
+        u64::try_from(bits).unwrap_or(u64::MAX)
+    }
+
+    /// Puts `burst` into its place, as one with all that it overlaps.
+    fn insert(&mut self, mut burst: Burst) {
+        let is_sending = self.is_heard.then(|| self.bursts.front().map(|first| first.begin)).flatten();
+        let octet = self.baud.nanoseconds(BitTimes(BitTimes::PER_OCTET)).max(1);
+        while let Some(at) = self.bursts.iter().position(|other| other.begin < burst.end && burst.begin < other.end) {
+            if let Some(other) = self.bursts.remove(at) {
+                burst = other.collide(burst, octet);
+            }
+        }
+        // Who has heard the beginning of the first goes on hearing it.
+        self.is_heard = is_sending
+            .is_some_and(|begin| self.bursts.front().is_some_and(|first| first.begin == begin) || burst.begin == begin);
+        let at = self.bursts.iter().take_while(|other| other.begin <= burst.begin).count();
+        self.bursts.insert(at, burst);
+    }
+}
+
+impl Burst {
+    fn is_sent_by(&self, port: usize) -> bool {
+        self.port == port || self.others.contains(&port)
+    }
+
+    /// What becomes of two bursts that overlap: zeros win where both send, and the whole is no frame.
+    fn collide(self, later: Burst, octet: u64) -> Burst {
+        let (mut first, second) = if self.begin <= later.begin { (self, later) } else { (later, self) };
+        let at = (second.begin.since(first.begin).as_nanos() / u128::from(octet)) as usize;
+        first.octets.resize(first.octets.len().max((at + second.octets.len()).min(LONGEST)), 0xFF);
+        for (octet, other) in first.octets.iter_mut().skip(at).zip(&second.octets) {
+            *octet &= other;
+        }
+        if Part::of(&first.octets) != Part::Noise {
+            first.octets.fill(0);
+        }
+        first.part = Part::Noise;
+        first.end = first.end.max(second.end);
+        first.others.push(second.port);
+        first.others.extend(second.others);
+        first
+    }
+}
+
+#[cfg(test)]
+mod tests;

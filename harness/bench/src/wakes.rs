@@ -1,0 +1,76 @@
+//! Who is to be woken next, and what stations did that no wire carries: the same on every virtual wire.
+
+use station::{Station, Time};
+
+use crate::wire::Violation;
+
+/// How often a station may be woken at one instant.
+const WAKES_AT_ONE_INSTANT: u32 = 1_000;
+/// How many violations are kept; what comes after is only counted.
+const VIOLATIONS_KEPT: usize = 1_000;
+
+/// How often each port was woken at the present instant.
+#[derive(Debug, Default)]
+pub(crate) struct Wakes {
+    ports: Vec<Port>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Port {
+    at: Time,
+    count: u32,
+    livelocked: bool,
+}
+
+impl Wakes {
+    /// When which port is to be woken next; of several at one instant, the lowest.
+    pub fn earliest(&mut self, now: Time, stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
+        if self.ports.len() < stations.len() {
+            self.ports.resize(stations.len(), Port::default());
+        }
+        let due = stations.iter().zip(&self.ports).enumerate().filter_map(|(index, (station, port))| {
+            let due = station.deadline()?.max(now);
+            let spinning = port.count >= WAKES_AT_ONE_INSTANT && port.at == due;
+            (!spinning).then_some((due, index))
+        });
+        due.min()
+    }
+
+    /// Counts that `port` was woken; the violation, once, if it never goes to sleep.
+    pub fn woken(&mut self, now: Time, port: usize) -> Option<Violation> {
+        let state = self.ports.get_mut(port)?;
+        state.count = if state.at == now { state.count + 1 } else { 1 };
+        state.at = now;
+        let is_new = state.count >= WAKES_AT_ONE_INSTANT && !state.livelocked;
+        state.livelocked |= is_new;
+        is_new.then_some(Violation::Livelock { port, time: now })
+    }
+}
+
+/// The violations that a wire has seen.
+#[derive(Debug, Default)]
+pub(crate) struct Objections {
+    kept: Vec<Violation>,
+    seen: u64,
+}
+
+impl Objections {
+    /// Those that are kept, in order.
+    pub fn kept(&self) -> &[Violation] {
+        &self.kept
+    }
+
+    /// How many there were.
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    /// Adds one and hands it back.
+    pub fn raise(&mut self, violation: Violation) -> Violation {
+        self.seen += 1;
+        if self.kept.len() < VIOLATIONS_KEPT {
+            self.kept.push(violation);
+        }
+        violation
+    }
+}

@@ -1,0 +1,42 @@
+//! Frames that are damaged on purpose, to see that a slave survives them.
+//!
+//! Each is one frame on its own, behind which the bus is left alone for the slot time.
+
+use super::message::Message;
+use super::request::Broken;
+use alloc::vec::Vec;
+use wire::profibus::fdl::{FrameCount, RequestFunction};
+use wire::profibus::sap::SlaveSap;
+
+/// A function that the standard keeps for later.
+const RESERVED: RequestFunction = RequestFunction(0x0B);
+/// An access point that no service has.
+const NOBODY: u8 = 52;
+
+/// The octets of a damaged frame from the master `own` to the station `to`.
+pub(super) fn frame(own: u8, to: u8, broken: Broken) -> Vec<u8> {
+    let diagnosis = Message::diagnosis(to);
+    let of = |message: Message| {
+        let mut octets = Vec::new();
+        message.write(own, FrameCount::First, &mut octets);
+        octets
+    };
+    let damaged = |change: &dyn Fn(&mut Vec<u8>)| {
+        let mut octets = of(diagnosis.clone());
+        change(&mut octets);
+        octets
+    };
+    // SD2, LE, LEr, SD2, DA, SA, FC, DAE, SAE, FCS, ED.
+    match broken {
+        Broken::Checksum => damaged(&|octets| octets[9] ^= 0x01),
+        Broken::EndDelimiter => damaged(&|octets| octets[10] = 0x17),
+        Broken::LengthRepeated => damaged(&|octets| octets[2] ^= 0x04),
+        Broken::LengthBeyond => damaged(&|octets| octets[1..3].fill(0x20)),
+        Broken::StartDelimiter => damaged(&|octets| octets[0] = 0x69),
+        Broken::Truncated => damaged(&|octets| octets.truncate(7)),
+        Broken::UnknownFunction => of(Message { function: RESERVED, ..diagnosis }),
+        Broken::UnknownAccessPoint => of(Message { dsap: Some(NOBODY), ..diagnosis }),
+        Broken::SetPrmShort => of(Message::service(to, SlaveSap::SET_PRM, [0x88, 0x01, 0x01].into())),
+        Broken::Noise => Vec::from([0x00, 0xFF, 0x55, 0xAA, 0x68, 0x10, 0x16, to]),
+    }
+}

@@ -1,0 +1,152 @@
+//! The exchange of data with a slave once it stands, and the clock of isochronous mode.
+
+use super::connection::{ClearOutputs, Connection};
+use super::message::Message;
+use super::outcome::{Answer, ConnectionEnd};
+use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
+use crate::profinet_io::Outputs;
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::Time;
+use wire::profibus::diag::{SlaveDiag, Status1, Status2};
+use wire::profibus::fdl::AnswerFunction;
+
+/// The cycle of a slave.
+#[derive(Debug)]
+pub(super) struct Exchange {
+    pub connection: Box<Connection>,
+    /// When the next cycle begins.
+    next: Time,
+    /// The cycle to which the next clock belongs.
+    clock: Time,
+    missed: u32,
+    wants_diagnosis: bool,
+    /// The last diagnosis was Stat_Diag: it is read again behind each cycle until it is not.
+    is_static: bool,
+}
+
+/// What an answer of Data_Exchange means.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Sample {
+    /// These are the inputs.
+    Good(Vec<u8>),
+    /// There are none, and it may still go on.
+    Missed,
+    /// The connection has ended.
+    End(ConnectionEnd),
+}
+
+impl Exchange {
+    /// An exchange that begins at `now`.
+    pub fn new(connection: Box<Connection>, now: Time) -> Exchange {
+        Exchange { connection, next: now, clock: now, missed: 0, wants_diagnosis: false, is_static: false }
+    }
+
+    /// The time from one cycle to the next; a cycle of 0 would never end.
+    fn cycle(&self) -> Duration {
+        self.connection.cycle.max(Duration::from_micros(1))
+    }
+
+    /// When the next clock is due, `offset` behind the beginning of its cycle; none without isochronous mode.
+    pub fn clock_due(&self, offset: Duration) -> Option<Time> {
+        self.connection.clock.map(|_| self.clock + offset)
+    }
+
+    /// When the next Data_Exchange is due: behind the clock of its cycle, where there is one.
+    pub fn due(&self, clock: Option<Time>) -> Time {
+        match clock {
+            Some(clock) if self.clock <= self.next => self.next.max(clock),
+            _ => self.next,
+        }
+    }
+
+    /// When the diagnosis is due that the slave wants to be read.
+    pub fn wants_diagnosis(&self) -> bool {
+        self.wants_diagnosis
+    }
+
+    /// The clock was sent, or would have been.
+    pub fn clock_done(&mut self, now: Time) {
+        self.clock = step(self.clock, self.cycle(), now);
+    }
+
+    /// Data_Exchange is sent.
+    pub fn sent(&mut self, now: Time, has_clock: bool) {
+        self.next = step(self.next, self.cycle(), now);
+        if !has_clock {
+            self.clock = self.next;
+        }
+    }
+
+    /// The request of this cycle.
+    pub fn message(&self, outputs: &mut Outputs, is_clear: bool) -> Message {
+        let length = self.connection.output_length;
+        let data = match (is_clear, self.connection.clear) {
+            (true, ClearOutputs::Zeros) => alloc::vec![0; length],
+            (true, ClearOutputs::Empty) => Vec::new(),
+            (true, ClearOutputs::AsSet) | (false, _) => {
+                outputs.step();
+                let place = outputs.place(OUTPUT_SLOT, OUTPUT_SUBSLOT);
+                let mut data = alloc::vec![0; length];
+                outputs.copy(place, &mut data);
+                data
+            }
+        };
+        Message::exchange(self.connection.address, data)
+    }
+
+    /// Takes the answer of a Data_Exchange.
+    pub fn answered(&mut self, answer: Answer) -> Sample {
+        let wanted = self.connection.input_length;
+        self.wants_diagnosis |= self.is_static;
+        match answer {
+            Answer::Short if wanted == 0 => {
+                self.missed = 0;
+                Sample::Good(Vec::new())
+            }
+            Answer::Frame { function, data, .. } if function.has_data() && data.len() == wanted => {
+                self.missed = 0;
+                self.wants_diagnosis |= function.is_high() && self.connection.reads_diagnosis;
+                Sample::Good(data)
+            }
+            // Without inputs, high priority comes in a frame without data.
+            Answer::Frame { function: AnswerFunction::OK, data, .. } if data.is_empty() && wanted == 0 => {
+                self.missed = 0;
+                Sample::Good(data)
+            }
+            Answer::None | Answer::Unfit(_) => {
+                self.missed = self.missed.saturating_add(1);
+                match self.connection.lost_after {
+                    1.. if self.missed >= self.connection.lost_after => Sample::End(ConnectionEnd::Answer(answer)),
+                    _ => Sample::Missed,
+                }
+            }
+            Answer::Short | Answer::Frame { .. } => Sample::End(ConnectionEnd::Answer(answer)),
+        }
+    }
+
+    /// Takes the diagnosis that was read because the slave wanted it; `own` is our address.
+    pub fn diagnosed(&mut self, answer: &Answer, own: u8) -> Option<ConnectionEnd> {
+        let diagnosis = answer.diagnosis();
+        self.wants_diagnosis = false;
+        self.is_static = diagnosis.as_ref().is_some_and(|found| found.status_2.has(Status2::STAT_DIAG));
+        diagnosis.filter(|found| is_lost(found, own)).map(ConnectionEnd::Diagnosis)
+    }
+}
+
+/// Whether a diagnosis says that the slave does not exchange data with the master `own`.
+pub(super) fn is_lost(diagnosis: &SlaveDiag, own: u8) -> bool {
+    let SlaveDiag { status_1, status_2, .. } = diagnosis;
+    status_1.has(Status1::PRM_FAULT)
+        || status_1.has(Status1::CFG_FAULT)
+        || status_2.has(Status2::PRM_REQ)
+        || diagnosis.master != own
+}
+
+/// The first of `last`, `last` + cycle, ... behind `last` that is later than `now`.
+fn step(last: Time, cycle: Duration, now: Time) -> Time {
+    let cycles = now.since(last).as_nanos() / cycle.as_nanos().max(1) + 1;
+    let nanos = cycles.saturating_mul(cycle.as_nanos());
+    last + Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
+}

@@ -1,0 +1,119 @@
+//! One request to a station and what of the frames that come is its answer.
+
+use super::outcome::Answer;
+use alloc::format;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction};
+use wire::profibus::global_control::GlobalControl;
+use wire::profibus::sap::{MasterSap, SlaveSap};
+
+/// A request; an answer is awaited where its function says so.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Message {
+    pub to: u8,
+    pub dsap: Option<u8>,
+    pub ssap: Option<u8>,
+    pub function: RequestFunction,
+    pub data: Vec<u8>,
+}
+
+impl Message {
+    /// A service of DP-V0 with an access point of its own.
+    pub fn service(to: u8, sap: SlaveSap, data: Vec<u8>) -> Message {
+        let (dsap, ssap) = (Some(sap.0), Some(MasterSap::MS0.0));
+        Message { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data }
+    }
+
+    pub fn diagnosis(to: u8) -> Message {
+        Message::service(to, SlaveSap::SLAVE_DIAG, Vec::new())
+    }
+
+    pub fn exchange(to: u8, data: Vec<u8>) -> Message {
+        Message { to, dsap: None, ssap: None, function: RequestFunction::SRD_HIGH, data }
+    }
+
+    /// A PDU of MS1, or a poll where it is empty.
+    pub fn acyclic(to: u8, data: Vec<u8>) -> Message {
+        let (dsap, ssap) = (Some(SlaveSap::SERVER.0), Some(MasterSap::MS1.0));
+        Message { to, dsap, ssap, function: RequestFunction::SRD_LOW, data }
+    }
+
+    pub fn global_control(to: u8, control: GlobalControl) -> Message {
+        let mut data = Vec::new();
+        control.write(&mut data);
+        let function = RequestFunction::SDN_HIGH;
+        Message { function, ..Message::service(to, SlaveSap::GLOBAL_CONTROL, data) }
+    }
+
+    pub fn fdl_status(to: u8) -> Message {
+        Message { to, dsap: None, ssap: None, function: RequestFunction::FDL_STATUS, data: Vec::new() }
+    }
+
+    /// Whether the requests of this kind are counted by FCB.
+    pub fn is_counted(&self) -> bool {
+        self.wants_answer() && !self.function.is_link()
+    }
+
+    /// Whether somebody is to answer.
+    pub fn wants_answer(&self) -> bool {
+        self.to != BROADCAST && self.function.wants_answer()
+    }
+
+    /// Appends the frame from the station `own`.
+    pub fn write(&self, own: u8, count: FrameCount, out: &mut Vec<u8>) {
+        let extension = |sap| Extension { segment: None, sap };
+        let fc = FunctionCode::request(self.function, count);
+        DataFrame::new((self.to, extension(self.dsap)), (own, extension(self.ssap)), fc, &self.data).write(out);
+    }
+
+    /// What `octets`, which came after it, answer.
+    pub fn answer(&self, own: u8, octets: &[u8]) -> Answer {
+        let frame = match Frame::parse(octets) {
+            Ok(Frame::ShortAcknowledgement) => return Answer::Short,
+            Ok(Frame::Token { da, sa }) => return Answer::Unfit(format!("a token from {sa} to {da}")),
+            Err(error) => return Answer::Unfit(error.to_string()),
+            Ok(Frame::Data(frame)) => frame,
+        };
+        let (Some(function), Some(station)) = (frame.fc.answered(), frame.fc.station()) else {
+            return Answer::Unfit(format!("a request from station {}", frame.sa));
+        };
+        if (frame.da, frame.sa) != (own, self.to) {
+            return Answer::Unfit(format!("an answer from station {} to {}", frame.sa, frame.da));
+        }
+        let points = (frame.source.sap, frame.destination.sap);
+        let is_bare = points == (None, None) && frame.data.is_empty();
+        if points != (self.dsap, self.ssap) && !is_bare {
+            let shown = |sap: Option<u8>| sap.map_or("none".to_string(), |sap| sap.to_string());
+            let (from, to) = (shown(points.0), shown(points.1));
+            return Answer::Unfit(format!("an answer from access point {from} to {to}"));
+        }
+        Answer::Frame { function, station, data: frame.data.to_vec() }
+    }
+}
+
+/// The frame count bits of all stations.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Counts {
+    next: Vec<(u8, FrameCount)>,
+}
+
+impl Counts {
+    /// The count of the next new request to `station`.
+    pub fn next(&self, station: u8) -> FrameCount {
+        self.next.iter().find(|(known, _)| *known == station).map_or(FrameCount::First, |(_, next)| *next)
+    }
+
+    /// A request to `station` with `count` was answered.
+    pub fn answered(&mut self, station: u8, count: FrameCount) {
+        match self.next.iter_mut().find(|(known, _)| *known == station) {
+            Some((_, next)) => *next = count.next(),
+            None => self.next.push((station, count.next())),
+        }
+    }
+
+    /// The next request to `station` is the first one.
+    pub fn forget(&mut self, station: u8) {
+        self.next.retain(|(known, _)| *known != station);
+    }
+}
