@@ -8,6 +8,7 @@ use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
+use wire::profibus::fdl::BaudRate;
 
 /// A device under test: a station on the wire, with the hands that hold it.
 pub trait ReferenceDevice: station::Station + station::Stand {}
@@ -22,20 +23,64 @@ pub struct Manual {
     pub title: &'static str,
     /// The variants that it describes.
     pub variants: &'static [&'static str],
-    /// The first three octets of the MAC addresses of its devices, if it prints them.
-    pub oui: Option<[u8; 3]>,
     /// The bugs that its devices can be told to have, by the seam at which they are switched on.
     pub bugs: &'static [Table],
     /// How its devices behave without any bug: the profile, and what is right in this manual where it says otherwise.
     pub healthy: fn() -> Behaviour,
+    /// The bus that its devices speak.
+    pub bus: Bus,
+}
+
+/// The bus that the devices of a manual speak, and how they are built for it.
+#[derive(Clone, Copy, Debug)]
+pub enum Bus {
+    /// PROFINET IO.
+    Profinet(Profinet),
+    /// PROFIBUS DP.
+    Profibus(Profibus),
+}
+
+/// The devices of a manual on PROFINET IO.
+#[derive(Clone, Copy, Debug)]
+pub struct Profinet {
+    /// The first three octets of the MAC addresses, if the manual prints them.
+    pub oui: Option<[u8; 3]>,
     /// The name and the addresses with which a variant is delivered.
     pub delivered: fn(&str) -> StationData,
     /// Builds a device of a variant; `None` if there is no such variant.
-    pub build: Build,
+    pub build: BuildProfinet,
 }
 
 /// Builds a device from its variant, its behaviour, its MAC address, the place of its shaft and its station.
-pub type Build = fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>;
+pub type BuildProfinet = fn(&str, Behaviour, [u8; 6], u64, StationData) -> Option<Box<dyn ReferenceDevice>>;
+
+/// The devices of a manual on PROFIBUS DP.
+#[derive(Clone, Copy, Debug)]
+pub struct Profibus {
+    /// The station address with which a device is delivered.
+    pub delivered: u8,
+    /// Builds a device of a variant; `None` if there is no such variant.
+    pub build: BuildProfibus,
+}
+
+/// Builds a device from its variant, its behaviour, the place of its shaft and its line.
+pub type BuildProfibus = fn(&str, Behaviour, u64, Line) -> Option<Box<dyn ReferenceDevice>>;
+
+/// Where a device stands on a PROFIBUS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Its station address, as switches or memory have it.
+    pub address: u8,
+    /// The rate of the bus, which a slave finds by itself.
+    pub baud: BaudRate,
+}
+
+impl Default for Line {
+    /// Address 3 at 1.5 Mbit/s.
+    fn default() -> Line {
+        Line { address: 3, baud: BaudRate(1_500_000) }
+    }
+}
 
 impl fmt::Debug for Manual {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -61,7 +106,11 @@ impl Manual {
     /// The MAC address of a device of this manual, with the last three octets of `mac`.
     pub fn mac(&self, mac: [u8; 6]) -> [u8; 6] {
         let [a, b, c, d, e, f] = mac;
-        let [a, b, c] = self.oui.unwrap_or([a, b, c]);
+        let oui = match self.bus {
+            Bus::Profinet(profinet) => profinet.oui,
+            Bus::Profibus(_) => None,
+        };
+        let [a, b, c] = oui.unwrap_or([a, b, c]);
         [a, b, c, d, e, f]
     }
 }
@@ -93,6 +142,8 @@ pub struct Setup<'a> {
     pub mask: [u8; 4],
     /// Its stored gateway.
     pub gateway: [u8; 4],
+    /// Where it stands, if it is a device for PROFIBUS.
+    pub line: Line,
 }
 
 /// Why a device could not be built.
@@ -166,8 +217,8 @@ pub fn build_manual(
     variant: &str,
     setup: &Setup<'_>,
 ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
-    let Setup { station_name, ip, mask, gateway, .. } = *setup;
-    with_station(manual, variant, setup, StationData { name: Vec::from(station_name), ip, mask, gateway })
+    let Setup { station_name, ip, mask, gateway, line, .. } = *setup;
+    with_station(manual, variant, setup, StationData { name: Vec::from(station_name), ip, mask, gateway }, line)
 }
 
 /// The same, but with the name and the addresses of delivery in place of those of `setup`.
@@ -176,7 +227,11 @@ pub fn build_delivered(
     variant: &str,
     setup: &Setup<'_>,
 ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
-    with_station(manual, variant, setup, (manual.delivered)(variant))
+    let (station, line) = match manual.bus {
+        Bus::Profinet(profinet) => ((profinet.delivered)(variant), setup.line),
+        Bus::Profibus(profibus) => (StationData::default(), Line { address: profibus.delivered, ..setup.line }),
+    };
+    with_station(manual, variant, setup, station, line)
 }
 
 fn with_station(
@@ -184,10 +239,15 @@ fn with_station(
     variant: &str,
     setup: &Setup<'_>,
     station: StationData,
+    line: Line,
 ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     let unknown = || BuildError::UnknownVariant { manual: manual.name, variant: variant.to_string() };
     let behaviour = behaviour(manual, setup.bugs)?;
-    (manual.build)(variant, behaviour, setup.mac, setup.shaft, station).ok_or_else(unknown)
+    let built = match manual.bus {
+        Bus::Profinet(profinet) => (profinet.build)(variant, behaviour, setup.mac, setup.shaft, station),
+        Bus::Profibus(profibus) => (profibus.build)(variant, behaviour, setup.shaft, line),
+    };
+    built.ok_or_else(unknown)
 }
 
 #[cfg(test)]
@@ -204,6 +264,7 @@ mod tests {
         ip: [192, 168, 0, 10],
         mask: [255, 255, 255, 0],
         gateway: [0; 4],
+        line: Line { address: 3, baud: BaudRate(1_500_000) },
     };
 
     #[test]

@@ -11,6 +11,8 @@ fn main() -> io::Result<()> {
         String::from("/// Path below `suites` and text of each file.\nstatic EMBEDDED: &[(&str, &str)] = &[\n");
     let mut gsdml =
         String::from("/// Path below `suites` and text of each GSDML.\nstatic EMBEDDED_GSDML: &[(&str, &str)] = &[\n");
+    let mut gsd =
+        String::from("/// Path below `suites` and text of each GSD.\nstatic EMBEDDED_GSD: &[(&str, &str)] = &[\n");
     println!("cargo::rerun-if-changed={}", suites.display());
     for folder in sorted(&suites)?.into_iter().filter(|path| path.is_dir()) {
         println!("cargo::rerun-if-changed={}", folder.display());
@@ -18,6 +20,7 @@ fn main() -> io::Result<()> {
             let list = match file.extension().and_then(|end| end.to_str()) {
                 Some("yaml") => &mut list,
                 Some("xml") => &mut gsdml,
+                Some("gsd") => &mut gsd,
                 _ => continue,
             };
             let below = file.strip_prefix(&suites).unwrap_or(&file).to_string_lossy().replace('\\', "/");
@@ -25,7 +28,7 @@ fn main() -> io::Result<()> {
             let _ = writeln!(list, "    ({below:?}, include_str!({:?})),", file.display().to_string());
         }
     }
-    for (list, name) in [(list, "embedded.rs"), (gsdml, "embedded_gsdml.rs")] {
+    for (list, name) in [(list, "embedded.rs"), (gsdml, "embedded_gsdml.rs"), (gsd, "embedded_gsd.rs")] {
         fs::write(variable("OUT_DIR")?.join(name), list + "];\n")?;
     }
     Ok(())

@@ -24,7 +24,8 @@ pub use values::{Values, View, preset_units};
 pub use web::{Kept, Shown, Web};
 
 use crate::encoder::{measuring, velocity};
-use crate::models::{plain, sick_afx60};
+use crate::models::{datalogic_amt58, plain, sick, sick_a3m60, sick_afx60};
+use crate::profibus::SlaveBehaviour;
 use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
 use crate::profinet::StackBehaviour;
 
@@ -67,8 +68,16 @@ pub struct Behaviour {
     pub web: Web,
     /// The PROFINET stack.
     pub stack: StackBehaviour,
+    /// The PROFIBUS slave.
+    pub slave: SlaveBehaviour,
+    /// What the encoders of SICK share.
+    pub sick: sick::knobs::Rules,
+    /// What is the own of the A3M60.
+    pub a3m60: sick_a3m60::knobs::Rules,
     /// What is the own of the AFS60 and AFM60.
     pub afx60: sick_afx60::knobs::Rules,
+    /// What is the own of the AMT58.
+    pub amt58: datalogic_amt58::knobs::Rules,
     /// The device after no manual.
     pub plain: plain::Rules,
 }

@@ -13,15 +13,15 @@ use wire::profinet::dcp::Value;
 pub static BUGS: &[Bug] = bugs! {
     // What settings take
     "highest-setting-refused" "The highest value that a setting can have is refused."
-        => |b| b.afx60.takes = |at, value, right| right && !highest(at).contains(&value);
+        => |b| b.sick.takes = |at, value, right| right && !highest(at).contains(&value);
     "settings-not-kept" "A write to a setting is acknowledged and changes nothing."
-        => |b| b.afx60.keeps_settings = false;
+        => |b| b.sick.keeps_settings = false;
     "settings-not-checked" "Any value is taken by a setting."
-        => |b| b.afx60.takes = |_, _, _| true;
+        => |b| b.sick.takes = |_, _, _| true;
     "settings-clipped" "A value between the ends of two printed ranges is stored as the end of the narrower one."
-        => |b| b.afx60.settled = settings_clipped;
+        => |b| b.sick.settled = settings_clipped;
     "undefined-choice-taken" "The mode of the round axis and the unit of the velocity take any value."
-        => |b| b.afx60.takes = |at, _, right| right || matches!(at, (1009, 0) | (1005, 1));
+        => |b| b.sick.takes = |at, _, right| right || matches!(at, (1009, 0) | (1005, 1));
     "limits-clip-values" "A limit of temperature or supply that is beyond its own is clipped and acknowledged."
         => |b| b.afx60.clips_limits = true;
     "speed-limits-exchanged" "A lowest speed above the highest one changes places with it."
@@ -37,36 +37,36 @@ pub static BUGS: &[Bug] = bugs! {
     "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
         => |b| b.afx60.breaks_without_axis = true;
     "range-offset-lost" "The laps of the round axis are lost at power-off."
-        => |b| b.afx60.laps = |_| 0;
+        => |b| b.sick.laps = |_| 0;
     "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
         => |b| b.values.element = |_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right };
     "round-axis-outputs-written" "The outputs of P1009 can be written."
-        => |b| b.afx60.outputs_are_writable = true;
+        => |b| b.sick.outputs_are_writable = true;
     "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
         => |b| b.values.element = fraction_as_remainder;
 
     "nominator-and-divisor-exchanged" "Nominator and divisor change places where the position is computed."
-        => |b| b.afx60.gear = |gear, _| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear };
+        => |b| b.sick.gear = |gear, _| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear };
     "revolutions-rounded" "The fraction of revolutions is rounded to a whole number."
-        => |b| b.afx60.gear = revolutions_rounded;
+        => |b| b.sick.gear = revolutions_rounded;
     "round-axis-left-out" "The round axis is read back, and the position is scaled as without it."
-        => |b| b.afx60.axis_acts = false;
+        => |b| b.sick.axis_acts = false;
     "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
         => |b| b.measuring.gear = in_whole_steps;
     "rule-of-powers-stays" "The range of the round axis has to be a power of two of the resolution."
-        => |b| b.afx60.judges_axis = |right, user| right && has_power_of_two(user);
+        => |b| b.sick.judges_axis = |right, user| right && has_power_of_two(user);
     "odd-ranges-refused" "An odd range of the round axis is invalid."
-        => |b| b.afx60.judges_axis = |right, user| right && user.range.is_multiple_of(2);
+        => |b| b.sick.judges_axis = |right, user| right && user.range.is_multiple_of(2);
     "resolution-scales-round-axis" "The position of the round axis is multiplied by the units per revolution."
-        => |b| b.afx60.gear = |gear, user| Gear {
+        => |b| b.sick.gear = |gear, user| Gear {
             divisor: gear.divisor * user.units_per_revolution.clamp(1, 1 << 18),
             nominator: gear.nominator * 1000,
             ..gear
         };
     "round-axis-range-not-checked" "Any range of the round axis is accepted in silence."
-        => |b| b.afx60.judges_axis = |_, _| true;
+        => |b| b.sick.judges_axis = |_, _| true;
     "fraction-clipped" "A nominator above 1024 counts as 1024, a divisor above 32767 as 32767."
-        => |b| b.afx60.settled = |at, value, _| match at { (1009, 1) => value.min(1024), (1009, 2) => value.min(32767), _ => value };
+        => |b| b.sick.settled = |at, value, _| match at { (1009, 1) => value.min(1024), (1009, 2) => value.min(32767), _ => value };
     "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
         => |b| b.afx60.understands = |fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields };
     "default-fraction-4096" "The nominator of delivery is 4096."
@@ -124,7 +124,7 @@ pub static BUGS: &[Bug] = bugs! {
 
     // Limits of the speed
     "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
-        => |b| b.afx60.unit = |number| if number == 4 { None } else { crate::models::sick_afx60::knobs::unit(number) };
+        => |b| b.afx60.unit = |number| if number == 4 { None } else { crate::models::sick::settings::unit(number) };
     "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
         => |b| b.values.element = |_, at, right| if at == (1005, 1) { 3 } else { right };
     "velocity-not-averaged" "The velocity is that of the last measurement alone."

@@ -16,10 +16,15 @@ macro_rules! bugs {
     };
 }
 
+pub mod amt58;
 pub mod codes;
 pub mod diagnosis;
+pub mod dp_diagnosis;
+pub mod dp_presets;
+pub mod dp_station;
 pub mod handshakes;
 mod image;
+pub mod isochronous;
 pub mod layouts;
 pub mod leds;
 pub mod lights;
@@ -35,11 +40,16 @@ pub mod records;
 pub mod requests;
 pub mod reset;
 pub mod service;
+pub mod set_prm;
 pub mod signals;
+pub mod slave;
 pub mod stack;
 pub mod start;
 pub mod station;
 pub mod velocity;
+pub mod vendor_axis;
+pub mod vendor_parameters;
+pub mod vendor_telegrams;
 pub mod web;
 
 /// A deliberate deviation of a reference device from its manual.

@@ -8,11 +8,11 @@ use core::time::Duration;
 pub static BUGS: &[Bug] = bugs! {
     // Presets
     "button-without-class-4-presets" "The button makes a preset although class 4 is off."
-        => |b| b.afx60.button_needs_class_4 = false;
+        => |b| b.sick.button_needs_class_4 = false;
     "button-presets-to-zero" "The button sets the position to 0."
-        => |b| b.afx60.button = |_| Some(0);
+        => |b| b.sick.button = |_| Some(0);
     "button-ignored" "The button makes no preset."
-        => |b| b.afx60.button = |_| None;
+        => |b| b.sick.button = |_| None;
     "preset-range-not-checked" "A preset beyond the range is carried out and not told."
         => |b| b.afx60.takes_preset = |_, _, _| true;
     "highest-preset-is-invalid" "A preset to the highest position is taken for invalid."
@@ -60,7 +60,7 @@ pub static BUGS: &[Bug] = bugs! {
     "reset-keeps-limits" "P1006 and P1007 survive a reset."
         => |b| b.afx60.reset_keeps_limits = true;
     "reset-keeps-round-axis" "Nominator and divisor of the round axis survive a reset."
-        => |b| b.afx60.axis_survives = true;
+        => |b| b.sick.axis_survives = true;
 
     // Station
     "delivered-with-one-name" "Every variant is delivered with the same name."

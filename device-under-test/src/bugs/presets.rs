@@ -193,7 +193,7 @@ pub static OTHERS: &[Bug] = bugs! {
 };
 
 /// Reduces nothing that is beyond the range.
-fn absolute_beyond_the_range(preset: measuring::Preset) -> u64 {
+pub fn absolute_beyond_the_range(preset: measuring::Preset) -> u64 {
     let measuring::Preset { value, position, range, .. } = preset;
     if value < range { measuring::absolute(preset) } else { value.wrapping_sub(position) }
 }

@@ -1,7 +1,7 @@
 //! Bugs of the service log and of the words of the sensor status.
 
 use super::Bug;
-use crate::models::sick_afx60::knobs::Entries;
+use crate::models::sick::knobs::Entries;
 
 /// The bugs of this seam.
 pub static BUGS: &[Bug] = bugs! {
@@ -9,37 +9,37 @@ pub static BUGS: &[Bug] = bugs! {
     "service-log-cut-short" "The logs have twelve elements."
         => |b| b.values.elements = |number, right| if let 1002 | 1003 = number { 12 } else { right };
     "power-ups-not-counted" "A power-up is not counted."
-        => |b| b.afx60.power_ups = |before| before;
+        => |b| b.sick.power_ups = |before| before;
     "power-up-counter-volatile" "After each power-up there was one."
-        => |b| b.afx60.power_ups = |_| 1;
+        => |b| b.sick.power_ups = |_| 1;
     "service-log-cleared" "The logs are cleared at power-up, but for the number of power-ups."
-        => |b| b.afx60.log_survives = false;
+        => |b| b.sick.log_survives = false;
     "log-time-in-minutes" "The operating time is counted in minutes."
-        => |b| b.afx60.log = |entries| with(entries, 1, entries.right[1] / 60);
+        => |b| b.sick.log = |entries| with(entries, 1, entries.right[1] / 60);
     "current-speed-for-the-highest" "The present speed is given for the highest one."
-        => |b| b.afx60.log = |entries| with(entries, 2, entries.rpm.unsigned_abs());
+        => |b| b.sick.log = |entries| with(entries, 2, entries.rpm.unsigned_abs());
     "reverse-turns-counted-as-forward" "Turns in reverse are counted as forward too."
-        => |b| b.afx60.turns = |sense| [true, sense < 0];
+        => |b| b.sick.turns = |sense| [true, sense < 0];
     "forward-turns-counted-as-reverse" "Turns forward are counted as reverse too."
-        => |b| b.afx60.turns = |sense| [sense > 0, true];
+        => |b| b.sick.turns = |sense| [sense > 0, true];
     "starts-counted-for-changes" "Each start of the shaft is counted as a change of direction."
-        => |b| b.afx60.is_change = |before, _, now| before != now;
+        => |b| b.sick.is_change = |before, _, now| before != now;
     "motion-threshold-60" "Motion counts from 60 rpm on."
-        => |b| b.afx60.motion = |_| 60;
+        => |b| b.sick.motion = |_| 60;
     "speed-for-acceleration" "The speed is given for the acceleration."
-        => |b| b.afx60.log = |entries| with(entries, 7, entries.rpm.unsigned_abs());
+        => |b| b.sick.log = |entries| with(entries, 7, entries.rpm.unsigned_abs());
     "led-current-in-milliamperes" "The highest current of the LED is given in milliamperes."
-        => |b| b.afx60.log = |entries| with(entries, 8, entries.right[8] / 1000);
+        => |b| b.sick.log = |entries| with(entries, 8, entries.right[8] / 1000);
     "lowest-led-current-0" "The lowest current of the LED is 0."
-        => |b| b.afx60.log = |entries| with(entries, 9, 0);
+        => |b| b.sick.log = |entries| with(entries, 9, 0);
     "log-voltage-in-millivolts" "The highest voltage is given in millivolts."
-        => |b| b.afx60.log = |entries| with(entries, 10, entries.right[10] * 1000);
+        => |b| b.sick.log = |entries| with(entries, 10, entries.right[10] * 1000);
     "temperature-extremes-exchanged" "The lowest and the highest temperature are exchanged."
-        => |b| b.afx60.log = temperature_extremes_exchanged;
+        => |b| b.sick.log = temperature_extremes_exchanged;
     "lowest-temperature-clamped" "A lowest temperature below 0 is given as 0."
-        => |b| b.afx60.log = |entries| with(entries, 12, if entries.right[12] > i32::MAX as u64 { 0 } else { entries.right[12] });
+        => |b| b.sick.log = |entries| with(entries, 12, if entries.right[12] > i32::MAX as u64 { 0 } else { entries.right[12] });
     "relative-log-in-other-units" "The log that can be reset counts its time in milliseconds."
-        => |b| b.afx60.log = |entries| if entries.number == 1003 { with(entries, 1, entries.operating.as_millis() as u64) } else { entries.right };
+        => |b| b.sick.log = |entries| if entries.number == 1003 { with(entries, 1, entries.operating.as_millis() as u64) } else { entries.right };
     "relative-log-is-the-absolute-one" "The log that can be reset is the other one, and is not reset."
         => |b| b.afx60.resets_log = false;
     "reset-clears-both-logs" "A reset of one log resets the other too."

@@ -3,7 +3,7 @@
 use super::memory::Source;
 use super::{Live, Model, Phase};
 use crate::behaviour::ByPlc;
-use crate::profidrive::life_sign::Watch;
+use crate::profidrive::life_sign::{Given, Watch};
 use crate::profidrive::mantel::Known;
 use crate::profidrive::sensor::{Request, Xist2};
 use crate::profidrive::telegram::{Control, Image, Parts, Signal};
@@ -28,7 +28,7 @@ impl<M: Model> Live<'_, M> {
         let Some([stw2_enc, _]) = self.ram.emitter.control_words(&self.ram.outputs) else { return };
         let (rules, user) = (&self.behaviour.life_sign, &self.ram.user);
         let watched = rules.watches_without_control || stw2_enc & CONTROL_BY_PLC != 0;
-        if (rules.is_watched)(self.facts.watches_controller) && watched && !self.ram.sensor.is_parked() {
+        if (rules.is_watched)(M::watches_controller(self)) && watched && !self.ram.sensor.is_parked() {
             let tolerated = match user.compatible {
                 true => user.life_sign_failures,
                 false => (rules.tolerated_without_compatibility)(user.life_sign_failures),
@@ -45,7 +45,8 @@ impl<M: Model> Live<'_, M> {
         let user_range = self.ram.user.range;
         let known =
             Known { range: self.positions().max(1), user_range, preset_value: self.ram.preset_value, before: 0 };
-        if let Some(value) = self.ram.trigger.take(self.ram.outputs.preset, &known) {
+        let word = self.ram.emitter.trigger(&self.ram.outputs);
+        if let Some(value) = self.ram.trigger.take(word, &known) {
             let g1_stw = self.ram.outputs.words.map_or(0, |[_, g1_stw]| g1_stw);
             let mode = (self.behaviour.mantel.mode)(Request::of(g1_stw).mode());
             self.preset(Source::Value(mode, value as u32));
@@ -56,6 +57,7 @@ impl<M: Model> Live<'_, M> {
     pub fn cycle(&mut self) {
         let taken = self.ram.emitter.control_words(&self.ram.outputs);
         let outputs @ [stw2_enc, g1_stw] = taken.unwrap_or_default();
+        let trigger = self.ram.outputs.preset.unwrap_or(0);
         let before = self.ram.emitter.before();
         let is_set = stw2_enc & CONTROL_BY_PLC != 0;
         match taken {
@@ -112,14 +114,18 @@ impl<M: Model> Live<'_, M> {
         let counts = (rules.counts_while_parked || !sensor.is_parked())
             && (rules.counts_with_error || sensor.errors().is_empty())
             && (rules.counts_during_preset || self.ram.next_preset.is_none());
-        let sign_of_life = self.ram.sign_of_life.advance(self.now, counts, rules);
+        let gives = M::gives_sign_of_life(self);
+        if !gives {
+            self.ram.sign_of_life = Given::default();
+        }
+        let sign_of_life = if gives { self.ram.sign_of_life.advance(self.now, counts, rules) } else { 0 };
         let faults = self.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
         let bit = |n: u32, set: bool| u16::from(set) << n;
         let zsw2_enc = u16::from(sign_of_life) << 12
             | bit(9, (control.is_requested)(by_plc))
             | bit(3, (control.fault_present)(faults));
         let signals = if self.now < self.ram.held_up_until { before.sent } else { self.image() };
-        let image = Image { zsw2_enc, outputs, ..signals };
+        let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
         self.ram.emitter.begin(image);
     }
 

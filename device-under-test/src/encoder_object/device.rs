@@ -74,7 +74,13 @@ impl<M: Model> EncoderObject<M> {
         }
     }
 
-    pub(super) fn live(&mut self, now: Time) -> Live<'_, M> {
+    /// What is the model's own.
+    pub fn model(&self) -> &M {
+        &self.model
+    }
+
+    /// The encoder at one instant.
+    pub fn live(&mut self, now: Time) -> Live<'_, M> {
         self.parts(now).0
     }
 
@@ -321,6 +327,7 @@ impl<M: Model> Application for EncoderObject<M> {
                 self.shaft.put(now, place as i64);
                 self.ram.velocity.restart(now, &self.shaft);
                 self.ram.measuring.put(place);
+                M::placed(&mut self.live(now));
                 now
             }
             StandAction::Turn { steps, rpm } => self.shaft.turn_by(now, steps, rpm),

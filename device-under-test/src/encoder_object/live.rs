@@ -282,7 +282,8 @@ impl<M: Model> Live<'_, M> {
         let should = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
         let stands_still = self.ram.measuring.holds(should);
         if !self.faults.have(Effect::NoReading, self.facts) && !stands_still {
-            self.ram.measuring.sample(self.hardware.sense(self.shaft.place(self.now)));
+            let place = M::place(self);
+            self.ram.measuring.sample(self.hardware.sense(place));
         }
         self.settle();
         M::advance(self);

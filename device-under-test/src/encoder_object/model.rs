@@ -5,6 +5,7 @@ use crate::application::{Access, RecordRefusal, Seen};
 use crate::behaviour::Behaviour;
 use crate::encoder::{PresetMode, Settings};
 use crate::profidrive::parameters::Parameter;
+use crate::profidrive::telegram::Image;
 use alloc::vec::Vec;
 use station::{StandAction, Time};
 use wire::http::{Request, Response};
@@ -58,6 +59,29 @@ pub trait Model: Sized {
     /// Whether a preset is carried out with this value, in units; one that is not goes unanswered.
     fn takes_preset(live: &mut Live<'_, Self>, mode: PresetMode, value: u64) -> bool {
         true
+    }
+
+    /// Where the sensor sees the shaft, in hardware steps over all revolutions.
+    fn place(live: &mut Live<'_, Self>) -> i64 {
+        live.shaft.place(live.now)
+    }
+
+    /// The shaft was put elsewhere without a way there.
+    fn placed(live: &mut Live<'_, Self>) {}
+
+    /// Whether the encoder gives a sign of life; while it does not the sign is 0, and it begins anew afterwards.
+    fn gives_sign_of_life(live: &Live<'_, Self>) -> bool {
+        true
+    }
+
+    /// Whether the sign of life of the controller is watched.
+    fn watches_controller(live: &Live<'_, Self>) -> bool {
+        live.facts.watches_controller
+    }
+
+    /// The signals of a frame, from those that the encoder object has settled.
+    fn shown(live: &Live<'_, Self>, image: Image) -> Image {
+        image
     }
 
     /// The time has come to `live.now`; the position is that of now.

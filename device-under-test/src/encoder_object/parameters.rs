@@ -55,7 +55,8 @@ impl<M: Model> Live<'_, M> {
         M::parameter(self, number).or_else(|| self.shared_parameter(number))
     }
 
-    fn shared_parameter(&self, number: u16) -> Option<Parameter> {
+    /// A parameter of the encoder object as it has it by itself.
+    pub fn shared_parameter(&self, number: u16) -> Option<Parameter> {
         if !self.facts.parameters.contains(&number) {
             return None;
         }

@@ -13,7 +13,7 @@ use crate::application::{
 use crate::behaviour::Behaviour;
 use crate::bugs::{self, Table};
 use crate::profinet::Device;
-use crate::registry::Manual;
+use crate::registry::{Bus, Manual, Profinet};
 use alloc::boxed::Box;
 use alloc::collections::VecDeque;
 use alloc::format;
@@ -27,14 +27,16 @@ pub static MANUAL: Manual = Manual {
     name: "profinet-io",
     title: "Any PROFINET IO device",
     variants: &["plain"],
-    oui: None,
     bugs: BUGS,
     healthy: Behaviour::default,
-    delivered: |_| StationData::default(),
-    build: |variant, behaviour, mac, _, station| {
-        let device = Plain::new(behaviour.plain, mac, station);
-        MANUAL.variants.contains(&variant).then(|| Box::new(Device::new(device, Mac(mac), behaviour.stack)) as _)
-    },
+    bus: Bus::Profinet(Profinet {
+        oui: None,
+        delivered: |_| StationData::default(),
+        build: |variant, behaviour, mac, _, station| {
+            let device = Plain::new(behaviour.plain, mac, station);
+            MANUAL.variants.contains(&variant).then(|| Box::new(Device::new(device, Mac(mac), behaviour.stack)) as _)
+        },
+    }),
 };
 
 /// Every bug that a plain device can be told to have.

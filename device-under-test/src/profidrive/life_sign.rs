@@ -29,6 +29,8 @@ pub struct Rules {
     pub tolerated: fn(u8) -> i32,
     /// What a good sign of life takes off the account, where a failure puts [`FAILURE`] on it.
     pub good: i32,
+    /// Whether a good sign of life ends a loss.
+    pub recovers: fn(u8) -> bool,
     /// Whether the controller is watched without Control by PLC.
     pub watches_without_control: bool,
     /// Failures that are tolerated without compatibility mode, where the user has set this number.
@@ -49,6 +51,7 @@ impl Default for Rules {
             begins: |sign| sign != 0,
             tolerated: i32::from,
             good: 1,
+            recovers: |_| true,
             watches_without_control: true,
             tolerated_without_compatibility: |_| 1,
         }
@@ -110,7 +113,8 @@ impl Watch {
             return;
         }
         let limit = tolerated * FAILURE;
-        self.account = match (rules.follows)(last, sign) {
+        let is_good = (rules.follows)(last, sign) && (!self.failed || (rules.recovers)(sign));
+        self.account = match is_good {
             true => (self.account - rules.good).max(0),
             false => (self.account + FAILURE).min(limit.max(0) + 1),
         };

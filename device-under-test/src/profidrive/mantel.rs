@@ -45,13 +45,26 @@ pub struct Rules {
     pub mode: fn(PresetMode) -> PresetMode,
     /// For how many frames the trigger has to stand, at least 1.
     pub frames: u8,
+    /// For how many frames the trigger has to be 0 before it rises anew; the first time it need not.
+    pub rests: u8,
+    /// Whether outputs that are none leave the word before as it is.
+    pub ignores_missing: bool,
     /// Whether the word before is forgotten.
     pub clears: fn(Cleared) -> bool,
 }
 
 impl Default for Rules {
     fn default() -> Rules {
-        Rules { begins, again: |_| true, value, mode: |_| PresetMode::Absolute, frames: 1, clears: |_| true }
+        Rules {
+            begins,
+            again: |_| true,
+            value,
+            mode: |_| PresetMode::Absolute,
+            frames: 1,
+            rests: 0,
+            ignores_missing: false,
+            clears: |_| true,
+        }
     }
 }
 
@@ -73,21 +86,28 @@ pub struct Trigger {
     left: u8,
     /// The presets in this connection.
     presets: u32,
+    /// For how many frames the trigger has been 0 since it was set.
+    rested: u8,
     rules: Rules,
 }
 
 impl Trigger {
     /// A trigger that has seen no word yet.
     pub fn new(rules: Rules) -> Trigger {
-        Trigger { before: None, left: 0, presets: 0, rules }
+        Trigger { before: None, left: 0, presets: 0, rested: u8::MAX, rules }
     }
 
     /// Takes the word of one frame, none where the outputs are bad and count as 0; gives the value if a preset is to be carried out.
     pub fn take(&mut self, word: Option<u32>, known: &Known) -> Option<u64> {
         let is_bad = word.is_none();
+        if is_bad && self.rules.ignores_missing {
+            return None;
+        }
         let word = word.unwrap_or(0);
         let before = self.before.replace(word);
-        if (self.rules.begins)(before, word) && (self.rules.again)(self.presets) {
+        let rested = self.rested;
+        self.rested = if word & TRIGGER == 0 { rested.saturating_add(1) } else { 0 };
+        if rested >= self.rules.rests && (self.rules.begins)(before, word) && (self.rules.again)(self.presets) {
             self.presets += 1;
             self.left = self.rules.frames;
         } else if word & TRIGGER == 0 {
@@ -104,7 +124,7 @@ impl Trigger {
     /// The last word no longer counts.
     pub fn clear(&mut self, cleared: Cleared) {
         if cleared == Cleared::End {
-            self.presets = 0;
+            (self.presets, self.rested) = (0, u8::MAX);
         }
         if (self.rules.clears)(cleared) {
             (self.before, self.left) = (None, 0);

@@ -30,6 +30,8 @@ pub enum Signal {
     MultiTurn,
     /// G1_ZSW once more, 16 bits, in a submodule of its own.
     SeparateG1Zsw,
+    /// Seconds since power-up, 16 bits.
+    TimeStamp,
 }
 
 /// A word from the controller.
@@ -43,6 +45,8 @@ pub enum Control {
     Preset,
     /// A second G1_STW, 16 bits, in a submodule of its own.
     SeparateG1Stw,
+    /// Four octets without a function.
+    Unused,
 }
 
 impl Control {
@@ -50,7 +54,7 @@ impl Control {
     pub const fn octets(self) -> usize {
         match self {
             Control::Stw2Enc | Control::G1Stw | Control::SeparateG1Stw => 2,
-            Control::Preset => 4,
+            Control::Preset | Control::Unused => 4,
         }
     }
 }
@@ -71,7 +75,9 @@ pub struct Telegram {
 }
 
 use Control::{G1Stw, Stw2Enc};
-use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, MultiTurn, NistA, NistB, Position, SeparateG1Zsw, SingleTurn, Zsw2Enc};
+use Signal::{
+    G1Xist1, G1Xist2, G1Xist3, G1Zsw, MultiTurn, NistA, NistB, Position, SeparateG1Zsw, SingleTurn, TimeStamp, Zsw2Enc,
+};
 
 const fn standard(number: u16, inputs: &'static [Signal], input_octets: u16) -> Telegram {
     Telegram { number, inputs, input_octets, outputs: &[Stw2Enc, G1Stw], output_octets: 4 }
@@ -94,6 +100,8 @@ pub struct Outputs {
     pub preset: Option<u32>,
     /// The G1_STW in a submodule of its own.
     pub separate: Option<u16>,
+    /// Four octets without a function.
+    pub unused: Option<u32>,
 }
 
 /// The values of all signals at one instant.
@@ -135,12 +143,16 @@ pub struct Image {
     pub single_turn: u32,
     /// The revolutions in the position.
     pub multi_turn: u32,
+    /// Seconds since power-up.
+    pub time_stamp: u16,
     /// Whether the position stands in G1_XIST2 where neither an error nor parking is in its way.
     pub is_transferred: bool,
     /// The requests that were answered.
     pub request: Request,
     /// STW2_ENC and G1_STW as they were taken, valid or not; 0 without any.
     pub outputs: [u16; 2],
+    /// The preset value with its trigger as it was taken; 0 without one.
+    pub trigger: u32,
 }
 
 /// The cycle before.
@@ -180,6 +192,8 @@ pub struct Rules {
     pub control_words: fn(&Telegram, [u16; 2]) -> [u16; 2],
     /// STW2_ENC and G1_STW that are obeyed, from those of the telegram and the G1_STW in a submodule of its own.
     pub separate: fn([u16; 2], u16) -> [u16; 2],
+    /// The preset value with its trigger that is obeyed, from the right one and the four octets without a function.
+    pub trigger: fn(u32, Option<u32>) -> u32,
     /// By how many bits G1_XIST1 is shifted to the left, from the right number of them.
     pub shift: fn(&Settings, &Hardware, u32) -> u32,
     /// Whether the telegram of the first connection stays in use.
@@ -203,6 +217,7 @@ impl Default for Rules {
         Rules {
             control_words: |_, words| words,
             separate: |words, _| words,
+            trigger: |right, _| right,
             shift: |_, _, right| right,
             stays: false,
             parts,
@@ -228,6 +243,7 @@ pub fn put(signal: Signal, image: &Image, out: &mut Vec<u8>) {
         Position => out.put_u32(image.plain_position),
         SingleTurn => out.put_u32(image.single_turn),
         MultiTurn => out.put_u32(image.multi_turn),
+        TimeStamp => out.put_u16(image.time_stamp),
     }
 }
 
@@ -266,6 +282,7 @@ impl Emitter {
                 G1Stw => words[1] = number as u16,
                 Control::Preset => taken.preset = octets.map(|_| number),
                 Control::SeparateG1Stw => taken.separate = octets.map(|_| number as u16),
+                Control::Unused => taken.unused = octets.map(|_| number),
             }
         }
         if telegram.outputs.iter().any(|control| matches!(control, Stw2Enc | G1Stw)) {
@@ -276,6 +293,11 @@ impl Emitter {
     /// STW2_ENC and G1_STW that are obeyed; none without a good telegram that brings them.
     pub fn control_words(&self, taken: &Outputs) -> Option<[u16; 2]> {
         taken.words.map(|words| taken.separate.map_or(words, |separate| (self.rules.separate)(words, separate)))
+    }
+
+    /// The preset value with its trigger that is obeyed.
+    pub fn trigger(&self, taken: &Outputs) -> Option<u32> {
+        taken.preset.map(|word| (self.rules.trigger)(word, taken.unused))
     }
 
     /// Begins a frame: these are the signals of all its telegrams.
@@ -327,9 +349,11 @@ mod tests {
         plain_position: 0x1234_5678,
         single_turn: 0x0678,
         multi_turn: 0x0001_2345,
+        time_stamp: 0,
         is_transferred: false,
         request: Request { relative: false, home: false, absolute: false, park: false, acknowledge: false },
         outputs: [0; 2],
+        trigger: 0,
     };
 
     // Layouts: XAC77 manual, 9.1.1 to 9.1.4.
@@ -365,9 +389,9 @@ mod tests {
     #[case(&[], None)]
     fn control_words(#[case] octets: &[u8], #[case] words: Option<[u16; 2]>) {
         let emitter = Emitter::new(Rules::default());
-        let mut taken = Outputs { words: Some([1, 2]), preset: Some(3), separate: Some(4) };
+        let mut taken = Outputs { words: Some([1, 2]), preset: Some(3), separate: Some(4), unused: None };
         emitter.take(&mut taken, &STANDARD[0], Some(octets));
-        assert_eq!(taken, Outputs { words, preset: Some(3), separate: Some(4) });
+        assert_eq!(taken, Outputs { words, preset: Some(3), separate: Some(4), unused: None });
         assert_eq!(emitter.control_words(&taken), words);
         emitter.take(&mut taken, &STANDARD[0], None);
         assert_eq!(taken.words, None);
@@ -401,10 +425,10 @@ mod tests {
         let mut taken = Outputs::default();
         emitter.take(&mut taken, &TELEGRAM_860, Some(&[0x80, 0, 0x12, 0x34]));
         emitter.take(&mut taken, &PARTS, Some(&[0x40, 0]));
-        assert_eq!(taken, Outputs { words: None, preset: Some(0x8000_1234), separate: Some(0x4000) });
+        assert_eq!(taken, Outputs { words: None, preset: Some(0x8000_1234), separate: Some(0x4000), unused: None });
         assert_eq!(emitter.control_words(&taken), None);
         emitter.take(&mut taken, &TELEGRAM_860, Some(&[0x80, 0, 0x12]));
-        assert_eq!(taken, Outputs { words: None, preset: None, separate: Some(0x4000) });
+        assert_eq!(taken, Outputs { words: None, preset: None, separate: Some(0x4000), unused: None });
     }
 
     // SICK AFS60/AFM60: 65536 is sent as 00 04 00 00 by 30 bits and as 40 00 00 00 by 18.

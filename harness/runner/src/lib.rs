@@ -8,6 +8,7 @@
 //! | [`observe`] | frames to observations: connections, cyclic data, alarms | suites, verdicts |
 //! | [`judge`] | conditions, windows and rules over observations | who sends the frames |
 //! | [`engine`] | runs trials against a device under test | the kind of wire, the reports |
+//! | [`record`] | octets with times, from a line or a hex log, to captures of PROFIBUS | lines, what the frames mean |
 //! | [`replay`] | captures: connections, events, rules that were broken | how trials are run |
 //! | [`verdict`], [`result`] | what a run found, as plain data | how it is shown |
 //! | [`report`] | results as text, and what they come to | suites, engines, files |
@@ -20,12 +21,14 @@
 pub mod bench_file;
 pub mod cli;
 pub mod engine;
+pub mod gsd;
 pub mod gsdml;
 pub mod judge;
 pub mod ledger;
 pub mod live;
 pub mod lock;
 pub mod observe;
+pub mod record;
 pub mod replay;
 pub mod report;
 pub mod result;

@@ -47,7 +47,7 @@ pub struct DeviceRun {
     pub findings: Vec<Finding>,
 }
 
-/// A disagreement between what the manual, the vendor's description (GSDML) and the device itself say.
+/// A disagreement between what the manual, the vendor's description (GSDML or GSD) and the device itself say.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// What it is about, the same on every run: the subject and what of it, for instance `telegram_83.octets`.
@@ -60,6 +60,8 @@ pub struct Finding {
     pub manual: Option<String>,
     /// What the GSDML says; none: it says nothing, or there is none.
     pub gsdml: Option<String>,
+    /// What the GSD says (PROFIBUS); none: it says nothing, or there is none.
+    pub gsd: Option<String>,
     /// What the device says; none: it says nothing, or was not asked.
     pub device: Option<String>,
 }

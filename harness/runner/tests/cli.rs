@@ -129,8 +129,8 @@ fn help_names_every_command_and_each_of_them_has_help() {
     let help = encspec(&folder, &["--help"]);
     assert_eq!(help.status, Some(0));
     for name in [
-        "run", "list", "coverage", "bugs", "errata", "explain", "check", "schema", "replay", "dissect", "serve",
-        "discover", "bench", "gsdml",
+        "run", "list", "coverage", "bugs", "errata", "explain", "check", "schema", "replay", "dissect", "record",
+        "serve", "discover", "bench", "gsdml",
     ] {
         assert!(help.out.contains(&format!("\n  {name} ")), "{name} is not in:\n{}", help.out);
         let of_command = encspec(&folder, &[name, "--help"]);

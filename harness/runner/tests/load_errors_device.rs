@@ -31,7 +31,7 @@ use small_manual::{DEVICE, TOPIC, refuses, sources};
 )]
 // device.yaml
 #[case("probe/device.yaml", "device: probe", "device: prob", "prob", "this is the folder `probe`")]
-#[case("probe/device.yaml", "bus: profinet", "bus: profibus", "profibus", "PROFIBUS suites are not loaded")]
+#[case("probe/device.yaml", "bus: profinet", "bus: profibsu", "profibsu", "unknown word for bus `profibsu`")]
 #[case("probe/device.yaml", "octets: { out: 2, in: 8 }", "octets: { out: 2, in: 6 }", "{", "the inputs have 8 octets")]
 #[case("probe/device.yaml", "inputs: [ZSW, POS, SPD]", "inputs: [ZSW, POZ, SPD]", "POZ", "unknown signal `POZ`")]
 #[case("probe/device.yaml", "outputs: [STW]", "outputs: [ZSW]", "ZSW", "`ZSW` goes the other way")]

@@ -7,6 +7,7 @@ use controllers::profinet_io::{Connection, DeviceAddress, Settings, Submodule, c
 use encspec::engine::{DutKind, DutSpec, RunOptions, persona::lay_over, run, run_trial};
 use encspec::report::{self, ExitStatus, Look};
 use encspec::result::RunResult;
+use encspec::suite::device::Bus;
 use encspec::suite::model::{Class, Manual, Requirement, Start};
 use encspec::suite::persona::{Expects, Persona, load_personas};
 use encspec::suite::{Sources, load};
@@ -30,8 +31,10 @@ fn persona(name: &str) -> Arc<Persona> {
     Arc::new(found.unwrap_or_else(|| panic!("there is a persona {name}")))
 }
 
+/// The manuals of PROFINET: a persona is the manner of one of its controllers.
 fn manuals() -> Vec<Manual> {
-    load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"))
+    let all = load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"));
+    all.into_iter().filter(|manual| manual.device.bus == Bus::Profinet).collect()
 }
 
 fn healthy(manual: &Manual, variant: &str) -> DutSpec {
@@ -121,7 +124,16 @@ fn each_persona_is_what_its_capture_shows() {
         let ip = IpParameter { address: Ipv4Addr::LOCALHOST, mask: Ipv4Addr::BROADCAST, gateway: Ipv4Addr::LOCALHOST };
         let mut connection = Connection::new(DeviceAddress::Name("device".into()), ip);
         connection.submodules = expected(&theirs);
-        let start = Start { module: 0, cycle: None, watchdog: None, parameters: Vec::new(), instead: Vec::new() };
+        let start = Start {
+            module: 0,
+            cycle: None,
+            watchdog: None,
+            unwatched: false,
+            baud: None,
+            isochronous: None,
+            parameters: Vec::new(),
+            instead: Vec::new(),
+        };
         lay_over(&persona, &start, &mut connection);
         let settings = Settings {
             mac: wire::ethernet::Mac::ZERO,

@@ -54,7 +54,7 @@ fn the_office_capture_has_three_connections() {
     let [plc, _, versamax] = &report.ars[..] else { panic!("three") };
     assert_eq!(plc.ar_uuid, "09f1a530-c75f-6d47-b67f-8073439deaad");
     assert_eq!(
-        (plc.controller.mac.as_str(), plc.controller.station.as_deref()),
+        (plc.controller.mac.as_deref().unwrap_or_default(), plc.controller.station.as_deref()),
         ("00:1c:06:0b:26:ed", Some("plcxbkontr74b7"))
     );
     assert_eq!((plc.device.vendor_id, plc.device.device_id), (Some(0x014D), Some(0x0101)));

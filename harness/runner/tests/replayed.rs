@@ -4,7 +4,9 @@
 use bench::capture::{Item, LinkType};
 use bench::{CaptureReader, PcapngWriter, Trace};
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
+use encspec::observe::Address;
 use encspec::replay::judge_rules;
+use encspec::suite::device::Bus;
 use encspec::suite::model::{Manual, Trial, Variant};
 use encspec::suite::{Sources, load};
 use station::Time;
@@ -13,6 +15,7 @@ use std::thread;
 use wire::ethernet::Mac;
 
 const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
+const MASTER: u8 = 1;
 
 fn manuals() -> Vec<Manual> {
     load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"))
@@ -25,9 +28,9 @@ fn virtually(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[String])
 }
 
 /// The frames as somebody reads them who has nothing but the file.
-fn through_a_file(trace: &Trace) -> Vec<(u64, Time, Vec<u8>)> {
+fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
     let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
-    let interface = writer.interface("virtual", LinkType::ETHERNET).expect("a vector takes everything");
+    let interface = writer.interface("virtual", link).expect("a vector takes everything");
     for frame in trace.iter() {
         writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes everything");
     }
@@ -46,10 +49,14 @@ fn through_a_file(trace: &Trace) -> Vec<(u64, Time, Vec<u8>)> {
 fn compare(manual: &Manual, index: usize, trial: &Trial, bugs: &[String]) -> usize {
     let variant = &manual.variants[index];
     let seen = virtually(manual, variant, trial, bugs);
-    let frames = through_a_file(&seen.trace);
+    let (link, own) = match manual.device.bus {
+        Bus::Profinet => (LinkType::ETHERNET, Address::Mac(CONTROLLER)),
+        Bus::Profibus => (LinkType::PROFIBUS, Address::Fdl(MASTER)),
+    };
+    let frames = through_a_file(&seen.trace, link);
     assert_eq!(frames.len(), seen.trace.len());
     let frames = frames.iter().map(|(number, time, octets)| (*number, *time, octets.as_slice()));
-    let replayed = judge_rules(frames, manual, index, |ar| ar.controller.mac == CONTROLLER);
+    let replayed = judge_rules(frames, manual, index, |ar| ar.controller.address == own);
     let mut decided = 0;
     for (rule, (virtually, replayed)) in variant.rules.iter().zip(seen.rules.iter().zip(&replayed)) {
         let place = format!("{} in {} of {} with {bugs:?}", rule.id, trial.id, variant.name);

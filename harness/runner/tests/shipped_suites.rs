@@ -2,6 +2,7 @@
 
 use encspec::suite::model::Manual;
 use encspec::suite::{Sources, load, schema};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 fn shipped() -> Vec<Manual> {
@@ -49,9 +50,22 @@ fn the_schema_lists_verbs_names_and_codes() {
     assert_eq!(words["services"]["http_post"]["fields"], serde_json::json!(["page", "fields"]));
     assert!(words["instead"]["station"]["destination"].is_string());
     assert!(words["broken"].as_object().is_some_and(|frames| !frames.is_empty()));
+    let profibus = &words["profibus"];
+    assert_eq!(profibus["services"]["ds_read"]["fields"], serde_json::json!(["slot", "index", "length"]));
+    assert!(profibus["names"]["diag.errors"].is_string() && profibus["names"]["station.name"].is_null());
+    assert!(profibus["broken"].as_object().is_some_and(|frames| !frames.is_empty()));
     let case = &schema["$defs"]["CASE"];
     assert_eq!(case["additionalProperties"], false);
     assert_eq!(case["required"], serde_json::json!(["id", "why", "steps"]));
+}
+
+/// On PROFIBUS a word of a refusal stands in one table only, so that it needs no table beside it.
+#[test]
+fn no_two_tables_share_a_word_of_a_refusal() {
+    let schema = schema();
+    let words = schema["x-encspec"]["profibus"]["codes"]["parameters"].as_array().expect("a list");
+    let once: BTreeSet<&str> = words.iter().filter_map(|word| word.as_str()).collect();
+    assert_eq!(once.len(), words.len(), "{words:?}");
 }
 
 /// No reference of the schema leads nowhere.

@@ -64,6 +64,7 @@ fn word(ars: &[Ar], observation: &Observation<'_>) -> String {
         Observation::Starved { direction, .. } => format!("starved {direction:?}"),
         Observation::Dcp { .. } => "dcp".into(),
         Observation::Lldp { .. } => "lldp".into(),
+        Observation::Dp { .. } => "PROFIBUS".into(),
         Observation::Unreadable { why } => format!("unreadable {why}"),
     }
 }
@@ -104,7 +105,7 @@ fn a_connection_is_told_from_connect_to_release(#[case] order: Order, #[case] mo
     assert_eq!(ar.release_frame, Some(released as u64));
     assert_eq!(ar.controller.station.as_deref(), Some("controller-1"));
     assert_eq!(ar.controller.ids, Some((0xFEED, 1)));
-    assert_eq!((ar.device.mac, ar.device.ids), (DEVICE, Some((0x1234, 5))));
+    assert_eq!((ar.device.mac(), ar.device.ids), (DEVICE, Some((0x1234, 5))));
     assert_eq!(ar.start_records.iter().map(|record| record.accepted).collect::<Vec<_>>(), [true, false]);
     for stream in [&ar.inputs, &ar.outputs] {
         assert_eq!((stream.frame_id, stream.data_length), (FRAME_ID, 40));

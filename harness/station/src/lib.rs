@@ -32,6 +32,13 @@ pub trait Station {
     /// It may be called early or late; a station then does what is due and nothing else.
     fn wake(&mut self, now: Time, out: &mut Outbox);
 
+    /// Hears that another party begins to send at `now`, where the wire lets that be noticed.
+    ///
+    /// Only who waits for an answer on a bus needs it; [`Station::receive`] comes when the frame has ended.
+    fn carrier(&mut self, now: Time) {
+        let _ = now;
+    }
+
     /// The next time at which [`Station::wake`] has something to do, or `None` while only a frame can change that.
     fn deadline(&self) -> Option<Time>;
 }

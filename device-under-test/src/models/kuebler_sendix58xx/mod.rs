@@ -34,7 +34,7 @@ use crate::encoder_object::{
 };
 use crate::profidrive::sensor::{Answers, Parks, Transfers};
 use crate::profidrive::user_parameters::{Asked, UserParameters};
-use crate::registry::Manual;
+use crate::registry::{Bus, Manual, Profinet};
 use alloc::vec::Vec;
 use core::time::Duration;
 use wire::profidrive::ErrorNumber;
@@ -44,13 +44,15 @@ pub static MANUAL: Manual = Manual {
     name: "kuebler-sendix58xx-profinet",
     title: "Kübler Sendix 58xx absolute encoder",
     variants: &[FACTS.variants[0].name, FACTS.variants[1].name],
-    oui: None,
     bugs: bugs::BUGS,
     healthy,
-    delivered: |_| StationData::default(),
-    build: |variant, behaviour, mac, shaft, station| {
-        encoder_object::build(&FACTS, Sendix, variant, behaviour, mac, shaft, station)
-    },
+    bus: Bus::Profinet(Profinet {
+        oui: None,
+        delivered: |_| StationData::default(),
+        build: |variant, behaviour, mac, shaft, station| {
+            encoder_object::build(&FACTS, Sendix, variant, behaviour, mac, shaft, station)
+        },
+    }),
 };
 
 /// What the manual says in words and numbers.

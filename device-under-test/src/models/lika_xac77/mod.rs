@@ -32,7 +32,7 @@ use crate::encoder_object::{
 };
 use crate::profidrive::telegram::STANDARD;
 use crate::profidrive::user_parameters::UserParameters;
-use crate::registry::Manual;
+use crate::registry::{Bus, Manual, Profinet};
 use core::time::Duration;
 
 /// The manual.
@@ -40,14 +40,16 @@ pub static MANUAL: Manual = Manual {
     name: "lika-xac77-profinet",
     title: "Lika XAC77 absolute encoder",
     variants: &[FACTS.variants[0].name, FACTS.variants[1].name],
-    // Manual, 7.3.
-    oui: Some([0x10, 0xB9, 0xFE]),
     bugs: BUGS,
     healthy: Behaviour::default,
-    delivered: |_| StationData::default(),
-    build: |variant, behaviour, mac, shaft, station| {
-        encoder_object::build(&FACTS, web::State::default(), variant, behaviour, mac, shaft, station)
-    },
+    bus: Bus::Profinet(Profinet {
+        // Manual, 7.3.
+        oui: Some([0x10, 0xB9, 0xFE]),
+        delivered: |_| StationData::default(),
+        build: |variant, behaviour, mac, shaft, station| {
+            encoder_object::build(&FACTS, web::State::default(), variant, behaviour, mac, shaft, station)
+        },
+    }),
 };
 
 /// What the manual says in words and numbers.

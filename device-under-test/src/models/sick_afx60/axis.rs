@@ -5,12 +5,13 @@
 //! axis and kept without power, and begin anew with another gear; the range offset tells what they make of the position
 //! and shifts it where it is written. The AFS60 has no round axis: mode 2 is refused.
 
-use super::knobs::Rules;
-use super::limits::elements;
 use super::{Live, State};
 use crate::encoder::measuring;
-use crate::encoder::{Gear, Hardware, Scaling, Settings};
+use crate::encoder::{Gear, Hardware, Settings};
 use crate::encoder_object::double_words;
+use crate::models::sick::axis::{self, LARGEST_FRACTION, LARGEST_RANGE, Laps, RANGE_OFFSETS};
+use crate::models::sick::knobs::Rules;
+use crate::models::sick::settings::elements;
 use crate::profidrive::parameters::Parameter;
 use wire::profidrive::ErrorNumber;
 
@@ -18,10 +19,6 @@ use wire::profidrive::ErrorNumber;
 pub const OFF: u32 = 1;
 /// The function is on.
 pub const ON: u32 = 2;
-/// Range offsets go on from 0 again here: above the largest one, 80000000h.
-const RANGE_OFFSETS: u64 = 0x8000_0001;
-/// The largest total resolution.
-const LARGEST_RANGE: u64 = 1 << 30;
 
 /// Inputs of P1009, and what is kept of the axis.
 #[derive(Clone, Copy, Debug)]
@@ -36,10 +33,8 @@ pub struct Axis {
     pub divisor: u32,
     /// CMR.
     pub range: u32,
-    /// The gear that laps are counted for, which survives without power, and the place where the encoder stood last.
-    counted: Option<Gear>,
-    laps: i64,
-    place: Option<u64>,
+    /// The laps, which survive without power.
+    laps: Laps,
     /// What was written to the range offset, beside what laps make of it.
     base: u64,
 }
@@ -48,30 +43,20 @@ impl Axis {
     /// At delivery.
     pub fn new() -> Axis {
         let range = LARGEST_RANGE as u32;
-        Axis {
-            is_on: false,
-            mode: OFF,
-            nominator: 2048,
-            divisor: 1,
-            range,
-            counted: None,
-            laps: 0,
-            place: None,
-            base: 0,
-        }
+        Axis { is_on: false, mode: OFF, nominator: 2048, divisor: 1, range, laps: Laps::default(), base: 0 }
     }
 
     /// The supply has come: what is not stored is as at delivery.
     pub fn power_up(&mut self, rules: &Rules) {
-        self.laps = (rules.laps)(self.laps);
+        self.laps.change(rules.laps);
         self.base = (rules.laps)(self.base as i64) as u64;
         self.begin(rules);
     }
 
     /// A connection begins, which brings its settings.
     pub fn begin(&mut self, rules: &Rules) {
-        let Axis { counted, laps, place, nominator, divisor, base, .. } = *self;
-        *self = Axis { counted, laps, place, base, ..Axis::new() };
+        let Axis { laps, nominator, divisor, base, .. } = *self;
+        *self = Axis { laps, base, ..Axis::new() };
         if rules.axis_survives {
             (self.nominator, self.divisor) = (nominator, divisor);
         }
@@ -82,18 +67,10 @@ impl Axis {
         (self.is_on, self.mode) = (is_on, if is_on { ON } else { OFF });
     }
 
-    /// The gear that is set, if the function is on.
-    pub fn gear(&self) -> Option<Gear> {
-        let gear = Gear { nominator: self.nominator.into(), divisor: self.divisor.into(), range: self.range.into() };
-        self.is_on.then_some(gear)
+    /// The gear that is set, whether or not the function is on.
+    fn gear(&self) -> Gear {
+        Gear { nominator: self.nominator.into(), divisor: self.divisor.into(), range: self.range.into() }
     }
-}
-
-/// Units per revolution of the encoder, in whole units and thousandths.
-fn units_per_revolution(axis: &Axis) -> [u64; 2] {
-    let above = u64::from(axis.range) * u64::from(axis.divisor);
-    let below = u64::from(axis.nominator).max(1);
-    [above / below, above % below * 1000 / below]
 }
 
 impl Live<'_, State> {
@@ -110,17 +87,17 @@ impl Live<'_, State> {
 
     /// The settings with the gear of the axis, if it is on.
     fn geared(&self, settings: Settings, axis: &Axis) -> Settings {
-        let rules = &self.behaviour.afx60;
-        let Some(gear) = axis.gear().filter(|_| rules.axis_acts) else { return settings };
+        let rules = &self.behaviour.sick;
+        if !axis.is_on || !rules.axis_acts {
+            return settings;
+        }
         // One position is all that is left of a round axis on an encoder that has none.
-        let broken = rules.breaks_without_axis && !self.has_axis();
+        let broken = self.behaviour.afx60.breaks_without_axis && !self.has_axis();
         let gear = match broken {
             true => Gear { nominator: 1, divisor: 1, range: 1 },
-            false => (rules.gear)(gear, &self.ram.user),
+            false => (rules.gear)(axis.gear(), &self.ram.user),
         };
-        let units = gear.range * gear.divisor / gear.nominator.max(1);
-        let scaling = Scaling { units_per_revolution: units.max(1), range: gear.range };
-        Settings { scaling, gear: Some(gear), ..settings }
+        axis::geared(settings, gear)
     }
 
     /// CMR of a start: the total range of the user parameters, where it is in force.
@@ -132,7 +109,7 @@ impl Live<'_, State> {
     /// Whether the axis has a range that it can have, at a start.
     pub fn axis_is_right(&self) -> bool {
         let right = self.range_of_start().is_none_or(|range| (1..=LARGEST_RANGE).contains(&range));
-        (self.behaviour.afx60.judges_axis)(right, &self.ram.user)
+        (self.behaviour.sick.judges_axis)(right, &self.ram.user)
     }
 
     /// The settings at a start, from those of the user parameters.
@@ -161,33 +138,23 @@ impl Live<'_, State> {
 
     /// Counts laps from now on, if they were counted for another gear.
     fn count_for_axis(&mut self) {
-        let Some(gear) = self.ram.measuring.settings.gear else { return };
-        if self.model.axis.counted.replace(gear) != Some(gear) {
-            self.ram.measuring.laps = 0;
-        }
-        self.keep_laps();
+        let place = self.hardware.sense(self.shaft.place(self.now));
+        self.model.axis.laps.count_for(&mut self.ram.measuring, place);
     }
 
     /// Keeps the laps.
     pub fn keep_laps(&mut self) {
-        self.model.axis.laps = self.ram.measuring.laps;
-        self.model.axis.place = Some(self.hardware.sense(self.shaft.place(self.now)));
+        self.model.axis.laps.keep(&self.ram.measuring, self.hardware.sense(self.shaft.place(self.now)));
     }
 
-    /// Goes on with the laps that were kept; a way without power is taken for the shorter one.
+    /// Goes on with the laps that were kept.
     pub fn recall_laps(&mut self) {
-        let Axis { laps, place, .. } = self.model.axis;
-        if let Some(place) = place {
-            self.ram.measuring.recall(place, laps);
-        }
+        self.model.axis.laps.recall(&mut self.ram.measuring, &self.behaviour.sick);
     }
 
     /// By how much the laps shift the position of the axis.
     fn range_of_laps(&self) -> u64 {
-        let Axis { nominator, divisor, range, .. } = self.model.axis;
-        let gear = Gear { nominator: nominator.into(), divisor: divisor.into(), range: range.into() };
-        let laps = i128::from(self.ram.measuring.laps) * i128::from(self.hardware.range());
-        gear.position(&self.hardware, laps)
+        axis::range_of_laps(&self.model.axis.gear(), &self.hardware, self.ram.measuring.laps)
     }
 
     /// Gives the range offset another value: the position of the axis goes with it.
@@ -209,18 +176,18 @@ impl Live<'_, State> {
         let axis = &self.model.axis;
         let inputs = [axis.nominator, axis.divisor, axis.range].map(u64::from);
         let [nominator, divisor, range] = inputs;
-        let [units, fraction] = units_per_revolution(axis);
+        let [units, fraction] = axis::units_per_revolution(&axis.gear());
         let shift = measuring::shift(self.range_of_laps(), axis.base, RANGE_OFFSETS);
         let all =
             [axis.mode.into(), nominator, divisor, range, shift, self.ram.measuring.offset, nominator, divisor, range];
         let mut parameter = double_words(all.into_iter().chain([units, fraction]).collect());
         self.model.outputs.iter().for_each(|(at, value)| parameter.values[*at] = *value);
-        Parameter { writable: if self.behaviour.afx60.outputs_are_writable { 0..11 } else { 0..5 }, ..parameter }
+        Parameter { writable: if self.behaviour.sick.outputs_are_writable { 0..11 } else { 0..5 }, ..parameter }
     }
 
     /// Writes elements of P1009.
     pub fn write_axis(&mut self, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-        let rules = &self.behaviour.afx60;
+        let rules = &self.behaviour.sick;
         let mut axis = self.model.axis;
         let mut range_offset = None;
         for (at, value) in elements(subindex, values) {
@@ -234,7 +201,7 @@ impl Live<'_, State> {
                     axis.mode = value as u32;
                 }
                 1 | 2 => {
-                    self.check((1009, at), number, [1, 0x1_0000], ErrorNumber::LIMIT)?;
+                    self.check((1009, at), number, [1, LARGEST_FRACTION as i64], ErrorNumber::LIMIT)?;
                     *(if at == 1 { &mut axis.nominator } else { &mut axis.divisor }) = value as u32;
                 }
                 3 => {

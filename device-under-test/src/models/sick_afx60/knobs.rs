@@ -1,36 +1,14 @@
 //! Where bugs can be put into what is these encoders' own.
 
-pub use super::limits::unit;
-use super::limits::{self, Speeds};
+use super::limits::Speeds;
 pub use super::start::Fields;
-use crate::encoder::{Gear, Hardware, Unit};
-use crate::profidrive::user_parameters::UserParameters;
+use crate::encoder::{Hardware, Unit};
+use crate::models::sick::settings;
 use core::time::Duration;
-
-/// What a log is shown from.
-#[derive(Clone, Copy, Debug)]
-pub struct Entries {
-    /// P1002 or P1003.
-    pub number: u16,
-    /// The present speed in revolutions per minute.
-    pub rpm: i64,
-    /// The operating time.
-    pub operating: Duration,
-    /// The voltage in millivolts.
-    pub millivolts: u64,
-    /// What is right.
-    pub right: [u64; 13],
-}
 
 /// The own part of a behaviour.
 #[derive(Clone, Copy, Debug)]
 pub struct Rules {
-    /// Whether a setting takes a value: parameter and subindex, the value, and whether it is within its limits.
-    pub takes: fn((u16, usize), i64, bool) -> bool,
-    /// What a setting of P1005 or P1009 becomes, from what is written.
-    pub settled: fn((u16, usize), u64, &Hardware) -> u64,
-    /// Whether settings that are written are kept.
-    pub keeps_settings: bool,
     /// Whether limits of temperature and supply that are beyond theirs are clipped.
     pub clips_limits: bool,
     /// Whether limits of the speed change places where the lower one is above the upper one.
@@ -61,10 +39,6 @@ pub struct Rules {
     pub warns_at_the_write: bool,
     /// Whether a preset value that is written while a preset is requested is taken at once.
     pub presets_while_requested: bool,
-    /// The value of a preset by the button; none does nothing.
-    pub button: fn(u32) -> Option<u32>,
-    /// Whether the button needs class 4.
-    pub button_needs_class_4: bool,
     /// Whether the switches ask for the reset.
     pub asks_for_reset: fn([u32; 3]) -> bool,
     /// How long the button is held for the reset, from how long it should be.
@@ -91,17 +65,6 @@ pub struct Rules {
     pub save_is_torn: bool,
     /// Whether a save during a save leaves 0 in memory.
     pub second_save_spoils: bool,
-    /// Whether the service log survives without power.
-    pub log_survives: bool,
-    /// The number of power-ups, from the one before.
-    pub power_ups: fn(u32) -> u32,
-    /// The slowest motion in rpm, from the right one.
-    pub motion: fn(u64) -> u64,
-    /// Whether a turn in this sense counts forward, and in reverse.
-    pub turns: fn(i64) -> [bool; 2],
-    /// Whether the direction has changed, from the sense before (0 at rest), the last one that was none, and that of
-    /// now.
-    pub is_change: fn(i64, i64, i64) -> bool,
     /// Whether P1003 is reset.
     pub resets_log: bool,
     /// Whether a reset of P1003 resets P1002 too.
@@ -110,26 +73,12 @@ pub struct Rules {
     pub words: fn([u16; 3], u64) -> [u16; 3],
     /// The counters that are shown.
     pub counters: fn([u16; 16]) -> [u16; 16],
-    /// The log that is shown.
-    pub log: fn(&Entries) -> [u64; 13],
     /// A counter of P1004, from what it would be and its highest value.
     pub counted: fn(u16, u16) -> u16,
     /// Whether P980 can be written.
     pub list_is_writable: bool,
-    /// Whether the outputs of P1009 can be written.
-    pub outputs_are_writable: bool,
     /// Whether the round axis can be switched on without there being one, and then breaks the position.
     pub breaks_without_axis: bool,
-    /// Whether nominator and divisor survive without power and a reset.
-    pub axis_survives: bool,
-    /// The laps after power-up, from those before.
-    pub laps: fn(i64) -> i64,
-    /// The gear of the round axis, from the one that is set.
-    pub gear: fn(Gear, &UserParameters) -> Gear,
-    /// Whether the round axis acts.
-    pub axis_acts: bool,
-    /// Whether the range of a round axis is right at a start, from whether it should be.
-    pub judges_axis: fn(bool, &UserParameters) -> bool,
     /// Whether the record of a start acts.
     pub takes_start_record: bool,
     /// The record of a start, as it is understood.
@@ -141,12 +90,9 @@ pub struct Rules {
 impl Default for Rules {
     fn default() -> Rules {
         Rules {
-            takes: |_, _, right| right,
-            settled: |_, value, _| value,
-            keeps_settings: true,
             clips_limits: false,
             exchanges_speed_limits: false,
-            unit: limits::unit,
+            unit: settings::unit,
             mode_acts: true,
             is_too_fast: |speeds| speeds.rpm.abs() > speeds.highest,
             is_too_slow: |speeds| speeds.rpm.abs() < speeds.lowest,
@@ -159,8 +105,6 @@ impl Default for Rules {
             takes_preset: |value, range, _| value < range,
             warns_at_the_write: false,
             presets_while_requested: false,
-            button: Some,
-            button_needs_class_4: true,
             asks_for_reset: |switches| switches == [8; 3],
             reset_takes: |right| right,
             resets_at_once: false,
@@ -174,25 +118,13 @@ impl Default for Rules {
             stores_preset_value: true,
             save_is_torn: false,
             second_save_spoils: false,
-            log_survives: true,
-            power_ups: |before| before + 1,
-            motion: |right| right,
-            turns: |sense| [sense > 0, sense < 0],
-            is_change: |_, last, now| last == -now,
             resets_log: true,
             resets_both_logs: false,
             words: |right, _| right,
             counters: |right| right,
-            log: |entries| entries.right,
             counted: u16::min,
             list_is_writable: false,
-            outputs_are_writable: false,
             breaks_without_axis: false,
-            axis_survives: false,
-            laps: |laps| laps,
-            gear: |gear, _| gear,
-            axis_acts: true,
-            judges_axis: |right, _| right,
             takes_start_record: true,
             understands: |fields| fields,
             judges_start_record: |right, _| right,

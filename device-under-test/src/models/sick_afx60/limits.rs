@@ -6,11 +6,11 @@
 //! invented.
 
 use super::{Live, State};
+use crate::encoder::Cell;
 use crate::encoder::velocity::Sampling;
-use crate::encoder::{Cell, velocity::Unit};
 use crate::encoder_object::words;
+use crate::models::sick::settings::elements;
 use crate::profidrive::parameters::Parameter;
-use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
 use wire::profidrive::ErrorNumber;
@@ -92,14 +92,6 @@ pub struct Speeds {
     pub lowest: i64,
 }
 
-/// The velocity unit of a number of P1005, which knows one more than the user parameters.
-pub fn unit(number: u16) -> Option<Unit> {
-    match number {
-        4 => Some(Unit::RevolutionsPerSecond),
-        _ => crate::profidrive::user_parameters::unit(number.try_into().ok()?),
-    }
-}
-
 impl Live<'_, State> {
     /// P1005.
     pub fn speed_parameter(&self) -> Parameter {
@@ -115,7 +107,7 @@ impl Live<'_, State> {
         let mut speed = self.model.limits.speed;
         let mut new_unit = None;
         for (at, value) in elements(subindex, values) {
-            let value = (rules.settled)((1005, at), value, &self.hardware) as u16;
+            let value = (self.behaviour.sick.settled)((1005, at), value, &self.hardware) as u16;
             let is_singleturn = self.hardware.revolutions == 1;
             let (range, refusal) = match at {
                 0 => ([0, 1], ErrorNumber::VALUE_NOT_ALLOWED),
@@ -139,7 +131,7 @@ impl Live<'_, State> {
         if rules.exchanges_speed_limits && speed.lowest > speed.highest {
             (speed.lowest, speed.highest) = (speed.highest, speed.lowest);
         }
-        if !rules.keeps_settings {
+        if !self.behaviour.sick.keeps_settings {
             return Ok(());
         }
         self.model.limits.speed = speed;
@@ -190,7 +182,7 @@ impl Live<'_, State> {
                 }
             }
         }
-        if !self.behaviour.afx60.keeps_settings {
+        if !self.behaviour.sick.keeps_settings {
             return Ok(());
         }
         self.model.limits.limits = limits;
@@ -266,16 +258,9 @@ impl Live<'_, State> {
         refusal: ErrorNumber,
     ) -> Result<(), ErrorNumber> {
         let is_right = (lowest..=highest).contains(&value);
-        match (self.behaviour.afx60.takes)(at, value, is_right) {
+        match (self.behaviour.sick.takes)(at, value, is_right) {
             true => Ok(()),
             false => Err(refusal),
         }
     }
-}
-
-/// The elements that are written and their values.
-pub fn elements(subindex: u16, values: &[u64]) -> Vec<(usize, u64)> {
-    let mut elements = vec![];
-    elements.extend((usize::from(subindex)..).zip(values.iter().copied()));
-    elements
 }

@@ -4,10 +4,11 @@
 //! Readings: P1003 is reset by writing 0 to any of its elements, and nothing else can be written. A turn counts when it
 //! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
 
-use super::knobs::{Entries, Rules};
 use super::{Live, State};
 use crate::encoder::velocity::{self, Sampling, Unit, Velocity};
 use crate::encoder_object::{double_words, words};
+use crate::models::sick::knobs::{Entries, Rules};
+use crate::models::sick::log::{Log, Look, Recorder};
 use crate::profidrive::parameters::Parameter;
 use core::time::Duration;
 use station::Time;
@@ -25,14 +26,8 @@ const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
 
 /// One of the two logs.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Log {
-    power_ups: u32,
-    operating: Duration,
-    highest_speed: u32,
-    forward: u32,
-    reverse: u32,
-    direction_changes: u32,
-    motion: Duration,
+struct Book {
+    log: Log,
     extremes: Option<Extremes>,
 }
 
@@ -46,37 +41,21 @@ struct Extremes {
 /// What the log is made of.
 #[derive(Clone, Debug)]
 pub struct Service {
-    absolute: Log,
-    relative: Log,
+    absolute: Book,
+    relative: Book,
     counters: [u16; 16],
     /// S_STAT_A when last looked at.
     status: u16,
-    last: Time,
-    place: Option<i64>,
-    /// The sense of the present motion, 0 at rest, and of the last one.
-    motion: i64,
-    last_motion: i64,
+    recorder: Recorder,
     /// Measures the acceleration.
     meter: Option<Velocity>,
-    /// Hardware steps since the present motion began, or since its last full revolution.
-    way: u64,
 }
 
 impl Default for Service {
     fn default() -> Service {
-        let new = Log { power_ups: 1, ..Log::default() };
-        Service {
-            absolute: new,
-            relative: new,
-            counters: [0; 16],
-            status: 0,
-            last: Time::ZERO,
-            place: None,
-            motion: 0,
-            last_motion: 0,
-            meter: None,
-            way: 0,
-        }
+        let new = Book { log: Log::new(), extremes: None };
+        let recorder = Recorder::default();
+        Service { absolute: new, relative: new, counters: [0; 16], status: 0, recorder, meter: None }
     }
 }
 
@@ -84,15 +63,15 @@ impl Service {
     /// The supply has come.
     pub fn power_up(&mut self, now: Time, rules: &Rules) {
         if !rules.log_survives {
-            let power_ups = [self.absolute.power_ups, self.relative.power_ups];
-            let [absolute, relative] = power_ups.map(|power_ups| Log { power_ups, ..Log::default() });
-            (self.absolute, self.relative, self.counters) = (absolute, relative, [0; 16]);
+            self.both(|book| book.extremes = None);
+            self.counters = [0; 16];
         }
-        self.both(|log| log.power_ups = (rules.power_ups)(log.power_ups));
-        (self.status, self.last, self.place, self.motion, self.meter) = (0, now, None, 0, None);
+        self.both(|book| book.log.power_up(rules));
+        self.recorder.power_up(now);
+        (self.status, self.meter) = (0, None);
     }
 
-    fn both(&mut self, change: impl Fn(&mut Log)) {
+    fn both(&mut self, change: impl Fn(&mut Book)) {
         change(&mut self.absolute);
         change(&mut self.relative);
     }
@@ -100,19 +79,18 @@ impl Service {
     /// Forgets all, the present start included.
     pub fn begin_anew(&mut self) {
         *self = Service::default();
-        self.both(|log| log.power_ups = 0);
+        self.both(|book| book.log.power_ups = 0);
     }
 
     /// Seconds since delivery during which there was supply.
     pub fn operating_seconds(&self) -> u64 {
-        self.absolute.operating.as_secs()
+        self.absolute.log.operating.as_secs()
     }
 }
 
 impl Live<'_, State> {
     /// Writes the log up to now.
     pub fn log(&mut self) {
-        self.log_time();
         self.log_motion();
         let meter = &mut self.model.service.meter;
         let meter = meter.get_or_insert_with(|| {
@@ -122,9 +100,9 @@ impl Live<'_, State> {
         let critical = usize::from(self.faults.has("led_current"));
         let (led, volts) = (LED_CURRENT[critical], (self.model.around.volts + 0.5).max(0.0) as u32);
         let degrees = self.model.around.degrees() as i32;
-        self.model.service.both(|log| {
-            let seen = log.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
-            log.extremes = Some(Extremes {
+        self.model.service.both(|book| {
+            let seen = book.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
+            book.extremes = Some(Extremes {
                 led: [seen.led[0].max(led), seen.led[1].min(led)],
                 volts: seen.volts.max(volts),
                 celsius: [seen.celsius[0].max(degrees), seen.celsius[1].min(degrees)],
@@ -133,49 +111,18 @@ impl Live<'_, State> {
         self.count();
     }
 
-    fn log_time(&mut self) {
-        let rpm = self.ram.velocity.rounded_rpm().unsigned_abs();
-        let slowest = (self.behaviour.afx60.motion)(MOTION);
-        let service = &mut self.model.service;
-        let passed = self.now.since(service.last);
-        service.last = self.now;
-        service.both(|log| {
-            log.operating += passed;
-            log.highest_speed = log.highest_speed.max(u32::try_from(rpm).unwrap_or(u32::MAX));
-            if rpm >= slowest {
-                log.motion += passed;
-            }
-        });
-    }
-
     fn log_motion(&mut self) {
-        let place = self.shaft.place(self.now);
-        let motion = self.ram.velocity.steps().signum();
-        let steps_per_revolution = self.hardware.steps_per_revolution;
-        let rules = &self.behaviour.afx60;
-        let service = &mut self.model.service;
-        let gone = place.wrapping_sub(service.place.replace(place).unwrap_or(place)).unsigned_abs();
-        let before = core::mem::replace(&mut service.motion, motion);
-        if motion == 0 {
-            return;
-        }
-        let turns = if motion == before {
-            service.way = service.way.wrapping_add(gone);
-            let turns = service.way / steps_per_revolution;
-            service.way %= steps_per_revolution;
-            turns as u32
-        } else {
-            service.way = 0;
-            1
+        let look = Look {
+            now: self.now,
+            rpm: self.ram.velocity.rounded_rpm(),
+            sense: self.ram.velocity.steps().signum(),
+            place: self.shaft.place(self.now),
+            steps_per_revolution: self.hardware.steps_per_revolution,
+            slowest: MOTION,
         };
-        let last = core::mem::replace(&mut service.last_motion, motion);
-        let is_reversed = (rules.is_change)(before, last, motion);
-        let [is_forward, is_reverse] = (rules.turns)(motion);
-        service.both(|log| {
-            log.forward = log.forward.wrapping_add(if is_forward { turns } else { 0 });
-            log.reverse = log.reverse.wrapping_add(if is_reverse { turns } else { 0 });
-            log.direction_changes += u32::from(is_reversed);
-        });
+        let service = &mut self.model.service;
+        let news = service.recorder.look(&look, &self.behaviour.sick);
+        service.both(|book| book.log.take(&news));
     }
 
     fn count(&mut self) {
@@ -196,8 +143,9 @@ impl Live<'_, State> {
     /// P1002 or P1003.
     pub fn log_parameter(&self, number: u16) -> Parameter {
         let service = &self.model.service;
-        let log = if number == 1002 || !self.behaviour.afx60.resets_log { service.absolute } else { service.relative };
-        let seen = log.extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
+        let book = if number == 1002 || !self.behaviour.afx60.resets_log { service.absolute } else { service.relative };
+        let Book { log, extremes } = book;
+        let seen = extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
         let right = [
             log.power_ups,
             log.operating.as_secs() as u32,
@@ -221,7 +169,7 @@ impl Live<'_, State> {
             millivolts: self.model.around.millivolts(),
             right,
         };
-        let parameter = double_words((self.behaviour.afx60.log)(&entries).to_vec());
+        let parameter = double_words((self.behaviour.sick.log)(&entries).to_vec());
         if number == 1003 { parameter.writable() } else { parameter }
     }
 
@@ -232,10 +180,10 @@ impl Live<'_, State> {
         }
         let rules = &self.behaviour.afx60;
         if rules.resets_log {
-            self.model.service.relative = Log::default();
+            self.model.service.relative = Book::default();
         }
         if rules.resets_both_logs {
-            self.model.service.absolute = Log::default();
+            self.model.service.absolute = Book::default();
         }
         self.log();
         Ok(())

@@ -27,9 +27,10 @@ use crate::encoder_object::{
     self, Cause, ErrorFact, Facts, Identification, InExchange, Live, Module, NO_DIAGNOSIS, Reset, Submodule, Timing,
     Variant, WarningFact, WithoutRecord,
 };
+use crate::models::sick::settings::serves;
 use crate::profidrive::telegram::STANDARD;
-use crate::profidrive::user_parameters::{Asked, UserParameters};
-use crate::registry::Manual;
+use crate::profidrive::user_parameters::UserParameters;
+use crate::registry::{Bus, Manual, Profinet};
 use alloc::vec::Vec;
 use core::time::Duration;
 
@@ -38,13 +39,15 @@ pub static MANUAL: Manual = Manual {
     name: "sick-afx60-profinet",
     title: "SICK AFS60/AFM60 absolute encoders",
     variants: &[FACTS.variants[0].name, FACTS.variants[1].name],
-    oui: None,
     bugs: bugs::BUGS,
     healthy,
-    delivered,
-    build: |variant, behaviour, mac, shaft, station| {
-        encoder_object::build(&FACTS, State::new(mac), variant, behaviour, mac, shaft, station)
-    },
+    bus: Bus::Profinet(Profinet {
+        oui: None,
+        delivered,
+        build: |variant, behaviour, mac, shaft, station| {
+            encoder_object::build(&FACTS, State::new(mac), variant, behaviour, mac, shaft, station)
+        },
+    }),
 };
 
 /// Name and addresses at delivery: the name is printed, in capitals, which names of PROFINET do not have.
@@ -68,19 +71,10 @@ fn healthy() -> Behaviour {
     right.sensor.raises_while_parked = |_| true;
     right.parameters.axis = |_| true;
     right.values.preset_units = |_, value, _| value.into();
+    // Manual, 3.6.7 and 3.6.8.
     right.user_parameters.serves = serves;
     right.user_parameters.are_wrong = |_, _, _| false;
     right
-}
-
-/// Whether the hardware can serve a scaling: 1 to all steps a revolution, and a range of 2^n revolutions, as far as the
-/// hardware tells them apart. Manual, 3.6.7 and 3.6.8.
-fn serves(asked: &Asked) -> bool {
-    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, .. } = *asked;
-    (1..=hardware.steps_per_revolution).contains(&units)
-        && range.is_multiple_of(units)
-        && (range / units).is_power_of_two()
-        && range / units <= hardware.revolutions
 }
 
 /// What the manual says in words and numbers.

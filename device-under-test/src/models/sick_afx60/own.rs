@@ -112,7 +112,7 @@ impl Model for State {
     fn started(live: &mut Live<'_, State>) {
         let model = &mut *live.model;
         (model.saves_each_change, model.record_is_wrong, model.transmits) = (false, false, false);
-        model.axis.begin(&live.behaviour.afx60);
+        model.axis.begin(&live.behaviour.sick);
         model.limits.speed.begin();
         let status = &mut live.model.status;
         (status.faults_seen, status.has_invalid_preset, status.has_accepted_preset) = (0, false, false);
@@ -143,8 +143,8 @@ impl Model for State {
         model.around.power(true);
         (model.limits.speed, model.limits.limits) = (limits::Speed::default(), *model.limits.memory.stored());
         model.status = status::Status::default();
-        model.service.power_up(live.now, rules);
-        model.axis.power_up(rules);
+        model.service.power_up(live.now, &live.behaviour.sick);
+        model.axis.power_up(&live.behaviour.sick);
         (model.saves_each_change, model.record_is_wrong, model.transmits) = (false, false, false);
         (model.list, model.outputs) = (Vec::new(), Vec::new());
         if !rules.stores_preset_value {
@@ -174,7 +174,7 @@ impl Model for State {
         if rules.reset_keeps_limits {
             new.limits = model.limits.clone();
         }
-        if rules.axis_survives {
+        if live.behaviour.sick.axis_survives {
             new.axis = model.axis;
         }
         *model = new;

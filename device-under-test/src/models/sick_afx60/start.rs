@@ -93,7 +93,7 @@ impl Live<'_, State> {
         }
         let speed = &mut self.model.limits.speed;
         (speed.refresh_time, speed.measurements) = (fields.interval.into(), fields.measurements.into());
-        let settled = |at, value: u32| (rules.settled)((1009, at), value.into(), &self.hardware) as u32;
+        let settled = |at, value: u32| (self.behaviour.sick.settled)((1009, at), value.into(), &self.hardware) as u32;
         let axis = &mut self.model.axis;
         axis.set_mode(fields.has_axis());
         (axis.nominator, axis.divisor) = (settled(1, fields.nominator), settled(2, fields.divisor));

@@ -139,7 +139,7 @@ impl Live<'_, State> {
 
     /// A short press: an absolute preset.
     fn press(&mut self) {
-        let rules = &self.behaviour.afx60;
+        let rules = &self.behaviour.sick;
         let Some(value) = (rules.button)(self.ram.preset_value) else { return };
         if !rules.button_needs_class_4 && !self.ram.user.class_4 {
             let offset = self.ram.measuring.preset(PresetMode::Absolute, value.into());

@@ -13,7 +13,7 @@
 //! | --- | --- |
 //! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | which device is meant, and our own addresses |
 //! | `cycle`, `watchdog`, `persona`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether its cable has no switch |
-//! | `telegrams`, `lacks`, `firmware`, `gsdml`, `ledger` | what it is said to have and to fail; wrong claims are findings |
+//! | `telegrams`, `lacks`, `firmware`, `gsdml`, `gsd`, `ledger` | what it is said to have and to fail; wrong claims are findings |
 //! | `stand` | who turns the shaft, cuts the power, looks at LEDs: `control` (a socket), `hooks` (programs), `ask` (a person) |
 //! | `pages` | where its web pages are and how their values are labelled, where the manual does not print that |
 //! | `consent` | what may be done that lasts; what is not here is not done |
@@ -126,6 +126,8 @@ pub struct BenchFile {
     pub boot_time: Option<Duration>,
     /// The vendor's GSDML.
     pub gsdml: Option<PathBuf>,
+    /// The vendor's GSD (PROFIBUS).
+    pub gsd: Option<PathBuf>,
     /// The modules (telegrams) that the device is said to support, by their names in `device.yaml`; none: all.
     pub telegrams: Option<Vec<String>>,
     /// Records and parameters that the device is said to lack, by their names in `device.yaml`.
@@ -181,6 +183,7 @@ impl BenchFile {
             persona: None,
             boot_time: None,
             gsdml: None,
+            gsd: None,
             telegrams: None,
             lacks: Vec::new(),
             firmware: None,

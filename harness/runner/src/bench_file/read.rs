@@ -96,6 +96,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         persona: reader.value("persona", persona_name),
         boot_time,
         gsdml: reader.path("gsdml"),
+        gsd: reader.path("gsd"),
         telegrams: reader.value("telegrams", |node| telegrams(node, device)),
         lacks: reader.value("lacks", |node| lacks(node, device)).unwrap_or_default(),
         firmware: reader.value("firmware", firmware),

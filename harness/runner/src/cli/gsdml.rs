@@ -29,7 +29,7 @@ pub(super) struct GsdmlArgs {
 pub(super) fn gsdml(args: &GsdmlArgs) -> Ended {
     match (&args.file, &args.save, &args.device) {
         (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
-        (None, Some(folder), _) => save(folder),
+        (None, Some(folder), _) => save(folder, gsdml::embedded()),
         (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSDML file to compare with: name it")),
         (None, None, None) => {
             let mut out = String::new();
@@ -98,11 +98,12 @@ fn against(out: &mut String, read: &Gsdml, manual: &Manual, variant: &str) -> bo
     findings.iter().any(|of| of.severity == Severity::Error)
 }
 
-fn save(folder: &Path) -> Ended {
+/// Writes built-in files into a folder.
+pub(super) fn save(folder: &Path, files: &[(&str, &str)]) -> Ended {
     let failed = |path: &Path, error: &std::io::Error| Stop::usage(format!("{}: {error}", path.display()));
     fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
     let mut out = String::new();
-    for (path, text) in gsdml::embedded() {
+    for (path, text) in files {
         let name = path.rsplit('/').next().unwrap_or(path);
         let to = folder.join(name);
         fs::write(&to, text).map_err(|error| failed(&to, &error))?;

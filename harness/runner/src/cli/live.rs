@@ -3,11 +3,12 @@
 use super::{Stop, Suites, complain};
 use crate::bench_file::{self, ANY_DEVICE, BenchFile, Claim, LinkSpec};
 use crate::engine::{DutKind, DutSpec, LiveDevice};
+use crate::gsd;
 use crate::gsdml::{self, Gsdml};
 use crate::live::preflight::{self, Wanted};
 use crate::live::stand::LiveStand;
 use crate::lock::Lock;
-use crate::suite::device::Origin;
+use crate::suite::device::{Bus, Origin};
 use crate::suite::model::Manual;
 use crate::suite::persona::Persona;
 use crate::suite::{BenchTimes, load};
@@ -68,6 +69,7 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<A
     // A description has its variant to itself, so that `device: none` need not name it.
     bench.claim.variant.clone_from(&manual.device.variants[variant]);
     let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
+    let of_slave = bench.gsd.as_deref().map(super::gsd::open).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     bench.describe_pages(device);
     let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
@@ -89,9 +91,13 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<A
     bench.stand.offers = offers;
     prepared.notes.extend(granted);
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
-    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
+    let overlay = match device.bus {
+        Bus::Profinet => gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says)),
+        Bus::Profibus => gsd::overlay(device, of_slave.as_ref()),
+    };
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
-    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
+    let mut findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
+    findings.extend(of_slave.iter().flat_map(|known| gsd::compare(device, variant, known)));
     if let Some(why) = &prepared.passive {
         complain(&format!("only what reads is run: {why}"));
     }

@@ -12,11 +12,13 @@ pub mod dut;
 mod errata;
 mod explain;
 pub mod filter;
+mod gsd;
 pub mod gsdml;
 mod list;
 pub mod live;
 mod personas;
 pub mod port;
+mod record;
 mod replay;
 pub mod run;
 mod serve;
@@ -68,10 +70,14 @@ enum Command {
     Replay(ReplayArgs),
     /// Show a capture frame by frame
     Dissect(DissectArgs),
+    /// Record what is heard at a serial line or an interface, or make a capture of a hex log
+    Record(record::RecordArgs),
     /// Serve a reference device as a live device
     Serve(serve::ServeArgs),
     /// Show a vendor's GSDML, and compare it with a manual
     Gsdml(gsdml::GsdmlArgs),
+    /// Show what a GSD (PROFIBUS) says, and where it disagrees with a manual
+    Gsd(gsd::GsdArgs),
     /// Find the stations of a segment
     Discover(discover::DiscoverArgs),
     /// Write bench files, and put back what a run has changed
@@ -260,6 +266,8 @@ pub fn main() -> ExitCode {
         }
         Command::Replay(args) => replay::replay(&args),
         Command::Dissect(args) => replay::dissect(&args),
+        Command::Record(args) => record::record(&args),
+        Command::Gsd(args) => gsd::gsd(&args),
         Command::Gsdml(args) => gsdml::gsdml(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Discover(args) => discover::run(&args),

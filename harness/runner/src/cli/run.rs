@@ -7,6 +7,7 @@ use crate::ledger::{self, Date, Ledger};
 use crate::lock::Lock;
 use crate::report::{self, Format, Look};
 use crate::result::RunResult;
+use crate::suite::device::Bus;
 use crate::suite::expr::nearest;
 use crate::suite::model::Manual;
 use clap::{ArgAction, Args, ValueEnum};
@@ -171,6 +172,13 @@ impl Request {
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let mut devices = devices(&self.duts, self.device.as_deref(), &self.bugs, manuals).map_err(Stop::usage)?;
         self.only_with_the_bugs(&mut devices.here, manuals)?;
+        if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
+            // A persona is the manner of a controller on PROFINET; who names a slave all the same is told so case by case.
+            let is_slave = |manual: &Manual| manual.device.bus == Bus::Profibus;
+            let slaves: Vec<&str> =
+                manuals.iter().filter(|of| is_slave(of)).map(|of| of.device.name.as_str()).collect();
+            devices.here.retain(|spec| !slaves.contains(&spec.manual.as_str()));
+        }
         let options = RunOptions {
             duts: devices.here.clone(),
             filter: self.filter.clone(),

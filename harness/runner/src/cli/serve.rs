@@ -4,22 +4,27 @@ use super::dut::suggest;
 use super::port::PortArgs;
 use super::{Ended, Stop, complain, show};
 use crate::engine::dut::{DEVICE, STATION_NAME};
-use crate::live::serve::{Made, Maker, Names, ServedDevice, Server};
+use crate::live::fdl::FdlFrames;
+use crate::live::serve::{Made, Maker, Medium, Names, ServedDevice, Server};
 use crate::report::ExitStatus;
 use crate::suite::{Sources, load};
 use clap::Args;
 use link::lines::Listener;
-use link::{LinkError, Wire, interrupt, privileges, realtime};
-use reference_devices::{Setup, bugs_of_the_field, build_delivered, build_manual};
+use link::{LinkError, Serial, SerialBus, SerialSettings, Wire, interrupt, privileges, realtime};
+use reference_devices::{Bus, Line, Setup, bugs_of_the_field, build_delivered, build_manual};
 use station::Time;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 use wire::ethernet::Mac;
+use wire::profibus::fdl::BaudRate;
 
 /// Where the shaft of a served device stands, in hardware steps, where nothing is said.
 const SHAFT: u64 = 0x1001;
+
+/// The baud rate up to which a serial line answers in time.
+const FASTEST_SLAVE: u32 = 19_200;
 
 /// Arguments of `encspec serve`.
 #[derive(Debug, Args)]
@@ -28,7 +33,16 @@ pub(super) struct ServeArgs {
     #[arg(value_name = "MODEL")]
     model: String,
     #[command(flatten)]
-    port: PortArgs,
+    place: PlaceArgs,
+    /// PROFIBUS: bits in a second
+    #[arg(long, value_name = "BITS", default_value_t = 1_500_000, value_parser = clap::value_parser!(u32).range(1..), requires = "serial")]
+    baud: u32,
+    /// PROFIBUS: its station address; with --count the first one
+    #[arg(long, value_name = "ADDRESS", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=126), requires = "serial")]
+    address: u8,
+    /// PROFIBUS: the master waits longer for answers than the standard has it, so that a serial line can keep up
+    #[arg(long, requires = "serial")]
+    patient_master: bool,
     /// Its stored station name; empty as at delivery
     #[arg(long, value_name = "NAME", default_value = STATION_NAME)]
     name: String,
@@ -57,6 +71,54 @@ pub(super) struct ServeArgs {
     /// Ask the system for real-time scheduling and locked memory
     #[arg(long)]
     realtime: bool,
+}
+
+/// Where a device is served.
+#[derive(Clone, Debug, Args)]
+#[group(required = true, multiple = false)]
+struct PlaceArgs {
+    /// The network interface
+    #[arg(long, value_name = "IF")]
+    nic: Option<String>,
+    /// A socket with Ethernet frames as QEMU's `-netdev stream` has them: HOST:PORT, /PATH, listen:HOST:PORT or listen:/PATH
+    #[arg(long, value_name = "ADDRESS")]
+    socket: Option<String>,
+    /// The serial line of a PROFIBUS, or a pseudoterminal
+    #[arg(long, value_name = "TTY")]
+    serial: Option<PathBuf>,
+}
+
+impl ServeArgs {
+    /// The line, which has to be one that the devices of `manual` speak.
+    fn medium(&self, manual: &reference_devices::Manual) -> Result<(Medium, String), Stop> {
+        let unusable = |error: LinkError| Stop::bench(error.to_string());
+        match (&self.place.serial, manual.bus) {
+            (None, Bus::Profibus(_)) => {
+                Err(Stop::usage(format!("{} speaks PROFIBUS; serve it with --serial", manual.name)))
+            }
+            (Some(_), Bus::Profinet(_)) => {
+                Err(Stop::usage(format!("{} speaks PROFINET; serve it with --nic or --socket", manual.name)))
+            }
+            (None, Bus::Profinet(_)) => {
+                let port = PortArgs { nic: self.place.nic.clone(), socket: self.place.socket.clone() }.wait()?;
+                let place = port.describe();
+                Ok((Wire::new(port).into(), place))
+            }
+            (Some(path), Bus::Profibus(_)) => {
+                let serial = Serial::open(path, &SerialSettings::new(self.baud)).map_err(unusable)?;
+                if !serial.is_pty() && self.baud > FASTEST_SLAVE && !self.patient_master {
+                    return Err(Stop::bench(format!(
+                        "at {} bit/s {} cannot answer within the slot time of the standard; take {FASTEST_SLAVE} bit/s at most, or \
+                         raise the slot time of the master and say --patient-master",
+                        self.baud,
+                        serial.describe()
+                    )));
+                }
+                let place = serial.describe();
+                Ok((SerialBus::new(serial, Box::<FdlFrames>::default()).into(), place))
+            }
+        }
+    }
 }
 
 fn address(text: &str) -> Result<(Ipv4Addr, Ipv4Addr), String> {
@@ -92,6 +154,7 @@ struct Station {
     ip: Ipv4Addr,
     mask: Ipv4Addr,
     shaft: u64,
+    line: Line,
     bugs: Rc<[String]>,
 }
 
@@ -113,7 +176,16 @@ impl Station {
         let (ip, mask) = args.ip.unwrap_or((Ipv4Addr::UNSPECIFIED, Ipv4Addr::UNSPECIFIED));
         let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
         let bugs = args.bugs.clone().into();
-        Ok(Station { manual, variant, name, mac: Mac([a, b, c, d, e, f]), ip, mask, shaft: args.shaft, bugs })
+        let line = match manual.bus {
+            Bus::Profinet(_) => Line::default(),
+            Bus::Profibus(_) => {
+                let address = u8::try_from(u16::from(args.address) + number).ok().filter(|address| *address <= 126);
+                let address = address.ok_or("a PROFIBUS has no address above 126; choose a lower one for the first")?;
+                Line { address, baud: BaudRate(args.baud) }
+            }
+        };
+        let mac = Mac([a, b, c, d, e, f]);
+        Ok(Station { manual, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
     }
 
     /// A function that makes the device; it is made once to see that this goes well.
@@ -130,6 +202,7 @@ impl Station {
                 ip: station.ip.octets(),
                 mask: station.mask.octets(),
                 gateway: [0; 4],
+                line: station.line,
             };
             build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
         };
@@ -139,6 +212,9 @@ impl Station {
     }
 
     fn shown(&self) -> String {
+        if let Bus::Profibus(_) = self.manual.bus {
+            return format!("station {} model:{}/{}\n", self.line.address, self.manual.name, self.variant);
+        }
         let or = |text: String| if text.is_empty() { "-".to_owned() } else { text };
         let ip = if self.ip.is_unspecified() { String::new() } else { self.ip.to_string() };
         let name = crate::report::printable(&self.name);
@@ -179,20 +255,20 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
     };
     let unusable = |error: LinkError| Stop::bench(error.to_string());
     interrupt::watch();
-    let port = args.port.wait()?;
+    let first = stations.first().ok_or_else(|| Stop::usage("there is nothing to serve".to_owned()))?;
+    let (medium, place) = args.medium(first.manual)?;
     if args.realtime {
         realtime::raise().iter().for_each(|told| complain(told));
     }
     privileges::drop().map_err(unusable)?;
-    let place = port.describe();
-    let mut server = Server::new(Wire::new(port));
+    let mut server = Server::new(medium);
     for (number, station) in (0..).zip(&stations) {
         let device = ServedDevice::new(station.maker().map_err(Stop::usage)?, &names);
         server.add(station.mac.0, device, desk(args, number)?);
     }
     show(&stations.iter().map(Station::shown).collect::<String>());
     show(&format!("ready {} at {place}\n", stations.len()));
-    let end = args.duration.map_or(Time::MAX, |seconds| server.wire().now() + Duration::from_secs(seconds));
+    let end = args.duration.map_or(Time::MAX, |seconds| server.now() + Duration::from_secs(seconds));
     server.run(end, &mut interrupt::requested, &mut |told| complain(told)).map_err(unusable)?;
     Ok(ExitStatus::Green)
 }

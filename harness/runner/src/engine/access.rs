@@ -6,11 +6,11 @@ use super::trial::{Run, Trouble};
 use crate::judge::answer::{Refusal, Reply};
 use crate::judge::image::field_number;
 use crate::result::Blame;
-use crate::suite::device::{Device, NameKind, ParameterType, RecordField};
+use crate::suite::device::{Bus, Device, NameKind, ParameterType, RecordField};
 use crate::suite::expr::{State, Value};
 use crate::suite::model::{Access, AnswerPart, Instead, Matcher, Via};
 use crate::verdict::Verdict;
-use controllers::profinet_io::{ArState, Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
+use controllers::profinet_io::{Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
 use station::Duration;
 use wire::ethernet::{EtherType, FrameHeader};
 use wire::profidrive::{
@@ -50,7 +50,10 @@ impl<'a> Run<'a> {
         let answered = match access.via {
             Via::Parameters => self.parameters(access, write),
             Via::Record(record) => self.record(access, record, write),
+            Via::Station if self.world.manual.device.bus == Bus::Profibus => self.station_address(access),
             Via::Station => self.station(access, write),
+            Via::Diagnosis => self.diagnosis(access),
+            Via::Configuration => self.configuration(access),
             Via::Pages => self.pages(access),
             Via::Stand => Ok(self.counters(access)),
         };
@@ -102,6 +105,12 @@ impl<'a> Run<'a> {
             false => ParameterRequest::read_values(self.reference, do_id, addresses),
         };
         let octets = changed(&mut request, &access.instead);
+        if self.world.manual.device.bus == Bus::Profibus {
+            return match self.data_set(access, octets)? {
+                Ok(octets) => Ok(self.parameter_octets(access, &addressed, write, &octets)),
+                Err(reply) => Ok(Answered::whole(reply, access.items.len())),
+            };
+        }
         let mut at = match self.parameter_access_point() {
             Some(at) => at,
             None => {
@@ -140,8 +149,14 @@ impl<'a> Run<'a> {
             }
             ParameterOutcome::Failed(error) => return Answered::whole(startup::failed(&error), items),
         };
-        let bytes = (AnswerPart::Bytes, Reply::Value(Value::bytes(octets.as_slice())));
-        let response = match Response::parse(&octets) {
+        self.parameter_octets(access, addressed, write, &octets)
+    }
+
+    /// What the octets of a parameter response say.
+    fn parameter_octets(&self, access: &Access, addressed: &[(u16, u16)], write: bool, octets: &[u8]) -> Answered {
+        let items = access.items.len();
+        let bytes = (AnswerPart::Bytes, Reply::Value(Value::bytes(octets)));
+        let response = match Response::parse(octets) {
             Ok(response) => response,
             Err(error) => {
                 let why = format!("the answer cannot be read: {error}");
@@ -312,13 +327,13 @@ impl<'a> Run<'a> {
 
     /// Reads a record; the second controller does it without a connection where it has none.
     pub fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
-        let stands = |which: usize| self.world.controllers.get(which).is_some_and(|of| of.state() != ArState::None);
-        if !second || stands(1) {
+        if !second || self.world.ours.is_connected(1) {
             return Request::Read { target, length };
         }
         let identity = &self.world.manual.device.identity;
         let object = ObjectUuid { instance: 1, device_id: identity.device_id, vendor_id: identity.vendor_id };
-        let address = self.world.controllers[0].partner().map_or(self.station_ip.address, |partner| partner.ip);
+        let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
+        let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
         Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
     }
 

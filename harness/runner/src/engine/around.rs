@@ -5,7 +5,7 @@
 use super::dut::DutSpec;
 use super::live::{Excluded, LiveDevice};
 use super::probe::{Kept, Looked};
-use super::run::{BenchError, RuleSeen, TrialOutcome, controllers, level};
+use super::run::{BenchError, RuleSeen, TrialOutcome, level, ours};
 use super::scan::check_covers;
 use super::trial::Run;
 use super::world::World;
@@ -82,7 +82,7 @@ fn with_run<R>(
     // Each call has names of its own, else the device takes its requests for those of the call before.
     place.seed = place.seed.wrapping_add(dut.live().map_or(0, LiveDevice::next_call));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
-    let world = World::new(manual, variant, dut.segment(&trial.id)?, controllers(&place, &trial.id));
+    let world = World::new(manual, variant, dut.segment(&trial.id, place.line)?, ours(manual, &place, trial));
     Ok(work(&mut Run::new(world, trial, &place)))
 }
 
@@ -108,6 +108,7 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>
         text,
         manual: None,
         gsdml: None,
+        gsd: None,
         device: None,
     };
     let passive = dut.live().and_then(LiveDevice::passive).map(|why| {

@@ -2,9 +2,10 @@
 
 use super::live::LiveDevice;
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
-use super::trial::Place;
+use super::trial::{DpLine, Place};
 use bench::null::{Babbler, DiesAfter, Reflector, Silent};
-use reference_devices::{BuildError, ReferenceDevice, Setup, build_delivered, build_manual};
+use controllers::profibus_dp::Settings as MasterSettings;
+use reference_devices::{BuildError, Bus, Line, ReferenceDevice, Setup, build_delivered, build_manual};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -161,6 +162,7 @@ impl DutSpec {
             ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
             controllers: [CONTROLLER, SECOND],
             free_ip: FREE,
+            line: DpLine::default(),
             seed: 0,
             noise: 0,
             slack: Duration::ZERO,
@@ -171,15 +173,21 @@ impl DutSpec {
     }
 
     /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial. A live
-    /// device is what it is.
-    pub fn segment<'a>(&'a self, id: &str) -> Result<Box<dyn Segment + 'a>, String> {
+    /// device is what it is. `line` is where a device for PROFIBUS stands.
+    pub fn segment<'a>(&'a self, id: &str, line: DpLine) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
         let known = self.model();
         let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
+        let is_slave = known.as_ref().is_ok_and(|known| matches!(known.bus, Bus::Profibus(_)));
+        let on = |device: Box<dyn DeviceOnStand + 'a>| match is_slave {
+            true => VirtualSegment::bus(device, line.baud, MasterSettings::new(0, line.baud).slot_time),
+            false => VirtualSegment::new(device),
+        };
         let built = move |bugs: &[String], is_named: bool| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
             let build = if is_named { build_manual } else { build_delivered };
-            let setup = Setup { mac, bugs: &bugs, ..setup(shaft) };
+            let setup =
+                Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
             known.clone().and_then(|known| build(known, &self.variant, &setup)).map_err(|error| error.to_string())
         };
         let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
@@ -188,28 +196,36 @@ impl DutSpec {
         };
         Ok(Box::new(match &self.kind {
             DutKind::Live(device) => return Ok(device.segment()),
-            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => VirtualSegment::new(Box::new(model(bugs)?)),
-            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => {
-                VirtualSegment::new(Box::new(Stranger(Silent, NoStand)))
-            }
-            DutKind::Nobody(Nobody::Reflector) => VirtualSegment::new(Box::new(Stranger(Reflector, NoStand))),
+            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => on(Box::new(model(bugs)?)),
+            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on(Box::new(Stranger(Silent, NoStand))),
+            DutKind::Nobody(Nobody::Reflector) => on(Box::new(Stranger(Reflector, NoStand))),
             DutKind::Nobody(Nobody::Babbler) => {
                 let babbler = Babbler::new(shaft, Duration::from_micros(500), DEVICE.0.0, CONTROLLER.0.0);
-                VirtualSegment::new(Box::new(Stranger(babbler, NoStand)))
+                on(Box::new(Stranger(babbler, NoStand)))
             }
             DutKind::Nobody(Nobody::WrongIdentity) => {
                 let device = Boxed(built(&[], true)?);
-                VirtualSegment::new(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand)))
+                match is_slave {
+                    true => on(Box::new(Stranger(OtherIdent { device, sent: Outbox::new() }, NoStand))),
+                    false => on(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand))),
+                }
             }
-            DutKind::Nobody(Nobody::DiesAfter(frames)) => {
-                VirtualSegment::new(Box::new(Mortal(DiesAfter::new(model(&[])?, *frames))))
-            }
+            DutKind::Nobody(Nobody::DiesAfter(frames)) => on(Box::new(Mortal(DiesAfter::new(model(&[])?, *frames)))),
         }))
     }
 }
 
 fn setup(shaft: u64) -> Setup<'static> {
-    Setup { mac: DEVICE.0.0, bugs: &[], shaft, station_name: STATION_NAME, ip: [0; 4], mask: [0; 4], gateway: [0; 4] }
+    Setup {
+        mac: DEVICE.0.0,
+        bugs: &[],
+        shaft,
+        station_name: STATION_NAME,
+        ip: [0; 4],
+        mask: [0; 4],
+        gateway: [0; 4],
+        line: Line::default(),
+    }
 }
 
 /// A raw place that depends on the id of the trial and is never 0 (FNV-1a, so that it is the same everywhere).
@@ -283,6 +299,46 @@ impl<S: Station> OtherIdentity<S> {
 }
 
 impl<S: Station> Station for OtherIdentity<S> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.device.receive(now, frame, &mut self.sent);
+        self.pass(out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.device.wake(now, &mut self.sent);
+        self.pass(out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.device.deadline()
+    }
+}
+
+/// A proper slave that says another ident number in each diagnosis.
+struct OtherIdent<S> {
+    device: S,
+    sent: Outbox,
+}
+
+impl<S: Station> OtherIdent<S> {
+    fn pass(&mut self, out: &mut Outbox) {
+        use wire::profibus::fdl::Frame;
+        use wire::profibus::sap::{Service, SlaveSap};
+        for octets in self.sent.frames() {
+            match Frame::parse(octets) {
+                Ok(Frame::Data(frame)) if Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG) => {
+                    let mut data = frame.data.to_vec();
+                    data.iter_mut().skip(4).take(2).for_each(|octet| *octet = !*octet);
+                    out.push_with(|out| wire::profibus::fdl::DataFrame { data: &data, ..frame }.write(out));
+                }
+                _ => out.push(octets),
+            }
+        }
+        self.sent.clear();
+    }
+}
+
+impl<S: Station> Station for OtherIdent<S> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.device.receive(now, frame, &mut self.sent);
         self.pass(out);

@@ -2,6 +2,8 @@
 
 use super::run::RunOptions;
 use crate::result::CaseResult;
+use crate::suite::device::Bus;
+use crate::suite::model::{Manual, Variant};
 use crate::verdict::{Colour, Verdict};
 use bench::capture::LinkType;
 use bench::{PcapngWriter, Trace};
@@ -10,12 +12,22 @@ use std::io::{self, BufWriter};
 use std::path::Path;
 
 /// Writes the capture of a trial where it is asked for: of every trial, or of those that failed.
-pub fn keep(mut case: CaseResult, variant: &str, trace: &Trace, options: &RunOptions) -> CaseResult {
+pub fn keep(
+    mut case: CaseResult,
+    manual: &Manual,
+    variant: &Variant,
+    trace: &Trace,
+    options: &RunOptions,
+) -> CaseResult {
+    let link = match manual.device.bus {
+        Bus::Profinet => LinkType::ETHERNET,
+        Bus::Profibus => LinkType::PROFIBUS,
+    };
     let red = case.verdict.colour() == Colour::Red && case.verdict != Verdict::NotRun;
     let wanted = [(&options.record, true), (&options.evidence, red)];
     for folder in wanted.into_iter().filter(|(_, wanted)| *wanted).filter_map(|(folder, _)| folder.as_ref()) {
-        let path = folder.join(file_name(&case.id, variant));
-        match write(&path, trace, &case.id) {
+        let path = folder.join(file_name(&case.id, &variant.name));
+        match write(&path, trace, &case.id, link) {
             Ok(()) => case.evidence = Some(path.display().to_string()),
             Err(error) => case.notes.push(format!("the capture {} could not be written: {error}", path.display())),
         }
@@ -30,12 +42,12 @@ fn file_name(id: &str, variant: &str) -> String {
     format!("{manual}/{variant}/{trial}.pcapng").chars().map(plain).collect()
 }
 
-fn write(path: &Path, trace: &Trace, name: &str) -> io::Result<()> {
+fn write(path: &Path, trace: &Trace, name: &str, link: LinkType) -> io::Result<()> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
     let mut writer = PcapngWriter::new(BufWriter::new(File::create(path)?), "encspec")?;
-    let interface = writer.interface(name, LinkType::ETHERNET)?;
+    let interface = writer.interface(name, link)?;
     for frame in trace.iter() {
         writer.packet(interface, frame.time, frame.octets, frame.comment)?;
     }

@@ -3,7 +3,7 @@
 use super::trial::{Run, Trouble};
 use super::world::{Lost, World};
 use crate::judge::follow::Ending;
-use crate::observe::{Direction, describe};
+use crate::observe::{Direction, Leaving};
 use crate::result::{Blame, Failure, Place};
 use crate::suite::model::{Manual, Step};
 
@@ -66,12 +66,15 @@ fn filter(frame: u64) -> String {
 
 /// The frames around one, a line each, the one that matters marked.
 pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
-    let first = frame.saturating_sub(AROUND).max(1);
-    (first..=frame + AROUND)
-        .filter_map(|number| {
-            let seen = world.trace.get(usize::try_from(number).ok()?)?;
-            let mark = if number == frame { '>' } else { ' ' };
-            Some(format!("{mark}{number:>6} {}  {}", seen.time, describe(seen.octets, world.connections())))
+    let first = usize::try_from(frame.saturating_sub(AROUND).max(1)).unwrap_or(usize::MAX);
+    let last = usize::try_from(frame + AROUND).unwrap_or(usize::MAX).min(world.trace.len());
+    let lines = world.describe(first..=last);
+    (first..=last)
+        .zip(lines)
+        .filter_map(|(number, line)| {
+            let seen = world.trace.get(number)?;
+            let mark = if number as u64 == frame { '>' } else { ' ' };
+            Some(format!("{mark}{number:>6} {}  {line}", seen.time))
         })
         .collect()
 }
@@ -98,5 +101,7 @@ pub fn lost(lost: &Lost) -> String {
         }
         Ending::Starved(Direction::ToController) => "The device stopped sending its cyclic frames.".into(),
         Ending::Starved(Direction::ToDevice) => "Our own cyclic frames stopped.".into(),
+        Ending::Left(Leaving::NoService) => "The device left the data exchange: it answers with `no service`.".into(),
+        Ending::Left(Leaving::Diagnosis) => "The device left the data exchange, as its diagnosis says.".into(),
     }
 }

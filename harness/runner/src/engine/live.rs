@@ -3,10 +3,11 @@
 //! This room must not know how a bench is found or prepared, nor which kind of link it has.
 
 use super::needs::{self, Consent, Need};
+use super::ours::Ours;
 use super::probe::Kept;
 use super::scan::each_step_of;
 use super::segment::{Segment, Tap};
-use super::trial::Place;
+use super::trial::{DpLine, Place};
 use crate::bench_file::BenchFile;
 use crate::live::guard::Guard;
 use crate::live::journal::{Entry, Found, Journal, Parameter};
@@ -107,6 +108,7 @@ impl LiveDevice {
             bench: Some(Arc::new(bench.clone())),
             persona,
             deviates: false,
+            line: DpLine::default(),
         };
         let hands = Hands {
             wire: prepared.wire,
@@ -435,13 +437,13 @@ impl LiveSegment<'_> {
     }
 
     /// Lets time go by without a line: our controllers wait in vain, and their timers run.
-    fn without_line(&mut self, controllers: &mut [Controller], until: Time) -> bool {
+    fn without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
         let now = self.hands.wire.now();
-        let due = controllers.iter().filter_map(|controller| controller.deadline()).min();
+        let due = ours.deadline();
         let next = due.unwrap_or(until).min(until).min(now + LOOK_AFTER);
         self.gone = self.hands.wire.recover(next).is_err();
         let now = self.hands.wire.now();
-        for controller in controllers.iter_mut().filter(|of| of.deadline().is_some_and(|due| due <= now)) {
+        for controller in ours.controllers_mut().iter_mut().filter(|of| of.deadline().is_some_and(|due| due <= now)) {
             controller.wake(now, &mut self.unheard);
             self.unheard.clear();
         }
@@ -454,9 +456,9 @@ impl Segment for LiveSegment<'_> {
         self.hands.wire.now()
     }
 
-    fn step(&mut self, controllers: &mut [Controller], until: Time, tap: Tap<'_>) -> bool {
+    fn step(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
         if self.gone {
-            return self.without_line(controllers, until);
+            return self.without_line(stations, until);
         }
         let mac = |controller: &Controller| controller.settings().mac.0;
         let Hands { wire, guard, .. } = &mut *self.hands;
@@ -468,7 +470,7 @@ impl Segment for LiveSegment<'_> {
             }
             tap(time, frame);
         };
-        let stepped = match controllers {
+        let stepped = match stations.controllers_mut() {
             [first] => wire.step(&mut [(mac(first), first)], until, &mut fence, tap),
             [first, second] => wire.step(&mut [(mac(first), first), (mac(second), second)], until, &mut fence, tap),
             _ => wire.step(&mut [], until, &mut fence, tap),

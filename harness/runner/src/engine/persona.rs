@@ -7,7 +7,7 @@
 
 use super::scan::each_step_of;
 use crate::judge::rule::Violation;
-use crate::suite::device::{Device, NameId, NameKind};
+use crate::suite::device::{Bus, Device, NameId, NameKind};
 use crate::suite::expr::{Program, Value};
 use crate::suite::model::{
     Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb,
@@ -91,6 +91,9 @@ pub fn slack(persona: &Persona, device: &Device) -> Duration {
 
 /// Why a trial cannot be judged in the manner of a persona; none: it can.
 pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial: &Trial) -> Option<String> {
+    if let Some(why) = other_bus(persona, &manual.device) {
+        return Some(why);
+    }
     let mut look = Look::new(persona, &manual.device, Some(variant), trial.start.as_ref());
     let mut why = trial.start.as_ref().and_then(|start| look.start(start));
     each_step_of(trial, &mut |step| {
@@ -104,8 +107,17 @@ pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial:
 
 /// Why a rule cannot be judged in the manner of a persona; none: it can.
 pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<String> {
+    if let Some(why) = other_bus(persona, device) {
+        return Some(why);
+    }
     let look = Look::new(persona, device, None, None);
     look.rule(&rule.body).map(|why| format!("persona {}: {why}", persona.name))
+}
+
+/// Personas are those of controllers on PROFINET; a master of PROFIBUS has no manner of its own.
+fn other_bus(persona: &Persona, device: &Device) -> Option<String> {
+    let name = &persona.name;
+    (device.bus == Bus::Profibus).then(|| format!("persona {name}: it is a controller on PROFINET"))
 }
 
 /// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline: with a

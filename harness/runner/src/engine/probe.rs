@@ -92,6 +92,7 @@ impl Run<'_> {
                 text: format!("The bench says that the device runs the firmware {said}; it says {seen}."),
                 manual: Some(format!("{said} (bench file)")),
                 gsdml: None,
+                gsd: None,
                 device: Some(seen.clone()),
             });
         }
@@ -276,6 +277,7 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
         text: format!("The bench says that the device {claims} {name}; it {does}."),
         manual: Some(format!("{claims} {name} (bench file)")),
         gsdml: None,
+        gsd: None,
         device: Some(does.to_owned()),
     }
 }

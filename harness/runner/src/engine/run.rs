@@ -5,20 +5,23 @@ use super::dut::DutSpec;
 use super::failure;
 use super::live::{Excluded, LiveDevice};
 use super::needs;
+use super::ours::Ours;
 use super::persona;
 use super::scan::check_covers;
 use super::segment::Segment;
-use super::trial::{Place, Run};
+use super::trial::{DpLine, Place, Run};
 use super::world::World;
 use crate::judge::rule::Violation;
 use crate::live::journal::Entry;
 use crate::result::{
     Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, RunResult, Severity,
 };
+use crate::suite::device::Bus;
 use crate::suite::model::{Level, Manual, Rule, Trial, Variant};
 use crate::suite::persona::Persona;
 use crate::verdict::Verdict;
 use bench::Trace;
+use controllers::profibus_dp::{Master, Settings as MasterSettings};
 use controllers::profinet_io::{Controller, Settings, StationSeen};
 use station::Time;
 use std::net::Ipv4Addr;
@@ -27,6 +30,10 @@ use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+use wire::profibus::fdl::{BaudRate, BitTimes};
+
+/// The fastest rate that the standard has.
+const FAST: BaudRate = BaudRate(12_000_000);
 
 /// What a run is asked for.
 #[derive(Clone, Debug, Default)]
@@ -118,7 +125,7 @@ fn device(
     progress: Progress<'_>,
 ) -> Result<DeviceRun, BenchError> {
     let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
-    let place = place(dut, options, manual);
+    let place = place(dut, options, manual, None);
     let mut trials: Vec<&Trial> = variant.trials.iter().filter(|trial| selects(options, manual, &trial.id)).collect();
     let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
     if only_rules {
@@ -267,13 +274,27 @@ pub fn run_trial(
 /// Asks the device for its firmware in a connection of its own.
 fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec, place: &Place) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
-    let world = World::new(manual, variant, dut.segment(&trial.id).ok()?, controllers(place, &trial.id));
+    let ours = ours(manual, place, trial);
+    let world = World::new(manual, variant, dut.segment(&trial.id, place.line).ok()?, ours);
     Run::new(world, trial, place).firmware()
 }
 
+/// Where everybody is on the PROFIBUS of a trial. On a virtual one a clock needs a fast bus: its cycle is short.
+fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
+    let line = dut.place().line;
+    if dut.live().is_some() {
+        return line;
+    }
+    let said = trial.and_then(|trial| trial.start.as_ref()?.baud);
+    let usual = if trial.is_some_and(super::scan::has_clock) { FAST } else { line.baud };
+    let baud = said.unwrap_or(usual);
+    DpLine { station: manual.device.slave.as_ref().map_or(line.station, |slave| slave.address), baud, ..line }
+}
+
 /// Where the device is found, and in whose manner it is addressed.
-fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual) -> Place {
+fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial: Option<&Trial>) -> Place {
     let mut place = dut.place();
+    place.line = line(dut, manual, trial);
     place.persona = options.persona.clone().or(place.persona);
     if let (Some(persona), None) = (&place.persona, &place.bench) {
         place.slack = persona::slack(persona, &manual.device);
@@ -294,11 +315,13 @@ fn one(
         return Ok(around::not_run(manual, variant, trial, Excluded::NotApplicable(why)));
     }
     let Some(live) = dut.live() else {
-        let segment = dut.segment(&trial.id)?;
+        let segment = dut.segment(&trial.id, line(dut, manual, Some(trial)))?;
         return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
     };
     let outcome = match live.admit(variant, trial) {
-        Ok(()) => run_trial_on(dut.segment(&trial.id)?, manual, variant, dut, trial, options),
+        Ok(()) => {
+            run_trial_on(dut.segment(&trial.id, line(dut, manual, Some(trial)))?, manual, variant, dut, trial, options)
+        }
         Err(excluded) => around::not_run(manual, variant, trial, excluded),
     };
     let answered = outcome.identity.is_some() || outcome.case.frames == 0;
@@ -319,18 +342,38 @@ pub fn run_trial_on(
     trial: &Trial,
     options: &RunOptions,
 ) -> TrialOutcome {
-    let mut place = place(dut, options, manual);
+    let mut place = place(dut, options, manual, Some(trial));
     if let Some(bench) = &place.bench {
         place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
-    let world = World::new(manual, variant, segment, controllers(&place, &trial.id));
+    let world = World::new(manual, variant, segment, ours(manual, &place, trial));
     let mut run = Run::new(world, trial, &place);
     let decided = run.run();
     outcome(run, decided, dut, options)
 }
 
-/// Our controllers, fresh for the trial `id`.
-pub(super) fn controllers(place: &Place, id: &str) -> Vec<(wire::ethernet::Mac, Controller)> {
+/// Our stations, fresh for a trial.
+pub(super) fn ours(manual: &Manual, place: &Place, trial: &Trial) -> Ours {
+    match manual.device.bus {
+        Bus::Profinet => Ours::Controllers(controllers(place, &trial.id)),
+        Bus::Profibus => {
+            // A second master takes its share of the token all the time, so it is there only where it is needed.
+            let count = if super::scan::has_second(trial) { 2 } else { 1 };
+            let master = |address| {
+                let mut settings = MasterSettings::new(address, place.line.baud);
+                if count == 1 {
+                    // With a longer slot time a master that is alone hands the token to itself less often.
+                    settings.slot_time = BitTimes(settings.slot_time.0 * 5 / 2);
+                    settings.token_pause = BitTimes(settings.token_pause.0 * 5 / 2);
+                }
+                Master::new(settings)
+            };
+            Ours::Masters(place.line.masters.into_iter().take(count).map(master).collect())
+        }
+    }
+}
+
+fn controllers(place: &Place, id: &str) -> Vec<Controller> {
     // Devices tell controllers apart by the object they call as, so each is of a kind of its own.
     [("controller-1", 0x0001), ("controller-2", 0x0002)]
         .into_iter()
@@ -347,7 +390,7 @@ pub(super) fn controllers(place: &Place, id: &str) -> Vec<(wire::ethernet::Mac, 
                 device_id,
                 seed: id.bytes().fold(seed, |seed, octet| seed.wrapping_mul(31).wrapping_add(octet.into())),
             };
-            (mac, Controller::new(settings))
+            Controller::new(settings)
         })
         .collect()
 }
@@ -415,6 +458,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
         text,
         manual: None,
         gsdml: None,
+        gsd: None,
         device: None,
     };
     let findings = run.findings.into_iter().map(finding).collect();
@@ -436,8 +480,9 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
         at: trial.at.clone(),
         evidence: None,
     };
-    let case = super::evidence::keep(case, &run.world.variant.name, &run.world.trace, options);
-    TrialOutcome { case, rules, findings, identity: run.identity.as_ref().map(identity), trace: run.world.trace }
+    let case = super::evidence::keep(case, run.world.manual, run.world.variant, &run.world.trace, options);
+    let identity = run.identity.as_ref().map(identity).or_else(|| run.slave.identity());
+    TrialOutcome { case, rules, findings, identity, trace: run.world.trace }
 }
 
 fn identity(station: &StationSeen) -> String {

@@ -46,6 +46,28 @@ pub(in crate::engine) fn observed(observation: &Observation, add: &mut dyn FnMut
     }
 }
 
+/// Whether a second station of ours acts in this trial.
+pub fn has_second(trial: &Trial) -> bool {
+    let mut any = false;
+    each_step_of(trial, &mut |step| {
+        any |= match &step.verb {
+            Verb::Connect { second, .. } | Verb::Disconnect { second } | Verb::Send { second, .. } => *second,
+            Verb::Write(access) | Verb::Read { access, .. } => access.second,
+            _ => false,
+        };
+    });
+    any
+}
+
+/// Whether a connection of this trial follows the clock of the bus.
+pub fn has_clock(trial: &Trial) -> bool {
+    let mut any = trial.start.as_ref().is_some_and(|start| start.isochronous.is_some());
+    each_step_of(trial, &mut |step| {
+        any |= matches!(&step.verb, Verb::Connect { start, .. } if start.isochronous.is_some());
+    });
+    any
+}
+
 /// The requirements of the checks of a trial that are judged for themselves.
 pub fn check_covers(trial: &Trial) -> Vec<usize> {
     let mut covers = Vec::new();

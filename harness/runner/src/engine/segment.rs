@@ -2,11 +2,12 @@
 //!
 //! The engine drives every kind of wire through [`Segment`]; it must not know which one it is.
 
+use super::ours::Ours;
 use super::reborn::Reborn;
-use bench::{Step, VirtualWire};
-use controllers::profinet_io::Controller;
+use bench::{Seen, Step, Violation, VirtualBus, VirtualWire};
 use reference_devices::ReferenceDevice;
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
+use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// A frame that was seen, as the engine takes it in.
 pub type Tap<'a> = &'a mut dyn FnMut(Time, &[u8]);
@@ -19,7 +20,7 @@ pub trait Segment {
     /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
     ///
     /// `tap` sees every frame once, in the order of time.
-    fn step(&mut self, controllers: &mut [Controller], until: Time, tap: Tap<'_>) -> bool;
+    fn step(&mut self, ours: &mut Ours, until: Time, tap: Tap<'_>) -> bool;
 
     /// What holds the device.
     fn stand(&mut self) -> &mut dyn Stand;
@@ -29,6 +30,11 @@ pub trait Segment {
 
     /// What the wire itself objects to: frames that no wire carries.
     fn objections(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// What the device sent when it might not: too early, too late, over others (PROFIBUS).
+    fn out_of_turn(&self) -> Vec<String> {
         Vec::new()
     }
 
@@ -61,9 +67,17 @@ pub trait Segment {
     }
 }
 
+/// What carries the frames of a virtual segment.
+enum Medium {
+    /// PROFINET; a frame counts from its arrival.
+    Wire(VirtualWire),
+    /// PROFIBUS; a frame counts from its first start bit, as in captures.
+    Bus(VirtualBus),
+}
+
 /// A reference device, or nobody, on a virtual wire.
 pub struct VirtualSegment<'a> {
-    wire: VirtualWire,
+    medium: Medium,
     device: Box<dyn DeviceOnStand + 'a>,
 }
 
@@ -76,25 +90,31 @@ pub trait DeviceOnStand {
 }
 
 impl<'a> VirtualSegment<'a> {
-    /// A segment with `device` and our controllers.
+    /// A segment of PROFINET with `device` and our controllers.
     pub fn new(device: Box<dyn DeviceOnStand + 'a>) -> VirtualSegment<'a> {
-        VirtualSegment { wire: VirtualWire::new(), device }
+        VirtualSegment { medium: Medium::Wire(VirtualWire::new()), device }
+    }
+
+    /// A segment of PROFIBUS at `baud` with `device` and our masters, which wait for answers for the time `slot`.
+    pub fn bus(device: Box<dyn DeviceOnStand + 'a>, baud: BaudRate, slot: BitTimes) -> VirtualSegment<'a> {
+        VirtualSegment { medium: Medium::Bus(VirtualBus::new(baud, slot)), device }
     }
 }
 
 impl Segment for VirtualSegment<'_> {
     fn now(&self) -> Time {
-        self.wire.now()
+        match &self.medium {
+            Medium::Wire(wire) => wire.now(),
+            Medium::Bus(bus) => bus.now(),
+        }
     }
 
-    fn step(&mut self, controllers: &mut [Controller], until: Time, tap: Tap<'_>) -> bool {
-        let mut seen = |seen: bench::Seen<'_>| tap(seen.time, seen.frame);
-        let device = self.device.station();
-        let worked = match controllers {
-            [first] => self.wire.step(&mut [first, device], until, &mut seen),
-            [first, second] => self.wire.step(&mut [first, device, second], until, &mut seen),
-            _ => self.wire.step(&mut [device], until, &mut seen),
-        };
+    fn step(&mut self, ours: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
+        let VirtualSegment { medium, device } = self;
+        let worked = ours.with_device(device.station(), |stations| match medium {
+            Medium::Wire(wire) => wire.step(stations, until, &mut |seen: Seen<'_>| tap(seen.time, seen.frame)),
+            Medium::Bus(bus) => bus.step(stations, until, &mut |seen: Seen<'_>| tap(seen.begin, seen.frame)),
+        });
         worked == Step::Worked
     }
 
@@ -107,7 +127,36 @@ impl Segment for VirtualSegment<'_> {
     }
 
     fn objections(&self) -> Vec<String> {
-        self.wire.violations().iter().map(ToString::to_string).collect()
+        let violations = match &self.medium {
+            Medium::Wire(wire) => wire.violations(),
+            Medium::Bus(bus) => bus.violations(),
+        };
+        violations.iter().map(ToString::to_string).collect()
+    }
+
+    fn out_of_turn(&self) -> Vec<String> {
+        match &self.medium {
+            Medium::Wire(_) => Vec::new(),
+            Medium::Bus(bus) => {
+                bus.violations().iter().filter(|of| is_of_device(of)).map(ToString::to_string).collect()
+            }
+        }
+    }
+}
+
+/// Whether a violation is one of the device, which stands at the second port.
+fn is_of_device(violation: &Violation) -> bool {
+    const DEVICE: usize = 1;
+    match violation {
+        Violation::Collision { port, other, .. } => *port == DEVICE || *other == DEVICE,
+        Violation::TooShort { port, .. }
+        | Violation::TooLong { port, .. }
+        | Violation::NoFrame { port, .. }
+        | Violation::NoSilence { port, .. }
+        | Violation::TooEarly { port, .. }
+        | Violation::TooLate { port, .. }
+        | Violation::Congested { port, .. }
+        | Violation::Livelock { port, .. } => *port == DEVICE,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::suite::expr::{State, Value};
 use crate::suite::model::{SetValue, Setting, Turn, Way};
 use crate::suite::words;
 use crate::verdict::Verdict;
-use controllers::profinet_io::{AlarmAcknowledge, ArState, CounterMode};
+use controllers::profinet_io::{AlarmAcknowledge, CounterMode};
 use station::{Duration, Refusal, StandAction, Time};
 
 /// The longest that a stand may take for one action.
@@ -20,14 +20,14 @@ impl<'a> Run<'a> {
     pub fn set(&mut self, settings: &'a [Setting]) -> Done {
         self.action();
         match self.apply_settings(settings)? {
+            true if self.sends_outputs() && self.world.ours.master(0).is_some() => self.outputs_leave(),
             true if self.sends_outputs() => self.cycles(1),
             _ => Ok(()),
         }
     }
 
     fn sends_outputs(&self) -> bool {
-        let controller = &self.world.controllers[0];
-        controller.state() == ArState::Data && !self.paused && self.world.scene.follower.image.stands()
+        self.world.ours.exchanges(0) && !self.paused && self.world.scene.follower.image.stands()
     }
 
     /// Applies settings at once and says whether outputs are among them.
@@ -76,13 +76,15 @@ impl<'a> Run<'a> {
                 let good = word_is(value, words::STATUS, "good");
                 let submodules = &self.world.manual.device.submodules;
                 let place = submodule.and_then(|index| submodules.get(index)).map(|of| (of.slot, of.subslot));
-                self.world.controllers[0].outputs_mut().status(place, good);
+                if let Some(outputs) = self.world.ours.outputs_mut() {
+                    outputs.status(place, good);
+                }
                 Ok(true)
             }
             (NameKind::Cyclic, value) => {
                 self.paused = word_is(value, words::CYCLIC, "paused");
                 self.may_end |= self.paused;
-                self.world.controllers[0].outputs_mut().pause(self.paused);
+                self.pause(self.paused);
                 Ok(false)
             }
             (NameKind::AlarmAcknowledge, value) => {
@@ -94,7 +96,17 @@ impl<'a> Run<'a> {
                 };
                 // A device that is not acknowledged to may give up.
                 self.may_end |= acknowledge != AlarmAcknowledge::Given;
-                self.world.controllers[0].acknowledge_alarms(acknowledge);
+                if let Some(controller) = self.world.ours.controller_mut(0) {
+                    controller.acknowledge_alarms(acknowledge);
+                }
+                Ok(false)
+            }
+            (NameKind::GlobalControl, value) => {
+                self.clock(Some(word_is(value, words::CLOCK, "stopped")), None);
+                Ok(false)
+            }
+            (NameKind::ClockOffset, Value::Time(nanos)) => {
+                self.clock(None, Some(Duration::from_nanos(nanos.to_f64().max(0.0) as u64)));
                 Ok(false)
             }
             (NameKind::Stand(name), value) => self.stand(*name, value).map(|()| false),
@@ -106,7 +118,16 @@ impl<'a> Run<'a> {
     pub fn apply_outputs(&mut self) {
         if let Some(module) = self.module {
             let device = &self.world.manual.device;
-            self.outputs.apply(device, module, self.world.controllers[0].outputs_mut());
+            if let Some(outputs) = self.world.ours.outputs_mut() {
+                self.outputs.apply(device, module, outputs);
+            }
+        }
+    }
+
+    /// Whether our station sends cyclic frames at all.
+    pub fn pause(&mut self, paused: bool) {
+        if let Some(outputs) = self.world.ours.outputs_mut() {
+            outputs.pause(paused);
         }
     }
 

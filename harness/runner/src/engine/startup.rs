@@ -39,7 +39,16 @@ pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
             parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
         }
     }
-    Start { module, cycle: None, watchdog: None, parameters, instead: Vec::new() }
+    Start {
+        module,
+        cycle: None,
+        watchdog: None,
+        unwatched: false,
+        baud: None,
+        isochronous: None,
+        parameters,
+        instead: Vec::new(),
+    }
 }
 
 /// The frame ids that are proposed for inputs, by class.

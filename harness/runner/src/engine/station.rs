@@ -5,6 +5,7 @@
 use super::access::{Answered, unexpected};
 use super::trial::{IDENTIFY, Run, Trouble};
 use crate::judge::answer::{Refusal, Reply};
+use crate::observe::Address;
 use crate::suite::device::{NameKind, StationName};
 use crate::suite::expr::Value;
 use crate::suite::model::{Access, Instead};
@@ -105,7 +106,7 @@ impl<'a> Run<'a> {
         let own = &self.world.addresses;
         let found: Vec<Mac> = stations
             .iter()
-            .filter(|station| station.id == wanted && !own.contains(&station.mac))
+            .filter(|station| station.id == wanted && !own.contains(&Address::Mac(station.mac)))
             .map(|station| station.mac)
             .collect();
         Ok(match found.as_slice() {
@@ -174,7 +175,7 @@ fn element(name: StationName) -> Option<Element> {
         StationName::Ip | StationName::Mask | StationName::Gateway => Element::IP_PARAMETER,
         StationName::VendorId | StationName::DeviceId => Element::DEVICE_ID,
         StationName::Type => Element::VENDOR,
-        StationName::Mac => return None,
+        StationName::Mac | StationName::Address => return None,
     })
 }
 
@@ -195,7 +196,7 @@ fn station_value(name: StationName, blocks: &[Block]) -> Value {
             DcpValue::Vendor(octets) => Some(text(octets)),
             _ => None,
         }),
-        StationName::Mac => None,
+        StationName::Mac | StationName::Address => None,
         StationName::Ip => address(|ip| ip.address),
         StationName::Mask => address(|ip| ip.mask),
         StationName::Gateway => address(|ip| ip.gateway),

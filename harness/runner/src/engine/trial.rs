@@ -3,25 +3,28 @@
 use super::expect::Spot;
 use super::failure;
 use super::outputs::OutputImage;
+use super::profibus::SlaveAt;
 use super::startup::Whereabouts;
 use super::world::World;
 use crate::bench_file::BenchFile;
 use crate::judge::image::Image;
-use crate::judge::view::BenchAddresses;
+use crate::judge::view::{BenchAddresses, StationNumbers};
+use crate::observe::Address;
 use crate::result::{Blame, Failure, PartSeen};
-use crate::suite::device::{EventName, Location, NameKind, StandName};
+use crate::suite::device::{Bus, EventName, Location, NameKind, StandName};
 use crate::suite::expr::NameId;
 use crate::suite::model::{Step, Trial, Verb};
 use crate::suite::persona::Persona;
 use crate::verdict::Verdict;
 use controllers::profinet_io::{
-    AlarmAcknowledge, ArState, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen,
+    AlarmAcknowledge, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen,
 };
 use station::Duration;
 use std::net::Ipv4Addr;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 use wire::ethernet::Mac;
+use wire::profibus::fdl::BaudRate;
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
 
@@ -116,6 +119,8 @@ pub struct Place {
     pub controllers: [(Mac, Ipv4Addr); 2],
     /// An address of the device's subnet that nobody has.
     pub free_ip: Ipv4Addr,
+    /// The addresses and the rate of a PROFIBUS.
+    pub line: DpLine,
     /// What their UUIDs and transaction numbers are made of, besides the name of the trial.
     pub seed: u64,
     /// By how many steps two looks at a shaft at rest may differ.
@@ -128,6 +133,26 @@ pub struct Place {
     pub persona: Option<Arc<Persona>>,
     /// Whether the device is told to deviate from its manual.
     pub deviates: bool,
+}
+
+/// Who is where on a PROFIBUS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DpLine {
+    /// The station address of the device.
+    pub station: u8,
+    /// Those of our masters.
+    pub masters: [u8; 2],
+    /// One that nobody has.
+    pub free: u8,
+    /// The rate of the bus.
+    pub baud: BaudRate,
+}
+
+/// The bench of a device that is built in: the device at 3, our masters at 1 and 2.
+impl Default for DpLine {
+    fn default() -> DpLine {
+        DpLine { station: 3, masters: [1, 2], free: 99, baud: BaudRate(1_500_000) }
+    }
 }
 
 /// A check with requirements of its own.
@@ -154,6 +179,8 @@ pub struct Run<'a> {
     pub mac: Mac,
     /// What the device said it is.
     pub identity: Option<StationSeen>,
+    /// Where a slave of PROFIBUS is, and what it said.
+    pub slave: SlaveAt,
     /// Whether the trial may have changed the station name.
     pub renamed: bool,
     /// The address that the device was last given.
@@ -203,6 +230,12 @@ impl<'a> Run<'a> {
             device: place.ip.address,
             mask: place.ip.mask,
             free: place.free_ip,
+            stations: StationNumbers {
+                device: place.line.station,
+                master: place.line.masters[0],
+                second: place.line.masters[1],
+                free: place.line.free,
+            },
         });
         notebook.noise = place.noise;
         notebook.slack = place.slack;
@@ -210,6 +243,7 @@ impl<'a> Run<'a> {
             outputs: OutputImage::new(&world.manual.device),
             mac: place.mac.unwrap_or_default(),
             identity: None,
+            slave: SlaveAt::new(place.line.station),
             renamed: false,
             station_ip: place.ip,
             last_ip: place.ip.address,
@@ -339,6 +373,9 @@ impl<'a> Run<'a> {
     /// The device answers and is what the bench claims; anything else says nothing about it.
     fn prove_life(&mut self) -> Done {
         self.world.note("who is there?");
+        if self.world.manual.device.bus == Bus::Profibus {
+            return self.slave_answers();
+        }
         match self.place.mac {
             Some(mac) => self.answers_still(mac),
             None => self.is_found(),
@@ -369,7 +406,7 @@ impl<'a> Run<'a> {
     }
 
     /// How long the device may be away after a trial that restarted it.
-    fn patience(&self) -> Duration {
+    pub fn patience(&self) -> Duration {
         let timing = &self.world.manual.device.timing;
         timing.power_up.max(timing.start)
     }
@@ -389,7 +426,7 @@ impl<'a> Run<'a> {
             return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
         }
         self.mac = station.mac;
-        self.world.scene.follower.station = Some(station.mac);
+        self.world.scene.follower.station = Some(Address::Mac(station.mac));
         self.identity = Some(station);
         Ok(())
     }
@@ -400,7 +437,7 @@ impl<'a> Run<'a> {
         let Outcome::Stations(stations) = outcome else { return Err(super::access::unexpected(&outcome)) };
         let ours = |station: &&StationSeen| station.name == self.place.name.as_bytes();
         let Some(station) = stations.iter().find(ours) else {
-            let own = |station: &&StationSeen| !self.world.addresses.contains(&station.mac);
+            let own = |station: &&StationSeen| !self.world.addresses.contains(&Address::Mac(station.mac));
             let others = match stations.iter().filter(own).count() {
                 0 => "no station answers at all".to_owned(),
                 count => format!("{count} other station(s) answer"),
@@ -413,7 +450,7 @@ impl<'a> Run<'a> {
 
     fn start(&mut self, start: &'a crate::suite::model::Start) -> Done {
         self.world.note("start");
-        self.connect(start, None, false)?;
+        self.connect(start, None, false, None)?;
         let until = self.world.now() + self.world.watchdog * 5;
         let lives = self.world.run(until, |world| world.samples >= LIVING_SAMPLES || world.lost.is_some());
         if lives && self.world.lost.is_none() {
@@ -428,10 +465,13 @@ impl<'a> Run<'a> {
     fn clean_up(&mut self) -> Done {
         self.world.note("clean-up");
         if self.paused {
-            self.world.controllers[0].outputs_mut().pause(false);
+            self.pause(false);
             self.paused = false;
         }
-        self.world.controllers[0].acknowledge_alarms(AlarmAcknowledge::Given);
+        if let Some(controller) = self.world.ours.controller_mut(0) {
+            controller.acknowledge_alarms(AlarmAcknowledge::Given);
+        }
+        self.clock(Some(false), Some(Duration::ZERO));
         if !self.world.segment.is_model() {
             self.outputs_to_zero();
         }
@@ -449,7 +489,7 @@ impl<'a> Run<'a> {
     fn outputs_to_zero(&mut self) {
         self.outputs = OutputImage::new(&self.world.manual.device);
         self.apply_outputs();
-        if self.world.controllers[0].state() == ArState::Data {
+        if self.world.ours.exchanges(0) {
             // Where it cannot be sent any more the connection is gone, and the device takes zero by itself.
             let _ = self.cycles(2);
         }
@@ -477,6 +517,9 @@ impl<'a> Run<'a> {
     }
 
     fn still_lives(&mut self) -> Done {
+        if self.world.manual.device.bus == Bus::Profibus {
+            return self.slave_still_lives();
+        }
         let began = self.world.now();
         let until = began + self.patience();
         let identity = &self.world.manual.device.identity;
@@ -519,6 +562,7 @@ impl<'a> Run<'a> {
 
     /// The firmware that the device names in I&M0, for the report and the ledger of known failures.
     pub fn firmware(&mut self) -> Option<String> {
+        self.world.ours.controller(0)?;
         self.prove_life().ok()?;
         self.start(self.trial.start.as_ref()?).ok()?;
         self.firmware_now()
@@ -540,6 +584,10 @@ impl<'a> Run<'a> {
             let trouble = Trouble::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
             let failure = failure::failure(self, None, trouble, &[]);
             return Some(self.not_ours((Verdict::Fail, failure)));
+        }
+        if let Some(what) = self.world.segment.out_of_turn().into_iter().next() {
+            let trouble = Trouble::device(format!("The device sent out of turn: {what}."), Vec::new());
+            return Some((Verdict::Fail, failure::failure(self, None, trouble, &[])));
         }
         let (what, frame) = match (self.world.unexpected.first(), self.world.unreadable.first()) {
             (Some((what, frame)), _) => (format!("The device sent {what}, which no step expected."), *frame),

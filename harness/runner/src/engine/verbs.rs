@@ -2,6 +2,7 @@
 
 use super::access::{Answered, unexpected};
 use super::looks::NO_SAMPLE;
+use super::ours::Ours;
 use super::startup;
 use super::station::dcp;
 use super::trial::{Done, IDENTIFY, Run, Trouble};
@@ -11,13 +12,13 @@ use crate::judge::answer::{self, Reply};
 use crate::judge::condition;
 use crate::judge::rule::length;
 use crate::result::{Blame, PartSeen};
-use crate::suite::device::{NameId, NameKind};
-use crate::suite::expr::{State, Value};
+use crate::suite::device::{Bus, NameId, NameKind};
+use crate::suite::expr::{Program, State, Value};
 use crate::suite::model::{
     Access, Answer, AnswerPart, ExchangeEntry, Matcher, Service, Sought, Span, Start, Step, Verb,
 };
 use crate::verdict::Verdict;
-use controllers::profinet_io::{ArState, Broken, Ended, IdentifyBy, Outcome, Request, Reset, Target};
+use controllers::profinet_io::{Broken, Ended, IdentifyBy, Outcome, Request, Reset, Target};
 use station::{Duration, StandAction};
 use std::net::Ipv4Addr;
 use std::sync::Arc;
@@ -40,11 +41,17 @@ impl<'a> Run<'a> {
             Verb::Set(settings) => self.set(settings),
             Verb::Turn(turn) => self.turn(turn),
             Verb::Exchange(entries) => self.exchange(entries),
-            Verb::Connect { start, answer, second } => self.connect(start, answer.as_ref(), *second),
+            Verb::Connect { start, answer, second, to } => self.connect(start, answer.as_ref(), *second, to.as_ref()),
             Verb::Disconnect { second } => self.disconnect(*second),
             Verb::Write(access) => self.write(access),
             Verb::Read { access, within } => self.read(access, within.as_ref()),
-            Verb::Send { service, answer, second } => self.send(service, answer.as_ref(), *second),
+            Verb::Send { service: Service::Dp(service), answer, second, to } => {
+                self.serve(service, answer.as_ref(), *second, to.as_ref())
+            }
+            Verb::Send { service: Service::Broken(word), to, second, .. } if self.world.ours.master(0).is_some() => {
+                self.broken_frame(word, *second, to.as_ref())
+            }
+            Verb::Send { service, answer, second, to: _ } => self.send(service, answer.as_ref(), *second),
             Verb::Expect { condition, within, hold } => self.expect(condition, within, hold),
             Verb::Wait(span) => self.wait(span),
             Verb::Save(values) => self.save(values),
@@ -58,17 +65,28 @@ impl<'a> Run<'a> {
     pub fn ask(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let which = usize::from(second);
         let now = self.world.now();
+        let begin = |ours: &mut Ours| {
+            let controller = ours.controller_mut(which).ok_or("There is no second controller on this bench.")?;
+            controller.request(now, request).map_err(|why| format!("Our controller cannot: {why}."))
+        };
+        self.request(begin, |ours| ours.controller_mut(which)?.take_outcome())
+    }
+
+    /// Begins a request of one of our stations and waits until it has an outcome.
+    pub fn request<O>(
+        &mut self,
+        begin: impl FnOnce(&mut Ours) -> Result<(), String>,
+        take: impl Fn(&mut Ours) -> Option<O>,
+    ) -> Result<O, Trouble> {
+        let now = self.world.now();
         let busy = |why: String| Trouble::other(Blame::Harness, Verdict::Error, why);
         if let Some(why) = self.world.halted().filter(|_| !self.world.closing) {
             return Err(halted(&why));
         }
-        let Some(controller) = self.world.controllers.get_mut(which) else {
-            return Err(busy("There is no second controller on this bench.".into()));
-        };
-        controller.request(now, request).map_err(|why| busy(format!("Our controller cannot: {why}.")))?;
+        begin(&mut self.world.ours).map_err(busy)?;
         let mut outcome = None;
         self.world.run(now + LONGEST_REQUEST, |world| {
-            outcome = world.controllers[which].take_outcome();
+            outcome = take(&mut world.ours);
             outcome.is_some()
         });
         outcome.ok_or_else(|| match self.world.halted() {
@@ -80,8 +98,7 @@ impl<'a> Run<'a> {
     /// Sends a request that goes through a connection; where none stands nothing was sent, and nothing can be an answer.
     pub fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let is_inside = !matches!(request, Request::ReadImplicit { .. });
-        let controller = self.world.controllers.get(usize::from(second));
-        if is_inside && controller.is_some_and(|controller| controller.state() == ArState::None) {
+        if is_inside && !self.world.ours.is_connected(usize::from(second)) {
             return Err(no_connection());
         }
         self.ask(second, request)
@@ -112,21 +129,27 @@ impl<'a> Run<'a> {
                 continue;
             }
             self.apply_settings(&entry.set)?;
-            self.cycles(times)?;
+            match &entry.expect {
+                None => self.cycles(times)?,
+                Some(condition) => self.judged_cycles(condition, times)?,
+            }
         }
         Ok(())
     }
 
     /// Waits until so many cyclic frames have left, the last one seen on the wire.
     pub fn cycles(&mut self, count: u64) -> Done {
+        if self.world.ours.master(0).is_some() {
+            return self.whole_cycles(count);
+        }
         let Some(cycle) = self.world.scene.follower.image.cycle() else {
             return Err(no_connection());
         };
-        let target = self.world.controllers[0].cycles_sent() + count;
+        let target = self.world.ours.cycles_begun() + count;
         let until = self.world.now() + cycle * u32::try_from(count.saturating_mul(4) + 100).unwrap_or(u32::MAX);
         let mut left = None;
         let done = self.world.run(until, |world| {
-            if world.controllers[0].cycles_sent() >= target {
+            if world.ours.cycles_done() >= target {
                 // On a real wire our frames are seen as they leave, on the virtual one as they arrive.
                 if !world.segment.is_model() {
                     return true;
@@ -134,17 +157,26 @@ impl<'a> Run<'a> {
                 let seen = *left.get_or_insert(world.outputs_seen);
                 return world.outputs_seen > seen || world.lost.is_some();
             }
-            world.lost.is_some() || world.controllers[0].state() == ArState::None
+            world.lost.is_some() || !world.ours.is_connected(0)
         });
         if done && self.world.lost.is_none() { Ok(()) } else { Err(no_connection()) }
     }
 
     /// Makes a connection, in the place of the own one.
-    pub fn connect(&mut self, start: &'a Start, answer: Option<&'a Answer>, second: bool) -> Done {
+    pub fn connect(
+        &mut self,
+        start: &'a Start,
+        answer: Option<&'a Answer>,
+        second: bool,
+        to: Option<&'a Program>,
+    ) -> Done {
         if !second {
             self.disconnect(false)?;
         }
         self.action();
+        if self.world.manual.device.bus == Bus::Profibus {
+            return self.parameterise(start, answer, second, to);
+        }
         let device = &self.world.manual.device;
         let whereabouts = self.whereabouts();
         let (connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
@@ -187,10 +219,13 @@ impl<'a> Run<'a> {
     /// Ends the own connection, if there is one.
     pub fn disconnect(&mut self, second: bool) -> Done {
         let which = usize::from(second);
-        if self.world.controllers.get(which).is_none_or(|controller| controller.state() == ArState::None) {
+        if !self.world.ours.is_connected(which) {
             return Ok(());
         }
         self.action();
+        if self.world.ours.master(which).is_some() {
+            return self.release(second);
+        }
         match self.ask(second, Request::Release)? {
             Outcome::Ended(Ended::Released(outcome)) => {
                 let reply = startup::control(&outcome, ErrorCode::RELEASE_RESPONSE);
@@ -202,7 +237,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn judge_answer(&mut self, answer: &Answer) -> Done {
+    pub fn judge_answer(&mut self, answer: &Answer) -> Done {
         self.checks += 1;
         let parts = answer::judge(answer, &self.world.scene.notebook().answers, &self.world.view());
         if parts.iter().all(|part| part.held) {
@@ -338,6 +373,7 @@ impl<'a> Run<'a> {
                 };
                 Request::Broken { broken, partner: None }
             }
+            Service::Dp(_) => return Err(other_bus()),
             Service::HttpGet { page } => self.page_request(*page, None)?,
             Service::HttpPost { page, fields } => self.page_request(*page, Some(fields))?,
         };
@@ -398,7 +434,7 @@ impl<'a> Run<'a> {
     }
 
     /// A span as time; one that cannot be known is a mistake of the suite.
-    fn length(&self, span: &Span) -> Result<Duration, Trouble> {
+    pub fn length(&self, span: &Span) -> Result<Duration, Trouble> {
         let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The length is not known.");
         length(span, &self.world.view()).ok_or_else(unknown)
     }
@@ -423,7 +459,7 @@ impl<'a> Run<'a> {
         let serves = |bench: &Arc<BenchFile>| bench.stand.serves("clock");
         length >= super::needs::LONG
             && self.place.bench.as_ref().is_some_and(serves)
-            && self.world.controllers[0].state() == ArState::None
+            && !self.world.ours.is_connected(0)
     }
 
     fn save(&mut self, values: &'a [(NameId, crate::suite::expr::Program)]) -> Done {
@@ -451,6 +487,11 @@ pub fn halted(why: &str) -> Trouble {
 }
 
 /// The trouble with a step that needs a connection where none stands.
-fn no_connection() -> Trouble {
+pub fn no_connection() -> Trouble {
     Trouble::device("No connection stands, so nothing can be exchanged or asked for.", Vec::new())
+}
+
+/// A suite for one bus asks for something of the other; the loader does not let it through.
+pub(super) fn other_bus() -> Trouble {
+    Trouble::other(Blame::Suite, Verdict::Error, "This is a service of the other bus.")
 }

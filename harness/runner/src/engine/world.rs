@@ -1,18 +1,17 @@
 //! The world of one trial: the segment, what is seen on it, and everybody who judges what is seen.
 
+use super::ours::{Ours, sender};
 use super::segment::Segment;
 use crate::judge::follow::{Change, Ending};
 use crate::judge::rule::RuleSet;
 use crate::judge::scene::Scene;
 use crate::judge::view::View;
 use crate::judge::{Tick, TickKind};
-use crate::observe::{Ar, ArId, Observation, Tracker};
-use crate::suite::device::{Device, NameKind};
+use crate::observe::{Address, Ar, ArId, BusTracker, Observation};
+use crate::suite::device::{Bus, Device, NameKind};
 use crate::suite::model::{Manual, Variant};
 use bench::Trace;
-use controllers::profinet_io::Controller;
 use station::{Duration, Time};
-use wire::ethernet::Mac;
 
 use super::block::BlockWatch;
 use super::expect::Expectation;
@@ -60,10 +59,10 @@ pub struct World<'a> {
     pub variant: &'a Variant,
     /// The wire, the device, the stand.
     pub segment: Box<dyn Segment + 'a>,
-    /// Our controllers, the first one and the second one.
-    pub controllers: Vec<Controller>,
-    /// Addresses of the controllers, in the same order.
-    pub addresses: Vec<Mac>,
+    /// Our stations, the first one and the second one.
+    pub ours: Ours,
+    /// Their addresses, in the same order.
+    pub addresses: Vec<Address>,
     /// Every frame so far.
     pub trace: Trace,
     /// What is known about the own connection, and besides.
@@ -88,12 +87,14 @@ pub struct World<'a> {
     pub unreadable: Vec<(String, u64)>,
     /// The time that a hold may be without samples.
     pub watchdog: Duration,
+    /// From one cycle to the next where the frames themselves do not say it (PROFIBUS).
+    pub cycle: Option<Duration>,
     /// Whether the trial itself cut the line or the power, so that the line may break.
     pub line_may_break: bool,
     /// Whether the trial is letting go of the device, which it does however the trial ended.
     pub closing: bool,
-    /// Away while a frame is looked at.
-    tracker: Option<Box<Tracker>>,
+    /// Away only while a frame is looked at.
+    tracker: Option<BusTracker>,
     /// The LEDs that suites look at, and the word that each showed last.
     leds: Vec<(usize, Option<&'static str>)>,
     comment: Option<String>,
@@ -127,12 +128,7 @@ enum Source {
 
 impl<'a> World<'a> {
     /// A world in which nothing has happened yet.
-    pub fn new(
-        manual: &'a Manual,
-        variant: &'a Variant,
-        segment: Box<dyn Segment + 'a>,
-        controllers: Vec<(Mac, Controller)>,
-    ) -> World<'a> {
+    pub fn new(manual: &'a Manual, variant: &'a Variant, segment: Box<dyn Segment + 'a>, ours: Ours) -> World<'a> {
         let device: &Device = &manual.device;
         let watchdog = Duration::from_secs(1);
         let mut scene = Scene::new(manual, variant);
@@ -141,13 +137,16 @@ impl<'a> World<'a> {
             NameKind::Led(led) => Some((*led, None)),
             _ => None,
         };
-        let (addresses, controllers) = controllers.into_iter().unzip();
+        let tracker = match device.bus {
+            Bus::Profinet => BusTracker::Profinet(Box::default()),
+            Bus::Profibus => BusTracker::Profibus(Box::default()),
+        };
         World {
             manual,
             variant,
             segment,
-            controllers,
-            addresses,
+            addresses: ours.addresses(),
+            ours,
             trace: Trace::new(),
             scene,
             judges: Judges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
@@ -160,9 +159,10 @@ impl<'a> World<'a> {
             unexpected: Vec::new(),
             unreadable: Vec::new(),
             watchdog,
+            cycle: None,
             line_may_break: false,
             closing: false,
-            tracker: Some(Box::default()),
+            tracker: Some(tracker),
             leds: variant.names.iter().filter_map(leds).collect(),
             comment: None,
             damaged: Vec::new(),
@@ -196,7 +196,7 @@ impl<'a> World<'a> {
 
     /// Says beside our own requests since frame `before` that they are wrong on purpose, for whoever reads the capture.
     pub fn mark_broken(&mut self, before: usize, is_it: impl Fn(&[u8]) -> bool) {
-        let ours = |frame: &[u8]| self.addresses.iter().any(|mac| frame.get(6..12) == Some(&mac.0));
+        let ours = |frame: &[u8]| self.is_from_us(frame);
         let marked: Vec<usize> = (before + 1..=self.trace.len())
             .filter(|&number| self.trace.get(number).is_some_and(|frame| ours(frame.octets) && is_it(frame.octets)))
             .collect();
@@ -205,14 +205,20 @@ impl<'a> World<'a> {
         }
     }
 
+    /// Whether a frame says that one of our stations has sent it.
+    pub fn is_from_us(&self, frame: &[u8]) -> bool {
+        self.addresses.iter().any(|&own| sender(frame, own) == Some(own))
+    }
+
     /// Says beside a frame, when it is seen, that it is wrong on purpose.
     pub fn expect_broken(&mut self, frame: &[u8]) {
         self.damaged.push(frame.to_vec());
     }
 
-    /// The connections seen so far.
-    pub fn connections(&self) -> &[Ar] {
-        self.tracker.as_ref().map_or(&[], |tracker| tracker.ars())
+    /// One line for each of these frames of the trace, which follow each other.
+    pub fn describe(&self, numbers: std::ops::RangeInclusive<usize>) -> Vec<String> {
+        let frames = numbers.filter_map(|number| Some(self.trace.get(number)?.octets));
+        self.tracker.as_ref().map_or_else(Vec::new, |tracker| tracker.describe(frames))
     }
 
     /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
@@ -252,7 +258,7 @@ impl<'a> World<'a> {
         let mut seen = std::mem::take(&mut self.trace);
         let before = seen.len();
         let comment = &mut self.comment;
-        let worked = self.segment.step(&mut self.controllers, until, &mut |time, frame| {
+        let worked = self.segment.step(&mut self.ours, until, &mut |time, frame| {
             let number = seen.push(time, 0, frame);
             if let Some(text) = comment.take() {
                 seen.comment(number, &text);
@@ -279,13 +285,13 @@ impl<'a> World<'a> {
         self.judges.rules.time(&self.scene.view_at(time, number), time);
         let Some(mut tracker) = self.tracker.take() else { return };
         let own = self.addresses.first().copied();
+        let from_us = self.is_from_us(octets);
         tracker.frame(number, time, octets, &mut |ars, observation| {
             // What we break on purpose is no fault of the device.
-            let from_us = self.addresses.iter().any(|mac| octets.get(6..12) == Some(&mac.0));
             if let (Observation::Unreadable { why }, false) = (&observation, from_us) {
                 self.unreadable.push(((*why).to_owned(), number));
             }
-            let ours = |ar: &Ar| Some(ar.controller.mac) == own;
+            let ours = |ar: &Ar| Some(ar.controller.address) == own;
             match self.scene.observe(ars, ours, (time, number), &observation) {
                 Some(Change::Opened) => self.opened(ars, self.scene.follower.ar()),
                 Some(Change::Tick(tick)) => self.tick(tick, Source::Wire),
@@ -305,7 +311,13 @@ impl<'a> World<'a> {
         self.last_sample = None;
         self.lost = None;
         if let Some(ar) = ar.and_then(|ar| ars.get(ar.0 as usize)) {
-            self.watchdog = ar.inputs.watchdog.max(Duration::from_millis(1));
+            self.watchdog = match (ar.slave.is_some(), ar.inputs.watchdog.is_zero()) {
+                (true, true) => Duration::from_secs(1),
+                _ => ar.inputs.watchdog.max(Duration::from_millis(1)),
+            };
+        }
+        if let Some(cycle) = self.cycle {
+            self.scene.follower.image.set_cycle(cycle);
         }
         self.judges.rules.cut();
         self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
@@ -337,9 +349,9 @@ impl<'a> World<'a> {
             recording.kept.push(moment);
         }
         let view = self.scene.view(tick);
-        // Rules are judged on connections, and an announcement also comes without one.
-        let is_lldp = matches!(self.scene.follower.image.happening, Happening::Lldp(_));
-        if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_lldp) {
+        // Rules are judged on connections; announcements and diagnoses also come without one.
+        let is_beside = matches!(self.scene.follower.image.happening, Happening::Lldp(_) | Happening::Diagnosis);
+        if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
             self.judges.rules.tick(&view);
         }
         let counted = self.judges.blocks.iter_mut().fold(false, |counted, block| block.tick(&view) | counted);
@@ -461,5 +473,6 @@ pub fn happening(happening: &Happening) -> String {
             format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
         }
         Happening::Lldp(_) => "an announcement of the neighbour".into(),
+        Happening::Diagnosis => "a diagnosis".into(),
     }
 }

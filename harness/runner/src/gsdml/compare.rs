@@ -85,7 +85,7 @@ impl<'w> Work<'w> {
     /// Adds a finding, unless it is there already: submodules are shared by modules.
     pub(super) fn find(&mut self, id: String, severity: Severity, text: String, three: Three) {
         let Three { manual, gsdml, device } = three;
-        let finding = Finding { id, severity, text, manual, gsdml, device };
+        let finding = Finding { id, severity, text, manual, gsdml, gsd: None, device };
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
         }

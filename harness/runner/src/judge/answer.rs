@@ -7,6 +7,8 @@ use crate::result::PartSeen;
 use crate::suite::expr::Value;
 use crate::suite::model::{Answer, AnswerPart, Code, Matcher};
 use std::fmt;
+use wire::profibus::dpv1::{ErrorDecode, RecordError};
+use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
 use wire::profinet::status::PnioStatus;
@@ -24,6 +26,17 @@ pub enum Refusal {
     NotSupported,
     /// A status of HTTP that is no success.
     Http(u16),
+    /// The data link of a slave does not serve the access point: the function code of its answer.
+    Fdl(u8),
+    /// A negative response of DP-V1.
+    Dpv1 {
+        /// Error_Decode.
+        decode: u8,
+        /// Error_Code_1.
+        code1: u8,
+        /// Error_Code_2.
+        code2: u8,
+    },
 }
 
 /// What came back for a request, or for a part of one.
@@ -47,6 +60,10 @@ impl Refusal {
         match (self, code) {
             (Refusal::Parameter(seen), Code::Parameter(wanted, _)) => seen == wanted,
             (Refusal::Dcp(seen), Code::Dcp(wanted, _)) => seen == wanted,
+            (Refusal::Fdl(seen), Code::Fdl(wanted, _)) => seen == wanted,
+            (Refusal::Dpv1 { code1: seen, decode, .. }, Code::Dpv1 { code1, .. }) => {
+                seen == code1 && *decode == ErrorDecode::DPV1.0
+            }
             (Refusal::Pnio(seen), Code::Pnio { decode, code1, code2, .. }) => {
                 seen.error_decode.0 == *decode
                     && seen.error_code1 == *code1
@@ -71,6 +88,17 @@ impl fmt::Display for Refusal {
             },
             Refusal::NotSupported => f.write_str("the service is not supported"),
             Refusal::Http(status) => write!(f, "HTTP status {status}"),
+            Refusal::Fdl(function) => match AnswerFunction(*function).word() {
+                Some(word) => write!(f, "FDL answer {function:#04X} ({word})"),
+                None => write!(f, "FDL answer {function:#04X}"),
+            },
+            Refusal::Dpv1 { decode, code1, code2 } => {
+                write!(f, "DP-V1 error {decode:02X} {code1:02X} {code2:02X}")?;
+                match RecordError(*code1).word().filter(|_| *decode == ErrorDecode::DPV1.0) {
+                    Some(word) => write!(f, " ({word})"),
+                    None => Ok(()),
+                }
+            }
         }
     }
 }
@@ -93,7 +121,8 @@ pub fn refused(codes: &[Code]) -> String {
     let word = |code: &Code| match code {
         Code::Parameter(number, word) => format!("{word} (0x{number:02X})"),
         Code::Pnio { word, .. } => word.clone(),
-        Code::Dcp(number, word) => format!("{word} ({number})"),
+        Code::Dcp(number, word) | Code::Fdl(number, word) => format!("{word} ({number})"),
+        Code::Dpv1 { code1, word } => format!("{word} (0x{code1:02X})"),
     };
     match codes {
         [] => "refused".into(),
@@ -175,6 +204,9 @@ pub fn part_name(part: &AnswerPart, view: &View<'_>) -> String {
         AnswerPart::Connect => "answer.connect".into(),
         AnswerPart::Record(index) => format!("answer.{}", record(index)),
         AnswerPart::ModuleDiff(index) => format!("answer.module_diff.{}", submodule(index)),
+        AnswerPart::SetPrm => "answer.set_prm".into(),
+        AnswerPart::ChkCfg => "answer.chk_cfg".into(),
+        AnswerPart::Diagnosis(name) => format!("answer.diag.{}", view.device.diagnosis_name(*name)),
         AnswerPart::ParameterEnd => "answer.parameter_end".into(),
         AnswerPart::ApplicationReady => "answer.application_ready".into(),
         AnswerPart::Connection => "answer.connection".into(),

@@ -2,7 +2,7 @@
 
 use super::image::{AlarmSeen, Happening, Image, LldpSeen, Placement};
 use super::{Tick, TickKind};
-use crate::observe::{Ar, ArId, Direction, Observation};
+use crate::observe::{Address, Ar, ArId, Direction, Dp, Leaving, Observation};
 use crate::suite::device::Device;
 use station::Time;
 use wire::ethernet::Mac;
@@ -30,6 +30,8 @@ pub enum Ending {
     Aborted(Direction, u32),
     /// This direction fell silent for longer than the watchdog.
     Starved(Direction),
+    /// The slave left the data exchange by itself (PROFIBUS).
+    Left(Leaving),
 }
 
 /// The connection that is followed and what is known about it.
@@ -38,7 +40,7 @@ pub struct Follower {
     /// What is known.
     pub image: Image,
     /// The device, where it is known before its connection stands.
-    pub station: Option<Mac>,
+    pub station: Option<Address>,
     ar: Option<ArId>,
 }
 
@@ -76,11 +78,25 @@ impl Follower {
             _ if observation.ar().is_none_or(|ar| Some(ar) != self.ar) => match observation {
                 Observation::Lldp { source, pdu } => {
                     let seen = LldpSeen { source: Some(*source), ..announcement(pdu) };
-                    let is_device =
-                        self.is_device(ars, *source) || seen.mac.is_some_and(|mac| self.is_device(ars, mac));
+                    let is_device = |mac: Mac| self.is_device(ars, Address::Mac(mac));
+                    let is_device = is_device(*source) || seen.mac.is_some_and(is_device);
                     if is_device { self.happened(Happening::Lldp(seen), event) } else { None }
                 }
+                Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
+                    if self.is_device(ars, Address::Fdl(*station)) =>
+                {
+                    self.image.diagnosed(octets, Placement { time, frame, at: *at });
+                    self.happened(Happening::Diagnosis, event)
+                }
                 _ => None,
+            },
+            Observation::Dp { event: dp, .. } => match dp {
+                Dp::Diagnosis { octets, at, .. } => {
+                    self.image.diagnosed(octets, Placement { time, frame, at: *at });
+                    self.happened(Happening::Diagnosis, event)
+                }
+                Dp::Left { why } => self.end(Happening::Nothing, event, Ending::Left(*why)),
+                Dp::Parameters { .. } | Dp::Configuration { .. } | Dp::AddressGiven { .. } | Dp::Control { .. } => None,
             },
             Observation::Cyclic { direction, data, at, status, .. } => {
                 let good = self.image.cyclic(*direction, data, *status, Placement { time, frame, at: *at });
@@ -116,11 +132,11 @@ impl Follower {
         }
     }
 
-    /// Whether `mac` is the device's: the one of the connection that is followed, else the one that is known. Its ports may
+    /// Whether `address` is the device's: the one of the connection that is followed, else the one that is known. Its ports may
     /// send from addresses of their own, and then tell the one that they share.
-    fn is_device(&self, ars: &[Ar], mac: Mac) -> bool {
-        let of_ar = self.ar.and_then(|ar| ars.get(ar.0 as usize)).map(|ar| ar.device.mac);
-        of_ar.or(self.station) == Some(mac)
+    fn is_device(&self, ars: &[Ar], address: Address) -> bool {
+        let of_ar = self.ar.and_then(|ar| ars.get(ar.0 as usize)).map(|ar| ar.device.address);
+        of_ar.or(self.station) == Some(address)
     }
 
     fn happened(&mut self, happening: Happening, tick: Tick) -> Option<Change> {

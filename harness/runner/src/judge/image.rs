@@ -2,13 +2,14 @@
 //!
 //! Nothing has a value before it was first seen, after the connection ended, and while the device marks its data as bad.
 
-use crate::observe::{Ar, Direction};
-use crate::suite::device::{Device, Module, RecordField};
+use crate::observe::{Ar, CyclicStatus, DiagnosisTold, Direction, SlaveTold};
+use crate::suite::device::{Device, Module, RecordField, UserParameters};
 use station::{Duration, Time};
 use std::cmp::Reverse;
 use std::ops::Range;
 use wire::ethernet::Mac;
-use wire::profinet::rt::{ApduStatus, IoxS};
+use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
+use wire::profinet::rt::IoxS;
 
 /// The data area of one direction.
 #[derive(Clone, Debug, Default)]
@@ -87,6 +88,17 @@ pub enum Happening {
     Abort(u32),
     /// The device announced itself to its neighbour.
     Lldp(LldpSeen),
+    /// The device told its diagnosis, which is kept beside this.
+    Diagnosis,
+}
+
+/// The last diagnosis that a slave told, and where it stands; unlike cyclic data it outlives the connection.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DiagnosisSeen {
+    /// The data of Slave_Diag.
+    pub octets: Vec<u8>,
+    /// Where they stood.
+    pub place: Placement,
 }
 
 /// What is known about one connection.
@@ -107,6 +119,8 @@ pub struct Image {
     /// What the last thing that was taken over changed, where that was a cyclic frame like the one before it.
     changed: Option<(Direction, bool)>,
     changed_bits: Vec<u64>,
+    diagnosis: Option<DiagnosisSeen>,
+    pending: Option<bool>,
     /// What happened at this instant.
     pub happening: Happening,
 }
@@ -159,6 +173,8 @@ impl Image {
             layout: 0,
             changed: None,
             changed_bits: Vec::new(),
+            diagnosis: None,
+            pending: None,
             happening: Happening::Nothing,
         }
     }
@@ -166,9 +182,12 @@ impl Image {
     /// Takes over the layout of a connection that the device has just accepted.
     pub fn open(&mut self, device: &Device, ar: &Ar) {
         let version = self.version + 1;
-        *self = Image { version, layout: version, ..Image::new(device) };
+        *self = Image { version, layout: version, diagnosis: ar.slave.as_deref().and_then(told), ..Image::new(device) };
         self.stands = true;
-        self.cycle = Some(ar.outputs.cycle);
+        self.cycle = Some(ar.outputs.cycle).filter(|cycle| !cycle.is_zero());
+        if let Some(told) = &ar.slave {
+            return self.open_slave(device, ar, told);
+        }
         for (index, submodule) in device.submodules.iter().enumerate() {
             let found = ar.submodules.iter().find(|placed| {
                 placed.slot == submodule.slot
@@ -187,6 +206,40 @@ impl Image {
             self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
         }
         self.module = self.module_of(device, ar);
+    }
+
+    /// The same for a slave: its layout is that of the module with this configuration, among equals the one whose fixed
+    /// parameters were sent.
+    fn open_slave(&mut self, device: &Device, ar: &Ar, told: &SlaveTold) {
+        let sent = told.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
+        let layout = device.slave.as_ref().map(|slave| &slave.set_prm);
+        let user = sent.as_ref().zip(layout).map(|(prm, layout)| user_octets(prm, layout));
+        if let (Some(known), Some(user)) = (self.records.get_mut(UserParameters::RECORD), user) {
+            *known = Some(user);
+        }
+        let configuration = told.configuration.as_deref();
+        let fits = |module: &Module| {
+            let fields = device.records.get(UserParameters::RECORD).map_or(&[][..], |record| &record.fields);
+            let fixed = module.fixes.iter().filter(|(field, value)| {
+                let seen = fields.get(*field).and_then(|field| self.start_parameter(UserParameters::RECORD, field));
+                seen == Some(*value)
+            });
+            (fixed.count() == module.fixes.len(), Some(module.cfg.as_slice()) == configuration)
+        };
+        let same = device.modules.iter().enumerate().filter(|(_, module)| fits(module).1);
+        let module = same.max_by_key(|(index, module)| (fits(module).0, Reverse(*index))).map(|(index, _)| index);
+        self.module = module;
+        let placed = ar.submodules.first();
+        let (Some(module), Some(placed)) = (module.and_then(|module| device.modules.get(module)), placed) else {
+            return;
+        };
+        for &index in &module.submodules {
+            let Some(submodule) = device.submodules.get(index) else { continue };
+            self.submodules[index] =
+                Spots { input: placed.input.clone(), output: placed.output.clone(), ..Spots::default() };
+            self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
+            self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
+        }
     }
 
     /// The module whose submodules are all there. Modules may share submodules: the one with most of them is meant, among
@@ -219,6 +272,7 @@ impl Image {
         self.took_over(None);
         self.stands = false;
         self.module = None;
+        self.pending = None;
         self.inputs = Area::default();
         self.outputs = Area::default();
         self.records.iter_mut().for_each(|record| *record = None);
@@ -258,7 +312,7 @@ impl Image {
     }
 
     /// Takes over a cyclic frame and says whether its data are good: valid, running, every provider status good.
-    pub fn cyclic(&mut self, direction: Direction, data: &[u8], status: ApduStatus, place: Placement) -> bool {
+    pub fn cyclic(&mut self, direction: Direction, data: &[u8], status: CyclicStatus, place: Placement) -> bool {
         let (area, of): (_, fn(&Spots) -> Option<usize>) = match direction {
             Direction::ToController => (&mut self.inputs, |spots| spots.input_status),
             Direction::ToDevice => (&mut self.outputs, |spots| spots.output_status),
@@ -266,7 +320,7 @@ impl Image {
         let good_status = |at: usize| data.get(at).is_some_and(|&octet| IoxS(octet).is_good());
         let providers = self.submodules.iter().filter_map(of).all(good_status);
         let good = match direction {
-            Direction::ToController => status.data_status.is_valid() && status.data_status.is_run() && providers,
+            Direction::ToController => is_good(status) && providers,
             Direction::ToDevice => true,
         };
         let is_alike = area.seen && area.good == good && area.octets.len() == data.len();
@@ -279,8 +333,33 @@ impl Image {
         area.seen = true;
         area.good = good;
         area.place = place;
-        self.took_over(is_alike.then_some((direction, elapsed)));
+        let mut changed = is_alike.then_some((direction, elapsed));
+        if let (CyclicStatus::Fdl { diagnosis_pending }, Direction::ToController) = (status, direction)
+            && self.pending.replace(diagnosis_pending) != Some(diagnosis_pending)
+        {
+            changed = None;
+        }
+        self.took_over(changed);
         good
+    }
+
+    /// Takes over a diagnosis.
+    pub fn diagnosed(&mut self, octets: &[u8], place: Placement) {
+        self.took_over(None);
+        let seen = self.diagnosis.get_or_insert_with(|| DiagnosisSeen { octets: Vec::new(), place });
+        seen.octets.clear();
+        seen.octets.extend_from_slice(octets);
+        seen.place = place;
+    }
+
+    /// The last diagnosis that the device told.
+    pub fn diagnosis(&self) -> Option<&DiagnosisSeen> {
+        self.diagnosis.as_ref()
+    }
+
+    /// Whether the last answer of Data_Exchange had high priority.
+    pub fn diagnosis_pending(&self) -> Option<bool> {
+        self.pending.filter(|_| self.stands)
     }
 
     fn area(&self, direction: Direction) -> &Area {
@@ -305,9 +384,15 @@ impl Image {
         self.module
     }
 
+    /// Says how long a cycle is, where the frames do not.
+    pub fn set_cycle(&mut self, cycle: Duration) {
+        self.took_over(None);
+        self.cycle = Some(cycle);
+    }
+
     /// The time between two frames to the device.
     pub fn cycle(&self) -> Option<Duration> {
-        self.cycle
+        self.cycle.or(self.outputs.gap)
     }
 
     /// The direction and the number that a signal carries, where it has a value.
@@ -430,6 +515,35 @@ fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
     let whole = |octets: &[u8]| <[u8; 8]>::try_from(octets).map_or_else(|_| word(octets), u64::from_le_bytes);
     bits.clear();
     bits.extend(before.chunks(8).zip(now.chunks(8)).map(|(before, now)| whole(before) ^ whole(now)));
+}
+
+/// The octets of Set_Prm that the fields of the manual lie in: behind those of DP-V1, out of their block where they have one.
+fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
+    let behind = if layout.dpv1.is_some() { prm.behind_dpv1() } else { &prm.user };
+    let blocks = prm.dpv1().filter(|_| layout.dpv1.is_some());
+    if !blocks.is_some_and(|dpv1| dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE)) {
+        return behind.to_vec();
+    }
+    let blocks = PrmBlock::parse_all(behind).unwrap_or_default();
+    blocks
+        .into_iter()
+        .find(|block| block.kind == PrmBlockType::USER_PRM_DATA)
+        .map(|block| block.data)
+        .unwrap_or_default()
+}
+
+/// The last diagnosis before a connection stood.
+fn told(slave: &SlaveTold) -> Option<DiagnosisSeen> {
+    let DiagnosisTold { octets, frame, time, at } = slave.diagnosis.clone()?;
+    Some(DiagnosisSeen { octets, place: Placement { time, frame, at } })
+}
+
+/// Whether the sender vouches for the data beside this status; on PROFIBUS there are no others.
+fn is_good(status: CyclicStatus) -> bool {
+    match status {
+        CyclicStatus::Apdu(status) => status.data_status.is_valid() && status.data_status.is_run(),
+        CyclicStatus::Fdl { .. } => true,
+    }
 }
 
 /// The number in the first 8 octets, most significant first.

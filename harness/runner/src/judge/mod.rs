@@ -6,6 +6,7 @@
 
 pub mod answer;
 pub mod condition;
+pub mod diagnosis;
 pub mod follow;
 pub mod image;
 pub mod page;

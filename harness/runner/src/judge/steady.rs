@@ -212,13 +212,15 @@ impl Inputs {
                 let program = view.variant.derived.get(*index).map(|(_, program)| program);
                 program.into_iter().flat_map(Program::names).for_each(|name| self.add(name, view));
             }
-            Some(NameKind::Elapsed) => self.elapsed = true,
+            // Where nobody says how long a cycle is, it is measured.
+            Some(NameKind::Elapsed | NameKind::Cycle) => self.elapsed = true,
+            // No octet of the cyclic data shows them.
+            Some(NameKind::DiagnosisPending | NameKind::Diagnosis(_)) => self.clock = true,
             // Known to the image, where it is counted, or to the notebook, or it never changes. Events are looked at anew.
             Some(
                 NameKind::InputLength
                 | NameKind::Connection
                 | NameKind::StartParameter { .. }
-                | NameKind::Cycle
                 | NameKind::Event(_)
                 | NameKind::Parameter { .. }
                 | NameKind::Record { .. }
@@ -231,6 +233,9 @@ impl Inputs {
                 | NameKind::Bench(_)
                 | NameKind::Constant(_)
                 | NameKind::Cyclic
+                | NameKind::Configuration
+                | NameKind::GlobalControl
+                | NameKind::ClockOffset
                 | NameKind::AlarmAcknowledge
                 | NameKind::Stand(_),
             )

@@ -1,10 +1,11 @@
 //! The view of the names at one instant: what a condition sees.
 
 use super::answer::Reply;
+use super::diagnosis;
 use super::image::{Happening, Image};
 use super::{Tick, TickKind};
 use crate::observe::Direction;
-use crate::suite::device::{BenchName, Device, EventName, Field, NameId, NameKind};
+use crate::suite::device::{BenchName, Bus, Device, DiagnosisName, EventName, Field, NameId, NameKind};
 use crate::suite::expr::{Env, Number, Shown, State, Type, Value};
 use crate::suite::model::{AnswerPart, Variant};
 use crate::suite::words;
@@ -54,15 +55,35 @@ pub struct BenchAddresses {
     pub mask: Ipv4Addr,
     /// One of the device's subnet that nobody has.
     pub free: Ipv4Addr,
+    /// The numbers of the stations on PROFIBUS.
+    pub stations: StationNumbers,
+}
+
+/// The addresses of a bench on PROFIBUS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StationNumbers {
+    /// That of the device.
+    pub device: u8,
+    /// That of our first master.
+    pub master: u8,
+    /// That of the second.
+    pub second: u8,
+    /// One that nobody has.
+    pub free: u8,
 }
 
 impl BenchAddresses {
-    fn of(&self, name: BenchName) -> Ipv4Addr {
-        match name {
-            BenchName::Address => self.controller,
-            BenchName::Ip => self.device,
-            BenchName::Mask => self.mask,
-            BenchName::FreeIp => self.free,
+    fn of(&self, name: BenchName, bus: Bus) -> Value {
+        let ip = |address: Ipv4Addr| Value::Address(address.octets());
+        match (name, bus) {
+            (BenchName::Address, Bus::Profinet) => ip(self.controller),
+            (BenchName::Address, Bus::Profibus) => Value::whole(self.stations.master),
+            (BenchName::Ip, _) => ip(self.device),
+            (BenchName::Mask, _) => ip(self.mask),
+            (BenchName::FreeIp, _) => ip(self.free),
+            (BenchName::Station, _) => Value::whole(self.stations.device),
+            (BenchName::FreeStation, _) => Value::whole(self.stations.free),
+            (BenchName::Second, _) => Value::whole(self.stations.second),
         }
     }
 }
@@ -94,6 +115,7 @@ impl View<'_> {
             Happening::Nothing => false,
             Happening::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
             Happening::Lldp(_) => event.is_lldp(),
+            Happening::Diagnosis => false,
             Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp(),
         }
     }
@@ -115,6 +137,13 @@ impl View<'_> {
             && let Some(width) = self.device.signals.get(signal).map(|signal| signal.width)
         {
             return left_aligned(value, shift, width);
+        }
+        if let (Value::Set(codes), Some(slave)) = (value, &self.device.slave) {
+            let table = slave.diagnosis.blocks.as_ref().map(|blocks| &blocks.table);
+            let word = |code: &i64| {
+                table.and_then(|table| table.word(*code)).map_or_else(|| hex((*code).into(), 0), str::to_owned)
+            };
+            return format!("[{}]", codes.iter().map(word).collect::<Vec<_>>().join(", "));
         }
         let Some(number) = value.as_whole() else { return plain(value) };
         let table: Option<&[(String, i128)]> = match self.kind(name) {
@@ -142,6 +171,11 @@ impl View<'_> {
                 let word = usize::try_from(number).ok().and_then(|number| words?.get(number));
                 return word.cloned().unwrap_or_else(|| number.to_string());
             }
+            Some(NameKind::Diagnosis(DiagnosisName::Field(index))) => {
+                let field = self.device.slave.as_ref().and_then(|slave| slave.diagnosis.fields.get(*index));
+                let word = field.and_then(|field| field.table.as_ref()?.word(i64::try_from(number).ok()?));
+                return word.map_or_else(|| hex(number, 0), str::to_owned);
+            }
             Some(NameKind::Connection) => return builtin(words::CONNECTION, number),
             Some(NameKind::OutputStatus(_) | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_)) => {
                 return builtin(words::STATUS, number);
@@ -156,6 +190,11 @@ impl View<'_> {
             (None, Value::Bit(_)) => number.to_string(),
             (None, _) => hex(number, 0),
         }
+    }
+
+    /// The value that an asked name was last read with.
+    fn read(&self, name: NameId) -> Option<&Value> {
+        self.notebook.read.iter().find(|(read, _)| *read == name).map(|(_, value)| value)
     }
 
     fn known(&self, name: NameId) -> Option<Value> {
@@ -180,7 +219,8 @@ impl View<'_> {
             | NameKind::Record { .. }
             | NameKind::Station(_)
             | NameKind::Page { .. }
-            | NameKind::Counter(_) => self.notebook.read.iter().find(|(read, _)| *read == name)?.1.clone(),
+            | NameKind::Configuration
+            | NameKind::Counter(_) => self.read(name)?.clone(),
             NameKind::Led(led) => Value::Word((*self.notebook.leds.get(*led)?)?),
             NameKind::Event(event) => self.event(*event)?,
             NameKind::Answer(_) => match self.reply(name)? {
@@ -207,9 +247,17 @@ impl View<'_> {
                 Value::nanos(self.image.elapsed(direction)?.as_nanos() as i128)
             }
             NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
-            NameKind::Bench(name) => Value::Address(self.notebook.bench?.of(*name).octets()),
+            NameKind::Bench(name) => self.notebook.bench?.of(*name, self.device.bus),
             NameKind::Constant(value) => value.clone(),
-            NameKind::Cyclic | NameKind::AlarmAcknowledge | NameKind::Stand(_) => return None,
+            NameKind::DiagnosisPending => Value::Bit(self.image.diagnosis_pending()?),
+            // What a master concludes from the diagnosis is known to who asked for it only.
+            NameKind::Diagnosis(DiagnosisName::MasterLock) if self.read(name).is_some() => self.read(name)?.clone(),
+            NameKind::Diagnosis(part) => diagnosis::value(self.device, *part, &self.image.diagnosis()?.octets, None),
+            NameKind::Cyclic
+            | NameKind::AlarmAcknowledge
+            | NameKind::GlobalControl
+            | NameKind::ClockOffset
+            | NameKind::Stand(_) => return None,
         })
     }
 
@@ -218,11 +266,11 @@ impl View<'_> {
         let happening = &self.image.happening;
         let alarm = match happening {
             Happening::Alarm(alarm) => Some(alarm),
-            Happening::Nothing | Happening::Abort(_) | Happening::Lldp(_) => None,
+            Happening::Nothing | Happening::Abort(_) | Happening::Lldp(_) | Happening::Diagnosis => None,
         };
         let lldp = match happening {
             Happening::Lldp(lldp) => Some(lldp),
-            Happening::Nothing | Happening::Abort(_) | Happening::Alarm(_) => None,
+            Happening::Nothing | Happening::Abort(_) | Happening::Alarm(_) | Happening::Diagnosis => None,
         };
         match name {
             EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
@@ -359,9 +407,13 @@ impl Env for View<'_> {
                 NameKind::InputOctets(_)
                 | NameKind::InputLength
                 | NameKind::InputStatus(_)
+                | NameKind::DiagnosisPending
                 | NameKind::ConsumerStatus(_),
             ) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
             Some(NameKind::Event(_)) => self.tick.kind == TickKind::Event,
+            Some(NameKind::Diagnosis(_)) => {
+                self.tick.kind == TickKind::Event && self.image.happening == Happening::Diagnosis
+            }
             _ => true,
         }
     }

@@ -4,6 +4,7 @@
 
 pub mod control;
 pub mod discover;
+pub mod fdl;
 pub mod guard;
 pub mod journal;
 pub mod preflight;

@@ -1,15 +1,17 @@
-//! Reference devices as live devices: any number of them at one port, each with its stand behind a control socket.
+//! Reference devices as live devices: any number of them at one port or serial line, each with its stand behind a control socket.
 //!
 //! The devices live by the clock of their wire. A line that is lost is waited for; the devices notice it as devices do,
 //! by their watchdogs. This room must not know which devices there are, nor suites.
 
 mod device;
+mod medium;
 
 pub use device::{Made, Maker, Names, ServedDevice};
+pub use medium::Medium;
 
 use crate::live::control::LONGEST_LINE;
+use link::LinkError;
 use link::lines::{Connection, Listener};
-use link::{LinkError, Step, Wire};
 use station::{Duration, Time};
 
 /// How often control sockets are looked at.
@@ -27,16 +29,16 @@ struct Served {
     hands: Vec<Connection>,
 }
 
-/// Reference devices at a port.
+/// Reference devices at a port or a serial line.
 pub struct Server {
-    wire: Wire,
+    medium: Medium,
     served: Vec<Served>,
 }
 
 impl Server {
-    /// A server at `wire`, without devices.
-    pub fn new(wire: Wire) -> Server {
-        Server { wire, served: Vec::new() }
+    /// A server at `medium`, without devices.
+    pub fn new(medium: impl Into<Medium>) -> Server {
+        Server { medium: medium.into(), served: Vec::new() }
     }
 
     /// Puts a device on the wire, with its control socket where there is one.
@@ -44,9 +46,9 @@ impl Server {
         self.served.push(Served { mac, device, desk, hands: Vec::new() });
     }
 
-    /// The wire.
-    pub fn wire(&self) -> &Wire {
-        &self.wire
+    /// What its clock shows.
+    pub fn now(&self) -> Time {
+        self.medium.now()
     }
 
     /// Serves until the clock of the wire shows `end` or `stop` says so.
@@ -61,9 +63,9 @@ impl Server {
         let has_desks = self.served.iter().any(|served| served.desk.is_some());
         let slice = if has_desks { LOOK } else { BREATH };
         // At a socket where somebody has to come, nobody has yet.
-        let mut lost = self.wire.port().mac().is_none() && !self.wire.port().carrier();
+        let mut lost = self.medium.is_open_ended();
         loop {
-            let now = self.wire.now();
+            let now = self.now();
             if now >= end || stop() {
                 return Ok(());
             }
@@ -78,9 +80,9 @@ impl Server {
                 }
                 Err(error) => return Err(error),
             }
-            if lost && self.wire.recover(until).is_ok() {
+            if lost && self.medium.recover(until).is_ok() {
                 lost = false;
-                say(&format!("back at {}", self.wire.port().describe()));
+                say(&format!("back at {}", self.medium.describe()));
             }
             self.hear();
         }
@@ -88,20 +90,14 @@ impl Server {
 
     /// Lets everything happen up to `until`.
     fn step(&mut self, until: Time) -> Result<(), LinkError> {
-        let Server { wire, served } = self;
-        let mut stations: Vec<([u8; 6], &mut dyn station::Station)> =
-            served.iter_mut().map(|served| (served.mac, &mut served.device as &mut dyn station::Station)).collect();
-        loop {
-            let step = wire.step(&mut stations, until, &mut |_| true, &mut |_, _| {})?;
-            if step == Step::Idle || wire.now() >= until {
-                return Ok(());
-            }
-        }
+        let Server { medium, served } = self;
+        let stations = served.iter_mut().map(|served| (served.mac, &mut served.device as &mut dyn station::Station));
+        medium.run(stations.collect(), until)
     }
 
     /// Answers the lines that have come.
     fn hear(&mut self) {
-        let now = self.wire.now();
+        let now = self.now();
         for Served { device, desk, hands, .. } in &mut self.served {
             let Some(desk) = desk else { continue };
             while hands.len() < HANDS

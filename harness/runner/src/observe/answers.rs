@@ -71,7 +71,7 @@ impl Tracker {
         let connect = Connect::parse(blocks)?;
         accepted(&connect, ar, link);
         self.stations.complete(&mut ar.device);
-        let (controllers, devices) = ([link.macs.0, ar.controller.mac], [seen.header.source, ar.device.mac]);
+        let (controllers, devices) = ([link.macs.0, ar.controller.mac()], [seen.header.source, ar.device.mac()]);
         self.stands_between(id.0, controllers, devices);
         sink(&self.ars, Observation::Connected { ar: id });
         Ok(())

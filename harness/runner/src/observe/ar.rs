@@ -2,6 +2,7 @@
 
 use super::Direction;
 use station::{Duration, Time};
+use std::fmt;
 use std::ops::Range;
 use wire::ethernet::Mac;
 use wire::profinet::rpc::Uuid;
@@ -10,15 +11,56 @@ use wire::profinet::rpc::Uuid;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ArId(pub u32);
 
+/// How a station is addressed on its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Address {
+    /// PROFINET.
+    Mac(Mac),
+    /// PROFIBUS: the number of the station, 0 to 126.
+    Fdl(u8),
+}
+
+impl Default for Address {
+    fn default() -> Address {
+        Address::Mac(Mac::ZERO)
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Address::Mac(mac) => mac.fmt(f),
+            Address::Fdl(number) => write!(f, "station {number}"),
+        }
+    }
+}
+
 /// One end of a connection.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Party {
     /// Its address.
-    pub mac: Mac,
+    pub address: Address,
     /// Its station name, escaped for showing, where one was seen.
     pub station: Option<String>,
-    /// Vendor ID and device ID, where they were seen.
+    /// Vendor ID and device ID, where they were seen (PROFINET).
     pub ids: Option<(u16, u16)>,
+    /// Ident number, where it was seen (PROFIBUS).
+    pub ident: Option<u16>,
+}
+
+impl Party {
+    /// A party of which nothing but its address is known.
+    pub fn at(address: Address) -> Party {
+        Party { address, ..Party::default() }
+    }
+
+    /// Its MAC address; that of nobody on PROFIBUS, where there is none.
+    pub fn mac(&self) -> Mac {
+        match self.address {
+            Address::Mac(mac) => mac,
+            Address::Fdl(_) => Mac::ZERO,
+        }
+    }
 }
 
 /// What a connection is for.
@@ -49,6 +91,8 @@ pub enum Stage {
     Aborted,
     /// It fell silent.
     Starved,
+    /// The slave left the data exchange by itself (PROFIBUS).
+    Left,
 }
 
 impl Stage {
@@ -56,7 +100,7 @@ impl Stage {
     pub fn stands(self) -> bool {
         match self {
             Stage::Connected | Stage::Parameterised | Stage::Ready => true,
-            Stage::Asked | Stage::Refused | Stage::Released | Stage::Aborted | Stage::Starved => false,
+            Stage::Asked | Stage::Refused | Stage::Released | Stage::Aborted | Stage::Starved | Stage::Left => false,
         }
     }
 }
@@ -97,6 +141,30 @@ pub struct StartRecord {
     pub data: Vec<u8>,
     /// Whether the device took it.
     pub accepted: bool,
+}
+
+/// What a master told a slave at the begin of their connection (PROFIBUS); what was not seen is not there.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SlaveTold {
+    /// The data of Set_Prm, all of them.
+    pub parameters: Option<Vec<u8>>,
+    /// The data of Chk_Cfg, or of Get_Cfg where the capture begins later.
+    pub configuration: Option<Vec<u8>>,
+    /// The last diagnosis before the connection stood.
+    pub diagnosis: Option<DiagnosisTold>,
+}
+
+/// A diagnosis, and where it stood.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DiagnosisTold {
+    /// The data of Slave_Diag.
+    pub octets: Vec<u8>,
+    /// The number of its frame.
+    pub frame: u64,
+    /// When it was seen.
+    pub time: Time,
+    /// Where the data begin in the frame, in octets.
+    pub at: usize,
 }
 
 /// The frames of one direction.
@@ -157,6 +225,8 @@ pub struct Ar {
     pub outputs: Stream,
     /// The records that were written before the end of parameters.
     pub start_records: Vec<StartRecord>,
+    /// What the master told the slave (PROFIBUS).
+    pub slave: Option<Box<SlaveTold>>,
 }
 
 impl Ar {

@@ -1,7 +1,7 @@
 //! What a Connect says: who, for what, and where each submodule lies in the cyclic frames.
 
 use super::tracker::COUNTER_STEP_NS;
-use super::{Ar, Party, Placed, Role, Stage, Stream, escaped};
+use super::{Address, Ar, Party, Placed, Role, Stage, Stream, escaped};
 use station::{Duration, Time};
 use wire::ethernet::Mac;
 use wire::profinet::blocks::connect::{ArType, Connect, ExpectedSubmodule, IocrApi, IocrBlockReq, IocrType};
@@ -42,15 +42,16 @@ pub(super) fn asked(
     };
     let own = request.cm_initiator_mac_add;
     let controller = Party {
-        mac: if own == Mac::ZERO || own.is_group() { macs.0 } else { own },
+        address: Address::Mac(if own == Mac::ZERO || own.is_group() { macs.0 } else { own }),
         station: Some(escaped(&request.cm_initiator_station_name)).filter(|name| !name.is_empty()),
         ids: ids(request.cm_initiator_object_uuid),
+        ident: None,
     };
     let ar = Ar {
         uuid: request.ar_uuid,
         role,
         controller,
-        device: Party { mac: macs.1, station: None, ids: ids(object) },
+        device: Party { ids: ids(object), ..Party::at(Address::Mac(macs.1)) },
         submodules: placed(connect, input, output),
         stage: Stage::Asked,
         connect_frame: Some(number),
@@ -62,6 +63,7 @@ pub(super) fn asked(
         inputs: input.map(stream).unwrap_or_default(),
         outputs: output.map(stream).unwrap_or_default(),
         start_records: Vec::new(),
+        slave: None,
     };
     let link = Link {
         macs,
@@ -80,7 +82,7 @@ pub(super) fn ids(uuid: Uuid) -> Option<(u16, u16)> {
 
 /// A connection that was made before the trace began.
 pub(super) fn met(uuid: Uuid, controller: Mac, device: Mac) -> Ar {
-    let party = |mac| Party { mac, ..Party::default() };
+    let party = |mac| Party::at(Address::Mac(mac));
     Ar {
         uuid,
         role: Role::Exchange,
@@ -97,6 +99,7 @@ pub(super) fn met(uuid: Uuid, controller: Mac, device: Mac) -> Ar {
         inputs: Stream::default(),
         outputs: Stream::default(),
         start_records: Vec::new(),
+        slave: None,
     }
 }
 
@@ -116,7 +119,7 @@ pub(super) fn accepted(connect: &Connect, ar: &mut Ar, link: &mut Link) {
         && answer.cm_responder_mac_add != Mac::ZERO
         && !answer.cm_responder_mac_add.is_group()
     {
-        ar.device.mac = answer.cm_responder_mac_add;
+        ar.device.address = Address::Mac(answer.cm_responder_mac_add);
     }
     if let Some(server) = connect.ar_server_res().filter(|server| !server.cm_responder_station_name.is_empty()) {
         ar.device.station = Some(escaped(&server.cm_responder_station_name));

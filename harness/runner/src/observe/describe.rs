@@ -59,9 +59,9 @@ fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -
         let goes = |source: Mac, destination: Mac, id: u16| {
             (source, destination, id) == (header.source, header.destination, frame_id.0)
         };
-        if goes(ar.device.mac, ar.controller.mac, ar.inputs.frame_id) {
+        if goes(ar.device.mac(), ar.controller.mac(), ar.inputs.frame_id) {
             Some((ar, Direction::ToController))
-        } else if goes(ar.controller.mac, ar.device.mac, ar.outputs.frame_id) {
+        } else if goes(ar.controller.mac(), ar.device.mac(), ar.outputs.frame_id) {
             Some((ar, Direction::ToDevice))
         } else {
             None

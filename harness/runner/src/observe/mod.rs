@@ -10,6 +10,8 @@ mod calls;
 mod connect;
 mod counts;
 mod describe;
+mod dp;
+mod either;
 mod profibus;
 mod repeated;
 mod requests;
@@ -17,14 +19,17 @@ mod services;
 mod stations;
 mod tracker;
 
-pub use ar::{Ar, ArId, Party, Placed, Role, Stage, StartRecord, Stream};
+pub use ar::{Address, Ar, ArId, DiagnosisTold, Party, Placed, Role, SlaveTold, Stage, StartRecord, Stream};
 pub use counts::{Counts, RpcKind};
 pub use describe::describe;
+pub use dp::{DpCounts, DpTracker};
+pub use either::BusTracker;
 pub use profibus::ProfibusWords;
 pub use tracker::{Stray, Tracker};
 
 use wire::ethernet::Mac;
 use wire::lldp::Lldp;
+use wire::profibus::global_control::GlobalControl;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
 use wire::profinet::dcp::Dcp;
 use wire::profinet::rt::ApduStatus;
@@ -37,6 +42,86 @@ pub enum Direction {
     ToDevice,
     /// From the device to the controller: inputs.
     ToController,
+}
+
+/// What stands beside the data of a cyclic frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CyclicStatus {
+    /// PROFINET: cycle counter, data status, transfer status.
+    Apdu(ApduStatus),
+    /// PROFIBUS: whether an answer had high priority, so that a diagnosis is to be fetched.
+    Fdl {
+        /// Whether it had.
+        diagnosis_pending: bool,
+    },
+}
+
+/// What there is on PROFIBUS only; stations are told by their addresses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dp<'a> {
+    /// A slave told its diagnosis.
+    Diagnosis {
+        /// Who asked.
+        master: u8,
+        /// Who answered.
+        station: u8,
+        /// The data of Slave_Diag.
+        octets: &'a [u8],
+        /// Where they begin in the frame, in octets.
+        at: usize,
+    },
+    /// The data link of a slave took Set_Prm.
+    Parameters {
+        /// Who sent it.
+        master: u8,
+        /// Who took it.
+        station: u8,
+        /// The data of Set_Prm.
+        octets: &'a [u8],
+    },
+    /// The data link of a slave took Chk_Cfg.
+    Configuration {
+        /// Who sent it.
+        master: u8,
+        /// Who took it.
+        station: u8,
+        /// The data of Chk_Cfg.
+        octets: &'a [u8],
+    },
+    /// The data link of a slave took Set_Slave_Address.
+    AddressGiven {
+        /// Who gives it.
+        master: u8,
+        /// The address of the slave until now.
+        station: u8,
+        /// The new one.
+        address: u8,
+        /// The ident number that the slave has to have.
+        ident: u16,
+    },
+    /// Global_Control, which nobody answers.
+    Control {
+        /// Who sends it.
+        master: u8,
+        /// To whom; 127 means all.
+        station: u8,
+        /// What is commanded.
+        control: GlobalControl,
+    },
+    /// A slave ended a connection by itself, or did not let it come about.
+    Left {
+        /// What showed it.
+        why: Leaving,
+    },
+}
+
+/// What shows that a slave is in no data exchange any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Leaving {
+    /// It answers Data_Exchange with "no service".
+    NoService,
+    /// Its diagnosis says so.
+    Diagnosis,
 }
 
 /// What a frame means. One frame may mean several things, and most mean one.
@@ -52,8 +137,8 @@ pub enum Observation<'a> {
         data: &'a [u8],
         /// Where the data area begins in the frame, in octets.
         at: usize,
-        /// Cycle counter, data status, transfer status.
-        status: ApduStatus,
+        /// What stands beside the data.
+        status: CyclicStatus,
     },
     /// The device accepted a connection.
     Connected {
@@ -152,7 +237,14 @@ pub enum Observation<'a> {
         /// What it says.
         pdu: &'a Lldp,
     },
-    /// A PROFINET frame that could not be read.
+    /// What there is on PROFIBUS only.
+    Dp {
+        /// The connection, where it belongs to one.
+        ar: Option<ArId>,
+        /// What was seen.
+        event: Dp<'a>,
+    },
+    /// A frame that could not be read.
     Unreadable {
         /// Which part, at which octet, and why.
         why: &'a str,
@@ -173,7 +265,7 @@ impl Observation<'_> {
             | Observation::Aborted { ar, .. }
             | Observation::Released { ar }
             | Observation::Starved { ar, .. } => Some(*ar),
-            Observation::Record { ar, .. } | Observation::CallFailed { ar, .. } => *ar,
+            Observation::Record { ar, .. } | Observation::CallFailed { ar, .. } | Observation::Dp { ar, .. } => *ar,
             Observation::Dcp { .. } | Observation::Lldp { .. } | Observation::Unreadable { .. } => None,
         }
     }

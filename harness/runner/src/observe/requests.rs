@@ -63,7 +63,7 @@ impl Tracker {
         let macs = (seen.header.source, seen.header.destination);
         let at = (seen.number, seen.time);
         let Some((mut ar, link)) = asked(&connect, macs, header.object, at) else { return Ok(Asked::Nothing) };
-        self.make_way(ar.controller.mac, ar.device.mac);
+        self.make_way(ar.controller.mac(), ar.device.mac());
         self.stations.complete(&mut ar.controller);
         self.stations.complete(&mut ar.device);
         Ok(Asked::Connect(self.add(ar, link).map(ArId)))

@@ -39,7 +39,7 @@ impl Stations {
 
     /// Fills in what the party itself has not said.
     pub fn complete(&self, party: &mut Party) {
-        if let Some(known) = self.0.get(&party.mac) {
+        if let Some(known) = self.0.get(&party.mac()) {
             let name = || known.name.clone().filter(|name| !name.is_empty());
             party.station = party.station.take().or_else(name);
             party.ids = party.ids.or(known.ids);
@@ -66,7 +66,7 @@ impl Tracker {
         if speaks_of_itself && self.stations.learn(source, &pdu) {
             for ar in &mut self.ars {
                 for party in [&mut ar.controller, &mut ar.device] {
-                    if party.mac == source {
+                    if party.mac() == source {
                         self.stations.complete(party);
                     }
                 }

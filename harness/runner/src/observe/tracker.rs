@@ -8,7 +8,7 @@ use super::connect::Link;
 use super::counts::Counts;
 use super::repeated::Repeated;
 use super::stations::Stations;
-use super::{Ar, ArId, Direction, Observation, Stage, Stream};
+use super::{Ar, ArId, CyclicStatus, Direction, Observation, Stage, Stream};
 use rustc_hash::FxHashMap;
 use station::Time;
 use wire::WireError;
@@ -222,7 +222,7 @@ impl Tracker {
                     direction: route.direction,
                     data: frame.data,
                     at: seen.at() + CyclicFrame::DATA_OFFSET,
-                    status: frame.status,
+                    status: CyclicStatus::Apdu(frame.status),
                 },
             ),
             Ok(_) => {}

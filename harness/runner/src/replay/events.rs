@@ -1,11 +1,14 @@
 //! What happened in a capture, for people: one entry for each thing, a bounded number of each kind.
 
 use super::dcp::Stations;
+use super::decode::Decoder;
 use super::report::{Event, EventKind, Finding};
-use crate::observe::{Ar, ArId, Direction, Observation, Party, Role, Stage, Tracker};
+use crate::observe::{Address, Ar, ArId, Direction, Dp, DpTracker, Leaving, Observation, Party, Role, Stage, Tracker};
+use crate::suite::model::Manual;
 use station::{Duration, Time};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use wire::profibus::fdl::BROADCAST;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority};
 use wire::profinet::status::PnioStatus;
 
@@ -16,7 +19,10 @@ const MOST_UNREADABLE: u64 = 20;
 
 /// What happened so far.
 #[derive(Debug, Default)]
-pub(super) struct Events {
+pub(super) struct Events<'a> {
+    decoder: Decoder<'a>,
+    /// The ident number and the last diagnosis of each slave.
+    slaves: BTreeMap<u8, (Option<u16>, Vec<u8>)>,
     list: Vec<Event>,
     /// How many of each kind there were, and the last of those that were not told: its frame and time.
     kinds: BTreeMap<EventKind, Kind>,
@@ -34,7 +40,12 @@ struct Kind {
     last: (u64, Time),
 }
 
-impl Events {
+impl<'a> Events<'a> {
+    /// Nothing has happened yet; what slaves are told is said in the words of `manuals`.
+    pub fn new(manuals: &'a [Manual]) -> Events<'a> {
+        Events { decoder: Decoder::new(manuals), ..Events::default() }
+    }
+
     /// A frame begins; `cut` says how many octets of how many the capture kept, where it did not keep all.
     pub fn begin(&mut self, number: u64, time: Time, cut: Option<(usize, u32)>) {
         self.first.get_or_insert(time);
@@ -58,6 +69,7 @@ impl Events {
         let ar = |id: &ArId| ars.get(id.0 as usize);
         match observation {
             Observation::Cyclic { .. } | Observation::Lldp { .. } => {}
+            Observation::Dp { ar: id, event } => self.slave(id.as_ref().and_then(ar), event),
             Observation::Connected { ar: id } => {
                 if let Some(ar) = ar(id) {
                     self.add(EventKind::Connect, connected(ar));
@@ -129,6 +141,54 @@ impl Events {
         }
     }
 
+    /// What there is on PROFIBUS only.
+    fn slave(&mut self, ar: Option<&Ar>, event: &Dp<'_>) {
+        match *event {
+            Dp::Parameters { master, station, octets } => {
+                let ident = octets.get(4..6).map(|ident| u16::from_be_bytes([ident[0], ident[1]]));
+                self.slaves.entry(station).or_default().0 = ident;
+                let said = self.decoder.parameters(octets);
+                self.add(EventKind::SetPrm, format!("station {station} takes parameters of master {master}: {said}"));
+            }
+            Dp::Configuration { master, station, octets } => {
+                let ident = self.slaves.get(&station).and_then(|(ident, _)| *ident);
+                let said = self.decoder.configuration(ident, octets);
+                let text = format!("station {station} takes a configuration of master {master}: {said}");
+                self.add(EventKind::ChkCfg, text);
+            }
+            Dp::Diagnosis { station, octets, .. } => {
+                let known = self.slaves.entry(station).or_default();
+                if known.1 != octets {
+                    known.1 = octets.to_vec();
+                    let said = self.decoder.diagnosis(octets);
+                    self.add(EventKind::Diagnosis, format!("station {station} has the diagnosis {said}"));
+                }
+            }
+            Dp::AddressGiven { master, station, address, ident } => {
+                let text =
+                    format!("station {station} takes the address {address} from master {master}, ident 0x{ident:04X}");
+                self.add(EventKind::SlaveAddress, text);
+            }
+            // The clock of isochronous mode commands nothing.
+            Dp::Control { control, .. } if control.command.0 == 0 => {}
+            Dp::Control { master, station, control } => {
+                let words: Vec<&str> = control.command.words().collect();
+                let to = if station == BROADCAST { "all".to_owned() } else { format!("station {station}") };
+                let groups =
+                    if control.groups == 0 { String::new() } else { format!(", groups 0x{:02X}", control.groups) };
+                let text = format!("master {master} commands {to}: {}{groups}", words.join(" "));
+                self.add(EventKind::GlobalControl, text);
+            }
+            Dp::Left { why } => {
+                let why = match why {
+                    Leaving::NoService => "it answers Data_Exchange with `no service`",
+                    Leaving::Diagnosis => "its diagnosis says so",
+                };
+                self.add(EventKind::Left, format!("{} has left its master: {why}", device(ar)));
+            }
+        }
+    }
+
     fn add(&mut self, kind: EventKind, text: String) {
         let most = if kind == EventKind::Unreadable { MOST_UNREADABLE } else { MOST_OF_A_KIND };
         let of = self.kinds.entry(kind).or_default();
@@ -143,7 +203,7 @@ impl Events {
     }
 
     /// All events by frame, and what they show to be wrong.
-    pub fn end(mut self, tracker: &Tracker) -> (Vec<Event>, Vec<Finding>) {
+    pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> (Vec<Event>, Vec<Finding>) {
         for ar in tracker.ars().iter().filter(|ar| ar.stage == Stage::Asked) {
             let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
             let text =
@@ -157,6 +217,11 @@ impl Events {
                 stray.frames, stray.frame_id, stray.source, stray.destination
             );
             self.now = (stray.first_frame, stray.first_time);
+            self.add(EventKind::Unassigned, text);
+        }
+        let strays = slaves.counts().strays;
+        if strays > 0 {
+            let text = format!("{strays} answers of Data_Exchange belong to no connection that is remembered");
             self.add(EventKind::Unassigned, text);
         }
         let first = self.first;
@@ -178,9 +243,13 @@ fn seconds(first: Option<Time>, time: Time) -> f64 {
 /// The sender of a direction.
 fn who(ar: Option<&Ar>, direction: Direction) -> String {
     match direction {
-        Direction::ToDevice => {
-            ar.map_or_else(|| "the controller".to_owned(), |ar| format!("controller {}", name(&ar.controller)))
-        }
+        Direction::ToDevice => ar.map_or_else(
+            || "the controller".to_owned(),
+            |ar| match ar.controller.address {
+                Address::Mac(_) => format!("controller {}", name(&ar.controller)),
+                Address::Fdl(_) => format!("master {}", name(&ar.controller)),
+            },
+        ),
         Direction::ToController => device(ar),
     }
 }
@@ -191,8 +260,8 @@ fn device(ar: Option<&Ar>) -> String {
 
 fn name(party: &Party) -> String {
     match &party.station {
-        Some(station) => format!("'{station}' ({})", party.mac),
-        None => party.mac.to_string(),
+        Some(station) => format!("'{station}' ({})", party.address),
+        None => party.address.to_string(),
     }
 }
 
@@ -200,6 +269,15 @@ fn connected(ar: &Ar) -> String {
     let mut text = format!("{} is connected to {}", who(Some(ar), Direction::ToDevice), device(Some(ar)));
     match ar.role {
         Role::Access => text.push_str(" for access to records"),
+        Role::Exchange if ar.slave.is_some() => {
+            let _ = write!(
+                text,
+                ": {} octets out, {} in, watchdog {}",
+                ar.outputs.data_length,
+                ar.inputs.data_length,
+                if ar.outputs.watchdog.is_zero() { "off".to_owned() } else { span(ar.outputs.watchdog) }
+            );
+        }
         Role::Exchange => {
             let _ = write!(
                 text,

@@ -4,6 +4,7 @@
 //! report. The rules are the same as in a run. This room must not know how trials are run.
 
 mod dcp;
+mod decode;
 mod events;
 mod report;
 mod rules;
@@ -16,7 +17,8 @@ pub use report::{
 pub use rules::{RuleJudge, RuleOutcome, judge_rules, speaks_to};
 pub use text::text;
 
-use crate::observe::Tracker;
+use crate::observe::{DpTracker, Tracker};
+use crate::suite::device::Bus;
 use crate::suite::model::Manual;
 use bench::CaptureReader;
 use bench::capture::{Item, LinkType, NotACapture};
@@ -60,7 +62,8 @@ pub fn capture(name: &str, input: impl Read, manuals: &[Manual]) -> Result<Captu
     let mut reader = CaptureReader::new(input)?;
     let mut replay = Replay {
         tracker: Tracker::new(),
-        events: Events::default(),
+        slaves: DpTracker::new(),
+        events: Events::new(manuals),
         rules: CaptureRules::new(manuals),
         damage: Vec::new(),
         more_damage: 0,
@@ -74,6 +77,10 @@ pub fn capture(name: &str, input: impl Read, manuals: &[Manual]) -> Result<Captu
                     LinkType::ETHERNET => {
                         let cut = packet.is_sliced().then_some((packet.captured.len(), packet.original_length));
                         replay.frame(packet.number as u64, packet.time, packet.captured, cut);
+                    }
+                    LinkType::PROFIBUS => {
+                        let cut = packet.is_sliced().then_some((packet.captured.len(), packet.original_length));
+                        replay.bus_frame(packet.number as u64, packet.time, packet.captured, cut);
                     }
                     LinkType(other) => replay.events.other_link(packet.number as u64, packet.time, other),
                 }
@@ -89,7 +96,9 @@ pub fn capture(name: &str, input: impl Read, manuals: &[Manual]) -> Result<Captu
 
 struct Replay<'a> {
     tracker: Tracker,
-    events: Events,
+    /// The same for the frames of PROFIBUS.
+    slaves: DpTracker,
+    events: Events<'a>,
     rules: CaptureRules<'a>,
     damage: Vec<DamageReport>,
     more_damage: u64,
@@ -103,7 +112,17 @@ impl Replay<'_> {
         rules.time(time, number);
         tracker.frame(number, time, octets, &mut |ars, observation| {
             events.observe(ars, &observation);
-            rules.observe(ars, (time, number), &observation);
+            rules.observe(Bus::Profinet, ars, (time, number), &observation);
+        });
+    }
+
+    fn bus_frame(&mut self, number: u64, time: Time, octets: &[u8], cut: Option<(usize, u32)>) {
+        let Replay { slaves, events, rules, .. } = self;
+        events.begin(number, time, cut);
+        rules.time(time, number);
+        slaves.frame(number, time, octets, &mut |ars, observation| {
+            events.observe(ars, &observation);
+            rules.observe(Bus::Profibus, ars, (time, number), &observation);
         });
     }
 
@@ -114,14 +133,15 @@ impl Replay<'_> {
                 .push(DamageReport { at, what: format!("{} more places of damage behind this", self.more_damage) });
         }
         let (rules, broken) = self.rules.end();
-        let (events, mut findings) = self.events.end(&self.tracker);
+        let (events, mut findings) = self.events.end(&self.tracker, &self.slaves);
         findings.extend(broken);
         findings.sort_by_key(|finding| finding.frame);
+        let ars = self.tracker.ars().iter().chain(self.slaves.ars());
         CaptureReport {
             file: name.to_owned(),
             frames: self.frames,
             damage: self.damage,
-            ars: self.tracker.ars().iter().map(ConnectionReport::from).collect(),
+            ars: ars.map(ConnectionReport::from).collect(),
             events,
             findings,
             rules,

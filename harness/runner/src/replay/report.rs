@@ -1,6 +1,6 @@
 //! What was found in captures, as plain data; its JSON form is a contract: keys may be added, none is renamed or left out.
 
-use crate::observe::{Ar, Role, Stage, Stream};
+use crate::observe::{Address, Ar, Party, Role, Stage, Stream};
 use serde::{Serialize, Serializer};
 
 /// What was found in all captures of one call.
@@ -45,7 +45,8 @@ pub struct ConnectionReport {
     pub ar_uuid: String,
     /// What it is for: `exchange` or `access`.
     pub role: &'static str,
-    /// How far it came: `asked`, `refused`, `connected`, `parameterised`, `ready`, `released`, `aborted`, `starved`.
+    /// How far it came: `asked`, `refused`, `connected`, `parameterised`, `ready`, `released`, `aborted`, `starved`,
+    /// `left`.
     pub stage: &'static str,
     /// Who asked for it.
     pub controller: ControllerReport,
@@ -70,8 +71,11 @@ pub struct ConnectionReport {
 /// Who asked for a connection.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ControllerReport {
-    /// Its MAC address.
-    pub mac: String,
+    /// Its MAC address; none on PROFIBUS.
+    pub mac: Option<String>,
+    /// Its station address; there on PROFIBUS only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub address: Option<u8>,
     /// Its station name, escaped.
     pub station: Option<String>,
 }
@@ -79,8 +83,14 @@ pub struct ControllerReport {
 /// Who was asked for a connection.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceReport {
-    /// Its MAC address.
-    pub mac: String,
+    /// Its MAC address; none on PROFIBUS.
+    pub mac: Option<String>,
+    /// Its station address; there on PROFIBUS only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub address: Option<u8>,
+    /// Its ident number; on PROFIBUS only, where it was seen.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ident: Option<u16>,
     /// Its station name, escaped.
     pub station: Option<String>,
     /// Vendor ID.
@@ -158,8 +168,14 @@ event_kinds! {
     DcpReset "dcp_reset" "Somebody reset a station.",
     DcpSignal "dcp_signal" "Somebody let a station flash.",
     Rename "rename" "Somebody gave a station a name.",
+    SetPrm "set_prm" "A slave took parameters.",
+    ChkCfg "chk_cfg" "A slave took a configuration to be checked.",
+    Diagnosis "diagnosis" "A slave told another diagnosis than before.",
+    GlobalControl "global_control" "A master commanded slaves.",
+    SlaveAddress "set_slave_address" "A slave took another address.",
+    Left "left" "A slave left the exchange of data by itself, or did not let it come about.",
     Unassigned "unassigned" "Cyclic frames belong to no connection that was seen to be made.",
-    Unreadable "unreadable" "A PROFINET frame could not be read.",
+    Unreadable "unreadable" "A frame could not be read.",
     OtherLink "other_link" "The frames of this link are not read.",
 }
 
@@ -218,9 +234,15 @@ impl From<&Ar> for ConnectionReport {
                 Role::Access => "access",
             },
             stage: stage(ar.stage),
-            controller: ControllerReport { mac: ar.controller.mac.to_string(), station: ar.controller.station.clone() },
+            controller: ControllerReport {
+                mac: mac(&ar.controller),
+                address: number(&ar.controller),
+                station: ar.controller.station.clone(),
+            },
             device: DeviceReport {
-                mac: ar.device.mac.to_string(),
+                mac: mac(&ar.device),
+                address: number(&ar.device),
+                ident: ar.device.ident,
                 station: ar.device.station.clone(),
                 vendor_id: ar.device.ids.map(|ids| ids.0),
                 device_id: ar.device.ids.map(|ids| ids.1),
@@ -233,6 +255,20 @@ impl From<&Ar> for ConnectionReport {
             rt_in: StreamReport::from(&ar.inputs),
             rt_out: StreamReport::from(&ar.outputs),
         }
+    }
+}
+
+fn mac(party: &Party) -> Option<String> {
+    match party.address {
+        Address::Mac(mac) => Some(mac.to_string()),
+        Address::Fdl(_) => None,
+    }
+}
+
+fn number(party: &Party) -> Option<u8> {
+    match party.address {
+        Address::Fdl(number) => Some(number),
+        Address::Mac(_) => None,
     }
 }
 
@@ -252,5 +288,6 @@ fn stage(stage: Stage) -> &'static str {
         Stage::Released => "released",
         Stage::Aborted => "aborted",
         Stage::Starved => "starved",
+        Stage::Left => "left",
     }
 }

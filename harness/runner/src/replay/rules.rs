@@ -5,13 +5,13 @@ use crate::judge::Tick;
 use crate::judge::follow::Change;
 use crate::judge::rule::{RuleSet, RuleWatch, Violation};
 use crate::judge::scene::Scene;
-use crate::observe::{Ar, ArId, Observation, Tracker};
+use crate::observe::{Address, Ar, ArId, BusTracker, Observation};
 use crate::result::{Decided, PartSeen};
+use crate::suite::device::{Bus, Module};
 use crate::suite::model::{Level, Manual, Rule, Variant};
 use crate::verdict::Verdict;
 use station::{Duration, Time};
 use std::collections::BTreeMap;
-use wire::ethernet::Mac;
 
 /// A hold without samples for longer than this is undecided.
 const WATCHDOG: Duration = Duration::from_secs(1);
@@ -102,6 +102,12 @@ impl<'a> RuleJudge<'a> {
 /// Whether a connection is one to a device of this manual: its numbers and the submodules of one of its modules.
 pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
     let device = &manual.device;
+    if let Some(told) = &ar.slave {
+        let is_module = |module: &Module| told.configuration.as_ref() == Some(&module.cfg);
+        return device.bus == Bus::Profibus
+            && ar.device.ident == Some(device.identity.device_id)
+            && device.modules.iter().any(is_module);
+    }
     let identity = (device.identity.vendor_id, device.identity.device_id);
     let placed = |index: &usize| {
         device.submodules.get(*index).is_some_and(|submodule| {
@@ -125,7 +131,10 @@ pub fn judge_rules<'f>(
     ours: impl Fn(&Ar) -> bool,
 ) -> Vec<RuleOutcome> {
     let Some(variant) = manual.variants.get(variant) else { return Vec::new() };
-    let mut tracker = Tracker::new();
+    let mut tracker = match manual.device.bus {
+        Bus::Profinet => BusTracker::Profinet(Box::default()),
+        Bus::Profibus => BusTracker::Profibus(Box::default()),
+    };
     let mut pairs = Pairs::new(manual, variant);
     for (number, time, octets) in frames {
         pairs.time(time, number);
@@ -141,7 +150,7 @@ pub fn judge_rules<'f>(
 struct Pairs<'a> {
     manual: &'a Manual,
     variant: &'a Variant,
-    judges: Vec<((Mac, Mac), RuleJudge<'a>)>,
+    judges: Vec<((Address, Address), RuleJudge<'a>)>,
     /// The judge of each connection.
     of: Vec<Option<usize>>,
 }
@@ -167,7 +176,7 @@ impl<'a> Pairs<'a> {
 
     fn connected(&mut self, ars: &[Ar], id: ArId, ours: impl Fn(&Ar) -> bool) {
         let Some(ar) = ars.get(id.0 as usize).filter(|ar| ours(ar)) else { return };
-        let pair = (ar.controller.mac, ar.device.mac);
+        let pair = (ar.controller.address, ar.device.address);
         let known = self.judges.iter().position(|(known, _)| *known == pair);
         let judge = known.or_else(|| {
             (self.judges.len() < MOST_PAIRS).then(|| {
@@ -204,8 +213,9 @@ impl<'a> CaptureRules<'a> {
         CaptureRules(all.map(|(manual, variant)| Pairs::new(manual, variant)).collect())
     }
 
-    pub fn observe(&mut self, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
-        for pairs in &mut self.0 {
+    /// Takes in an observation on a bus; what devices of another one are is not told by it.
+    pub fn observe(&mut self, bus: Bus, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
+        for pairs in self.0.iter_mut().filter(|pairs| pairs.manual.device.bus == bus) {
             let manual = pairs.manual;
             pairs.observe(ars, at, observation, |ar| speaks_to(manual, ar));
         }

@@ -94,21 +94,29 @@ fn connection(out: &mut String, number: usize, ar: &ConnectionReport) -> fmt::Re
 }
 
 fn controller(ar: &ConnectionReport) -> String {
-    party(&ar.controller.station, &ar.controller.mac)
+    party(&ar.controller.station, ar.controller.mac.as_deref(), ar.controller.address)
 }
 
 fn device(ar: &ConnectionReport) -> String {
-    let mut text = party(&ar.device.station, &ar.device.mac);
+    let mut text = party(&ar.device.station, ar.device.mac.as_deref(), ar.device.address);
+    if let Some(ident) = ar.device.ident {
+        let _ = write!(text, " ident 0x{ident:04X}");
+    }
     if let (Some(vendor), Some(device)) = (ar.device.vendor_id, ar.device.device_id) {
         let _ = write!(text, " vendor 0x{vendor:04X} device 0x{device:04X}");
     }
     text
 }
 
-fn party(station: &Option<String>, mac: &str) -> String {
+fn party(station: &Option<String>, mac: Option<&str>, number: Option<u8>) -> String {
+    let mac = match (mac, number) {
+        (Some(mac), _) => mac.to_owned(),
+        (None, Some(number)) => format!("station {number}"),
+        (None, None) => "nobody".to_owned(),
+    };
     match station {
         Some(station) => format!("'{station}' {mac}"),
-        None => mac.to_owned(),
+        None => mac,
     }
 }
 

@@ -75,6 +75,8 @@ struct FindingJson<'a> {
     text: &'a str,
     manual: Option<&'a str>,
     gsdml: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gsd: Option<&'a str>,
     device: Option<&'a str>,
 }
 
@@ -212,9 +214,10 @@ impl<'a> Run<'a> {
 
 impl<'a> FindingJson<'a> {
     fn new(of: &'a Finding) -> FindingJson<'a> {
-        let Finding { id, severity, text, manual, gsdml, device } = of;
-        let (manual, gsdml, device) = (manual.as_deref(), gsdml.as_deref(), device.as_deref());
-        FindingJson { id, severity: severity.word(), text, manual, gsdml, device }
+        let Finding { id, severity, text, manual, gsdml, gsd, device } = of;
+        let (manual, gsdml, gsd) = (manual.as_deref(), gsdml.as_deref(), gsd.as_deref());
+        let device = device.as_deref();
+        FindingJson { id, severity: severity.word(), text, manual, gsdml, gsd, device }
     }
 }
 

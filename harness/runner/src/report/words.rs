@@ -43,7 +43,7 @@ pub fn printable(text: &str) -> String {
 /// A finding in full: what disagrees, and what manual, GSDML and device say; each line is indented by two.
 pub fn finding(of: &Finding) -> String {
     let mut told = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
-    let parties = [("manual", &of.manual), ("GSDML", &of.gsdml), ("device", &of.device)];
+    let parties = [("manual", &of.manual), ("GSDML", &of.gsdml), ("GSD", &of.gsd), ("device", &of.device)];
     if parties.iter().all(|(_, said)| said.is_none()) {
         return told;
     }

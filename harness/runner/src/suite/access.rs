@@ -2,13 +2,14 @@
 
 use super::answer::{Asked, may_accept, only};
 use super::codes::Service as From;
-use super::device::NameKind;
+use super::device::{Bus, NameKind};
 use super::device_yaml::{named, plain, word};
 use super::error::{Mistake, Read};
-use super::expr::{Type, Value};
+use super::expr::{Program, Type, Value};
 use super::frame::{Frame, literal};
 use super::model::{Access, AccessItem, Answer, AnswerPart, Instead, Matcher, Service, Sought, Via};
 use super::names::{Name, Verbs};
+use super::profibus;
 use super::start::octets;
 use super::yaml::Node;
 use controllers::profinet_io::Broken;
@@ -33,6 +34,8 @@ pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[
     ("subslot", "its subslot"),
     ("api", "its API"),
 ];
+/// Those of them that say where a record stands on PROFINET.
+const PLACE_ON_PROFINET: &[&str] = &["slot", "subslot", "api"];
 /// Likewise for records.
 pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
     ("slot", "slot of the record"),
@@ -80,17 +83,13 @@ pub(super) const SERVICES: &[ServiceEntry] = &[
 /// Whom `who` of a DCP identify means.
 const SOUGHT: &[&str] = &["all", "own_name"];
 
-/// Services that exist on PROFIBUS.
-const PROFIBUS_SERVICES: &[&str] = &[
-    "set_slave_address",
-    "global_control",
-    "fdl_status",
-    "set_prm",
-    "chk_cfg",
-    "data_exchange",
-    "read_inputs",
-    "read_outputs",
-];
+/// Who acts, and whom it asks.
+pub(super) struct By {
+    /// Whether the second controller acts.
+    pub second: bool,
+    /// The station address that is asked where it is not the device's (PROFIBUS).
+    pub to: Option<Program>,
+}
 
 impl Frame<'_, '_> {
     /// A `read` or a `write`: its items, and the service that all of them share.
@@ -100,7 +99,7 @@ impl Frame<'_, '_> {
         write: bool,
         instead: Option<&Node>,
         answer: Option<&Node>,
-        second: bool,
+        by: By,
     ) -> Read<Access> {
         let (verb, word) = if write { (Verbs::WRITE, "write") } else { (Verbs::READ, "read") };
         let entries = node.entries(word)?;
@@ -125,11 +124,13 @@ impl Frame<'_, '_> {
         let asked = match via {
             Via::Parameters => Asked::Parameters(&asked),
             Via::Record(_) => Asked::Whole(From::Record),
+            Via::Diagnosis | Via::Configuration => Asked::Whole(From::Dp),
             Via::Station | Via::Stand | Via::Pages => Asked::Whole(From::Station),
         };
         let from = match via {
             Via::Parameters => From::Parameters,
             Via::Record(_) => From::Record,
+            Via::Diagnosis | Via::Configuration => From::Dp,
             Via::Station | Via::Stand | Via::Pages => From::Station,
         };
         let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
@@ -143,7 +144,8 @@ impl Frame<'_, '_> {
             items.push(AccessItem { name: name.id, value: matcher });
         }
         let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via, write))?;
-        Ok(Access { via, items, instead, answer, second })
+        let By { second, to } = by;
+        Ok(Access { via, items, instead, answer, second, to })
     }
 
     /// A parameter that the device lacks is asked for only to be refused, and so is a write to one that is read only.
@@ -196,17 +198,28 @@ impl Frame<'_, '_> {
     }
 
     fn instead(&self, node: &Node, via: Via, write: bool) -> Read<Vec<Instead>> {
+        let (missing, more) = match self.names.device().bus {
+            Bus::Profinet => (&[][..], &[][..]),
+            Bus::Profibus => (PLACE_ON_PROFINET, profibus::INSTEAD_PARAMETERS),
+        };
         let known = match via {
             Via::Parameters => INSTEAD_PARAMETERS,
+            Via::Station | Via::Stand if !missing.is_empty() => {
+                return Err(node.wrong("nothing is changed in this request"));
+            }
             Via::Record(_) => INSTEAD_RECORD,
             Via::Pages => return Err(node.wrong("nothing is changed in the request for a web page")),
+            Via::Diagnosis | Via::Configuration => {
+                return Err(node.wrong("nothing is changed in the request for a diagnosis or a configuration"));
+            }
             Via::Station | Via::Stand => INSTEAD_STATION,
         };
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
             let name = key.text("a key")?;
-            if !known.iter().any(|(word, _)| *word == name) {
-                let known = known.iter().map(|(word, _)| *word);
+            let known = known.iter().map(|(word, _)| *word).filter(|word| !missing.contains(word));
+            let known = known.chain(more.iter().map(|(word, _)| *word));
+            if !known.clone().any(|word| word == name) {
                 return Err(Mistake::unknown(key.spot, "key of instead", name, known));
             }
             list.push(match name {
@@ -258,18 +271,25 @@ impl Frame<'_, '_> {
         let [(name, fields)] = entries.as_slice() else {
             return Err(node.wrong("one `send` sends one service"));
         };
-        let Some((_, keys, _)) = SERVICES.iter().find(|(known, ..)| known == name) else {
-            if PROFIBUS_SERVICES.contains(name) {
-                return Err(node.wrong(format!("`{name}` exists on PROFIBUS only")));
+        let (services, others, other_bus) = match self.names.device().bus {
+            Bus::Profinet => (SERVICES, profibus::SERVICES, "PROFIBUS"),
+            Bus::Profibus => (profibus::SERVICES, SERVICES, "PROFINET"),
+        };
+        let Some((_, keys, _)) = services.iter().find(|(known, ..)| known == name) else {
+            if others.iter().any(|(known, ..)| known == name) {
+                return Err(node.wrong(format!("`{name}` exists on {other_bus} only")));
             }
             let spot = node.mapping().and_then(|entries| entries.first()).map_or(node.spot, |(key, _)| key.spot);
-            return Err(Mistake::unknown(spot, "service", name, SERVICES.iter().map(|(name, ..)| *name)));
+            return Err(Mistake::unknown(spot, "service", name, services.iter().map(|(name, ..)| *name)));
         };
         for (key, _) in fields.entries("a service")? {
             let field = key.text("a field")?;
             if !keys.contains(&field) {
                 return Err(Mistake::unknown(key.spot, &format!("field of {name}"), field, keys.iter().copied()));
             }
+        }
+        if self.names.device().bus == Bus::Profibus {
+            return self.dp_service(name, fields);
         }
         let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
         let text = |key: &str| match literal(field(key)?, &Type::Text)? {
@@ -384,6 +404,8 @@ fn via_of(name: &Name) -> Via {
     match name.kind {
         NameKind::Record { record, .. } => Via::Record(record),
         NameKind::Station(_) => Via::Station,
+        NameKind::Diagnosis(_) => Via::Diagnosis,
+        NameKind::Configuration => Via::Configuration,
         NameKind::Parameter { .. } => Via::Parameters,
         NameKind::Page { .. } => Via::Pages,
         _ => Via::Stand,

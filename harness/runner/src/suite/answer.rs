@@ -1,7 +1,7 @@
 //! Which answer is right: of a request as a whole, of its parts, and as an expectation of the last one.
 
 use super::codes::Service;
-use super::device::NameKind;
+use super::device::{Bus, DiagnosisName, NameKind};
 use super::device_yaml::{plain, word};
 use super::error::{Mistake, Read};
 use super::expr::{Type, Value};
@@ -89,6 +89,7 @@ impl Frame<'_, '_> {
                 }
             }
             Asked::Whole(_) => Err(Mistake::unknown(key.spot, "part of this answer", name, ["bytes", "refused"])),
+            Asked::Connect if device.bus == Bus::Profibus => self.slave_stage(key, value, name),
             Asked::Connect => {
                 let record = device.records.iter().position(|record| record.start && record.name == name);
                 let part = match (name, record) {
@@ -103,6 +104,31 @@ impl Frame<'_, '_> {
                     _ => return self.module_diff(key, name, value),
                 };
                 Ok((part, self.answer(value, Asked::Whole(Service::Connect))?))
+            }
+        }
+    }
+
+    /// A stage of a start-up on PROFIBUS.
+    fn slave_stage(&self, key: &Node, value: &Node, name: &str) -> Read<(AnswerPart, Answer)> {
+        let asked = Asked::Whole(Service::Dp);
+        match name {
+            "set_prm" => Ok((AnswerPart::SetPrm, self.answer(value, asked)?)),
+            "chk_cfg" => Ok((AnswerPart::ChkCfg, self.answer(value, asked)?)),
+            "connection" => Ok((AnswerPart::Connection, Answer::Is(states(value, CONNECTIONS)?))),
+            _ if name.starts_with("diag.") => {
+                let found = self.names.for_verb(key, name, super::names::Verbs::EXPECT, "answer")?;
+                match found.kind {
+                    NameKind::Diagnosis(part) => {
+                        Ok((AnswerPart::Diagnosis(part), Answer::Is(self.matcher(value, &found.ty, None)?)))
+                    }
+                    _ => Err(key.wrong(format!("`{name}` is no part of a start-up"))),
+                }
+            }
+            _ => {
+                let diagnosis = DiagnosisName::words().map(|(word, _)| format!("diag.{word}"));
+                let known: Vec<String> =
+                    ["set_prm", "chk_cfg", "connection"].map(str::to_owned).into_iter().chain(diagnosis).collect();
+                Err(Mistake::unknown(key.spot, "stage of a start-up", name, known.iter().map(String::as_str)))
             }
         }
     }
@@ -157,6 +183,7 @@ impl Frame<'_, '_> {
             AnswerPart::Parameter(..) => Service::Parameters,
             AnswerPart::Record(_) => Service::Record,
             AnswerPart::Connect => Service::Connect,
+            AnswerPart::SetPrm | AnswerPart::ChkCfg => Service::Dp,
             _ => Service::Last,
         };
         if let Some(refused) = node.get("refused") {

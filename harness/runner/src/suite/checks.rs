@@ -1,7 +1,7 @@
 //! Whether the steps of a case look at anything, and at more than a dead device can show.
 
 use super::answer::dead_gives;
-use super::model::{Answer, Condition, Matcher, Observation, RuleBody, Service, Step, Test, Verb};
+use super::model::{Answer, Condition, DpService, Matcher, Observation, RuleBody, Service, Step, Test, Verb};
 
 /// Whether `test` holds for a step or one inside it.
 pub(super) fn any_step(steps: &[Step], test: &dyn Fn(&Step) -> bool) -> bool {
@@ -23,6 +23,7 @@ pub(super) fn is_check(step: &Step) -> bool {
         Verb::Write(access) => access.answer.is_some(),
         Verb::Connect { answer, .. } => answer.is_some(),
         Verb::Block { observe, .. } => !observe.is_empty(),
+        Verb::Exchange(entries) => entries.iter().any(|entry| entry.expect.is_some()),
         _ => false,
     }
 }
@@ -50,6 +51,7 @@ pub(super) fn wants_life(step: &Step) -> bool {
         Verb::Write(access) => answered(&access.answer),
         Verb::Send { service, answer, .. } => is_answered(service) && answered(answer),
         Verb::Connect { answer, .. } => answered(answer),
+        Verb::Exchange(entries) => entries.iter().filter_map(|entry| entry.expect.as_ref()).any(|of| !gone(of)),
         Verb::Block { observe, .. } => observe.iter().any(|rule| match rule {
             Observation::Rule { body: RuleBody::Always(condition), .. } => !gone(condition),
             Observation::Rule { .. } | Observation::Count { .. } => false,
@@ -62,13 +64,16 @@ pub(super) fn wants_life(step: &Step) -> bool {
 /// Whether anybody answers a service; one that nobody answers says nothing about the device.
 fn is_answered(service: &Service) -> bool {
     match service {
-        Service::Lldp { .. } | Service::Abort | Service::Broken(_) => false,
+        Service::Lldp { .. } | Service::Abort | Service::Broken(_) | Service::Dp(DpService::GlobalControl { .. }) => {
+            false
+        }
         Service::DcpReset { .. }
         | Service::DcpSignal
         | Service::DcpIdentify(_)
         | Service::Arp { .. }
         | Service::RecordRead { .. }
         | Service::RecordWrite { .. }
+        | Service::Dp(_)
         | Service::HttpGet { .. }
         | Service::HttpPost { .. } => true,
     }

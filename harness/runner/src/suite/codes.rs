@@ -1,10 +1,12 @@
 //! Words of refusals: which table a service has, and which numbers a word stands for.
 
+use super::device::Bus;
 use super::device_yaml::plain;
 use super::error::{Mistake, Read};
 use super::frame::Frame;
 use super::model::Code;
 use super::yaml::Node;
+use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
 use wire::profinet::status::{CmrpcError, ErrorDecode, Finder, RecordError};
@@ -18,14 +20,26 @@ pub(super) enum Service {
     Record,
     /// DCP.
     Station,
+    /// A service of PROFIBUS.
+    Dp,
     /// A start-up.
     Connect,
     /// It is not known beforehand: the last answer.
     Last,
 }
 
+/// The answers of the data link that are no acceptance: what was asked is not there, or was not taken.
+const REFUSALS: [AnswerFunction; 6] = [
+    AnswerFunction::USER_ERROR,
+    AnswerFunction::NO_RESOURCE,
+    AnswerFunction::NO_SERVICE,
+    AnswerFunction::NO_DATA,
+    AnswerFunction::NO_RESOURCE_DATA_LOW,
+    AnswerFunction::NO_RESOURCE_DATA_HIGH,
+];
+
 /// The tables of a service, each with the name it has in messages.
-pub(super) fn tables(service: Service) -> Vec<(&'static str, Vec<(&'static str, Code)>)> {
+pub(super) fn tables(service: Service, bus: Bus) -> Vec<(&'static str, Vec<(&'static str, Code)>)> {
     let parameter =
         || ErrorNumber::TABLE.iter().map(|(code, word, _)| (*word, Code::Parameter(code.0, (*word).to_owned())));
     let record = || {
@@ -50,10 +64,27 @@ pub(super) fn tables(service: Service) -> Vec<(&'static str, Vec<(&'static str, 
             .filter(|(code, ..)| code.0 != 0)
             .map(|(code, word, _)| (*word, Code::Dcp(code.0, (*word).to_owned())))
     };
+    let fdl = || {
+        let refusals = AnswerFunction::TABLE.iter().filter(|(function, ..)| REFUSALS.contains(function));
+        refusals.map(|(function, word, _)| (*word, Code::Fdl(function.0, (*word).to_owned()))).collect::<Vec<_>>()
+    };
+    let dpv1 = || {
+        let all = RecordError::TABLE.iter();
+        all.map(|(code, word, _)| (*word, Code::Dpv1 { code1: code.0, word: (*word).to_owned() })).collect::<Vec<_>>()
+    };
+    if bus == Bus::Profibus {
+        let both = [("FDL answer", fdl()), ("DP-V1", dpv1())];
+        return match service {
+            Service::Parameters | Service::Last => {
+                [("PROFIdrive", parameter().collect())].into_iter().chain(both).collect()
+            }
+            Service::Record | Service::Station | Service::Dp | Service::Connect => both.into(),
+        };
+    }
     let pnio = || ("PNIO status", record().chain(finder()).chain(cmrpc()).collect());
     match service {
         Service::Parameters => vec![("PROFIdrive", parameter().collect()), pnio()],
-        Service::Record => vec![pnio()],
+        Service::Record | Service::Dp => vec![pnio()],
         Service::Station => vec![("DCP", dcp().collect())],
         Service::Connect => vec![("PNIO status", cmrpc().chain(finder()).chain(record()).collect())],
         Service::Last => vec![("PROFIdrive", parameter().collect()), pnio(), ("DCP", dcp().collect())],
@@ -75,7 +106,7 @@ pub(super) fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read
         frame.names.mark("code", &format!("parameter_error.{word}"));
         return Ok(Code::Parameter(u16::try_from(*number).unwrap_or(u16::MAX), word.clone()));
     }
-    let tables = tables(service);
+    let tables = tables(service, frame.names.device().bus);
     let mut all = tables.iter().flat_map(|(_, words)| words);
     match all.find(|(known, _)| *known == word) {
         Some((_, code)) => Ok(code.clone()),

@@ -2,10 +2,15 @@
 //!
 //! This is data about devices, so a new encoder needs no change here.
 
+mod profibus;
+
+pub use profibus::{Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, NUMBER_OCTETS, Slave, UserParameters};
+
 use super::expr::{Program, Value, WordTable};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+use wire::profibus::diag::Status1;
 
 /// A name as conditions and steps use it: an index into [`super::model::Variant::names`].
 pub use super::expr::NameId;
@@ -63,12 +68,14 @@ pub struct Device {
     pub network: Vec<(u16, u32)>,
     /// What goes over the cyclic exchange.
     pub signals: Vec<Signal>,
-    /// Submodules (PROFINET).
+    /// Submodules; on PROFIBUS each module has one, of its own name.
     pub submodules: Vec<Submodule>,
     /// Modules: what one connection consists of.
     pub modules: Vec<Module>,
-    /// Records (PROFINET).
+    /// Records; on PROFIBUS there is one, with the user octets of Set_Prm.
     pub records: Vec<Record>,
+    /// What only PROFIBUS has.
+    pub slave: Option<Slave>,
     /// Parameters of the base mode parameter access.
     pub parameters: Vec<Parameter>,
     /// How they are reached.
@@ -95,6 +102,25 @@ impl Device {
     }
 }
 
+impl Device {
+    /// How suites call a part of the diagnosis, without `diag.`.
+    pub fn diagnosis_name(&self, name: DiagnosisName) -> &str {
+        match name {
+            DiagnosisName::Length => "length",
+            DiagnosisName::Bytes => "bytes",
+            DiagnosisName::Ident => "ident",
+            DiagnosisName::Master => "master",
+            DiagnosisName::Errors => "errors",
+            DiagnosisName::MasterLock => Status1::MASTER_LOCK.words().next().unwrap_or_default(),
+            DiagnosisName::Bit { octet, bit } => profibus::status_word(octet, bit).unwrap_or_default(),
+            DiagnosisName::Field(index) => {
+                let fields = self.slave.as_ref().map_or(&[][..], |slave| &slave.diagnosis.fields);
+                fields.get(index).map_or("?", |field| &field.name)
+            }
+        }
+    }
+}
+
 /// How the parameters of a device are reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ParameterAccess {
@@ -103,6 +129,8 @@ pub struct ParameterAccess {
     /// The submodule that it stands at, as an index into [`Device::submodules`]; without one the one of the module in use that the
     /// records of the start-up go to.
     pub at: Option<usize>,
+    /// The slot of the data set that takes requests and gives responses (PROFIBUS).
+    pub slot: u8,
     /// The drive object that is asked.
     pub do_id: u8,
     /// Number of the parameter that saves the others.
@@ -112,8 +140,13 @@ pub struct ParameterAccess {
 /// The base mode parameter access of the drive profile and its "transfer to non-volatile memory".
 impl Default for ParameterAccess {
     fn default() -> ParameterAccess {
-        ParameterAccess { index: 0xB02E, at: None, do_id: 1, save: 971 }
+        ParameterAccess { index: 0xB02E, at: None, slot: 0, do_id: 1, save: 971 }
     }
+}
+
+impl ParameterAccess {
+    /// The data set of PROFIBUS that carries the same requests.
+    pub const DATA_SET: u16 = 47;
 }
 
 /// A web page.
@@ -191,13 +224,16 @@ pub enum Changed {
 }
 
 /// Who a device is.
+///
+/// On PROFIBUS there is one number for a type of device, its ident number, which stands in the place of the device ID; no number
+/// names the vendor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// Vendor ID of PI.
+    /// Vendor ID of PI; 0 on PROFIBUS.
     pub vendor_id: u16,
-    /// Device ID of the vendor.
+    /// Device ID of the vendor; on PROFIBUS the ident number.
     pub device_id: u16,
-    /// Type of station, as DCP shows it.
+    /// Type of station, as DCP shows it; empty on PROFIBUS.
     pub station_type: String,
     /// Where the device ID comes from.
     pub device_id_origin: Origin,
@@ -269,7 +305,7 @@ pub struct Field {
     pub counts: Option<(u32, u32)>,
 }
 
-/// A submodule (PROFINET).
+/// A submodule.
 #[derive(Clone, Debug)]
 pub struct Submodule {
     /// Its name.
@@ -309,15 +345,19 @@ impl Submodule {
 pub struct Module {
     /// Its name.
     pub name: String,
-    /// Ident number.
+    /// Ident number (PROFINET).
     pub ident: u32,
-    /// Where the ident number comes from.
+    /// Where the ident number, or the configuration, comes from.
     pub ident_origin: Origin,
     /// Its submodules (indices into `submodules`), without those of the device access point.
     pub submodules: Vec<usize>,
+    /// The identifiers of its configuration, as Chk_Cfg sends them (PROFIBUS).
+    pub cfg: Vec<u8>,
+    /// Start parameters that go with it where the case does not say them (PROFIBUS): fields of the only record, and their values.
+    pub fixes: Vec<(usize, i128)>,
 }
 
-/// A record (PROFINET).
+/// A record.
 #[derive(Clone, Debug)]
 pub struct Record {
     /// Its name.
@@ -474,6 +514,16 @@ pub enum NameKind {
     InputStatus(Option<usize>),
     /// `io.consumer_status`: the device's IOCS.
     ConsumerStatus(Option<usize>),
+    /// `io.global_control`: whether the clock of isochronous mode runs, `running` or `stopped`.
+    GlobalControl,
+    /// `io.clock_offset`: by how much the clock of isochronous mode comes late, a duration.
+    ClockOffset,
+    /// `io.diagnosis_pending`: the answer with the inputs had high priority.
+    DiagnosisPending,
+    /// The last Slave_Diag of the device, or a part of it.
+    Diagnosis(DiagnosisName),
+    /// `cfg.bytes`: the identifiers that Get_Cfg tells.
+    Configuration,
     /// `connection`: `data` or `none`.
     Connection,
     /// A parameter, an element of it, or bits of an element.
@@ -501,7 +551,7 @@ pub enum NameKind {
         /// The value.
         value: usize,
     },
-    /// A DCP value of the station.
+    /// A value of the station: on PROFINET by DCP.
     Station(StationName),
     /// Something that the stand sets.
     Stand(StandName),
@@ -537,7 +587,7 @@ pub enum NameKind {
 /// An address of the bench, which is another one on each bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BenchName {
-    /// `bench.address`: that of our controller.
+    /// `bench.address`: that of our controller; on PROFIBUS the station address of our master.
     Address,
     /// `bench.ip`: the one that the bench gives the device.
     Ip,
@@ -545,9 +595,15 @@ pub enum BenchName {
     Mask,
     /// `bench.free_ip`: one of the same subnet that nobody has.
     FreeIp,
+    /// `bench.station`: the station address that the device has on this bench (PROFIBUS).
+    Station,
+    /// `bench.free_station`: a station address that nobody has (PROFIBUS).
+    FreeStation,
+    /// `bench.second`: the station address of the second master (PROFIBUS).
+    Second,
 }
 
-/// A DCP value of the station.
+/// A value of the station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StationName {
     /// `station.name`.
@@ -566,6 +622,8 @@ pub enum StationName {
     Type,
     /// `station.mac`.
     Mac,
+    /// `station.address`: the PROFIBUS address at which a slave of the right ident number answers.
+    Address,
 }
 
 /// Something that a stand sets (indices into [`StandNames`]).

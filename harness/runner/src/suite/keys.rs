@@ -194,6 +194,71 @@ key_sets! {
         "changes" may Keys(&CHANGES), "What changes the device for good.";
         "pages" may Map(&Keys(&PAGE)), "Its web pages.";
     }
+    SLAVE "device.yaml of a device on PROFIBUS" {
+        "device" must Label, "The name of the folder.";
+        "bus" must Word(&["profinet", "profibus"]), "The bus.";
+        "title" must Text, "The title for people.";
+        "identity" must Keys(&SLAVE_IDENTITY), "Who it is.";
+        "address" must Number, "The station address that a trial finds it at, as its switches are then.";
+        "variants" must List(&Label), "The variants.";
+        "timing" must Keys(&TIMING), "The times that the manual gives.";
+        "constants" may Map(&Any), "One number, or one for each variant.";
+        "words" may Map(&Map(&Number)), "Tables of words and their numbers.";
+        "derived" may Map(&Condition), "Expressions over start parameters and constants.";
+        "signals" must Map(&Keys(&SIGNAL)), "What goes over the cyclic exchange.";
+        "modules" must Map(&Keys(&SLAVE_MODULE)), "What one connection consists of.";
+        "set_prm" may Keys(&SET_PRM), "The octets of Set_Prm behind the seven that every slave has.";
+        "diagnosis" must Keys(&DIAGNOSIS), "What Slave_Diag holds besides what every slave has.";
+        "parameters" may Map(&Keys(&PARAMETER)), "Parameters of the base mode parameter access.";
+        "parameter_access" may Keys(&SLAVE_PARAMETER_ACCESS), "How the parameters are reached, where it is not data set 47 of slot 0.";
+        "codes" may Map(&Map(&Number)), "Code tables of the manual.";
+        "stand" may Keys(&STAND), "What a stand can do with it.";
+        "roles" may Map(&List(&Name)), "Device-independent names.";
+        "changes" may Keys(&CHANGES), "What changes the device for good.";
+    }
+    SLAVE_IDENTITY "identity on PROFIBUS" {
+        "ident" must Number, "The ident number that PI gave to the type of device.";
+    }
+    SLAVE_MODULE "a module on PROFIBUS" {
+        "cfg" must Text, "The identifiers that Chk_Cfg sends for it.";
+        "octets" must Keys(&OCTETS), "Lengths of its cyclic data.";
+        "outputs" may List(&Name), "Signals of its output data in order.";
+        "inputs" may List(&Name), "Signals of its input data in order.";
+        "fixes" may Values, "Start parameters that go with it where a case does not say them.";
+        "from_source" may Word(ORIGINS), "Where its identifiers come from if the manual does not print them.";
+    }
+    SET_PRM "set_prm" {
+        "octets" must Number, "How many user octets there are behind those of DP-V1.";
+        "dpv1" may Text, "The three octets of DP-V1 that a connection sends; left out where the slave has none.";
+        "structured" may Flag, "The slave takes structured blocks, which isochronous mode needs.";
+        "fields" must Map(&Keys(&RECORD_FIELD)), "The fields of the user octets: the start parameters.";
+        "from_source" may Word(ORIGINS), "Where the layout comes from if the manual does not print it.";
+    }
+    DIAGNOSIS "diagnosis" {
+        "octets" must List(&Number), "The lengths that it can have; with `blocks` the shortest and the longest.";
+        "fields" may Map(&Keys(&DIAGNOSIS_FIELD)), "Fields at fixed places.";
+        "blocks" may Keys(&DIAGNOSIS_BLOCKS), "Blocks that are all alike, one for each error.";
+    }
+    DIAGNOSIS_FIELD "a field of the diagnosis" {
+        "byte" may Number, "The byte it lies in, counted from 0 at the first of the six that every slave has.";
+        "bytes" may List(&Number), "Its first and its last byte.";
+        "bit" may Number, "Its bit in the byte.";
+        "bits" may List(&Number), "Its lowest and its highest bit in the byte.";
+        "signed" may Flag, "It is a two's complement.";
+        "words" may Name, "The table of its words.";
+        "from_source" may Word(ORIGINS), "Where its place comes from if the manual does not print it.";
+    }
+    DIAGNOSIS_BLOCKS "blocks of the diagnosis" {
+        "after" must Number, "How many bytes stand before the first one.";
+        "bytes" must Text, "The bytes of one; `..` where the code stands.";
+        "code" must Name, "The table of `codes` with the words for the codes.";
+    }
+    SLAVE_PARAMETER_ACCESS "parameter_access on PROFIBUS" {
+        "index" may Number, "Index of the data set; 47 by default.";
+        "slot" may Number, "Its slot; 0 by default.";
+        "do_id" may Number, "The drive object that is asked, 1 to 255; 1 by default.";
+        "save" may Name, "The parameter that saves the others; P971 by default.";
+    }
     PARAMETER_ACCESS "parameter_access" {
         "index" may Number, "Index of its record; 0xB02E by default.";
         "at" may Name, "The submodule that its record stands at; by default the one of the module in use that the records of the start-up go to.";
@@ -332,7 +397,8 @@ key_sets! {
         "watchdog" may Duration, "The watchdog of connections that say none.";
         "persona" may Name, "In the manner of which controller the device is addressed; that of the command line wins.";
         "boot_time" may Duration, "From power to an answer, at most, where it differs from the manual.";
-        "gsdml" may Text, "The vendor's GSDML, a file.";
+        "gsdml" may Text, "The vendor's GSDML, a file (PROFINET).";
+        "gsd" may Text, "The vendor's GSD, a file (PROFIBUS).";
         "telegrams" may List(&Name), "The modules that it supports, by their names in device.yaml; all by default.";
         "lacks" may List(&Name), "Records and parameters of device.yaml that it does not have.";
         "firmware" may Text, "The firmware that it is said to have, as I&M0 tells it: `1.1.0`.";

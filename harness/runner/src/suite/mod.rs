@@ -21,6 +21,7 @@ mod matcher;
 pub mod model;
 mod names;
 pub mod persona;
+mod profibus;
 mod rule;
 mod schema;
 mod shared;

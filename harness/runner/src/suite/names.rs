@@ -4,8 +4,9 @@
 
 mod build;
 mod known;
+mod of_bus;
 
-pub(super) use known::BUILT_IN;
+pub(super) use known::built_in_names;
 
 use super::device::{Device, NameKind};
 use super::device_yaml::Described;
@@ -129,7 +130,8 @@ impl<'m> Names<'m> {
 
     /// Marks a word of a table as used.
     pub(super) fn mark_word(&self, table: &str, word: &str) {
-        self.mark(if table == "channel_error" { "code" } else { "word" }, &format!("{table}.{word}"));
+        let coded = ["channel_error", "diagnosis_error"].contains(&table);
+        self.mark(if coded { "code" } else { "word" }, &format!("{table}.{word}"));
     }
 
     /// Marks every word that an expression could mean.

@@ -3,24 +3,27 @@
 use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION, SERVICES};
 use super::answer::MODULE_STATES;
 use super::codes::{Service, tables};
+use super::device::Bus;
 use super::keys::{ALL, KeySet, Shape, TAKES};
-use super::names::BUILT_IN;
+use super::names::built_in_names;
+use super::profibus;
 use super::start::{INSTEAD, SETTINGS};
 use super::step::VERBS;
 use crate::bench_file::HOOKS;
+use controllers::profibus_dp::broken_frames;
 use controllers::profinet_io::Broken;
 use serde_json::{Map, Value, json};
 
 /// The JSON Schema (draft 2020-12) of all suite files and of bench files.
 ///
 /// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES`, `DEVICE`,
-/// `BENCH` and `PERSONA`.
+/// `SLAVE` (a `device.yaml` of PROFIBUS), `BENCH` and `PERSONA`.
 /// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
 /// services, codes of refusals, damaged frames.
 pub fn schema() -> Value {
     let mut defs: Map<String, Value> = ALL.iter().map(|(name, set)| ((*name).to_owned(), key_set(set))).collect();
     defs.insert("STEP".to_owned(), step());
-    let files = ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE", "BENCH", "PERSONA"]
+    let files = ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE", "SLAVE", "BENCH", "PERSONA"]
         .map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -95,23 +98,31 @@ fn words() -> Value {
     let sentences = |list: &[(&str, &str)]| -> Value {
         list.iter().map(|(word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect::<Map<_, _>>().into()
     };
-    let codes = |service: Service| -> Value {
-        let words = tables(service).into_iter().flat_map(|(_, words)| words).map(|(word, _)| word);
+    let codes = |service: Service, bus: Bus| -> Value {
+        let words = tables(service, bus).into_iter().flat_map(|(_, words)| words).map(|(word, _)| word);
         words.collect::<Vec<_>>().into()
+    };
+    let names = |bus: Bus| -> Value {
+        built_in_names(bus)
+            .map(|(name, sentence)| ((*name).to_owned(), Value::from(*sentence)))
+            .collect::<Map<_, _>>()
+            .into()
     };
     let verbs: Map<String, Value> = VERBS
         .iter()
         .map(|(verb, modifiers, sentence)| ((*verb).to_owned(), json!({ "does": sentence, "modifiers": modifiers })))
         .collect();
-    let services: Map<String, Value> = SERVICES
-        .iter()
-        .map(|(service, fields, sentence)| ((*service).to_owned(), json!({ "does": sentence, "fields": fields })))
-        .collect();
+    let services = |list: &[(&str, &[&str], &str)]| -> Value {
+        let entry = |(service, fields, sentence): &(&str, &[&str], &str)| {
+            ((*service).to_owned(), json!({ "does": sentence, "fields": fields }))
+        };
+        list.iter().map(entry).collect::<Map<_, _>>().into()
+    };
     let broken: Map<String, Value> =
         Broken::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
     json!({
         "verbs": verbs,
-        "names": sentences(BUILT_IN),
+        "names": names(Bus::Profinet),
         "start": sentences(SETTINGS),
         "instead": {
             "start": sentences(INSTEAD),
@@ -119,15 +130,29 @@ fn words() -> Value {
             "record": sentences(INSTEAD_RECORD),
             "station": sentences(INSTEAD_STATION),
         },
-        "services": services,
+        "services": services(SERVICES),
         "broken": broken,
+        "profibus": {
+            "names": names(Bus::Profibus),
+            "start": sentences(profibus::SETTINGS),
+            "instead": {
+                "start": sentences(profibus::INSTEAD),
+                "parameters": sentences(profibus::INSTEAD_PARAMETERS),
+            },
+            "services": services(profibus::SERVICES),
+            "broken": broken_frames().map(|(word, sentence)| (word.to_owned(), Value::from(sentence))).collect::<Map<_, _>>(),
+            "codes": {
+                "parameters": codes(Service::Parameters, Bus::Profibus),
+                "services": codes(Service::Dp, Bus::Profibus),
+            },
+        },
         "hooks": sentences(HOOKS),
         "module_diff": MODULE_STATES,
         "codes": {
-            "parameters": codes(Service::Parameters),
-            "records": codes(Service::Record),
-            "station": codes(Service::Station),
-            "connect": codes(Service::Connect),
+            "parameters": codes(Service::Parameters, Bus::Profinet),
+            "records": codes(Service::Record, Bus::Profinet),
+            "station": codes(Service::Station, Bus::Profinet),
+            "connect": codes(Service::Connect, Bus::Profinet),
         },
     })
 }

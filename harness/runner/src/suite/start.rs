@@ -1,11 +1,12 @@
 //! `start` and `connect`: the module, the settings of the bus, the start parameters and what is changed.
 
-use super::device::Record;
+use super::device::{Bus, Device, Record};
 use super::device_yaml::{duration, plain, whole};
 use super::error::{Mistake, Read};
 use super::expr::{self, Value};
 use super::frame::{Frame, literal};
 use super::model::{InsteadStart, Start, StartParameter};
+use super::profibus;
 use super::yaml::{Kind, Node};
 use std::time::Duration;
 
@@ -33,6 +34,23 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
     ("dap_ident", "ident of the module in slot 0"),
     ("ip", "`none`: no address is given; the device is called where it is"),
 ];
+
+/// The keys of `start` and `connect` besides start parameters on a bus.
+pub(super) fn settings(bus: Bus) -> &'static [(&'static str, &'static str)] {
+    match bus {
+        Bus::Profinet => SETTINGS,
+        Bus::Profibus => profibus::SETTINGS,
+    }
+}
+
+/// The octets of DP-V1 that a start-up sends.
+fn dpv1(device: &Device, instead: &[InsteadStart]) -> Option<[u8; 3]> {
+    let changed = instead.iter().find_map(|instead| match instead {
+        InsteadStart::Dpv1(octets) => Some(*octets),
+        _ => None,
+    });
+    changed.or_else(|| device.slave.as_ref()?.set_prm.dpv1)
+}
 
 /// Whether a node is `none`.
 pub(super) fn is_none(node: &Node) -> bool {
@@ -64,11 +82,16 @@ impl Frame<'_, '_> {
     pub(super) fn start(&self, node: &Node) -> Read<Start> {
         let device = self.names.device();
         let (mut module, mut cycle, mut watchdog, mut instead) = (None, None, None, Vec::new());
+        let (mut unwatched, mut baud, mut isochronous) = (false, None, None);
+        let on_profibus = device.bus == Bus::Profibus;
         let mut given: Vec<(usize, usize, i128, &Node)> = Vec::new();
         for (key, value) in node.entries("start")? {
             match key.text("a key")? {
                 "module" => module = Some(self.module(value)?),
                 "cycle" => cycle = Some((duration(value, "a cycle")?, value)),
+                "watchdog" if on_profibus && is_none(value) => unwatched = true,
+                "baud" if on_profibus => baud = Some(self.baud(value)?),
+                "isochronous" if on_profibus => isochronous = Some(self.isochronous(value)?),
                 "watchdog" => watchdog = Some((duration(value, "a watchdog")?, value)),
                 "instead" => instead = self.instead_start(value)?,
                 name => {
@@ -84,20 +107,34 @@ impl Frame<'_, '_> {
             return Err(self.not_sent(key, &device.records[*record], module));
         }
         self.progress.module.set(Some(module));
-        let cycle = cycle.map(|(cycle, node)| checked_cycle(cycle, node)).transpose()?;
+        if let (Some((said, node)), Some(clock)) = (cycle, isochronous)
+            && said != clock
+        {
+            return Err(node.wrong("in isochronous mode the clock is the cycle").help("leave out `cycle`"));
+        }
+        let cycle = match (cycle, device.bus) {
+            (Some((cycle, node)), Bus::Profinet) => Some(checked_cycle(cycle, node)?),
+            (Some((Duration::ZERO, node)), Bus::Profibus) => return Err(node.wrong("a cycle takes time")),
+            (cycle, _) => cycle.map(|(cycle, _)| cycle),
+        };
         let watchdog = watchdog
-            .map(|(watchdog, node)| checked_watchdog(watchdog, cycle.unwrap_or(device.timing.cycle), node))
+            .map(|(watchdog, node)| match device.bus {
+                Bus::Profinet => checked_watchdog(watchdog, cycle.unwrap_or(device.timing.cycle), node),
+                Bus::Profibus => self.checked_slave_watchdog(watchdog, node, dpv1(device, &instead)),
+            })
             .transpose()?;
+        let fixes = device.modules.get(module).map_or(&[][..], |module| &module.fixes);
         let mut parameters = Vec::new();
         for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
             self.names.mark("record", &of.name);
             for (field, of) in of.fields.iter().enumerate() {
                 let said = given.iter().find(|(r, f, ..)| (*r, *f) == (record, field)).map(|(_, _, value, _)| *value);
-                let value = said.or_else(|| of.default.get(self.names.variant).copied());
+                let fixed = || fixes.iter().find(|(of, _)| *of == field).map(|(_, value)| *value);
+                let value = said.or_else(fixed).or_else(|| of.default.get(self.names.variant).copied());
                 parameters.extend(value.map(|value| StartParameter { record, field, value }));
             }
         }
-        Ok(Start { module, cycle, watchdog, parameters, instead })
+        Ok(Start { module, cycle, watchdog, unwatched, baud, isochronous, parameters, instead })
     }
 
     /// The mistake that a start gives something to a record that its module does not take.
@@ -132,7 +169,8 @@ impl Frame<'_, '_> {
             }
         }
         let known = starts().flat_map(|(_, record)| &record.fields).map(|field| field.name.as_str());
-        let known: Vec<&str> = known.chain(SETTINGS.iter().map(|(name, _)| *name)).collect();
+        let settings = settings(device.bus);
+        let known: Vec<&str> = known.chain(settings.iter().map(|(name, _)| *name)).collect();
         Err(Mistake::unknown(key.spot, "start parameter", name, known))
     }
 
@@ -147,6 +185,10 @@ impl Frame<'_, '_> {
         let device = self.names.device();
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
+            if device.bus == Bus::Profibus {
+                list.push(self.instead_slave(key, value)?);
+                continue;
+            }
             let name = key.text("a key")?;
             let record = device.records.iter().position(|record| record.start && record.name == name);
             list.push(match (name, record) {

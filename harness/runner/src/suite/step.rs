@@ -1,8 +1,9 @@
 //! Steps: one verb with its modifiers, compiled for one trial.
 
+use super::access::By;
 use super::answer::Asked;
 use super::base::Elsewhere;
-use super::device::{Device, Location, NameKind};
+use super::device::{Bus, Device, Location, NameKind};
 use super::device_yaml::{named, plain};
 use super::error::{Mistake, Mistakes, Read};
 use super::expr::{Allow, Program, Type};
@@ -20,10 +21,10 @@ pub(super) const VERBS: &[(&str, &[&str], &str)] = &[
     ("set", &[], "Holds from now on; outputs also over reconnects, until the trial ends."),
     ("turn", &[], "Moves the shaft through all places between."),
     ("exchange", &[], "Each entry is exactly `times` cycles."),
-    ("connect", &["answer", "as", "covers"], "Ends the own connection, then starts one; `none` only ends it."),
-    ("write", &["answer", "instead", "as", "covers"], "One request that changes something."),
-    ("read", &["within", "instead", "as", "covers"], "One request; the right side is the answer that is right."),
-    ("send", &["answer", "as", "covers"], "One service without a value."),
+    ("connect", &["answer", "as", "to", "covers"], "Ends the own connection, then starts one; `none` only ends it."),
+    ("write", &["answer", "instead", "as", "to", "covers"], "One request that changes something."),
+    ("read", &["within", "instead", "as", "to", "covers"], "One request; the right side is the answer that is right."),
+    ("send", &["answer", "as", "to", "covers"], "One service without a value."),
     ("expect", &["within", "for", "until", "covers"], "Looks."),
     ("wait", &[], "Lets time go by."),
     ("save", &[], "Keeps values of this trial, which the report shows as well."),
@@ -132,9 +133,6 @@ impl<'f, 'm> Place<'f, 'm> {
         for (key, _) in entries {
             let name = key.text("a key")?;
             if name != *verb && !modifiers.contains(&name) {
-                if name == "to" {
-                    return Err(key.wrong("`to` exists on PROFIBUS only"));
-                }
                 let known = modifiers.iter().copied().chain([*verb]);
                 return Err(Mistake::unknown(key.spot, &format!("modifier of {verb}"), name, known));
             }
@@ -148,8 +146,17 @@ impl<'f, 'm> Place<'f, 'm> {
             Some(by) if by.plain() == Some("second") => true,
             Some(by) => return Err(by.wrong("`as` is `second` or left out")),
         };
-        let verb = self.verb(verb, node, value, second)?;
+        let verb = self.verb(verb, node, value, By { second, to: self.to(node)? })?;
         Ok(Step { at: self.ground.location(node), text: shown(node), covers, verb })
+    }
+
+    /// The station address behind `to`.
+    fn to(&self, node: &Node) -> Read<Option<Program>> {
+        let Some(to) = node.get("to") else { return Ok(None) };
+        if self.ground.device.bus == Bus::Profinet {
+            return Err(node.key("to").wrong("`to` exists on PROFIBUS only"));
+        }
+        self.frame.value(to, &Type::whole(8, false)).map(Some)
     }
 
     fn no_verb(&self, node: &Node, entries: &[(Node, Node)], count: usize) -> Box<Mistake> {
@@ -166,9 +173,10 @@ impl<'f, 'm> Place<'f, 'm> {
         }
     }
 
-    fn verb(&self, verb: &str, node: &Node, value: &Node, second: bool) -> Read<Verb> {
+    fn verb(&self, verb: &str, node: &Node, value: &Node, by: By) -> Read<Verb> {
         let frame = &self.frame;
         let answer = node.get("answer");
+        let second = by.second;
         Ok(match verb {
             "set" => Verb::Set(self.settings(value)?),
             "turn" => Verb::Turn(self.turn(value)?),
@@ -189,17 +197,17 @@ impl<'f, 'm> Place<'f, 'm> {
                     frame.progress.module.set(before);
                 }
                 let answer = answer.map(|node| frame.answer(node, Asked::Connect)).transpose()?;
-                Verb::Connect { start, answer, second }
+                Verb::Connect { start, answer, second, to: by.to }
             }
-            "write" => Verb::Write(frame.access(value, true, node.get("instead"), answer, second)?),
+            "write" => Verb::Write(frame.access(value, true, node.get("instead"), answer, by)?),
             "read" => Verb::Read {
-                access: frame.access(value, false, node.get("instead"), None, second)?,
+                access: frame.access(value, false, node.get("instead"), None, by)?,
                 within: node.get("within").map(|within| frame.span(within)).transpose()?,
             },
             "send" => {
                 let (service, asked) = frame.service(value)?;
                 let answer = answer.map(|node| frame.answer(node, asked)).transpose()?;
-                Verb::Send { service, answer, second }
+                Verb::Send { service, answer, second, to: by.to }
             }
             "expect" => {
                 let condition = frame.checks(value)?;
@@ -296,7 +304,7 @@ impl<'f, 'm> Place<'f, 'm> {
         }
         let entry = |node: &Node| {
             let keyed = Keyed::new(node, &keys::EXCHANGED)?;
-            if let Some(key) = keyed.key("expect") {
+            if let Some(key) = keyed.key("expect").filter(|_| self.ground.device.bus == Bus::Profinet) {
                 return Err(key
                     .wrong("`expect` in `exchange` exists on PROFIBUS only")
                     .help("the two directions of PROFINET are not in step: expect in a step of its own"));
@@ -310,7 +318,8 @@ impl<'f, 'm> Place<'f, 'm> {
                     .map_err(|error| in_expression(node, "1", error))?,
             };
             let set = keyed.get("set").map_or(Ok(Vec::new()), |set| self.settings(set))?;
-            Ok(ExchangeEntry { set, times })
+            let expect = keyed.get("expect").map(|expect| self.frame.checks(expect)).transpose()?;
+            Ok(ExchangeEntry { set, times, expect })
         };
         items.iter().map(entry).collect()
     }

@@ -5,6 +5,8 @@ pub type Table = &'static [(&'static str, i64)];
 
 /// `io.cyclic`.
 pub const CYCLIC: Table = &[("running", 0), ("paused", 1)];
+/// `io.global_control`.
+pub const CLOCK: Table = &[("running", 0), ("stopped", 1)];
 /// `io.alarm_acknowledge`.
 pub const ALARM_ACKNOWLEDGE: Table = &[("given", 0), ("received", 1), ("held", 2)];
 /// `device`.

@@ -148,6 +148,7 @@ pub fn everything() -> RunResult {
         text: text.into(),
         manual: Some("16 octets".into()),
         gsdml: Some("14 octets".into()),
+        gsd: None,
         device: device.map(Into::into),
     };
     result.runs[0].findings = vec![

@@ -5,8 +5,8 @@ use crate::engine::scan::observed;
 use crate::suite::device::{Changed, NameKind, Origin, StandName, StationName};
 use crate::suite::expr::{NameId, Program, Value};
 use crate::suite::model::{
-    Access, Condition, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test, Trial,
-    Turn, Variant, Verb, Via, Way,
+    Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
+    Trial, Turn, Variant, Verb, Via, Way,
 };
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -195,15 +195,20 @@ impl<'a> Scan<'a> {
             }
             Some(NameKind::OutputOctets(_)) => {
                 let zero = matches!(&setting.value, SetValue::Bytes(octets) if octets.iter().all(|octet| *octet == 0));
-                let outputs: Vec<usize> = self.outputs();
-                let hit = |changed: &Changed| match changed {
-                    Changed::Signal { signal, .. } => !zero && outputs.contains(signal),
-                    _ => false,
-                };
-                self.changes(hit, times);
+                self.all_outputs(zero, times);
             }
             _ => {}
         }
+    }
+
+    /// Output data that are written as octets: unless they are zero, any output in them may be meant.
+    fn all_outputs(&mut self, zero: bool, times: u64) {
+        let outputs: Vec<usize> = self.outputs();
+        let hit = |changed: &Changed| match changed {
+            Changed::Signal { signal, .. } => !zero && outputs.contains(signal),
+            _ => false,
+        };
+        self.changes(hit, times);
     }
 
     /// The signals in the output data of the module in use.
@@ -392,6 +397,16 @@ impl<'a> Scan<'a> {
             }
             // A device that does not see the damage takes the name.
             Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
+            // The slave keeps its new address.
+            Service::Dp(DpService::SetSlaveAddress { .. }) => self.writes = self.writes.saturating_add(times),
+            Service::Dp(DpService::DataExchange(octets)) => {
+                self.all_outputs(octets.iter().all(|octet| *octet == 0), times);
+            }
+            Service::Dp(DpService::Write { index, bytes, .. })
+                if u16::from(*index) == self.manual.device.parameter_access.index =>
+            {
+                self.parameter_request(bytes, times);
+            }
             Service::RecordWrite { index, bytes, .. }
                 if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(index) =>
             {

@@ -162,7 +162,7 @@ fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reference_devices::{Setup, build};
+    use reference_devices::{Line, Setup, build};
     use rstest::rstest;
 
     fn served() -> ServedDevice {
@@ -175,6 +175,7 @@ mod tests {
                 ip: [0; 4],
                 mask: [0; 4],
                 gateway: [0; 4],
+                line: Line::default(),
             };
             build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
         };

@@ -1,23 +1,28 @@
 //! Signals, their bits, and the submodules and modules that carry them.
 
-use super::super::device::{Field, From, Module, Signal, Submodule};
+use super::super::device::{Field, From, Module, Record, Signal, Slave, Submodule};
 use super::super::error::{Mistake, Read};
 use super::super::expr::WordTable;
 use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
 use super::{Reader, flag, named, origin, pair, plain, whole, word};
 
-type Cyclic = (Vec<Signal>, Vec<Submodule>, Vec<Module>);
+/// What goes over the wire of a device in a connection and at its start.
+#[derive(Default)]
+pub(super) struct Wired {
+    pub signals: Vec<Signal>,
+    pub submodules: Vec<Submodule>,
+    pub modules: Vec<Module>,
+    pub records: Vec<Record>,
+    pub slave: Option<Slave>,
+}
 
 impl<'n> Reader<'n> {
-    /// Signals, submodules and modules; each list is read only if the one before it is sound.
-    pub(super) fn cyclic(&mut self) -> Cyclic {
+    /// Signals, submodules, modules and records of a device on PROFINET; each list is read only if the one before it is sound.
+    pub(super) fn cyclic(&mut self) -> Wired {
         let before = self.mistakes.count();
-        let (mut signals, mut submodules, mut modules) = Cyclic::default();
-        for (name, node) in self.entries("signals") {
-            let signal = self.signal(name, node);
-            signals.extend(self.mistakes.keep(signal));
-        }
+        let signals = self.signals();
+        let (mut submodules, mut modules) = (Vec::new(), Vec::new());
         for (name, node) in self.entries("submodules") {
             self.declare("submodule", name, node.spot);
             if self.mistakes.count() == before {
@@ -31,7 +36,19 @@ impl<'n> Reader<'n> {
                 modules.extend(self.mistakes.keep(module(name, node, &submodules)));
             }
         }
-        (signals, submodules, modules)
+        let sound = self.mistakes.count() == before;
+        let records = if sound { self.records(&submodules, &modules) } else { Vec::new() };
+        Wired { signals, submodules, modules, records, slave: None }
+    }
+
+    /// The signals of either bus.
+    pub(super) fn signals(&mut self) -> Vec<Signal> {
+        let mut signals = Vec::new();
+        for (name, node) in self.entries("signals") {
+            let signal = self.signal(name, node);
+            signals.extend(self.mistakes.keep(signal));
+        }
+        signals
     }
 
     fn signal(&mut self, name: &str, node: &Node) -> Read<Signal> {
@@ -172,7 +189,7 @@ pub(super) fn words_of(table: Option<&WordTable>) -> Vec<(String, i128)> {
 }
 
 /// The signals of one direction, which together have to be as long as `octets` says.
-fn carried(keyed: Keyed<'_>, key: &str, from: From, signals: &[Signal], octets: u16) -> Read<Vec<usize>> {
+pub(super) fn carried(keyed: Keyed<'_>, key: &str, from: From, signals: &[Signal], octets: u16) -> Read<Vec<usize>> {
     let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key))?;
     let mut found = Vec::new();
     for node in list {
@@ -223,5 +240,7 @@ fn module(name: &str, node: &Node, submodules: &[Submodule]) -> Read<Module> {
         ident: whole(keyed.must("ident")?, "an ident")?,
         ident_origin: origin(keyed)?,
         submodules: found,
+        cfg: Vec::new(),
+        fixes: Vec::new(),
     })
 }

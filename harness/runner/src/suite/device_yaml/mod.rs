@@ -7,6 +7,7 @@ mod changes;
 mod cyclic;
 mod pages;
 mod plain;
+mod profibus;
 mod rest;
 
 pub(crate) use pages::{fields, path};
@@ -15,6 +16,7 @@ pub(crate) use plain::{flag, numeral};
 
 pub(super) use rest::parameter_number;
 
+use self::cyclic::Wired;
 use super::device::{Bus, Changes, Device, Identity, ParameterAccess, Record, Timing};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::expr::{self, Allow, Found, Number, Program, Scope, Type, Value, WordTable};
@@ -81,11 +83,11 @@ struct Reader<'n> {
 
 impl<'n> Reader<'n> {
     fn new(node: &'n Node, mistakes: &'n Mistakes) -> Read<Reader<'n>> {
-        let bus = node.get("bus").and_then(Node::scalar);
-        if let (Some("profibus"), Some(at)) = (bus, node.get("bus")) {
-            return Err(at.wrong("PROFIBUS suites are not loaded by this version").help("write `profinet`"));
-        }
-        let top = Keyed::new(node, &keys::DEVICE)?;
+        let keys = match node.get("bus").and_then(Node::scalar) {
+            Some("profibus") => &keys::SLAVE,
+            _ => &keys::DEVICE,
+        };
+        let top = Keyed::new(node, keys)?;
         let mentioned = RefCell::default();
         let (variants, tables, constants, circles, declared) = Default::default();
         Ok(Reader { top, mistakes, variants, tables, constants, circles, mentioned, declared })
@@ -104,16 +106,18 @@ impl<'n> Reader<'n> {
         self.words();
         self.constants();
         let before = self.mistakes.count();
-        let (signals, submodules, modules) = self.cyclic();
+        let codes = self.codes();
+        let Wired { signals, submodules, modules, records, slave } = match bus {
+            Bus::Profinet => self.cyclic(),
+            Bus::Profibus => self.slave(&codes)?,
+        };
         // What refers to a definition with a mistake would only say so again.
         let sound = self.mistakes.count() == before;
-        let records = if sound { self.records(&submodules, &modules) } else { Vec::new() };
         let parameters = self.parameters();
         let parameter_access = match sound {
-            true => self.parameter_access(&submodules, &parameters)?,
+            true => self.parameter_access(bus, &submodules, &parameters)?,
             false => ParameterAccess::default(),
         };
-        let codes = self.codes();
         let stand = self.stand()?;
         let roles = self.roles()?;
         let pages = self.pages();
@@ -139,13 +143,14 @@ impl<'n> Reader<'n> {
             name: folder.to_owned(),
             bus,
             title,
-            identity: self.identity()?,
+            identity: self.identity(bus)?,
             variants: self.variants,
             timing: timing(self.top.must("timing")?)?,
             signals,
             submodules,
             modules,
             records,
+            slave,
             parameters,
             parameter_access,
             codes,
@@ -180,7 +185,11 @@ impl<'n> Reader<'n> {
     /// No two of the names that stand alone in an expression are the same.
     fn names_differ(&self, records: &[Record]) {
         let starts = records.iter().filter(|record| record.start);
-        let fields = starts.filter_map(|record| self.top.get("records")?.get(&record.name)?.get("fields")?.mapping());
+        let written = |record: &Record| match self.top.get("records") {
+            Some(records) => records.get(&record.name),
+            None => self.top.get(&record.name),
+        };
+        let fields = starts.filter_map(|record| written(record)?.get("fields")?.mapping());
         let others =
             ["constants", "derived", "signals", "records"].into_iter().filter_map(|key| self.top.get(key)?.mapping());
         let mut known: Vec<&str> = RESERVED.to_vec();
@@ -196,7 +205,10 @@ impl<'n> Reader<'n> {
         }
     }
 
-    fn identity(&self) -> Read<Identity> {
+    fn identity(&self, bus: Bus) -> Read<Identity> {
+        if bus == Bus::Profibus {
+            return self.slave_identity();
+        }
         let keyed = Keyed::new(self.top.must("identity")?, &keys::IDENTITY)?;
         let (device_id, device_id_origin) = sourced(keyed.must("device_id")?)?;
         let (vendor_id, _) = sourced(keyed.must("vendor_id")?)?;
@@ -326,9 +338,11 @@ impl Scope for Constants<'_> {
 }
 
 /// First parts of the names that every device has.
-const RESERVED: [&str; 22] = [
+const RESERVED: [&str; 24] = [
     "io",
     "connection",
+    "diag",
+    "cfg",
     "station",
     "power",
     "link",

@@ -1,7 +1,8 @@
 //! Records, parameters, code tables, the stand and the roles of a device.
 
 use super::super::device::{
-    CodingSwitch, Field, Module, Parameter, ParameterAccess, ParameterType, Record, RecordField, StandNames, Submodule,
+    Bus, CodingSwitch, Field, Module, Parameter, ParameterAccess, ParameterType, Record, RecordField, StandNames,
+    Submodule,
 };
 use super::super::error::{Mistake, Read};
 use super::super::expr::{Number, Type};
@@ -53,7 +54,7 @@ impl<'n> Reader<'n> {
         })
     }
 
-    fn record_field(&mut self, name: &str, node: &Node, octets: usize) -> Read<RecordField> {
+    pub(super) fn record_field(&mut self, name: &str, node: &Node, octets: usize) -> Read<RecordField> {
         let keyed = Keyed::new(node, &keys::RECORD_FIELD)?;
         let (first, last) = match (keyed.get("octet"), keyed.get("octets")) {
             (Some(octet), None) => whole::<usize>(octet, "an octet").map(|octet| (octet, octet))?,
@@ -114,10 +115,24 @@ impl<'n> Reader<'n> {
         parameters
     }
 
-    pub(super) fn parameter_access(&self, submodules: &[Submodule], parameters: &[Parameter]) -> Read<ParameterAccess> {
-        let mut access = ParameterAccess::default();
+    pub(super) fn parameter_access(
+        &self,
+        bus: Bus,
+        submodules: &[Submodule],
+        parameters: &[Parameter],
+    ) -> Read<ParameterAccess> {
+        let (mut access, keys) = match bus {
+            Bus::Profinet => (ParameterAccess::default(), &keys::PARAMETER_ACCESS),
+            Bus::Profibus => {
+                let index = ParameterAccess::DATA_SET;
+                (ParameterAccess { index, ..ParameterAccess::default() }, &keys::SLAVE_PARAMETER_ACCESS)
+            }
+        };
         let Some(node) = self.top.get("parameter_access") else { return Ok(access) };
-        let keyed = Keyed::new(node, &keys::PARAMETER_ACCESS)?;
+        let keyed = Keyed::new(node, keys)?;
+        if let Some(node) = keyed.get("slot") {
+            access.slot = whole(node, "a slot")?;
+        }
         if let Some(node) = keyed.get("index") {
             access.index = whole(node, "an index")?;
         }

@@ -50,6 +50,16 @@ impl BytePattern {
         self.items.iter().map(octet).collect()
     }
 
+    /// Each octet, none where any may stand; none at all if the number of octets is left open.
+    pub fn places(&self) -> Option<Vec<Option<u8>>> {
+        let place = |item: &Item| match item {
+            Item::Octet(octet) => Some(Some(*octet)),
+            Item::AnyOctet => Some(None),
+            Item::AnyRest => None,
+        };
+        self.items.iter().map(place).collect()
+    }
+
     /// Whether `octets` are such octets.
     pub fn matches(&self, octets: &[u8]) -> bool {
         let (mut item, mut octet) = (0, 0);

@@ -6,12 +6,13 @@ mod condition;
 mod request;
 
 pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
-pub use request::{Access, AccessItem, Answer, AnswerPart, Code, Instead, Service, Sought, Via};
+pub use request::{Access, AccessItem, Answer, AnswerPart, Code, DpService, Instead, Service, Sought, Via};
 
-use super::device::{Device, Location, NameId, NameKind};
+use super::device::{Bus, Device, Location, NameId, NameKind};
 use super::expr::{Program, Type};
 use std::sync::Arc;
 use std::time::Duration;
+use wire::profibus::fdl::BaudRate;
 
 /// One manual: its device, its requirements, its bugs, and its cases and rules compiled for each variant.
 #[derive(Debug)]
@@ -97,7 +98,7 @@ pub struct Requirement {
     pub level: Level,
     /// Where it comes from.
     pub source: Source,
-    /// On which way it shows: `cyclic`, `acyclic`, `startup`, `record`, `dcp`, `alarm`, `web` or `model`.
+    /// On which way it shows: `cyclic`, `acyclic`, `startup`, `record`, `dcp`, `alarm`, `diagnosis`, `web` or `model`.
     pub channel: String,
     /// The variants it applies to, as indices into `device.variants`.
     pub variants: Vec<usize>,
@@ -168,10 +169,17 @@ impl Trial {
 pub struct Start {
     /// Index into `device.modules`.
     pub module: usize,
-    /// The time between two cyclic frames where the case says it; a whole number of send clocks.
+    /// The time between two cyclic frames where the case says it; on PROFINET a whole number of send clocks, on PROFIBUS the time
+    /// from one Data_Exchange with this slave to the next.
     pub cycle: Option<Duration>,
     /// The time without frames after which the connection ends, where the case says it.
     pub watchdog: Option<Duration>,
+    /// Nobody watches over the connection (PROFIBUS: `watchdog: none`).
+    pub unwatched: bool,
+    /// The transmission rate of the bus where the case says it (PROFIBUS).
+    pub baud: Option<BaudRate>,
+    /// The time from one Global_Control to the next in isochronous mode, then also the cycle (PROFIBUS).
+    pub isochronous: Option<Duration>,
     /// The value of each start parameter: record, field (indices into `device.records`), value as it goes on the wire.
     pub parameters: Vec<StartParameter>,
     /// What is changed against the right start-up.
@@ -181,18 +189,26 @@ pub struct Start {
 impl Start {
     /// The time between two cyclic frames: what the case says, else that of the bench or the language.
     pub fn cycle(&self, device: &Device) -> Duration {
-        self.cycle.unwrap_or(device.timing.cycle)
+        self.isochronous.or(self.cycle).unwrap_or(device.timing.cycle)
     }
 
-    /// The time without frames after which the connection ends: what the case says, else that of the bench, else ten cycles.
+    /// The time without frames after which the connection ends: what the case says, else that of the bench, else ten cycles, on
+    /// PROFIBUS one second. What `unwatched` says is not looked at.
     pub fn watchdog(&self, device: &Device) -> Duration {
         let cycle = self.cycle(device);
-        self.watchdog.unwrap_or_else(|| device.timing.watchdog.unwrap_or(cycle * WATCHDOG_FACTOR).max(cycle))
+        let usual = match device.bus {
+            Bus::Profinet => cycle * WATCHDOG_FACTOR,
+            Bus::Profibus => SLAVE_WATCHDOG,
+        };
+        self.watchdog.unwrap_or_else(|| device.timing.watchdog.unwrap_or(usual).max(cycle))
     }
 }
 
 /// Cycles without a frame after which connections end where nothing else is said.
 const WATCHDOG_FACTOR: u32 = 10;
+
+/// The watchdog of a slave where nothing else is said.
+const SLAVE_WATCHDOG: Duration = Duration::from_secs(1);
 
 /// A start parameter and the value it is given.
 #[derive(Clone, Debug)]
@@ -232,6 +248,37 @@ pub enum InsteadStart {
     AccessPointIdent(u32),
     /// No address is given; the device is called at the one that it has.
     NoAddress,
+    /// PROFIBUS: no Set_Prm is sent.
+    NoSetPrm,
+    /// The whole Set_Prm.
+    SetPrm(Vec<u8>),
+    /// The octets of Set_Prm behind the seven that every slave has.
+    UserOctets(Vec<u8>),
+    /// The three octets of DP-V1 in Set_Prm.
+    Dpv1([u8; 3]),
+    /// No Chk_Cfg is sent.
+    NoChkCfg,
+    /// The whole Chk_Cfg.
+    ChkCfg(Vec<u8>),
+    /// Ident number in Set_Prm.
+    Ident(u16),
+    /// Lock_Req and Unlock_Req in Set_Prm.
+    Lock {
+        /// Lock_Req.
+        lock: bool,
+        /// Unlock_Req.
+        unlock: bool,
+    },
+    /// Freeze_Req in Set_Prm.
+    FreezeRequest,
+    /// Sync_Req in Set_Prm.
+    SyncRequest,
+    /// Min_TSDR in Set_Prm.
+    MinTsdr(u8),
+    /// Group_Ident in Set_Prm.
+    Groups(u8),
+    /// The two factors of the watchdog in Set_Prm.
+    WatchdogFactors(u8, u8),
 }
 
 /// A step: one verb, where it stands and what it covers for itself.
@@ -264,6 +311,8 @@ pub enum Verb {
         answer: Option<Answer>,
         /// Whether the second controller acts.
         second: bool,
+        /// The station address that is called where it is not the device's (PROFIBUS).
+        to: Option<Program>,
     },
     /// Ends the own connection.
     Disconnect {
@@ -287,6 +336,8 @@ pub enum Verb {
         answer: Option<Answer>,
         /// Whether the second controller acts.
         second: bool,
+        /// The station address that is asked where it is not the device's (PROFIBUS).
+        to: Option<Program>,
     },
     /// Looks.
     Expect {
@@ -330,7 +381,7 @@ pub struct Reading {
 pub enum Span {
     /// Time.
     Time(Duration),
-    /// Cycles: sent output frames (PROFINET).
+    /// Cycles: sent output frames (PROFINET), Data_Exchanges with the device (PROFIBUS).
     Cycles(u64),
     /// Computed when it is needed; a duration.
     Computed(Program),
@@ -394,4 +445,6 @@ pub struct ExchangeEntry {
     pub set: Vec<Setting>,
     /// How many cycles; 0 leaves the entry out.
     pub times: Program,
+    /// What the answer of each of these cycles shows (PROFIBUS).
+    pub expect: Option<Condition>,
 }

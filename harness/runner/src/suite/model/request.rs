@@ -3,7 +3,7 @@
 //! It must not know who asks, nor by which frames.
 
 use super::condition::Matcher;
-use crate::suite::device::NameId;
+use crate::suite::device::{DiagnosisName, NameId};
 use crate::suite::expr::Program;
 use wire::ethernet::Mac;
 
@@ -20,6 +20,8 @@ pub struct Access {
     pub answer: Option<Answer>,
     /// Whether the second controller acts.
     pub second: bool,
+    /// The station address that is asked where it is not the device's (PROFIBUS).
+    pub to: Option<Program>,
 }
 
 /// The service that carries an access.
@@ -29,8 +31,12 @@ pub enum Via {
     Parameters,
     /// One record (index into `device.records`).
     Record(usize),
-    /// DCP.
+    /// DCP; on PROFIBUS FDL status and Slave_Diag.
     Station,
+    /// Slave_Diag.
+    Diagnosis,
+    /// Get_Cfg.
+    Configuration,
     /// Web pages.
     Pages,
     /// What the second face of the bus says of the device itself: led, counter.
@@ -77,7 +83,7 @@ pub enum Instead {
     Subslot(u16),
     /// Likewise: API.
     Api(u32),
-    /// Record: index.
+    /// Record, and on PROFIBUS the data set that carries a parameter request: index.
     Index(u16),
     /// Station: the octets of the value.
     StationValue(Vec<u8>),
@@ -154,6 +160,8 @@ pub enum Service {
     Abort,
     /// One of the damaged frames that the controller can make, by its word.
     Broken(String),
+    /// A service of PROFIBUS.
+    Dp(DpService),
     /// A web page is asked for (index into `device.pages`).
     HttpGet {
         /// The page.
@@ -165,6 +173,63 @@ pub enum Service {
         page: usize,
         /// The fields (indices into those of the page) and what is entered.
         fields: Vec<(usize, String)>,
+    },
+}
+
+/// A service of PROFIBUS, sent once and as it stands.
+#[derive(Clone, Debug)]
+pub enum DpService {
+    /// Set_Slave_Address.
+    SetSlaveAddress {
+        /// The new address.
+        new: Program,
+        /// The ident number.
+        ident: u16,
+        /// The octet that forbids further changes.
+        lock: u8,
+        /// To how many octets the data are cut, or with zeros lengthened.
+        length: Option<usize>,
+    },
+    /// Global_Control; without `to` to all stations, and nobody answers.
+    GlobalControl {
+        /// The command, with the bits that were asked for.
+        command: u8,
+        /// The groups that are meant; 0 for all.
+        groups: u8,
+    },
+    /// Request FDL Status.
+    FdlStatus,
+    /// Slave_Diag.
+    SlaveDiag,
+    /// Get_Cfg.
+    GetCfg,
+    /// Set_Prm with these octets, all of them.
+    SetPrm(Vec<u8>),
+    /// Chk_Cfg with these octets.
+    ChkCfg(Vec<u8>),
+    /// One Data_Exchange with these outputs.
+    DataExchange(Vec<u8>),
+    /// RD_Inp.
+    ReadInputs,
+    /// RD_Outp.
+    ReadOutputs,
+    /// DS_Read over MS1.
+    Read {
+        /// Slot.
+        slot: u8,
+        /// Index.
+        index: u8,
+        /// Octets asked for.
+        length: u8,
+    },
+    /// DS_Write over MS1.
+    Write {
+        /// Slot.
+        slot: u8,
+        /// Index.
+        index: u8,
+        /// The data.
+        bytes: Vec<u8>,
     },
 }
 
@@ -184,7 +249,7 @@ pub enum Answer {
     OneOf(Vec<Answer>),
     /// Each of these parts has to hold.
     Parts(Vec<(AnswerPart, Answer)>),
-    /// The part has this value (`bytes`, `connection`, `module_diff.x`, `status`).
+    /// The part has this value (`bytes`, `connection`, `module_diff.x`, `diag.x`, `status`).
     Is(Matcher),
 }
 
@@ -203,6 +268,12 @@ pub enum AnswerPart {
     Record(usize),
     /// Stage of a start-up: what ModuleDiff says of a submodule (index into `device.submodules`).
     ModuleDiff(usize),
+    /// Stage of a start-up: the answer to Set_Prm.
+    SetPrm,
+    /// Stage of a start-up: the answer to Chk_Cfg.
+    ChkCfg,
+    /// Stage of a start-up: the Slave_Diag after Chk_Cfg.
+    Diagnosis(DiagnosisName),
     /// Stage of a start-up: end of parameters.
     ParameterEnd,
     /// Stage of a start-up: the device's ApplicationReady.
@@ -237,4 +308,13 @@ pub enum Code {
     },
     /// DCP block error.
     Dcp(u8, String),
+    /// A data link answer without the data asked for: the function code of the answer.
+    Fdl(u8, String),
+    /// A negative response of DP-V1.
+    Dpv1 {
+        /// Error_Code_1.
+        code1: u8,
+        /// The word.
+        word: String,
+    },
 }

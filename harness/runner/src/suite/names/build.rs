@@ -9,7 +9,7 @@ use super::{Names, Verbs, built_in, field_type, plain_words};
 use wire::profinet::status::AbortReason;
 
 /// What a path is, or what is wrong with it and what to write instead.
-type Built = Result<(NameKind, Type, Verbs), (String, Option<String>)>;
+pub(super) type Built = Result<(NameKind, Type, Verbs), (String, Option<String>)>;
 
 /// An address of the bench.
 fn bench(rest: &str) -> Option<Built> {
@@ -32,6 +32,9 @@ impl Names<'_> {
         };
         if let Some(built) = self.signal(head, rest).or_else(|| self.record(head, rest)) {
             return Some(built);
+        }
+        if let Some(built) = self.of_bus(head, rest) {
+            return built;
         }
         if let Some(number) = parameter_number(head) {
             return Some(self.parameter(head, number, rest));
@@ -109,7 +112,8 @@ impl Names<'_> {
 
     fn record(&self, head: &str, rest: Option<&str>) -> Option<Built> {
         let device = self.device();
-        let index = device.records.iter().position(|record| record.name == head)?;
+        // The only record of a slave goes with a start-up and with nothing else.
+        let index = device.records.iter().position(|record| record.name == head && device.slave.is_none())?;
         let record = &device.records[index];
         let verbs = Verbs::READ.and(Verbs::WRITE);
         let Some(rest) = rest else {
@@ -228,9 +232,6 @@ impl Names<'_> {
                 let word = built_in("io.alarm_acknowledge", words::ALARM_ACKNOWLEDGE);
                 good(NameKind::AlarmAcknowledge, word, Verbs::SET)
             }
-            ("global_control" | "clock_offset" | "diagnosis_pending", None) => {
-                Some(Err((format!("`io.{head}` exists on PROFIBUS only"), None)))
-            }
             _ => None,
         }
     }
@@ -347,6 +348,8 @@ impl Names<'_> {
         let part = match rest {
             None => AnswerPart::Whole,
             Some("bytes") => AnswerPart::Bytes,
+            Some("set_prm") if device.slave.is_some() => AnswerPart::SetPrm,
+            Some("chk_cfg") if device.slave.is_some() => AnswerPart::ChkCfg,
             Some("connect") => AnswerPart::Connect,
             Some("parameter_end") => AnswerPart::ParameterEnd,
             Some("application_ready") => AnswerPart::ApplicationReady,
@@ -434,11 +437,11 @@ impl Names<'_> {
     }
 }
 
-fn good(kind: NameKind, ty: Type, verbs: Verbs) -> Option<Built> {
+pub(super) fn good(kind: NameKind, ty: Type, verbs: Verbs) -> Option<Built> {
     Some(Ok((kind, ty, verbs)))
 }
 
-fn unknown<'a>(what: &str, name: &str, of: &str, known: impl IntoIterator<Item = &'a str>) -> Built {
+pub(super) fn unknown<'a>(what: &str, name: &str, of: &str, known: impl IntoIterator<Item = &'a str>) -> Built {
     let help = super::super::expr::nearest(name, known).map(|meant| format!("did you mean `{meant}`?"));
     Err((format!("unknown {what} `{name}` of {of}"), help))
 }

@@ -1,0 +1,97 @@
+//! The bugs that a reference AMT58 can be told to have, by what they are about.
+
+mod addresses;
+mod configuration;
+mod diagnosis;
+mod leds;
+mod parameters;
+mod presets;
+mod red_zone;
+mod scaling;
+mod values;
+
+use super::{Table, measuring, presets as shared_presets, slave, velocity};
+
+/// By the seam at which they are switched on.
+pub static BUGS: &[Table] = &[
+    Table::All(addresses::BUGS),
+    Table::All(configuration::BUGS),
+    Table::All(diagnosis::BUGS),
+    Table::All(leds::BUGS),
+    Table::Only(measuring::BUGS, MEASURING),
+    Table::All(parameters::BUGS),
+    Table::All(presets::BUGS),
+    Table::All(red_zone::BUGS),
+    Table::All(scaling::BUGS),
+    Table::Only(shared_presets::BUGS, PRESETS),
+    Table::Only(slave::BUGS, SLAVE),
+    Table::All(slave::OTHERS),
+    Table::All(values::BUGS),
+    Table::Only(velocity::BUGS, VELOCITY_BUGS),
+];
+
+const MEASURING: &[&str] = &[
+    "position-counts-from-zero",
+    "revolution-of-13-bits",
+    "range-ignored",
+    "range-one-too-long",
+    "unit-of-whole-steps",
+    "jump-at-every-zero",
+];
+
+const PRESETS: &[&str] = &["preset-in-hardware-steps", "preset-adds-instead-of-assigns"];
+
+const SLAVE: &[&str] = &[
+    "exchange-with-old-parameters",
+    "ident-not-checked",
+    "watchdog-never-expires",
+    "watchdog-always-active",
+    "watchdog-in-milliseconds",
+    "watchdog-factor-0-taken",
+    "min-tsdr-0-refused",
+    "unlock-ignored",
+    "parameters-taken-without-lock",
+    "second-master-takes-over",
+    "new-parameters-need-power-off",
+    "configuration-taken-after-fault",
+    "configuration-before-parameters",
+    "inputs-before-configuration",
+    "short-outputs-taken",
+    "clear-keeps-outputs",
+    "freeze-ignored",
+    "sync-ignored",
+    "read-inputs-are-old",
+    "read-outputs-are-old",
+    "diagnosis-ends-exchange",
+    "no-diagnosis-while-waiting-for-configuration",
+    "station-non-existent-set",
+    "ready-before-parameters",
+    "not-ready-never-cleared",
+    "cfg-fault-never-set",
+    "cfg-fault-sticks",
+    "ext-diag-always-set",
+    "invalid-response-set",
+    "prm-fault-sticks",
+    "prm-fault-never-set",
+    "master-lock-set-by-slave",
+    "prm-req-not-set",
+    "stat-diag-always-set",
+    "always-one-missing",
+    "watchdog-not-shown",
+    "freeze-mode-always-shown",
+    "sync-mode-always-shown",
+    "deactivated-set",
+    "overflow-with-extended-diagnosis",
+    "own-address-as-master",
+    "first-master-stays",
+    "last-master-kept",
+    "address-taken-without-ident",
+    "address-from-ident-octets",
+    "address-in-decimal",
+    "address-127-taken",
+    "address-changed-in-exchange",
+    "address-after-power-off-only",
+    "short-address-telegram-taken",
+];
+
+const VELOCITY_BUGS: &[&str] = &["speed-held-at-standstill", "rpm-from-scaled-steps", "speed-ignores-code-sequence"];

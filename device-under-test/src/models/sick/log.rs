@@ -1,0 +1,137 @@
+//! The service log: power-ups, operating time, highest speed, turns forward and in reverse, time of motion.
+//!
+//! A [`Recorder`] looks at the shaft and says what came about since it looked last; as many [`Log`]s as a model has take it
+//! in. Reading: a turn counts when it begins and with each full revolution.
+
+use super::knobs::Rules;
+use core::time::Duration;
+use station::Time;
+
+/// What a log has counted.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Log {
+    /// Power-ups.
+    pub power_ups: u32,
+    /// The time with supply.
+    pub operating: Duration,
+    /// The highest speed in revolutions per minute.
+    pub highest_speed: u32,
+    /// Turns forward.
+    pub forward: u32,
+    /// Turns in reverse.
+    pub reverse: u32,
+    /// Changes of direction.
+    pub direction_changes: u32,
+    /// The time in motion.
+    pub motion: Duration,
+}
+
+impl Log {
+    /// The log of an encoder that has its first supply.
+    pub fn new() -> Log {
+        Log { power_ups: 1, ..Log::default() }
+    }
+
+    /// The supply has come.
+    pub fn power_up(&mut self, rules: &Rules) {
+        if !rules.log_survives {
+            *self = Log { power_ups: self.power_ups, ..Log::default() };
+        }
+        self.power_ups = (rules.power_ups)(self.power_ups);
+    }
+
+    /// Takes in what came about.
+    pub fn take(&mut self, news: &News) {
+        self.operating += news.passed;
+        self.highest_speed = self.highest_speed.max(u32::try_from(news.rpm).unwrap_or(u32::MAX));
+        if news.is_motion {
+            self.motion += news.passed;
+        }
+        let [forward, reverse] = news.turns;
+        self.forward = self.forward.wrapping_add(forward);
+        self.reverse = self.reverse.wrapping_add(reverse);
+        self.direction_changes += u32::from(news.is_reversed);
+    }
+}
+
+/// The shaft at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Now.
+    pub now: Time,
+    /// The speed in revolutions per minute, rounded.
+    pub rpm: i64,
+    /// The sense of the motion, 0 at rest.
+    pub sense: i64,
+    /// Where it stands, over all revolutions.
+    pub place: i64,
+    /// Hardware steps of a revolution.
+    pub steps_per_revolution: u64,
+    /// The slowest speed that is motion, in whole revolutions per minute.
+    pub slowest: u64,
+}
+
+/// What came about since the last look.
+#[derive(Clone, Copy, Debug)]
+pub struct News {
+    passed: Duration,
+    rpm: u64,
+    is_motion: bool,
+    turns: [u32; 2],
+    is_reversed: bool,
+}
+
+/// Looks at the shaft.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorder {
+    last: Time,
+    place: Option<i64>,
+    /// The sense of the present motion, 0 at rest, and of the last one.
+    motion: i64,
+    last_motion: i64,
+    /// Hardware steps since the present motion began, or since its last full revolution.
+    way: u64,
+}
+
+impl Default for Recorder {
+    fn default() -> Recorder {
+        Recorder { last: Time::ZERO, place: None, motion: 0, last_motion: 0, way: 0 }
+    }
+}
+
+impl Recorder {
+    /// The supply has come.
+    pub fn power_up(&mut self, now: Time) {
+        (self.last, self.place, self.motion) = (now, None, 0);
+    }
+
+    /// What came about since the last look.
+    pub fn look(&mut self, look: &Look, rules: &Rules) -> News {
+        let rpm = look.rpm.unsigned_abs();
+        let passed = look.now.since(self.last);
+        self.last = look.now;
+        let (turns, is_reversed) = self.turns(look, rules);
+        let highest = (rules.highest_speed)(look.rpm);
+        News { passed, rpm: highest, is_motion: rpm >= (rules.motion)(look.slowest), turns, is_reversed }
+    }
+
+    fn turns(&mut self, look: &Look, rules: &Rules) -> ([u32; 2], bool) {
+        let gone = look.place.wrapping_sub(self.place.replace(look.place).unwrap_or(look.place)).unsigned_abs();
+        let before = core::mem::replace(&mut self.motion, look.sense);
+        if look.sense == 0 {
+            return ([0; 2], false);
+        }
+        let turns = if look.sense == before {
+            self.way = self.way.wrapping_add(gone);
+            let turns = self.way / look.steps_per_revolution;
+            self.way %= look.steps_per_revolution;
+            turns as u32
+        } else {
+            self.way = 0;
+            1
+        };
+        let last = core::mem::replace(&mut self.last_motion, look.sense);
+        let is_reversed = (rules.is_change)(before, last, look.sense);
+        ((rules.turns)(look.sense).map(|counts| if counts { turns } else { 0 }), is_reversed)
+    }
+}

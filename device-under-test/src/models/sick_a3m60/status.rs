@@ -1,0 +1,204 @@
+//! The sensor status S_STAT-A and S_STAT-B, and what else tells it: blocks of the diagnosis, codes in place of the position,
+//! faults and warnings of P65001. Manual, 5.4.
+//!
+//! Readings: all of these follow the cause; only the code in G1_XIST2 stays until it is acknowledged. An error of the position
+//! is any of bits 14 to 6 of S_STAT-A. Which code stands for invalid parameters in the EEPROM, for a linearization that is
+//! wrong and for a large deviation is not printed.
+
+use super::knobs::Known;
+use super::{Live, State, is_of_vendor};
+use crate::application::Severity;
+use crate::encoder_object::Phase;
+use alloc::vec::Vec;
+
+/// A cause that the stand brings about.
+#[derive(Debug)]
+pub struct Fault {
+    /// Its name.
+    pub name: &'static str,
+    /// The bit of S_STAT-A.
+    pub bit: u32,
+    /// The code in place of the position.
+    pub code: i32,
+}
+
+const fn fault(name: &'static str, bit: u32, code: i32) -> Fault {
+    Fault { name, bit, code }
+}
+
+/// The causes: tables 35 and 37.
+pub const FAULTS: &[Fault] = &[
+    fault("flash", 15, -12),
+    fault("eeprom_checksum", 15, -12),
+    fault("fram", 14, -11),
+    fault("synchronization_large", 13, -8),
+    fault("synchronization_shutdown", 11, -10),
+    fault("synchronization_start", 11, -8),
+    fault("linearization", 10, -5),
+    fault("vector_length", 9, -5),
+    fault("vector_length_long", 8, -5),
+    fault("eeprom", 7, -4),
+    fault("amplitude", 6, -3),
+    fault("amplitude_cosine", 6, -3),
+];
+
+/// The code for several errors at once.
+pub const SEVERAL: i32 = -16;
+
+/// Bits of S_STAT-A that are errors of the position: 14 to 6.
+pub const POSITION: u16 = 0x7FC0;
+/// Bits of S_STAT-A that are errors of the memory: 15 and 7.
+pub const MEMORY: u16 = 0x8080;
+/// Bit of S_STAT-A for a speed that is too high.
+const OVERSPEED: u16 = 1 << 5;
+
+/// What is wrong, as the two words of the status tell it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Words {
+    /// S_STAT-A.
+    pub a: u16,
+    /// S_STAT-B.
+    pub b: u16,
+}
+
+/// Numbers of the diagnosis: table 34.
+pub const TOO_FAST: u8 = 0x30;
+/// An error of the position.
+pub const POSITION_ERROR: u8 = 0x36;
+/// An error of the memory.
+pub const MEMORY_ERROR: u8 = 0x38;
+/// The sign of life of the master.
+pub const LIFE_SIGN: u8 = 0x3B;
+/// The clock is missing.
+pub const NO_CLOCK: u8 = 0x3C;
+/// The clock deviates.
+pub const CLOCK_DEVIATES: u8 = 0x3D;
+
+/// What of the diagnosis is there for the words, in the order of table 34.
+pub fn numbers(words: Words) -> Vec<u8> {
+    let all = [
+        (words.a & OVERSPEED != 0, TOO_FAST),
+        (words.a & POSITION != 0, POSITION_ERROR),
+        (words.a & MEMORY != 0, MEMORY_ERROR),
+        (words.b & 1 << 4 != 0, LIFE_SIGN),
+        (words.b & 1 << 5 != 0, NO_CLOCK),
+        (words.b & 1 << 6 != 0, CLOCK_DEVIATES),
+    ];
+    all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, number)| number).collect()
+}
+
+/// The blocks behind the six octets of the diagnosis: three octets for each number.
+pub fn blocks(numbers: &[u8]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| [0x81, 0x40, *number]).collect()
+}
+
+/// What a code in place of the position is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Causes<'a> {
+    /// The codes of the causes that are there, in the order of the table.
+    pub codes: &'a [i32],
+    /// What is known besides.
+    pub known: &'a Known,
+}
+
+/// The code in place of the position, from those of the causes; none without a cause.
+pub fn code(codes: &[i32]) -> Option<i32> {
+    let first = codes.first().copied()?;
+    Some(if codes.iter().all(|code| *code == first) { first } else { SEVERAL })
+}
+
+/// The code of several causes, or that of one of them.
+fn are_several(codes: &[i32]) -> bool {
+    code(codes) == Some(SEVERAL)
+}
+
+impl Live<'_, State> {
+    /// S_STAT-A and S_STAT-B.
+    pub fn words(&self) -> Words {
+        let faults = FAULTS.iter().filter(|fault| self.notices(fault));
+        let a = faults.fold(0, |bits, fault| bits | (self.behaviour.a3m60.status_bit)(fault.name, 1 << fault.bit));
+        let wrong = self.model.clock.wrong(&self.behaviour.a3m60);
+        let bit = |n: u32, set: bool| u16::from(set) << n;
+        let is_watched = self.model.clock.times().is_some();
+        let b =
+            bit(4, is_watched && self.ram.watch.has_failed()) | bit(5, wrong.is_missing) | bit(6, wrong.is_deviating);
+        Words { a: a | bit(5, self.is_too_fast()), b }
+    }
+
+    fn notices(&self, fault: &Fault) -> bool {
+        let was_there = self.model.faults_at_power_up.contains(&fault.name);
+        self.faults.has(fault.name) && (self.behaviour.a3m60.notices)(fault.name, was_there)
+    }
+
+    /// Keeps in mind which faults are there while the supply comes.
+    pub fn note_faults(&mut self) {
+        let here = FAULTS.iter().map(|fault| fault.name).filter(|name| self.faults.has(name));
+        self.model.faults_at_power_up = here.collect();
+    }
+
+    /// What the status is shown from.
+    pub fn known(&self) -> Known {
+        let model = &*self.model;
+        Known {
+            words: self.words(),
+            seen: model.seen,
+            at_start: model.at_start,
+            last_preset: model.presets.last_value,
+            had_several: model.had_several,
+            fields: model.fields,
+            is_isochronous: model.clock.times().is_some(),
+            is_of_vendor: is_of_vendor(self.ram.telegram()),
+            is_connected: self.ram.phase != Phase::Alone,
+            powered: self.seconds().powered,
+        }
+    }
+
+    /// Keeps in mind what is wrong.
+    pub fn note_status(&mut self) {
+        let words = self.words();
+        let seen = &mut self.model.seen;
+        (seen.a, seen.b) = (seen.a | words.a, seen.b | words.b);
+        let codes = self.codes();
+        self.model.had_several |= are_several(&codes);
+    }
+
+    fn codes(&self) -> Vec<i32> {
+        let here = FAULTS.iter().filter(|fault| self.notices(fault));
+        here.filter_map(|fault| (self.behaviour.a3m60.fault_code)(fault.name, fault.code)).collect()
+    }
+
+    /// What the diagnosis tells.
+    pub fn numbers(&self) -> Vec<u8> {
+        let rules = &self.behaviour.diagnosis;
+        if !(rules.are_sent)(self.ram.user.compatible, self.ram.user.alarm_channel) {
+            return Vec::new();
+        }
+        let told = numbers((self.behaviour.a3m60.told)(&self.known()));
+        let told = told.into_iter().filter_map(|number| (rules.error_type)(number.into()));
+        let mut told: Vec<u8> = told.map(|number| number as u8).collect();
+        if !rules.side_by_side {
+            told.drain(..told.len().saturating_sub(1));
+        }
+        told
+    }
+
+    /// Whether a number of the diagnosis is an error and no warning.
+    pub fn is_error(&self, number: u8) -> bool {
+        let right = if number == TOO_FAST { Severity::MaintenanceRequired } else { Severity::Fault };
+        (self.behaviour.diagnosis.severity)(number.into(), right) == Severity::Fault
+    }
+
+    /// The code that takes the place of the position in the telegrams of the vendor.
+    pub fn code(&self) -> Option<i32> {
+        if !(self.behaviour.a3m60.shows_codes)(self.model.fields.shows_codes()) {
+            return None;
+        }
+        (self.behaviour.a3m60.code)(&Causes { codes: &self.codes(), known: &self.known() })
+    }
+
+    /// Whether the speed is above its limit: manual, table 37, bit 5.
+    pub fn is_too_fast(&self) -> bool {
+        let rpm = self.rpm();
+        (self.behaviour.diagnosis.is_too_fast)(rpm, rpm.abs() > super::HIGHEST_SPEED)
+    }
+}

@@ -1,0 +1,143 @@
+//! The data link of a slave: which request is a repetition, when an answer is due, and what it looks like.
+//!
+//! This room must not know services and states.
+
+use super::behaviour::SlaveBehaviour;
+use alloc::vec::Vec;
+use station::{Duration, Outbox, Time};
+use wire::profibus::fdl::{
+    AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, StationType,
+};
+
+/// What a service answers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Answer {
+    /// The request was taken and there are no data.
+    Taken,
+    /// Data; of high priority if the master is to fetch the diagnosis.
+    Data {
+        /// The octets.
+        octets: Vec<u8>,
+        /// Whether their priority is high.
+        is_high: bool,
+    },
+    /// Nothing but a function code.
+    Code(AnswerFunction),
+    /// No answer at all.
+    Silence,
+}
+
+impl Answer {
+    /// The access point is not active for this request.
+    pub const NO_SERVICE: Answer = Answer::Code(AnswerFunction::NO_SERVICE);
+
+    /// Data of low priority.
+    pub fn data(octets: Vec<u8>) -> Answer {
+        Answer::Data { octets, is_high: false }
+    }
+}
+
+/// The data link of a slave while it has power.
+pub(super) struct Link {
+    baud: BaudRate,
+    /// min TSDR as the last Set_Prm has it.
+    pub delay: BitTimes,
+    /// The last counted request and the answer to it.
+    last: Option<Counted>,
+    /// The answer that waits for its time.
+    waiting: Option<(Time, Vec<u8>)>,
+}
+
+/// A counted request that was answered.
+struct Counted {
+    sa: u8,
+    count: FrameCount,
+    answer: Vec<u8>,
+}
+
+impl Link {
+    /// A link that has heard nothing.
+    pub fn new(baud: BaudRate) -> Link {
+        Link { baud, delay: BitTimes::LEAST_DELAY, last: None, waiting: None }
+    }
+
+    /// The rate of the bus.
+    pub fn baud(&self) -> BaudRate {
+        self.baud
+    }
+
+    /// Another frame has come: an answer that was not sent yet is not sent.
+    pub fn hear(&mut self) {
+        self.waiting = None;
+    }
+
+    /// Answers a repetition with what was answered before; says whether the request is one.
+    pub fn repeats(&mut self, now: Time, frame: &DataFrame<'_>, behaviour: &SlaveBehaviour) -> bool {
+        let (Some(count), Some(last)) = (frame.fc.count(), &self.last) else { return false };
+        let is_repetition = match (count, last.count) {
+            (FrameCount::One, FrameCount::One | FrameCount::First) | (FrameCount::Zero, FrameCount::Zero) => {
+                last.sa == frame.sa
+            }
+            (FrameCount::Unused | FrameCount::First, _)
+            | (FrameCount::One, FrameCount::Zero | FrameCount::Unused)
+            | (FrameCount::Zero, FrameCount::One | FrameCount::First | FrameCount::Unused) => false,
+        };
+        if is_repetition && behaviour.knows_repetitions {
+            let answer = last.answer.clone();
+            self.send_later(now, answer, behaviour);
+            return true;
+        }
+        false
+    }
+
+    /// Answers a request that came to `own`.
+    pub fn answer(&mut self, now: Time, own: u8, frame: &DataFrame<'_>, answer: &Answer, behaviour: &SlaveBehaviour) {
+        let Some(octets) = octets(own, frame, answer) else { return };
+        match frame.fc.count() {
+            Some(count @ (FrameCount::First | FrameCount::Zero | FrameCount::One)) => {
+                self.last = Some(Counted { sa: frame.sa, count, answer: octets.clone() });
+            }
+            Some(FrameCount::Unused) | None => {}
+        }
+        self.send_later(now, octets, behaviour);
+    }
+
+    fn send_later(&mut self, now: Time, octets: Vec<u8>, behaviour: &SlaveBehaviour) {
+        let delay = Duration::from_nanos(self.baud.nanoseconds((behaviour.delay)(self.delay)));
+        self.waiting = Some((now + delay, octets));
+    }
+
+    /// Sends what is due.
+    pub fn wake(&mut self, now: Time, out: &mut Outbox) {
+        if let Some((_, octets)) = self.waiting.take_if(|(due, _)| *due <= now) {
+            out.push(&octets);
+        }
+    }
+
+    /// When an answer is due.
+    pub fn due(&self) -> Option<Time> {
+        self.waiting.as_ref().map(|(due, _)| *due)
+    }
+}
+
+fn octets(own: u8, request: &DataFrame<'_>, answer: &Answer) -> Option<Vec<u8>> {
+    let data_frame = |function, data, format, destination, source| {
+        let fc = FunctionCode::answer(function, StationType::SLAVE);
+        Frame::Data(DataFrame { format, da: request.sa, sa: own, fc, destination, source, data })
+    };
+    let none = Extension::NONE;
+    let frame = match answer {
+        Answer::Silence => return None,
+        Answer::Taken => Frame::ShortAcknowledgement,
+        Answer::Code(function) => data_frame(*function, &[], Format::NoData, none, none),
+        Answer::Data { octets, is_high } => {
+            let function = if *is_high { AnswerFunction::DATA_HIGH } else { AnswerFunction::DATA_LOW };
+            let has_octets = !octets.is_empty() || !request.source.is_empty() || !request.destination.is_empty();
+            let format = if has_octets { Format::Variable } else { Format::NoData };
+            data_frame(function, octets.as_slice(), format, request.source, request.destination)
+        }
+    };
+    let mut out = Vec::new();
+    frame.write(&mut out);
+    Some(out)
+}

@@ -1,0 +1,233 @@
+//! Records of DP-V1: a class 1 master at one access point, class 2 masters in connections.
+//!
+//! A request is acknowledged, and its answer is fetched by an empty poll once it is there. This room must not know records.
+
+use super::application::{Access, Channel, Identity, Refusal};
+use super::behaviour::SlaveBehaviour;
+use super::link::Answer;
+use super::slave::Env;
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::Time;
+use wire::profibus::dpv1::{self, Abilities, AbortReason, Endpoint, Function, Pdu, Record, RecordError, Side, Subnet};
+use wire::profibus::fdl::AnswerFunction;
+use wire::profibus::sap::SlaveSap;
+
+/// The most octets of a record.
+const MOST_DATA: u8 = 240;
+/// The least Send_Timeout that the slave can keep, in 10 ms.
+const LEAST_TIMEOUT: u16 = 10;
+
+/// A request to an access point of class 2 masters.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Request<'a> {
+    pub sap: u8,
+    pub master: u8,
+    pub data: &'a [u8],
+}
+
+/// What waits to be fetched from an access point.
+#[derive(Clone, Debug, Default)]
+struct Desk {
+    /// The answer and when it is there.
+    answer: Option<(Time, Vec<u8>)>,
+}
+
+impl Desk {
+    /// What an empty poll gets.
+    fn poll(&mut self, now: Time) -> Answer {
+        match self.answer.take_if(|(due, _)| *due <= now) {
+            Some((_, octets)) => Answer::data(octets),
+            None => Answer::Taken,
+        }
+    }
+
+    fn put(&mut self, due: Time, pdu: &Pdu) {
+        let mut octets = Vec::new();
+        pdu.write(&mut octets);
+        self.answer = Some((due, octets));
+    }
+}
+
+/// A connection of a class 2 master.
+#[derive(Clone, Debug)]
+struct Connection {
+    sap: u8,
+    master: u8,
+    timeout: Duration,
+    until: Time,
+    desk: Desk,
+}
+
+/// All that waits to be fetched, and the connections.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Records {
+    ms1: Desk,
+    /// What the resource manager has to tell to whom.
+    manager: Option<(u8, Desk)>,
+    connections: Vec<Connection>,
+}
+
+impl Records {
+    /// A request or a poll of the class 1 master.
+    pub fn serve_ms1(&mut self, env: &mut Env<'_>, data: &[u8], behaviour: &SlaveBehaviour) -> Answer {
+        if data.is_empty() {
+            return self.ms1.poll(env.now);
+        }
+        if self.ms1.answer.is_some() {
+            return Answer::Code(AnswerFunction::NO_RESOURCE);
+        }
+        if data.get(1).is_some_and(|slot| (behaviour.never_answers)(*slot)) {
+            return Answer::Taken;
+        }
+        let due = env.now + behaviour.record_time;
+        self.ms1.put(due, &answer(env, Channel::Ms1, data, behaviour));
+        Answer::Taken
+    }
+
+    /// The class 1 master is gone.
+    pub fn end_ms1(&mut self, env: &mut Env<'_>) {
+        self.ms1 = Desk::default();
+        env.application.forget(env.at(), Channel::Ms1);
+    }
+
+    /// A request or a poll of a class 2 master.
+    pub fn serve_ms2(
+        &mut self,
+        env: &mut Env<'_>,
+        request: Request<'_>,
+        identity: &Identity,
+        behaviour: &SlaveBehaviour,
+    ) -> Answer {
+        if identity.ms2 == 0 {
+            return Answer::NO_SERVICE;
+        }
+        if SlaveSap(request.sap) == SlaveSap::RESOURCE_MANAGER {
+            return self.manage(env, request, identity, behaviour);
+        }
+        let known = self.connections.iter_mut().position(|of| (of.sap, of.master) == (request.sap, request.master));
+        let Some(at) = known else { return Answer::NO_SERVICE };
+        let Some(connection) = self.connections.get_mut(at) else { return Answer::NO_SERVICE };
+        connection.until = env.now + connection.timeout;
+        if request.data.is_empty() {
+            return connection.desk.poll(env.now);
+        }
+        if connection.desk.answer.is_some() {
+            return Answer::Code(AnswerFunction::NO_RESOURCE);
+        }
+        let due = env.now + behaviour.record_time;
+        match Pdu::parse(request.data, Side::Request) {
+            Ok(Pdu::Abort { .. }) => self.end(env, at),
+            Ok(Pdu::Idle(_)) => connection.desk.put(env.now, &Pdu::Idle(Vec::new())),
+            _ => {
+                let answer = answer(env, Channel::Ms2(request.sap), request.data, behaviour);
+                connection.desk.put(due, &answer);
+            }
+        }
+        Answer::Taken
+    }
+
+    fn manage(
+        &mut self,
+        env: &mut Env<'_>,
+        request: Request<'_>,
+        identity: &Identity,
+        behaviour: &SlaveBehaviour,
+    ) -> Answer {
+        if request.data.is_empty() {
+            return match &mut self.manager {
+                Some((master, desk)) if *master == request.master => {
+                    let answer = desk.poll(env.now);
+                    if desk.answer.is_none() {
+                        self.manager = None;
+                    }
+                    answer
+                }
+                Some(_) | None => Answer::Taken,
+            };
+        }
+        let Ok(Pdu::InitiateRequest { send_timeout, abilities, .. }) = Pdu::parse(request.data, Side::Request) else {
+            return Answer::NO_SERVICE;
+        };
+        let free = (0..identity.ms2 as u8).find(|sap| self.connections.iter().all(|of| of.sap != *sap));
+        let Some(sap) = free else { return Answer::Code(AnswerFunction::NO_RESOURCE) };
+        let send_timeout = send_timeout.max(LEAST_TIMEOUT);
+        let timeout = Duration::from_millis(u64::from(send_timeout) * 10 * 2);
+        let mut desk = Desk::default();
+        let swap = |abilities: Abilities| {
+            let own = identity.abilities.clone().unwrap_or(Abilities {
+                features: [1, 0],
+                profile_features: [0, 0],
+                profile: 0,
+                source: Endpoint::default(),
+                destination: Endpoint::default(),
+            });
+            Abilities { source: abilities.destination, destination: abilities.source, ..own }
+        };
+        desk.put(
+            env.now + behaviour.record_time,
+            &Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) },
+        );
+        self.connections.push(Connection { sap, master: request.master, timeout, until: env.now + timeout, desk });
+        let mut desk = Desk::default();
+        desk.put(env.now, &Pdu::ResourceManager { sap, send_timeout });
+        self.manager = Some((request.master, desk));
+        Answer::Taken
+    }
+
+    fn end(&mut self, env: &mut Env<'_>, at: usize) {
+        let connection = self.connections.remove(at);
+        env.application.forget(env.at(), Channel::Ms2(connection.sap));
+    }
+
+    /// Ends connections that were silent for too long.
+    pub fn wake(&mut self, env: &mut Env<'_>) {
+        while let Some(at) = self.connections.iter().position(|of| of.until <= env.now) {
+            self.end(env, at);
+        }
+    }
+
+    /// When a connection has been silent for too long.
+    pub fn due(&self) -> Option<Time> {
+        self.connections.iter().map(|of| of.until).min()
+    }
+}
+
+/// The answer to a request for a record.
+fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8], behaviour: &SlaveBehaviour) -> Pdu {
+    let at = env.at();
+    let access = |record: &Record| Access { channel, slot: record.slot, index: record.index };
+    let mut pdu = match Pdu::parse(data, Side::Request) {
+        Ok(Pdu::Read(record)) => {
+            let mut octets = Vec::new();
+            match env.application.read(at, access(&record), &mut octets) {
+                Ok(()) => {
+                    let most = if behaviour.cuts_records { record.length } else { u8::MAX }.min(MOST_DATA);
+                    octets.truncate(most.into());
+                    Pdu::Read(Record { length: octets.len() as u8, data: octets, ..record })
+                }
+                Err(refusal) => refused(Function::READ_REFUSED, refusal),
+            }
+        }
+        Ok(Pdu::Write(record)) => match env.application.write(at, access(&record), &record.data) {
+            Ok(()) => Pdu::Write(Record { data: Vec::new(), ..record }),
+            Err(refusal) => refused(Function::WRITE_REFUSED, refusal),
+        },
+        Ok(pdu) => refused(Function(pdu.function().0 | 0x80), Refusal::error(RecordError::FEATURE_NOT_SUPPORTED)),
+        Err(_) if matches!(channel, Channel::Ms2(_)) => {
+            let more = Vec::new();
+            Pdu::Abort { subnet: Subnet::NO, reason: AbortReason::BAD_REQUEST, more }
+        }
+        Err(_) => {
+            let function = Function(data.first().copied().unwrap_or_default() | 0x80);
+            refused(function, Refusal::error(RecordError::WRITE_LENGTH_ERROR))
+        }
+    };
+    (behaviour.told_record)(&mut pdu);
+    pdu
+}
+
+fn refused(function: Function, refusal: Refusal) -> Pdu {
+    let Refusal { decode, code_1, code_2 } = refusal;
+    Pdu::Refused(dpv1::Refusal { function, decode, code_1, code_2 })
+}

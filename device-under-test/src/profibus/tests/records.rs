@@ -1,0 +1,60 @@
+//! Records of DP-V1: acknowledged, polled, refused.
+
+use super::bench::{Answer, RS};
+use super::toy::{CFG, PRM, bench};
+use crate::profibus::SlaveBehaviour;
+use core::time::Duration;
+
+#[test]
+fn a_class_1_master_writes_and_reads() {
+    let mut bench = bench(SlaveBehaviour::default());
+    bench.set_prm(&PRM);
+    bench.chk_cfg(&CFG);
+    let ms1 = Some((51, 51));
+    let mut exchange = |request: &[u8]| {
+        assert_eq!(bench.ask(ms1, request), Answer::Taken);
+        bench.wait(Duration::from_millis(5));
+        match bench.ask(ms1, &[]) {
+            Answer::Told(8, octets) => octets,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(exchange(&[0x5F, 1, 47, 2, 0xAA, 0xBB]), [0x5F, 1, 47, 2]);
+    assert_eq!(exchange(&[0x5E, 1, 47, 240]), [0x5E, 1, 47, 2, 0xAA, 0xBB]);
+    assert_eq!(exchange(&[0x5E, 1, 47, 1]), [0x5E, 1, 47, 1, 0xAA]);
+    assert_eq!(exchange(&[0x5E, 1, 48, 1]), [0xDE, 0x80, 0xB0, 0]);
+    assert_eq!(exchange(&[0x5F, 1, 48, 0]), [0xDF, 0x80, 0xB6, 0]);
+}
+
+#[test]
+fn there_is_room_for_one_request_and_none_without_dpv1() {
+    let mut bench = bench(SlaveBehaviour::default());
+    bench.set_prm(&PRM);
+    bench.chk_cfg(&CFG);
+    let ms1 = Some((51, 51));
+    assert_eq!(bench.ask(ms1, &[0x5E, 1, 47, 1]), Answer::Taken);
+    assert_eq!(bench.ask(ms1, &[0x5E, 1, 47, 1]), Answer::Told(2, [].into()));
+    let mut prm = PRM;
+    prm[7] = 0;
+    bench.set_prm(&prm);
+    bench.chk_cfg(&CFG);
+    assert_eq!(bench.ask(ms1, &[]), RS);
+}
+
+#[test]
+fn a_class_2_master_opens_a_connection_which_ends_in_silence() {
+    let mut bench = bench(SlaveBehaviour::default());
+    let initiate = [0x57, 0, 0, 0, 0, 100, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
+    assert_eq!(bench.ask(Some((0, 50)), &[]), RS);
+    assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Taken);
+    assert_eq!(bench.ask(Some((49, 50)), &[]), Answer::Told(8, [0x56, 0, 0, 100].into()));
+    bench.wait(Duration::from_millis(5));
+    let Answer::Told(8, granted) = bench.ask(Some((0, 50)), &[]) else { panic!("no answer") };
+    assert_eq!(granted[..4], [0x57, 240, 1, 0]);
+    assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Told(2, [].into()), "there is one connection");
+    assert_eq!(bench.ask(Some((0, 50)), &[0x5E, 1, 47, 9]), Answer::Taken);
+    bench.wait(Duration::from_millis(5));
+    assert_eq!(bench.ask(Some((0, 50)), &[]), Answer::Told(8, [0x5E, 1, 47, 3, 1, 2, 3].into()));
+    bench.wait(Duration::from_secs(3));
+    assert_eq!(bench.ask(Some((0, 50)), &[]), RS);
+}

@@ -1,0 +1,306 @@
+//! Reads a GSD: lines of `Keyword = value`, some with a number in brackets, and groups of lines for texts, fields and modules.
+//!
+//! Keywords of no use here are passed over. What is read is bounded: a file that is no GSD gives one sentence and its line.
+
+use super::model::{Field, FieldType, Gsd, Module, Parameters};
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// Baud rates by the keyword's beginning.
+const BAUDS: [&str; 11] = ["9.6", "19.2", "31.25", "45.45", "93.75", "187.5", "500", "1.5M", "3M", "6M", "12M"];
+/// Octets of Set_Prm behind the first seven, at most.
+const MOST_USER_OCTETS: usize = 237;
+
+/// Why a GSD could not be read.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("line {line}: {message}")]
+pub struct GsdError {
+    /// The line, from 1.
+    pub line: usize,
+    /// What is wrong there.
+    pub message: String,
+}
+
+/// Reads a GSD from its octets; old files are in Latin-1.
+pub fn read_octets(octets: &[u8]) -> Result<Gsd, GsdError> {
+    match std::str::from_utf8(octets) {
+        Ok(text) => read(text.trim_start_matches('\u{FEFF}')),
+        Err(_) => read(&octets.iter().map(|&octet| char::from(octet)).collect::<String>()),
+    }
+}
+
+/// Reads a GSD.
+pub fn read(text: &str) -> Result<Gsd, GsdError> {
+    let lines = lines(text);
+    if !lines.iter().any(|line| line.text.eq_ignore_ascii_case("#Profibus_DP")) {
+        return Err(GsdError { line: 1, message: "this is no GSD: a line `#Profibus_DP` is missing".into() });
+    }
+    let mut reader = Reader { gsd: Gsd::default(), fields: BTreeMap::new(), has_ident: false };
+    let mut rest = lines.iter();
+    while let Some(line) = rest.next() {
+        reader.line(line, &mut rest)?;
+    }
+    match reader.has_ident {
+        true => Ok(reader.gsd),
+        false => Err(GsdError { line: 1, message: "no `Ident_Number` says which device this is".into() }),
+    }
+}
+
+/// A line without its comment, those that it was broken into put together.
+struct Line {
+    number: usize,
+    text: String,
+}
+
+impl Line {
+    fn wrong(&self, message: impl Into<String>) -> GsdError {
+        GsdError { line: self.number, message: message.into() }
+    }
+
+    /// Keyword, number in brackets, value.
+    fn setting(&self) -> Option<(String, Option<&str>, &str)> {
+        let (head, value) = self.text.split_once('=')?;
+        let head = head.trim();
+        let (word, number) = match head.split_once('(') {
+            Some((word, number)) => (word.trim(), Some(number.trim_end().trim_end_matches(')').trim())),
+            None => (head, None),
+        };
+        Some((word.to_ascii_lowercase(), number, value.trim()))
+    }
+
+    fn number(&self, text: &str) -> Result<i64, GsdError> {
+        number(text).ok_or_else(|| self.wrong(format!("`{}` is no number", text.escape_debug())))
+    }
+
+    fn size(&self, text: &str) -> Result<usize, GsdError> {
+        let size = usize::try_from(self.number(text)?).ok().filter(|size| *size <= MOST_USER_OCTETS + 7);
+        size.ok_or_else(|| self.wrong(format!("`{}` is no number of octets", text.escape_debug())))
+    }
+
+    fn octets(&self, list: &str) -> Result<Vec<u8>, GsdError> {
+        let octet = |text: &str| {
+            let octet = u8::try_from(self.number(text.trim())?).ok();
+            octet.ok_or_else(|| self.wrong(format!("`{}` is no octet", text.trim().escape_debug())))
+        };
+        list.split(',').filter(|text| !text.trim().is_empty()).map(octet).collect()
+    }
+}
+
+fn lines(text: &str) -> Vec<Line> {
+    let mut lines: Vec<Line> = Vec::new();
+    let mut goes_on = false;
+    for (index, raw) in text.lines().enumerate() {
+        let line = without_comment(raw).trim();
+        let (line, more) = match line.strip_suffix('\\') {
+            Some(line) => (line, true),
+            None => (line, false),
+        };
+        match lines.last_mut().filter(|_| goes_on) {
+            Some(last) => last.text.push_str(line.trim_start()),
+            None => lines.push(Line { number: index + 1, text: line.to_owned() }),
+        }
+        goes_on = more;
+    }
+    lines.retain(|line| !line.text.is_empty());
+    lines
+}
+
+/// What stands before the first `;` that is in no text.
+fn without_comment(line: &str) -> &str {
+    let mut quoted = false;
+    for (at, character) in line.char_indices() {
+        match character {
+            '"' => quoted = !quoted,
+            ';' if !quoted => return &line[..at],
+            _ => {}
+        }
+    }
+    line
+}
+
+fn number(text: &str) -> Option<i64> {
+    let (negative, digits) = text.strip_prefix('-').map_or((false, text), |digits| (true, digits));
+    let hexadecimal = digits.strip_prefix("0x").or_else(|| digits.strip_prefix("0X"));
+    let number = match hexadecimal {
+        Some(digits) => i64::from_str_radix(digits, 16).ok()?,
+        None => digits.parse().ok()?,
+    };
+    Some(if negative { -number } else { number })
+}
+
+/// The text between the first quotation marks, and what follows them.
+fn quoted(value: &str) -> Option<(&str, &str)> {
+    let (_, behind) = value.split_once('"')?;
+    behind.split_once('"').map(|(text, rest)| (text, rest.trim()))
+}
+
+struct Reader {
+    gsd: Gsd,
+    fields: BTreeMap<i64, Field>,
+    has_ident: bool,
+}
+
+type Rest<'r, 'l> = &'r mut std::slice::Iter<'l, Line>;
+
+impl Reader {
+    fn line(&mut self, line: &Line, rest: Rest<'_, '_>) -> Result<(), GsdError> {
+        let Some((word, place, value)) = line.setting() else { return Ok(()) };
+        let text = || quoted(value).map_or(value, |(text, _)| text).to_owned();
+        let flag = || line.number(value).map(|number| number != 0);
+        match word.as_str() {
+            "gsd_revision" => self.gsd.gsd_revision = u32::try_from(line.number(value)?).unwrap_or_default(),
+            "vendor_name" => self.gsd.vendor = text(),
+            "model_name" => self.gsd.model = text(),
+            "revision" => self.gsd.revision = text(),
+            "ident_number" => {
+                let ident = u16::try_from(line.number(value)?);
+                self.gsd.ident = ident.map_err(|_| line.wrong("an ident number has 16 bits"))?;
+                self.has_ident = true;
+            }
+            "freeze_mode_supp" => self.gsd.freeze = flag()?,
+            "sync_mode_supp" => self.gsd.sync = flag()?,
+            "auto_baud_supp" => self.gsd.auto_baud = flag()?,
+            "set_slave_add_supp" => self.gsd.set_slave_address = flag()?,
+            "fail_safe" => self.gsd.fail_safe = flag()?,
+            "dpv1_slave" => self.gsd.dpv1 = flag()?,
+            "isochron_mode_supp" => self.gsd.isochronous = flag()?,
+            "max_diag_data_len" => self.gsd.max_diagnosis = Some(line.size(value)?),
+            "max_input_len" => self.gsd.max_inputs = Some(line.size(value)?),
+            "max_output_len" => self.gsd.max_outputs = Some(line.size(value)?),
+            "max_user_prm_data_len" => self.gsd.max_user_octets = Some(line.size(value)?),
+            "user_prm_data_len" => {
+                self.gsd.parameters.octets = line.size(value)?;
+                self.gsd.max_user_octets.get_or_insert(self.gsd.parameters.octets);
+            }
+            "user_prm_data" => self.gsd.parameters.constants.push((0, line.octets(value)?)),
+            "ext_user_prm_data_const" | "ext_user_prm_data_ref" => {
+                let mut parameters = std::mem::take(&mut self.gsd.parameters);
+                self.parameter(line, (&word, place, value), &mut parameters)?;
+                self.gsd.parameters = parameters;
+            }
+            "extuserprmdata" => self.field(line, value, rest)?,
+            "module" => self.module(line, value, rest)?,
+            "prmtext" => skip(line, rest, "endprmtext")?,
+            "unit_diag_area" => skip(line, rest, "unit_diag_area_end")?,
+            "unitdiagtype" => skip(line, rest, "endunitdiagtype")?,
+            _ => {
+                let known = BAUDS.iter().find(|baud| word.eq_ignore_ascii_case(&format!("{baud}_supp")));
+                if let (Some(baud), true) = (known, known.is_some() && flag()?) {
+                    self.gsd.bauds.push((*baud).to_owned());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A constant or a field of the user octets.
+    fn parameter(
+        &self,
+        line: &Line,
+        (word, place, value): (&str, Option<&str>, &str),
+        parameters: &mut Parameters,
+    ) -> Result<(), GsdError> {
+        let at = line.size(place.ok_or_else(|| line.wrong("an offset in brackets is missing"))?)?;
+        let octets = match word {
+            "ext_user_prm_data_const" => {
+                let octets = line.octets(value)?;
+                let end = at + octets.len();
+                parameters.constants.push((at, octets));
+                end
+            }
+            _ => {
+                let id = line.number(value)?;
+                let field = self.fields.get(&id);
+                let field = field.ok_or_else(|| line.wrong(format!("there is no `ExtUserPrmData={id}` above")))?;
+                parameters.fields.push((at, field.clone()));
+                at + field.kind.octets()
+            }
+        };
+        parameters.octets = parameters.octets.max(octets);
+        Ok(())
+    }
+
+    fn field(&mut self, line: &Line, value: &str, rest: Rest<'_, '_>) -> Result<(), GsdError> {
+        let (id, name) = value.split_once('"').ok_or_else(|| line.wrong("a field has a number and a name"))?;
+        let name = name.split('"').next().unwrap_or_default().to_owned();
+        let id = line.number(id.trim())?;
+        let Some(kind) = rest.next() else { return Err(line.wrong("the file ends in the middle of a field")) };
+        let field = described(kind, name)?;
+        self.fields.insert(id, field);
+        skip(line, rest, "endextuserprmdata")
+    }
+
+    fn module(&mut self, line: &Line, value: &str, rest: Rest<'_, '_>) -> Result<(), GsdError> {
+        let (name, cfg) = quoted(value).ok_or_else(|| line.wrong("a module has a name and its identifiers"))?;
+        let mut module = Module { name: name.to_owned(), cfg: line.octets(cfg)?, parameters: Parameters::default() };
+        for inside in rest.by_ref() {
+            if inside.text.eq_ignore_ascii_case("endmodule") {
+                self.gsd.modules.push(module);
+                return Ok(());
+            }
+            match inside.setting() {
+                Some((word, _, value)) if word == "ext_module_prm_data_len" => {
+                    module.parameters.octets = inside.size(value)?;
+                }
+                Some((word, place, value)) if word.starts_with("ext_user_prm_data_") => {
+                    self.parameter(inside, (&word, place, value), &mut module.parameters)?;
+                }
+                _ => {}
+            }
+        }
+        Err(line.wrong("`EndModule` is missing"))
+    }
+}
+
+/// A field by the line that says its type, its default and what it can be.
+fn described(line: &Line, name: String) -> Result<Field, GsdError> {
+    let (word, behind) = match line.text.find(')') {
+        Some(end) if line.text.to_ascii_lowercase().starts_with("bit") => line.text.split_at(end + 1),
+        _ => line.text.split_once(char::is_whitespace).unwrap_or((&line.text, "")),
+    };
+    let kind = field_type(line, word.trim())?;
+    let mut parts = behind.split_whitespace();
+    let default = line.number(parts.next().ok_or_else(|| line.wrong("a field has a default"))?)?;
+    let allowed: String = parts.collect();
+    let range = match allowed.get(1..).and_then(|_| allowed[1..].find('-').map(|at| at + 1)) {
+        _ if allowed.is_empty() => None,
+        Some(at) => Some((line.number(&allowed[..at])?, line.number(&allowed[at + 1..])?)),
+        None => {
+            let numbers = allowed.split(',').map(|number| line.number(number)).collect::<Result<Vec<_>, _>>()?;
+            numbers.iter().min().copied().zip(numbers.iter().max().copied())
+        }
+    };
+    Ok(Field { name, kind, default, range })
+}
+
+fn field_type(line: &Line, word: &str) -> Result<FieldType, GsdError> {
+    let lower = word.to_ascii_lowercase();
+    let octets = |octets, signed| Ok(FieldType::Octets { octets, signed });
+    match lower.as_str() {
+        "unsigned8" => octets(1, false),
+        "unsigned16" => octets(2, false),
+        "unsigned32" => octets(4, false),
+        "signed8" => octets(1, true),
+        "signed16" => octets(2, true),
+        "signed32" => octets(4, true),
+        _ => {
+            let unknown = || line.wrong(format!("`{}` is no type of a field", word.escape_debug()));
+            let inside = lower.split_once('(').map(|(_, inside)| inside.trim_end_matches(')')).ok_or_else(unknown)?;
+            let (low, high) = inside.split_once('-').unwrap_or((inside, inside));
+            let bit = |text: &str| text.trim().parse::<u8>().ok().filter(|bit| *bit < 8);
+            match (lower.starts_with("bit"), bit(low), bit(high)) {
+                (true, Some(low), Some(high)) if low <= high => Ok(FieldType::Bits { low, high }),
+                _ => Err(unknown()),
+            }
+        }
+    }
+}
+
+/// Passes over the lines up to `end`.
+fn skip(line: &Line, rest: Rest<'_, '_>, end: &str) -> Result<(), GsdError> {
+    let is_end = |inside: &Line| inside.text.to_ascii_lowercase().replace(' ', "").starts_with(end);
+    match rest.any(is_end) {
+        true => Ok(()),
+        false => Err(line.wrong("the file ends in the middle of what begins here")),
+    }
+}

@@ -1,0 +1,59 @@
+//! What a GSD says, for people.
+
+use super::compare::octets;
+use super::model::{Field, FieldType, Gsd};
+use std::fmt::Write as _;
+
+/// What a GSD says, in lines.
+pub fn show(gsd: &Gsd) -> String {
+    let mut out = String::new();
+    // Writing into a String cannot fail.
+    let _ = show_into(gsd, &mut out);
+    out
+}
+
+fn show_into(gsd: &Gsd, out: &mut String) -> std::fmt::Result {
+    let text = |text: &str| text.chars().take(80).collect::<String>().escape_debug().to_string();
+    writeln!(out, "{} {}, revision {}", text(&gsd.vendor), text(&gsd.model), text(&gsd.revision))?;
+    writeln!(out, "  ident number     0x{:04X}", gsd.ident)?;
+    writeln!(out, "  GSD revision     {}", gsd.gsd_revision)?;
+    let abilities = [
+        (gsd.freeze, "freeze"),
+        (gsd.sync, "sync"),
+        (gsd.auto_baud, "automatic baud rate"),
+        (gsd.set_slave_address, "Set_Slave_Address"),
+        (gsd.fail_safe, "fail safe"),
+        (gsd.dpv1, "DP-V1"),
+        (gsd.isochronous, "isochronous mode"),
+    ];
+    let able: Vec<&str> = abilities.into_iter().filter_map(|(is, word)| is.then_some(word)).collect();
+    writeln!(out, "  supports         {}", if able.is_empty() { "nothing of note".into() } else { able.join(", ") })?;
+    writeln!(out, "  kbit/s           {}", gsd.bauds.join(", "))?;
+    if let Some(longest) = gsd.max_diagnosis {
+        writeln!(out, "  diagnosis        up to {longest} octets")?;
+    }
+    for module in &gsd.modules {
+        writeln!(out, "  module           {}: Chk_Cfg {}", text(&module.name), octets(&module.cfg))?;
+        writeln!(out, "    user octets    {}", octets(&gsd.default_octets(module)))?;
+        for (at, field) in gsd.fields(module) {
+            writeln!(out, "      {:<12} {}", place(at, field), line(field, &text(&field.name)))?;
+        }
+    }
+    Ok(())
+}
+
+fn place(at: usize, field: &Field) -> String {
+    match field.kind {
+        FieldType::Octets { octets: 1, .. } => format!("{at}"),
+        FieldType::Octets { octets, .. } => format!("{at} to {}", at + octets - 1),
+        FieldType::Bits { low, high } if low == high => format!("{at} bit {low}"),
+        FieldType::Bits { low, high } => format!("{at} bits {low}-{high}"),
+    }
+}
+
+fn line(field: &Field, name: &str) -> String {
+    match field.range {
+        Some((low, high)) => format!("{name}: default {}, {low} to {high}", field.default),
+        None => format!("{name}: default {}", field.default),
+    }
+}

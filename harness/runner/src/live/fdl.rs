@@ -1,0 +1,33 @@
+//! The frames of PROFIBUS in the octets of a serial line.
+
+use link::{Piece, Split};
+use wire::profibus::fdl::{self, Splitter};
+
+/// Finds frames as the data link has them.
+#[derive(Debug, Default)]
+pub struct FdlFrames(Splitter);
+
+impl Split for FdlFrames {
+    fn push(&mut self, octets: &[u8]) {
+        self.0.push(octets);
+    }
+
+    fn next_piece(&mut self) -> Option<Piece> {
+        self.0.next_piece().map(piece)
+    }
+
+    fn silence(&mut self) -> Option<Piece> {
+        self.0.silence().map(piece)
+    }
+
+    fn is_waiting(&self) -> bool {
+        self.0.is_waiting()
+    }
+}
+
+fn piece(found: fdl::Piece) -> Piece {
+    match found {
+        fdl::Piece::Frame(octets) => Piece { octets, is_frame: true },
+        fdl::Piece::Damaged { octets, .. } => Piece { octets, is_frame: false },
+    }
+}

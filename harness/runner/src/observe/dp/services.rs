@@ -1,0 +1,82 @@
+//! The services of PROFIBUS besides data, parameters and diagnosis: records of DP-V1 and addresses.
+//!
+//! A record is asked for in one frame and answered in another: in between the slave only acknowledges, and is polled.
+
+use super::super::tracker::Sink;
+use super::super::{ArId, Dp, Observation};
+use super::{Answer, Asked, DpTracker, Slave};
+use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::dpv1::{Function, Pdu, Record, Refusal, Side};
+use wire::profibus::sap::Service;
+use wire::profinet::status::{ErrorCode, ErrorDecode, PnioStatus};
+
+/// Requests of one slave that wait for their answers; whatever more there are is not told.
+const MOST_OPEN: usize = 16;
+
+/// A record that was asked for and not answered yet.
+#[derive(Clone, Debug)]
+pub(super) struct Acyclic {
+    master: u8,
+    service: Service,
+    record: Record,
+    written: bool,
+}
+
+impl DpTracker {
+    pub(super) fn acyclic(&mut self, asked: &Asked, answer: Answer<'_>, sink: Sink<'_>) {
+        let slave = &mut self.slaves[usize::from(asked.da)];
+        let ar = slave.ar.map(ArId);
+        match Pdu::parse(&asked.data, Side::Request) {
+            Ok(Pdu::Read(record)) => slave.ask(asked, record, false),
+            Ok(Pdu::Write(record)) => slave.ask(asked, record, true),
+            _ => {}
+        }
+        if !answer.function.has_data() {
+            return;
+        }
+        let said = match Pdu::parse(answer.data, Side::Response) {
+            Ok(said) => said,
+            Err(error) => {
+                return sink(&self.ars, Observation::Unreadable { why: &error.behind(answer.at).to_string() });
+            }
+        };
+        let own = |open: &Acyclic| (open.master, open.service) == (asked.sa, asked.service);
+        let (data, written, status): (&[u8], _, _) = match &said {
+            Pdu::Read(read) => (&read.data, false, PnioStatus::OK),
+            Pdu::Write(_) => (&[], true, PnioStatus::OK),
+            Pdu::Refused(refusal) => (&[], refusal.function == Function::WRITE_REFUSED, status(refusal)),
+            _ => return,
+        };
+        let Some(place) = slave.acyclic.iter().position(|open| own(open) && open.written == written) else { return };
+        let open = slave.acyclic.remove(place);
+        let target = (0, open.record.slot.into(), 0, open.record.index.into());
+        let data = if written { &open.record.data } else { data };
+        sink(&self.ars, Observation::Record { ar, written, target, data, status });
+    }
+
+    pub(super) fn address_given(&mut self, asked: &Asked, sink: Sink<'_>) {
+        let Ok(given) = SetSlaveAddress::parse(&asked.data) else { return };
+        let (master, station) = (asked.sa, asked.da);
+        let event = Dp::AddressGiven { master, station, address: given.address, ident: given.ident };
+        sink(&self.ars, Observation::Dp { ar: None, event });
+    }
+}
+
+impl Slave {
+    fn ask(&mut self, asked: &Asked, record: Record, written: bool) {
+        self.acyclic.retain(|open| (open.master, open.service) != (asked.sa, asked.service));
+        if self.acyclic.len() < MOST_OPEN {
+            self.acyclic.push(Acyclic { master: asked.sa, service: asked.service, record, written });
+        }
+    }
+}
+
+/// A refusal of DP-V1 as PROFINET, which took the codes over, has it.
+fn status(refusal: &Refusal) -> PnioStatus {
+    PnioStatus {
+        error_code: ErrorCode(refusal.function.0),
+        error_decode: ErrorDecode(refusal.decode.0),
+        error_code1: refusal.code_1,
+        error_code2: refusal.code_2,
+    }
+}

@@ -1,0 +1,165 @@
+//! How a connection comes about and ends: parameters, configuration, diagnosis.
+
+use super::super::tracker::Sink;
+use super::super::{Address, Ar, ArId, DiagnosisTold, Dp, Leaving, Observation, Party, Role, SlaveTold, Stage, Stream};
+use super::{Answer, Asked, DpTracker, MOST_CONNECTIONS};
+use station::Duration;
+use wire::profibus::cfg::{Identifier, sums};
+use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2};
+use wire::profibus::prm::{Dpv1, SetPrm, StationStatus};
+use wire::profinet::rpc::Uuid;
+
+impl DpTracker {
+    /// A connection that was made before the trace began; false where no more are remembered.
+    pub(super) fn met(&mut self, asked: &Asked) -> bool {
+        let ar = Ar { stage: Stage::Connected, connect_frame: None, connect_time: None, ..asked_for(asked) };
+        self.add(asked.da, ar)
+    }
+
+    fn add(&mut self, station: u8, ar: Ar) -> bool {
+        let slave = &mut self.slaves[usize::from(station)];
+        slave.ar = None;
+        if self.ars.len() >= MOST_CONNECTIONS {
+            return false;
+        }
+        slave.ar = Some(self.ars.len() as u32);
+        slave.lengths = None;
+        slave.unanswered = 0;
+        slave.gap = Duration::ZERO;
+        self.ars.push(ar);
+        true
+    }
+
+    pub(super) fn parameters(&mut self, asked: &Asked, sink: Sink<'_>) {
+        let Ok(prm) = SetPrm::parse(&asked.data) else { return };
+        let owner = self.master_of(asked.da);
+        let ready = self.slaves[usize::from(asked.da)].ar.and_then(|ar| self.ars.get(ar as usize));
+        let stands = ready.is_some_and(|ar| ar.stage == Stage::Ready);
+        let (master, station) = (asked.sa, asked.da);
+        let event = Dp::Parameters { master, station, octets: &asked.data };
+        sink(&self.ars, Observation::Dp { ar: None, event });
+        if prm.status.has(StationStatus::UNLOCK_REQ) {
+            self.end(station, Stage::Released, |ar| Observation::Released { ar }, sink);
+        } else if prm.status.has(StationStatus::LOCK_REQ) && (!stands || owner == Some(master)) {
+            self.end(station, Stage::Released, |ar| Observation::Released { ar }, sink);
+            let mut ar = asked_for(asked);
+            let watchdog = watchdog(&prm);
+            (ar.inputs.watchdog, ar.outputs.watchdog) = (watchdog, watchdog);
+            ar.device.ident = Some(prm.ident);
+            ar.slave = Some(Box::new(SlaveTold { parameters: Some(asked.data.clone()), ..SlaveTold::default() }));
+            self.add(station, ar);
+        }
+    }
+
+    pub(super) fn configuration(&mut self, asked: &Asked, octets: &[u8], number: u64, sink: Sink<'_>) {
+        let (master, station) = (asked.sa, asked.da);
+        sink(&self.ars, Observation::Dp { ar: None, event: Dp::Configuration { master, station, octets } });
+        if self.master_of(station) == Some(master) {
+            self.learn(station, octets, number);
+        }
+    }
+
+    /// The slave itself tells its configuration: that counts where none was seen to be checked.
+    pub(super) fn learnt(&mut self, asked: &Asked, octets: &[u8]) {
+        let slave = &self.slaves[usize::from(asked.da)];
+        let unknown = slave.ar.and_then(|ar| self.ars.get(ar as usize)).is_some_and(|ar| ar.connect_frame.is_none());
+        if unknown && slave.lengths.is_none() {
+            self.learn(asked.da, octets, asked.number);
+        }
+    }
+
+    fn learn(&mut self, station: u8, octets: &[u8], number: u64) {
+        let slave = &mut self.slaves[usize::from(station)];
+        let Some(ar) = slave.ar.and_then(|ar| self.ars.get_mut(ar as usize)) else { return };
+        slave.lengths = Identifier::parse_all(octets).ok().map(|identifiers| sums(&identifiers));
+        ar.slave.get_or_insert_default().configuration = Some(octets.to_vec());
+        ar.parameter_end_frame.get_or_insert(number);
+        if ar.stage == Stage::Asked {
+            ar.stage = Stage::Parameterised;
+        }
+    }
+
+    pub(super) fn diagnosis(&mut self, asked: &Asked, answer: Answer<'_>, sink: Sink<'_>) {
+        let Ok(diag) = SlaveDiag::parse(answer.data) else {
+            let why = format!("a diagnosis has at least 6 octets, not {}", answer.data.len());
+            sink(&self.ars, Observation::Unreadable { why: &why });
+            return;
+        };
+        let (master, station) = (asked.sa, asked.da);
+        let (octets, frame) = (answer.data.to_vec(), answer.number);
+        let slave = &mut self.slaves[usize::from(station)];
+        slave.diagnosis = Some(DiagnosisTold { octets, frame, time: answer.time, at: answer.at });
+        let id = slave.ar;
+        let mut stage = None;
+        if let Some(ar) = id.and_then(|id| self.ars.get_mut(id as usize)) {
+            ar.device.ident = Some(diag.ident);
+            stage = Some(ar.stage);
+        }
+        let event = Dp::Diagnosis { master, station, octets: answer.data, at: answer.at };
+        sink(&self.ars, Observation::Dp { ar: id.map(ArId), event });
+        let wants_anew = diag.status_2.has(Status2::PRM_REQ) || diag.status_1.has(Status1::STATION_NOT_READY);
+        let other = diag.master == NO_MASTER || self.master_of(station) != Some(diag.master);
+        let faults = diag.status_1.has(Status1::PRM_FAULT) || diag.status_1.has(Status1::CFG_FAULT);
+        match stage {
+            Some(Stage::Ready) if wants_anew || other => {
+                let event = Dp::Left { why: Leaving::Diagnosis };
+                self.end(station, Stage::Left, |ar| Observation::Dp { ar: Some(ar), event }, sink);
+            }
+            Some(Stage::Asked | Stage::Parameterised) if faults => {
+                let event = Dp::Left { why: Leaving::Diagnosis };
+                self.end(station, Stage::Refused, |ar| Observation::Dp { ar: Some(ar), event }, sink);
+            }
+            _ => {}
+        }
+    }
+
+    /// Ends the connection of a slave, if there is one, and tells it.
+    pub(super) fn end(
+        &mut self,
+        station: u8,
+        stage: Stage,
+        told: impl FnOnce(ArId) -> Observation<'static>,
+        sink: Sink<'_>,
+    ) {
+        self.standing.retain(|standing| *standing != station);
+        let slave = &mut self.slaves[usize::from(station)];
+        slave.lengths = None;
+        slave.acyclic.clear();
+        let Some(index) = slave.ar.take() else { return };
+        let Some(ar) = self.ars.get_mut(index as usize) else { return };
+        let stood = ar.stage.stands();
+        ar.stage = stage;
+        if stood || stage == Stage::Refused {
+            sink(&self.ars, told(ArId(index)));
+        }
+    }
+}
+
+fn asked_for(asked: &Asked) -> Ar {
+    Ar {
+        uuid: Uuid::NIL,
+        role: Role::Exchange,
+        controller: Party::at(Address::Fdl(asked.sa)),
+        device: Party::at(Address::Fdl(asked.da)),
+        submodules: Vec::new(),
+        stage: Stage::Asked,
+        connect_frame: Some(asked.number),
+        connect_time: Some(asked.time),
+        parameter_end_frame: None,
+        application_ready_frame: None,
+        release_frame: None,
+        abort: None,
+        inputs: Stream::default(),
+        outputs: Stream::default(),
+        start_records: Vec::new(),
+        slave: None,
+    }
+}
+
+/// The time after which a slave without a request of its master ends by itself; zero without a watchdog.
+fn watchdog(prm: &SetPrm) -> Duration {
+    // Where a device has no DP-V1 its octets mean something else, and rarely look like these.
+    let dpv1 = prm.dpv1().filter(|dpv1| dpv1.status_1.reserved() == 0);
+    let base = dpv1.map_or(10, Dpv1::watchdog_base_ms);
+    Duration::from_millis(prm.watchdog_ms(base).unwrap_or(0).into())
+}

@@ -1,0 +1,107 @@
+//! The master of PROFIBUS at one end of a serial line and a reference device at the other, over two pseudoterminals.
+//!
+//! The slot time is far longer than on a real bus: a pseudoterminal has no bit times, and a loaded machine is slow.
+
+use std::io::{Read, Write};
+use std::thread;
+
+use controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
+use encspec::live::fdl::FdlFrames;
+use link::serial::pty;
+use link::{Heard, Serial, SerialBus, SerialSettings, Step};
+use reference_devices::{Line, Setup, build};
+use station::{Duration, Time};
+use wire::profibus::fdl::{BaudRate, BitTimes};
+
+const BAUD: BaudRate = BaudRate(1_500_000);
+/// 200 ms.
+const SLOT: BitTimes = BitTimes(300_000);
+/// AMT58 HM, class 2, 65536 steps in each of 16384 revolutions; no watchdog.
+const SET_PRM: [u8; 21] = [0x80, 1, 1, 0x0B, 0x16, 0x55, 0, 0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];
+
+/// Two ends of one line: what goes in at one comes out at the other.
+fn line() -> (SerialBus, SerialBus) {
+    let bus = |path: &std::path::Path| {
+        let serial = Serial::open(path, &SerialSettings::new(BAUD.0)).expect("the other end is open");
+        SerialBus::new(serial, Box::<FdlFrames>::default())
+    };
+    let (left, left_path) = pty::open().expect("there are pseudoterminals");
+    let (right, right_path) = pty::open().expect("there are pseudoterminals");
+    let ends = (bus(&left_path), bus(&right_path));
+    let copies = (left.try_clone().expect("a copy"), right.try_clone().expect("a copy"));
+    for (mut from, mut to) in [(left, copies.1), (right, copies.0)] {
+        thread::spawn(move || {
+            let mut octets = [0; 512];
+            while let Ok(count @ 1..) = from.read(&mut octets) {
+                if to.write_all(&octets[..count]).is_err() {
+                    break;
+                }
+            }
+        });
+    }
+    ends
+}
+
+/// Lets a reference device live at `bus` as long as its line does.
+fn serve(mut bus: SerialBus) {
+    thread::spawn(move || {
+        let setup = Setup {
+            mac: [2, 0, 0, 0, 1, 0],
+            bugs: &[],
+            shaft: 0x1388,
+            station_name: "",
+            ip: [0; 4],
+            mask: [0; 4],
+            gateway: [0; 4],
+            line: Line { address: 3, baud: BAUD },
+        };
+        let built = build("datalogic-amt58-profibus", "hm5816-16384", &setup);
+        let mut device = built.map_err(|error| error.to_string()).expect("it is known");
+        while bus.step(&mut [&mut *device], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
+    });
+}
+
+fn master() -> Master {
+    Master::new(Settings { slot_time: SLOT, token_pause: BitTimes(30_000), ..Settings::new(2, BAUD) })
+}
+
+#[test]
+fn data_are_exchanged_over_a_serial_line() {
+    let (mut bus, other) = line();
+    serve(other);
+    bus.refuse_traffic(Duration::from_millis(50)).expect("a slave says nothing by itself");
+    let mut master = master();
+    let mut connection = Connection::new(3, SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
+    connection.cycle = Duration::from_millis(5);
+    connection.patience = Duration::from_secs(10);
+    master.request(bus.now(), Request::Connect(Box::new(connection))).expect("nothing else is under way");
+    let mut damaged = 0;
+    let mut tap = |heard: Heard<'_>| damaged += usize::from(!heard.is_frame);
+    let give_up = bus.now() + Duration::from_secs(30);
+    let outcome = loop {
+        if let Some(outcome) = master.take_outcome() {
+            break outcome;
+        }
+        assert!(bus.now() < give_up, "no outcome");
+        bus.step(&mut [&mut master], give_up, &mut |_| true, &mut tap).expect("the line works");
+    };
+    let Outcome::StartUp(told) = outcome else { panic!("{outcome:?}") };
+    assert!(told.standing, "{told:?}");
+    let until = bus.now() + Duration::from_millis(500);
+    while bus.step(&mut [&mut master], until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
+    assert_eq!(master.state(), ConnectionState::Exchange);
+    assert!(master.cycles_done() > 5, "{} cycles", master.cycles_done());
+    assert_eq!((master.inputs(), damaged), (&[0x00, 0x00, 0x13, 0x88][..], 0));
+}
+
+#[test]
+fn a_bus_with_a_master_on_it_is_refused() {
+    let (mut bus, mut other) = line();
+    thread::spawn(move || {
+        let mut master = master();
+        while other.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
+    });
+    // It claims the token after 10 slot times.
+    let error = bus.refuse_traffic(Duration::from_secs(4)).expect_err("there is a master");
+    assert!(error.to_string().contains(": DC 02 02;"), "{error}");
+}
