@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{LazyLock, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
-use wire::profibus::fdl::Frame;
+use wire::profibus::fdl::{Frame, StationType};
 
 static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| Suites::default().load().expect("the shipped suites"));
 
@@ -167,11 +167,11 @@ fn survives(manual: &Manual, variant: &Variant, trial: &Trial, at: usize) -> Vec
     survived.map(|(frames, of)| format!("{}: {of} after {frames} of {sent} frames", trial.id)).collect()
 }
 
-/// Whether a frame of PROFIBUS is one of a slave; our masters, at 1 and 2, ask, and answer each other.
+/// Whether a frame of PROFIBUS is one of a slave; our masters ask, and answer each other as masters.
 fn is_answer(octets: &[u8]) -> bool {
     match Frame::parse(octets) {
         Ok(Frame::ShortAcknowledgement) => true,
-        Ok(Frame::Data(frame)) => !frame.fc.is_request() && frame.sa > 2,
+        Ok(Frame::Data(frame)) => frame.fc.station() == Some(StationType::SLAVE),
         Ok(Frame::Token { .. }) | Err(_) => false,
     }
 }
