@@ -11,8 +11,8 @@ mod profibus;
 mod rest;
 
 pub(crate) use pages::{fields, path};
+pub(crate) use plain::{Counted, Place, flag, numeral, place};
 pub(crate) use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
-pub(crate) use plain::{flag, numeral};
 
 pub(super) use rest::parameter_number;
 

@@ -68,6 +68,58 @@ pub(crate) fn duration(node: &Node, what: &str) -> Read<Duration> {
     }
 }
 
+/// In what the place of a field is counted, as the keys and the messages of its mapping have it.
+pub(crate) struct Counted {
+    pub one: &'static str,
+    pub some: &'static str,
+    pub many: &'static str,
+    /// What has so many of them.
+    pub whole: &'static str,
+}
+
+impl Counted {
+    /// Octets of a record.
+    pub(crate) const OCTETS: Counted = Counted { one: "octet", some: "an octet", many: "octets", whole: "record" };
+    /// Bytes of a diagnosis.
+    pub(crate) const BYTES: Counted = Counted { one: "byte", some: "a byte", many: "bytes", whole: "diagnosis" };
+}
+
+/// Where a field lies.
+pub(crate) struct Place {
+    /// Its first octet.
+    pub first: usize,
+    /// In how many octets it lies.
+    pub octets: usize,
+    /// For bits in one octet: the lowest and how many.
+    pub bits: Option<(u32, u32)>,
+}
+
+/// Where a field lies among `size` octets.
+pub(crate) fn place(keyed: Keyed<'_>, counted: &Counted, size: usize) -> Read<Place> {
+    let Counted { one, some, many, whole: of } = counted;
+    let wrong = |message: String| Err(keyed.node.wrong(message));
+    let (first, last) = match (keyed.get(one), keyed.get(many)) {
+        (Some(only), None) => whole::<usize>(only, some).map(|only| (only, only))?,
+        (None, Some(both)) => pair(both, many)?,
+        _ => return wrong(format!("a field has either `{one}` or `{many}`")),
+    };
+    if last >= size {
+        return wrong(format!("{one} {last} is beyond the {size} {many} of the {of}"));
+    }
+    let bits = match (keyed.get("bit"), keyed.get("bits")) {
+        (None, None) => None,
+        (Some(bit), None) => Some((whole::<u32>(bit, "a bit")?, 1)),
+        (None, Some(bits)) => {
+            pair::<u32>(bits, "bits").map(|(low, high)| Some((low, (high - low).saturating_add(1))))?
+        }
+        _ => return wrong("a field has `bit` or `bits`, not both".into()),
+    };
+    if bits.is_some_and(|(low, width)| first != last || low.saturating_add(width) > 8) {
+        return wrong(format!("bits are counted 0 to 7 in one {one}"));
+    }
+    Ok(Place { first, octets: last - first + 1, bits })
+}
+
 /// A flag: `true`, or the key is left out.
 pub(crate) fn flag(keyed: Keyed<'_>, key: &str) -> Read<bool> {
     match keyed.get(key) {

@@ -9,7 +9,7 @@ use super::super::expr::{self, Type, Value, WordTable};
 use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
 use super::cyclic::{Wired, carried};
-use super::{Reader, flag, named, origin, pair, plain, sourced, whole};
+use super::{Counted, Place, Reader, flag, named, origin, place, plain, sourced, whole};
 use std::sync::Arc;
 use wire::profibus::cfg::{self, Identifier};
 use wire::profibus::diag::SlaveDiag;
@@ -202,24 +202,7 @@ impl<'n> Reader<'n> {
 
     fn diagnosis_field(&self, name: &str, node: &Node, longest: usize) -> Read<DiagnosisField> {
         let keyed = Keyed::new(node, &keys::DIAGNOSIS_FIELD)?;
-        let (first, last) = match (keyed.get("byte"), keyed.get("bytes")) {
-            (Some(byte), None) => whole::<usize>(byte, "a byte").map(|byte| (byte, byte))?,
-            (None, Some(both)) => pair(both, "bytes")?,
-            _ => return Err(node.wrong("a field has either `byte` or `bytes`")),
-        };
-        if last >= longest {
-            return Err(node.wrong(format!("byte {last} is beyond the {longest} bytes of the diagnosis")));
-        }
-        let bits = match (keyed.get("bit"), keyed.get("bits")) {
-            (None, None) => None,
-            (Some(bit), None) => Some((whole::<u32>(bit, "a bit")?, 1)),
-            (None, Some(bits)) => pair::<u32>(bits, "bits").map(|(low, high)| Some((low, high - low + 1)))?,
-            _ => return Err(node.wrong("a field has `bit` or `bits`, not both")),
-        };
-        if bits.is_some_and(|(low, width)| first != last || low + width > 8) {
-            return Err(node.wrong("bits are counted 0 to 7 in one byte"));
-        }
-        let octets = last - first + 1;
+        let Place { first, octets, bits } = place(keyed, &Counted::BYTES, longest)?;
         let signed = flag(keyed, "signed")?;
         let table = keyed.get("words").map(|node| self.table(node)).transpose()?;
         if octets > NUMBER_OCTETS && (signed || table.is_some()) {

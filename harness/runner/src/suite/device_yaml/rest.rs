@@ -9,7 +9,7 @@ use super::super::expr::{Number, Type};
 use super::super::keys::{self, Keyed, TYPES};
 use super::super::yaml::Node;
 use super::cyclic::words_of;
-use super::{Reader, flag, label, labels, named, numeral, origin, pair, plain, whole, word};
+use super::{Counted, Place, Reader, flag, label, labels, named, numeral, origin, place, plain, whole, word};
 
 impl<'n> Reader<'n> {
     pub(super) fn records(&mut self, submodules: &[Submodule], modules: &[Module]) -> Vec<Record> {
@@ -56,24 +56,7 @@ impl<'n> Reader<'n> {
 
     pub(super) fn record_field(&mut self, name: &str, node: &Node, octets: usize) -> Read<RecordField> {
         let keyed = Keyed::new(node, &keys::RECORD_FIELD)?;
-        let (first, last) = match (keyed.get("octet"), keyed.get("octets")) {
-            (Some(octet), None) => whole::<usize>(octet, "an octet").map(|octet| (octet, octet))?,
-            (None, Some(pair_of)) => pair(pair_of, "octets")?,
-            _ => return Err(node.wrong("a field has either `octet` or `octets`")),
-        };
-        if last >= octets {
-            return Err(node.wrong(format!("octet {last} is beyond the {octets} octets of the record")));
-        }
-        let bits = match (keyed.get("bit"), keyed.get("bits")) {
-            (None, None) => None,
-            (Some(bit), None) => Some((whole::<u32>(bit, "a bit")?, 1)),
-            (None, Some(bits)) => pair::<u32>(bits, "bits").map(|(low, high)| Some((low, high - low + 1)))?,
-            _ => return Err(node.wrong("a field has `bit` or `bits`, not both")),
-        };
-        if bits.is_some_and(|(low, width)| first != last || low + width > 8) {
-            return Err(node.wrong("bits are counted 0 to 7 in one octet"));
-        }
-        let count = last - first + 1;
+        let Place { first, octets: count, bits } = place(keyed, &Counted::OCTETS, octets)?;
         let text = flag(keyed, "text")? || count > 8;
         let table = keyed.get("words").map(|node| self.table(node)).transpose()?;
         let width = bits.map_or(count as u32 * 8, |(_, width)| width);
