@@ -139,6 +139,10 @@ pub static BUGS: &[Bug] = bugs! {
         };
     "own-address-as-master" "Octet 3 is the address of the slave itself."
         => |b| b.slave.told_diagnosis = |told, view| told.master = view.address;
+    "ident-swapped-in-exchange" "In data exchange the two octets of the ident number are swapped."
+        => |b| b.slave.told_diagnosis = |told, view| if view.state == State::DataExchange {
+            told.ident = told.ident.swap_bytes();
+        };
     "first-master-stays" "Octet 3 stays the address of the first master that parameterised the slave since power-up."
         => |b| b.slave.told_diagnosis = |told, view| told.master = view.first_master.unwrap_or(NO_MASTER);
     "last-master-kept" "After power-up octet 3 is the address of the last master."

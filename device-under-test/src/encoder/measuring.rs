@@ -168,7 +168,10 @@ pub fn relative(preset: Preset) -> u64 {
 
 /// The sum of a position and an offset on the circle of `range` units.
 pub fn shift(position: u64, offset: u64, range: u64) -> u64 {
-    ((u128::from(position) + u128::from(offset)) % u128::from(range.max(1))) as u64
+    match position.checked_add(offset) {
+        Some(sum) => sum % range.max(1),
+        None => ((u128::from(position) + u128::from(offset)) % u128::from(range.max(1))) as u64,
+    }
 }
 
 fn sub(a: u64, b: u64, range: u64) -> u64 {

@@ -150,11 +150,11 @@ impl Velocity {
     /// Measures all intervals that have ended by `now`.
     pub fn advance(&mut self, now: Time, shaft: &Shaft) {
         let Sampling { every, of } = self.sampling();
-        let ended = now.since(self.last).as_nanos() / every.as_nanos();
-        let Ok(ended) = u32::try_from(ended) else { return self.restart(now, shaft) };
-        if ended == 0 {
+        if now.since(self.last) < every {
             return;
         }
+        let ended = now.since(self.last).as_nanos() / every.as_nanos();
+        let Ok(ended) = u32::try_from(ended) else { return self.restart(now, shaft) };
         // What is older than the last two means counts for neither.
         let passed_over = ended.saturating_sub(of.saturating_mul(2).saturating_add(1));
         self.last += every * passed_over;
@@ -211,6 +211,9 @@ impl Velocity {
     }
 
     fn value_of(&self, steps: i64, scaling: &Scaling, direction: Direction) -> i64 {
+        if steps == 0 {
+            return 0;
+        }
         let factor = (self.rules.factor)(self.unit, &self.hardware, scaling);
         let above = i128::from(steps) * i128::from((self.rules.sign)(direction)) * factor.above;
         rounded(above, factor.below * self.measured_nanos())
@@ -218,13 +221,16 @@ impl Velocity {
 
     /// Revolutions per minute, clockwise positive, rounded to the nearest, whatever the unit in force.
     pub fn rounded_rpm(&self) -> i64 {
-        self.rpm(self.steps, self.measured_nanos())
+        if self.steps == 0 { 0 } else { self.rpm(self.steps, self.measured_nanos()) }
     }
 
     /// Revolutions per minute and second, clockwise positive, rounded to the nearest: how much the velocity differs from
     /// that of the measurements before, which are not the same ones.
     pub fn acceleration(&self) -> i64 {
         let (before, now) = self.ways();
+        if before == now {
+            return 0;
+        }
         let nanos = self.measured_nanos();
         self.rpm(now.saturating_sub(before), nanos.saturating_mul(nanos) / 1_000_000_000)
     }

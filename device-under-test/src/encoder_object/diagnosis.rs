@@ -1,13 +1,21 @@
 //! What is wrong, and what of it goes into the alarm channel.
 
 use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
-use super::{Cause, Effect, ErrorFact, Live, Model};
+use super::{Cause, Effect, ErrorFact, Facts, Live, Model};
 use crate::application::{Diagnosis, DiagnosisChange, Severity};
 use crate::profidrive::sensor::Error;
 use alloc::vec::Vec;
 
 /// Channel of a diagnosis that concerns the submodule as a whole.
 const WHOLE_SUBMODULE: u16 = 0x8000;
+
+/// The numbers of the errors that may be there without a fault of the stand; the first one may stand for a warning.
+pub(super) fn without_fault(facts: &Facts) -> Vec<usize> {
+    let by_itself = |error: &ErrorFact| error.causes.iter().any(|cause| !matches!(cause, Cause::Stand(_)));
+    let may_be =
+        |(number, error): &(usize, &ErrorFact)| *number == 0 || error.effect == Effect::NoMemory || by_itself(error);
+    facts.errors.iter().enumerate().filter(may_be).map(|(number, _)| number).collect()
+}
 
 impl<M: Model> Live<'_, M> {
     /// The errors whose cause is there now; their numbers are their places in the facts.
@@ -16,8 +24,14 @@ impl<M: Model> Live<'_, M> {
         let is_warning = rules.warning_is_error && self.ram.warnings != 0;
         let is_raised =
             |number, error: &ErrorFact| (self.is_caused(error) || number == 0 && is_warning) && (rules.raises)(error);
-        let errors = self.facts.errors.iter().enumerate().filter(|(number, error)| is_raised(*number, error));
-        errors.map(|(number, error)| Error { number: number as u16, code: (rules.code)(error) }).collect()
+        let raised = |number: usize| {
+            let error = self.facts.errors.get(number).filter(|error| is_raised(number, error))?;
+            Some(Error { number: number as u16, code: (rules.code)(error) })
+        };
+        match self.faults.are_none() {
+            true => self.ram.without_fault.iter().copied().filter_map(raised).collect(),
+            false => (0..self.facts.errors.len()).filter_map(raised).collect(),
+        }
     }
 
     fn is_caused(&self, error: &ErrorFact) -> bool {

@@ -1,5 +1,6 @@
 //! The encoder object at work: what it stores, what it holds while it has power, and what it does as time goes by.
 
+use super::diagnosis::without_fault;
 use super::places;
 use super::{Cause, Effect, ErrorFact, Facts, Model, Submodule, Variant, WithoutRecord};
 use crate::application::{ArKey, DiagnosisChange, Severity, StationData};
@@ -47,6 +48,11 @@ impl Faults {
     /// Whether the fault of this name is there.
     pub fn has(&self, name: &str) -> bool {
         self.0.contains(&name)
+    }
+
+    /// Whether there is none.
+    pub(super) fn are_none(&self) -> bool {
+        self.0.is_empty()
     }
 
     /// Whether a fault is there that brings an error about.
@@ -101,6 +107,8 @@ pub struct Ram {
     pub wrong_parameters: bool,
     /// The warnings that are there.
     pub(super) warnings: u32,
+    /// The numbers of the errors that may be there without a fault of the stand.
+    pub(super) without_fault: Vec<usize>,
     /// P65000.
     pub preset_value: u32,
     /// The IP address in use.
@@ -212,6 +220,7 @@ impl Ram {
             was_unreadable: is_unreadable,
             wrong_parameters: false,
             warnings: 0,
+            without_fault: without_fault(facts),
             preset_value: if is_unreadable {
                 0
             } else {

@@ -55,6 +55,10 @@ impl Ip {
     /// The UDP port from which the device calls.
     pub(super) const CLIENT_PORT: u16 = 0xC001;
     const DATAGRAMS: usize = 64;
+    /// Room for what has come, in octets: each datagram is taken before the next one comes.
+    const RECEIVED: usize = 8 * 1024;
+    /// Room for what waits for the address of its receiver, in octets: the longest record in fragments.
+    const SENT: usize = 32 * 1024;
 
     /// The stack without an address.
     pub(super) fn new(now: Time, mac: Mac) -> Ip {
@@ -63,9 +67,8 @@ impl Ip {
         let interface = Interface::new(config, &mut pipe, instant(now));
         let mut sockets = SocketSet::new(Vec::new());
         let mut open = |port: u16| {
-            let buffer =
-                || PacketBuffer::new(vec![PacketMetadata::EMPTY; Ip::DATAGRAMS], vec![0; Ip::DATAGRAMS * 1024]);
-            let mut socket = Socket::new(buffer(), buffer());
+            let buffer = |octets| PacketBuffer::new(vec![PacketMetadata::EMPTY; Ip::DATAGRAMS], vec![0; octets]);
+            let mut socket = Socket::new(buffer(Ip::RECEIVED), buffer(Ip::SENT));
             let bound = socket.bind(port);
             debug_assert!(bound.is_ok(), "a new socket is not bound, and the port is not 0");
             sockets.add(socket)

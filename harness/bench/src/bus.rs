@@ -252,8 +252,7 @@ impl VirtualBus {
 
     /// Whole bits in `time`; one that rounding up has cut by a nanosecond counts as whole.
     fn bits(&self, time: Duration) -> u64 {
-        let bits = (time.as_nanos() + 1) * u128::from(self.baud.0) / 1_000_000_000;
-        u64::try_from(bits).unwrap_or(u64::MAX)
+        self.baud.bits(u64::try_from(time.as_nanos() + 1).unwrap_or(u64::MAX)).0
     }
 
     /// Puts `burst` into its place, as one with all that it overlaps.

@@ -44,7 +44,14 @@ impl Trace {
         Trace::default()
     }
 
+    /// An empty trace with room for so many frames of `octets` octets in all.
+    pub fn with_room(frames: usize, octets: usize) -> Trace {
+        let (octets, entries) = (Vec::with_capacity(octets), Vec::with_capacity(frames));
+        Trace { octets, entries, comments: BTreeMap::new() }
+    }
+
     /// Stores a frame and returns its number.
+    #[inline]
     pub fn push(&mut self, time: Time, port: usize, octets: &[u8]) -> usize {
         self.octets.extend_from_slice(octets);
         self.entries.push(Entry { time, port, end: self.octets.len() });
@@ -68,6 +75,7 @@ impl Trace {
     }
 
     /// The frame with this number, or `None` for 0 and for numbers beyond the end.
+    #[inline]
     pub fn get(&self, number: usize) -> Option<Frame<'_>> {
         let index = number.checked_sub(1)?;
         let entry = self.entries.get(index)?;
@@ -87,6 +95,7 @@ impl Trace {
     }
 
     /// How many frames there are, which is also the number of the last one.
+    #[inline]
     pub fn len(&self) -> usize {
         self.entries.len()
     }

@@ -1,4 +1,4 @@
-//! A serial line, or a pseudoterminal that stands for one: octets in and out, even parity, nothing translated.
+//! A serial line, or a pseudoterminal that stands for one: octets in and out, nothing translated.
 //!
 //! This room must not know where a frame ends.
 
@@ -22,11 +22,25 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// How often [`Serial::recover`] looks whether the line is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
+/// The parity bit of each octet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Parity {
+    /// The number of ones is even, as PROFIBUS has it.
+    #[default]
+    Even,
+    /// The number of ones is odd.
+    Odd,
+    /// There is none.
+    None,
+}
+
 /// How a serial line is driven.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SerialSettings {
     /// Bits in a second.
     pub baud: u32,
+    /// The parity bit.
+    pub parity: Parity,
     /// Whether what is sent comes back, as adapters without a switch for it let it.
     pub echo: bool,
     /// Whether the hardware switches the driver of RS-485; else the adapter does it by itself.
@@ -34,9 +48,9 @@ pub struct SerialSettings {
 }
 
 impl SerialSettings {
-    /// A line at `baud` whose adapter does everything by itself.
+    /// A line at `baud` with even parity, whose adapter does everything by itself.
     pub fn new(baud: u32) -> SerialSettings {
-        SerialSettings { baud, echo: false, rs485: false }
+        SerialSettings { baud, parity: Parity::Even, echo: false, rs485: false }
     }
 }
 
@@ -54,6 +68,21 @@ pub struct Serial {
     /// What was sent and has not come back yet, where it does.
     echo: Vec<u8>,
     garbled: u64,
+    /// The other end, where this is the controlling one.
+    far_end: Option<FarEnd>,
+}
+
+/// The other end of a pseudoterminal of ours, held open so that the line stays while nobody else has it open.
+struct FarEnd {
+    link: PathBuf,
+    _open: Box<Serial>,
+}
+
+impl Drop for FarEnd {
+    fn drop(&mut self) {
+        // Where somebody took it away there is nothing left to be done.
+        let _ = std::fs::remove_file(&self.link);
+    }
 }
 
 impl std::fmt::Debug for Serial {
@@ -63,10 +92,10 @@ impl std::fmt::Debug for Serial {
 }
 
 impl Serial {
-    /// Opens the line at `path`, for this process alone, with eight bits and even parity.
+    /// Opens the line at `path`, for this process alone, with eight bits.
     ///
-    /// A pseudoterminal keeps neither baud rate nor parity and is taken all the same; any other line that does not keep them is
-    /// refused.
+    /// A pseudoterminal keeps neither baud rate nor parity and is taken all the same, although others may have it open, too; any
+    /// other line that does not keep them is refused.
     pub fn open(path: &Path, settings: &SerialSettings) -> Result<Serial, LinkError> {
         Serial::opened(path, settings, true)
     }
@@ -96,9 +125,11 @@ impl Serial {
         if !rustix::termios::isatty(&line) {
             return Err(LinkError::Unusable(format!("{shown} is no serial line")));
         }
-        rustix::termios::ioctl_tiocexcl(&line).map_err(|error| trouble(error.into()))?;
         let before = rustix::termios::tcgetattr(&line).map_err(|error| trouble(error.into()))?;
         let is_pty = prepare(&line, before.clone(), settings, &shown)?;
+        if !is_pty {
+            rustix::termios::ioctl_tiocexcl(&line).map_err(|error| trouble(error.into()))?;
+        }
         #[cfg(target_os = "linux")]
         if !sends {
             // A line without RTS has none to be taken away.
@@ -106,7 +137,37 @@ impl Serial {
         }
         let scratch = vec![0; SCRATCH].into_boxed_slice();
         let (path, settings) = (path.to_owned(), settings.clone());
-        Ok(Serial { path, settings, line, before, sends, is_pty, scratch, echo: Vec::new(), garbled: 0 })
+        let echo = Vec::new();
+        Ok(Serial { path, settings, line, before, sends, is_pty, scratch, echo, garbled: 0, far_end: None })
+    }
+
+    /// Makes a pseudoterminal and gives its controlling end; `link` becomes a symbolic link to the other end, which somebody can
+    /// open and close as often as he likes. The link goes when this does.
+    pub fn controlling(link: &Path, settings: &SerialSettings) -> Result<Serial, LinkError> {
+        let shown = escaped(&link.display().to_string());
+        let (line, path) = pty::open()?;
+        let far_end = Serial::open(&path, settings)?;
+        let trouble = |error: io::Error| LinkError::Unusable(format!("there is no pseudoterminal to be had: {error}"));
+        rustix::io::ioctl_fionbio(&line, true).map_err(|error| trouble(error.into()))?;
+        std::os::unix::fs::symlink(&path, link).map_err(|error| {
+            LinkError::Unusable(format!(
+                "the link {shown} cannot be made: {error}; choose another name or take it away"
+            ))
+        })?;
+        let far_end = FarEnd { link: link.to_owned(), _open: Box::new(far_end) };
+        let before = rustix::termios::tcgetattr(&line).map_err(|error| trouble(error.into()))?;
+        Ok(Serial {
+            path: link.to_owned(),
+            settings: settings.clone(),
+            line,
+            before,
+            sends: true,
+            is_pty: true,
+            scratch: vec![0; SCRATCH].into_boxed_slice(),
+            echo: Vec::new(),
+            garbled: 0,
+            far_end: Some(far_end),
+        })
     }
 
     /// Whether it is a pseudoterminal, which has no bit times.
@@ -183,6 +244,9 @@ impl Serial {
     /// After [`LinkError::Gone`]: tries to open the line again until `clock` shows `until`.
     pub fn recover(&mut self, clock: &Clock, until: Time) -> Result<(), LinkError> {
         loop {
+            if self.far_end.is_some() {
+                return Ok(());
+            }
             // The old one is still open for this process alone; who recovers is this process.
             let _ = rustix::termios::ioctl_tiocnxcl(&self.line);
             match Serial::opened(&self.path, &self.settings, self.sends) {
@@ -219,6 +283,7 @@ impl Serial {
 
 impl Drop for Serial {
     fn drop(&mut self) {
+        let _ = rustix::termios::ioctl_tiocnxcl(&self.line);
         // A line that is gone needs no settings.
         let _ = rustix::termios::tcsetattr(&self.line, OptionalActions::Now, &self.before);
     }
@@ -238,8 +303,14 @@ fn prepare(line: &File, mut state: Termios, settings: &SerialSettings, shown: &s
     state.set_speed(settings.baud).map_err(|error| trouble(&rate, error.into()))?;
     rustix::termios::tcsetattr(line, OptionalActions::Now, &state).map_err(|error| trouble(&rate, error.into()))?;
     let kept = rustix::termios::tcgetattr(line).map_err(|error| trouble("any settings", error.into()))?;
-    // A pseudoterminal takes everything and clears the parity.
+    // A pseudoterminal takes everything and clears the parity, so that each line is asked for one at first.
     let is_pty = !kept.control_modes.contains(ControlModes::PARENB);
+    if settings.parity != Parity::Even {
+        state.control_modes.set(ControlModes::PARODD, settings.parity == Parity::Odd);
+        state.control_modes.set(ControlModes::PARENB, settings.parity != Parity::None);
+        let set = rustix::termios::tcsetattr(line, OptionalActions::Now, &state);
+        set.map_err(|error| trouble("this parity", error.into()))?;
+    }
     if !is_pty && kept.output_speed().abs_diff(settings.baud) > settings.baud / 50 {
         return Err(LinkError::Unusable(format!(
             "the serial line {shown} runs at {} bit/s and not at {rate}",

@@ -233,3 +233,28 @@ fn what_is_no_line_is_refused_in_a_sentence() {
     assert!(absent.starts_with("the serial line /dev/no-such-line cannot be opened"), "{absent}");
     assert!(absent.ends_with("is the adapter plugged in?"), "{absent}");
 }
+
+#[test]
+fn a_pseudoterminal_of_ours_outlives_who_opens_its_other_end() {
+    let link = std::env::temp_dir().join(format!("encspec-link-{}-pty", std::process::id()));
+    let settings = SerialSettings::new(19_200);
+    let mut ours = Serial::controlling(&link, &settings).expect("there are pseudoterminals");
+    let again = Serial::controlling(&link, &settings).expect_err("the link is there already").to_string();
+    assert!(again.contains("cannot be made"), "{again}");
+    let clock = Clock::start();
+    for round in 1..=2 {
+        let mut theirs = Serial::open(&link, &settings).expect("the other end is there");
+        assert!(theirs.is_pty());
+        theirs.send(&[round, 0x0A, 0x0D]).expect("it takes them");
+        let mut came = Vec::new();
+        while came.len() < 3 && clock.now() < Time::ZERO + LONG {
+            ours.wait(&clock, Time::ZERO + LONG).expect("the line works");
+            ours.receive(&mut came).expect("the line works");
+        }
+        assert_eq!(came, [round, 0x0A, 0x0D]);
+        drop(theirs);
+        assert_eq!(ours.receive(&mut came).ok(), Some(false), "nobody is there, and the line is");
+    }
+    drop(ours);
+    assert!(!link.exists() && std::fs::symlink_metadata(&link).is_err());
+}

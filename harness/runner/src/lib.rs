@@ -10,6 +10,7 @@
 //! | [`engine`] | runs trials against a device under test | the kind of wire, the reports |
 //! | [`record`] | octets with times, from a line or a hex log, to captures of PROFIBUS | lines, what the frames mean |
 //! | [`replay`] | captures: connections, events, rules that were broken | how trials are run |
+//! | [`page`] | pages for a browser: timelines, packets octet by octet | captures, runs, verdicts |
 //! | [`verdict`], [`result`] | what a run found, as plain data | how it is shown |
 //! | [`report`] | results as text, and what they come to | suites, engines, files |
 //! | [`ledger`], [`lock`] | known failures; one process for each device | how it is shown |
@@ -28,6 +29,7 @@ pub mod ledger;
 pub mod live;
 pub mod lock;
 pub mod observe;
+pub mod page;
 pub mod record;
 pub mod replay;
 pub mod report;

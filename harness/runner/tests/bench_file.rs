@@ -75,6 +75,7 @@ fn the_example_says_what_it_says() {
         factory_reset: true,
         set_name: true,
         set_ip: true,
+        set_address: true,
         nvm_write: 50,
         position_reference: true,
         firmware: true,
@@ -184,7 +185,10 @@ fn a_mistake_has_its_place_and_what_was_meant(#[case] more: &str, #[case] begins
 #[case("device: lika-xac88-profinet/xac7718\nlink: nic:e\n", "did you mean `lika-xac77-profinet`?")]
 #[case("device: lika-xac77-profinet/xac7718\nlink: nik:e\n", "did you mean `nic`?")]
 #[case("device: lika-xac77-profinet/xac7718\nlink: nic:\n", "")]
-#[case("device: lika-xac77-profinet/xac7718\nlink: eth1\n", "a link is `nic:INTERFACE` or `socket:ADDRESS`")]
+#[case(
+    "device: lika-xac77-profinet/xac7718\nlink: eth1\n",
+    "a link is `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"
+)]
 #[case("", "the file is empty")]
 #[case("[]", "a bench file is a mapping `{ ... }`, not a list")]
 #[case("device: [", "this is no YAML")]

@@ -6,12 +6,15 @@ use encspec::suite::model::{Bug, Manual, Rule, Trial, Variant};
 use encspec::suite::{Sources, load};
 use encspec::verdict::Verdict;
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{LazyLock, Mutex};
 use std::thread;
 
-fn manuals() -> Vec<Manual> {
-    load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"))
+fn manuals() -> &'static [Manual] {
+    static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| {
+        load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"))
+    });
+    &MANUALS
 }
 
 fn dut(manual: &Manual, variant: &Variant, bug: &str) -> DutSpec {
@@ -81,7 +84,7 @@ fn every_case_catches_a_bug_and_every_bug_is_caught() {
 #[test]
 fn without_a_bug_every_case_passes_and_every_rule_is_decided() {
     let manuals = manuals();
-    for manual in &manuals {
+    for manual in manuals {
         for variant in &manual.variants {
             let name = (manual.device.name.clone(), variant.name.clone());
             let healthy = DutSpec { manual: name.0, variant: name.1, kind: DutKind::Model { bugs: Vec::new() } };

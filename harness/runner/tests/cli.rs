@@ -85,7 +85,7 @@ fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str)
 #[case::port("socket:127.0.0.1:1", 3, "127.0.0.1:1")]
 #[case::path("socket:/nowhere/wire", 3, "/nowhere/wire")]
 #[case::no_address("socket:nowhere", 3, "socket:nowhere")]
-#[case::serial("serial:/dev/ttyUSB0", 2, "PROFIBUS")]
+#[case::serial("serial:/dev/ttyUSB0", 2, "speaks PROFINET, so its link is `nic:IF`")]
 #[case::file("nowhere.yaml", 2, "leave `--device` out")]
 fn a_bench_that_cannot_be_used(#[case] dut: &str, #[case] status: i32, #[case] says: &str) {
     let variant = format!("{MANUAL}/xac7718");

@@ -6,9 +6,12 @@ use encspec::result::Severity;
 use encspec::suite::model::Manual;
 use encspec::suite::{Sources, load};
 use gsd_parser::UserPrmDataType;
+use std::sync::LazyLock;
 
-fn manuals() -> Vec<Manual> {
-    load(&Sources::embedded(), None).expect("the shipped suites load")
+fn manuals() -> &'static [Manual] {
+    static MANUALS: LazyLock<Vec<Manual>> =
+        LazyLock::new(|| load(&Sources::embedded(), None).expect("the shipped suites load"));
+    &MANUALS
 }
 
 fn files() -> impl Iterator<Item = (&'static str, &'static str, Gsd)> {

@@ -17,6 +17,8 @@ use std::process::{Command, Output, Stdio};
 const IM0: Target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
 const FIRST: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
 const SECOND: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 11);
+/// How long anything may take that has to come about.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 fn encspec(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_encspec")).args(arguments).stdin(Stdio::null()).output().expect("the binary")
@@ -34,6 +36,38 @@ fn say(path: &Path, line: &str) -> String {
 
 fn connect(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
     names.iter().map(|(name, ip)| Request::Connect(Box::new(connection(name, *ip)))).collect()
+}
+
+/// Start-ups of connections that outlive a halt of the machine of more than a second: watchdog and data hold of 1.92 s, which is
+/// the longest that there is.
+fn connect_patiently(names: &[(&str, Ipv4Addr)]) -> Vec<Request> {
+    let mut requests = connect(names);
+    for request in &mut requests {
+        if let Request::Connect(connection) = request {
+            (connection.watchdog_factor, connection.data_hold_factor) = (960, 960);
+        }
+    }
+    requests
+}
+
+/// Whether the connection of a controller ends by itself, for which a machine that halts now and then has a minute.
+fn ends(wire: &mut Wire, controllers: &mut [Controller], which: usize) -> bool {
+    let mut ended = |controllers: &mut [Controller]| controllers[which].take_end().is_some();
+    run(wire, controllers, PATIENCE, &mut ended, &mut |_, _| {})
+}
+
+/// Asks for a station by its name until it answers, for a minute; the stations that have answered then.
+fn found(wire: &mut Wire, controllers: &mut [Controller], name: &str) -> usize {
+    let by = IdentifyBy::Name(name.as_bytes().to_vec());
+    let until = wire.now() + PATIENCE;
+    loop {
+        let wait = Duration::from_secs(1);
+        let outcomes = ask(wire, controllers, vec![Request::Identify { by: by.clone(), wait }]);
+        let Outcome::Stations(stations) = &outcomes[0] else { panic!("{:?}", outcomes[0]) };
+        if !stations.is_empty() || wire.now() >= until {
+            return stations.len();
+        }
+    }
 }
 
 fn exchange(wire: &mut Wire, controllers: &mut [Controller], time: Duration) {
@@ -60,7 +94,8 @@ fn devices_at_an_interface_and_the_hands_at_them() {
     );
     let mut wire = Wire::new(Box::new(Nic::open("ours").expect("the interface")));
     let mut controllers = [controller(0), controller(1)];
-    for outcome in ask(&mut wire, &mut controllers, connect(&[("encoder-1", FIRST), ("encoder-2", SECOND)])) {
+    let both = [("encoder-1", FIRST), ("encoder-2", SECOND)];
+    for outcome in ask(&mut wire, &mut controllers, connect_patiently(&both)) {
         assert_standing(&outcome);
     }
     let reads = || vec![Request::Read { target: IM0, length: 64 }; 2];
@@ -75,17 +110,13 @@ fn devices_at_an_interface_and_the_hands_at_them() {
 
     // The first one loses its supply: its connection ends, the other one stands.
     assert_eq!(say(&hand(1), "power down"), "ok");
-    let mut ended = |controllers: &mut [Controller]| controllers[0].take_end().is_some();
-    assert!(run(&mut wire, &mut controllers, Duration::from_secs(10), &mut ended, &mut |_, _| {}), "it ends");
+    assert!(ends(&mut wire, &mut controllers, 0), "it ends");
     assert!(controllers[1].take_end().is_none(), "the second one has its supply");
 
     // It boots, which takes two seconds of its own clock, and is there again under the name that was stored.
     assert_eq!(say(&hand(1), "power up"), "ok");
     assert_eq!(say(&hand(1), "clock 2"), "ok");
-    let by = || IdentifyBy::Name(b"encoder-1".to_vec());
-    let wait = Duration::from_secs(1);
-    let found = ask(&mut wire, &mut controllers[..1], vec![Request::Identify { by: by(), wait }]);
-    assert!(matches!(&found[0], Outcome::Stations(stations) if stations.len() == 1), "{:?}", found[0]);
+    assert_eq!(found(&mut wire, &mut controllers[..1], "encoder-1"), 1);
 
     assert_eq!(say(&hand(2), "turn revolutions 1 rpm 60"), "ok done-in 1000000000");
     let no_light = "cannot the reference device has no such means; there are fault.memory, fault.sensor";
@@ -96,9 +127,8 @@ fn devices_at_an_interface_and_the_hands_at_them() {
 
     // A fresh device forgets its connection, and the next one finds it.
     assert_eq!(say(&hand(2), "renew"), "ok");
-    let mut ended = |controllers: &mut [Controller]| controllers[1].take_end().is_some();
-    assert!(run(&mut wire, &mut controllers, Duration::from_secs(10), &mut ended, &mut |_, _| {}), "it ends");
-    let again = ask(&mut wire, &mut controllers[1..], connect(&[("encoder-2", SECOND)]));
+    assert!(ends(&mut wire, &mut controllers, 1), "it ends");
+    let again = ask(&mut wire, &mut controllers[1..], connect_patiently(&[("encoder-2", SECOND)]));
     assert_standing(&again[0]);
     assert_eq!(started(&again[0]).address_set, Some(true), "the fresh one has no address yet");
 
@@ -187,6 +217,9 @@ fn the_stations_of_a_segment() {
 #[case::prefix(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0.1/33"], 2, "from 1 to 32")]
 #[case::mac(&["serve", MODEL, "--nic", "a", "--mac", "02:00"], 2, "six pairs of hexadecimal digits")]
 #[case::socket(&["serve", MODEL, "--socket", "nowhere"], 2, "`nowhere` is no address of a socket")]
+#[case::line_of_a_network(&["serve", MODEL, "--nic", "a", "--baud", "9600"], 2, "<--serial <TTY>|--pty <LINK>>")]
+#[case::other_bus(&["serve", MODEL, "--pty", "/nowhere/line"], 2, "serve it with --nic or --socket")]
+#[case::absent_folder(&["serve", "model:datalogic-amt58-profibus", "--pty", "/nowhere/line"], 3, "the link /nowhere/line cannot be made")]
 #[case::absent_nic(&["serve", MODEL, "--nic", "encspec-none"], 3, "encspec-none")]
 #[case::absent_peer(&["discover", "--socket", "/nowhere/at-all"], 3, "/nowhere/at-all")]
 #[case::discover_nothing(&["discover"], 2, "--nic <IF>|--socket <ADDRESS>")]

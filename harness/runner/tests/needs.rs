@@ -185,11 +185,18 @@ fn the_budget_of_writes_runs_out() {
 
 #[test]
 fn long_waits_are_asked_for() {
-    let needs = [Need::Long(std::time::Duration::from_secs(125))];
+    let time = std::time::Duration::from_secs;
+    let needs = [Need::Long { waits: time(125), really: time(30) }];
     let why = missing(&needs, &bench(""), false, 0);
     assert_eq!(why.as_deref(), Some("the trial waits for 125 s: the stand needs the ability clock, or the run --long"));
     assert_eq!(missing(&needs, &bench(""), true, 0), None);
-    assert_eq!(missing(&needs, &bench("stand: { hooks: { clock: 'skip {value}' } }\n"), false, 0), None);
+    let clock = bench("stand: { hooks: { clock: 'skip {value}' } }\n");
+    assert_eq!(missing(&needs, &clock, false, 0), None);
+    let needs = [Need::Long { waits: time(125), really: time(125) }];
+    let why = missing(&needs, &clock, false, 0);
+    let shortens_nothing = "the trial takes 125 s, which no clock of the stand shortens: the run needs --long";
+    assert_eq!(why.as_deref(), Some(shortens_nothing));
+    assert_eq!(missing(&needs, &clock, true, 0), None);
 }
 
 #[rstest]

@@ -13,7 +13,7 @@ use std::thread;
 const FREE: [&str; 10] =
     ["why", "title", "id", "row", "reason", "reading", "statement", "cites", "ambiguity", "station_type"];
 /// Keys of mappings whose values are free text.
-const FREE_VALUES: [&str; 5] = ["faults", "buttons", "counters", "omit", "finding"];
+const FREE_VALUES: [&str; 6] = ["faults", "buttons", "counters", "omit", "finding", "masks"];
 
 /// A text that is loaded with one word changed, and the words in it that are changed.
 struct Piece {

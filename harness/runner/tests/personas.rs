@@ -15,7 +15,7 @@ use encspec::verdict::Verdict;
 use rstest::rstest;
 use std::fs::File;
 use std::net::Ipv4Addr;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use wire::datagram::Datagram;
 use wire::octets::Order;
 use wire::profinet::blocks::connect::{Connect, Content, ExpectedSubmoduleBlockReq, IocrBlockReq};
@@ -32,9 +32,13 @@ fn persona(name: &str) -> Arc<Persona> {
 }
 
 /// The manuals of PROFINET: a persona is the manner of one of its controllers.
-fn manuals() -> Vec<Manual> {
-    let all = load(&Sources::embedded(), None).unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"));
-    all.into_iter().filter(|manual| manual.device.bus == Bus::Profinet).collect()
+fn manuals() -> &'static [Manual] {
+    static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| {
+        let all = load(&Sources::embedded(), None);
+        let all = all.unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"));
+        all.into_iter().filter(|manual| manual.device.bus == Bus::Profinet).collect()
+    });
+    &MANUALS
 }
 
 fn healthy(manual: &Manual, variant: &str) -> DutSpec {
@@ -189,10 +193,10 @@ fn reach(manual: &Manual) -> String {
 fn each_persona_reaches_data_exchange_with_each_module_of_each_device() {
     let personas: Vec<Arc<Persona>> = personas().into_iter().map(Arc::new).collect();
     let mut reached = 0;
-    for name in manuals().iter().map(|manual| manual.device.name.clone()) {
-        let plain = load(&Sources::embedded(), Some(&name)).expect("the manual loads");
-        let sources = Sources::embedded().with(&format!("{name}/reach.yaml"), reach(&plain[0]));
-        let manual = load(&sources, Some(&name)).unwrap_or_else(|errors| panic!("{errors}")).remove(0);
+    for plain in manuals() {
+        let name = &plain.device.name;
+        let sources = Sources::embedded().with(&format!("{name}/reach.yaml"), reach(plain));
+        let manual = load(&sources, Some(name)).unwrap_or_else(|errors| panic!("{errors}")).remove(0);
         for variant in &manual.variants {
             let duts = vec![healthy(&manual, &variant.name)];
             for persona in &personas {
@@ -215,7 +219,7 @@ fn each_persona_reaches_data_exchange_with_each_module_of_each_device() {
 fn whole(persona: &Arc<Persona>) -> RunResult {
     let manuals = manuals();
     let duts = manuals.iter().flat_map(|of| of.variants.iter().map(|variant| healthy(of, &variant.name))).collect();
-    run(&manuals, &options(duts, Arc::clone(persona)), &|_, _, _| {}).expect("models can be run")
+    run(manuals, &options(duts, Arc::clone(persona)), &|_, _, _| {}).expect("models can be run")
 }
 
 #[test]
@@ -338,7 +342,7 @@ fn the_reports_name_the_persona_and_repeat_it() {
     let duts = vec![healthy(&manuals[0], &manuals[0].variants[0].name)];
     let filter = Some("parking/stays-parked".into());
     let options = RunOptions { filter, ..options(duts, persona("legacy-512ms")) };
-    let result = run(&manuals, &options, &|_, _, _| {}).expect("a model can be run");
+    let result = run(manuals, &options, &|_, _, _| {}).expect("a model can be run");
     assert_eq!(result.runs[0].persona.as_deref(), Some("legacy-512ms"));
     let json: serde_json::Value = serde_json::from_str(&report::json(&result)).expect("JSON");
     assert_eq!(json["runs"][0]["persona"], "legacy-512ms");

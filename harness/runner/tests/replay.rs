@@ -7,7 +7,9 @@ mod made;
 use bench::capture::Item;
 use bench::{CaptureReader, shared_file};
 use encspec::observe::Tracker;
-use encspec::replay::{CaptureReport, Event, EventKind, ReplayReport, Severity, capture, judge_rules, speaks_to, text};
+use encspec::replay::{
+    Blame, CaptureReport, Event, EventKind, ReplayReport, Severity, capture, judge_rules, speaks_to, text,
+};
 use encspec::suite::model::Manual;
 use encspec::suite::{Sources, load};
 use encspec::verdict::Verdict;
@@ -37,7 +39,8 @@ fn kinds(report: &CaptureReport, kind: EventKind) -> usize {
 fn the_office_capture_has_three_connections() {
     let Some(octets) = octets("profinet/office-noise-versamax.pcap") else { return };
     let report = replay(&octets);
-    assert_eq!((report.frames, report.damage.len(), report.findings.len()), (1_635, 0, 0));
+    assert_eq!((report.frames, report.damage.len()), (1_635, 0));
+    assert!(report.findings.iter().all(|finding| finding.severity != Severity::Error), "{:#?}", report.findings);
     let frames: Vec<_> = report
         .ars
         .iter()
@@ -149,7 +152,7 @@ fn events_are_told(#[case] name: &str, #[case] expected: &[(u64, EventKind, &str
         assert!(event.text.contains(words), "{}", event.text);
         assert!(event.text.chars().all(|letter| !letter.is_control()));
     }
-    assert_eq!(report.findings, []);
+    assert!(report.findings.iter().all(|finding| finding.severity != Severity::Error), "{:#?}", report.findings);
 }
 
 #[test]
@@ -157,8 +160,8 @@ fn two_stations_with_one_name_are_a_finding() {
     let Some(octets) = octets("profinet/duplicate-station-name.pcap") else { return };
     let report = replay(&octets);
     let [finding] = &report.findings[..] else { panic!("one finding: {:?}", report.findings) };
-    // Frame 17 is the answer of ac:64:17:21:35:cf, frame 18 that of 00:0e:35:cd:60:dc.
-    assert_eq!((finding.id.as_str(), finding.severity, finding.frame), ("duplicate-station-name", Severity::Error, 18));
+    // Frame 18 is the answer of ac:64:17:21:35:cf, frame 19 that of 00:0e:35:cd:60:dc to the same question.
+    assert_eq!((finding.id.as_str(), finding.severity, finding.frame), ("PN-NAME-DUPLICATE", Severity::Error, 19));
     assert!(finding.text.contains("'et200sp'"));
 }
 
@@ -186,10 +189,10 @@ fn damaged_captures_lose_nothing_that_can_be_read(
     assert_eq!(kinds(&report, EventKind::Unreadable), unreadable);
 }
 
-/// Events that were told when their frame came; others need the whole capture.
+/// Events that were told when their frame came; others need the whole capture, and the last frame the time of the next one.
 fn at_once(report: &CaptureReport, up_to: u64) -> Vec<&Event> {
     let late = [EventKind::ConnectUnanswered, EventKind::Unassigned];
-    report.events.iter().filter(|event| event.frame <= up_to && !late.contains(&event.kind)).collect()
+    report.events.iter().filter(|event| event.frame < up_to && !late.contains(&event.kind)).collect()
 }
 
 #[test]
@@ -256,6 +259,9 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
 
     // Bit 13, the position is there, and bit 15, there is an error.
     let number = line.cyclic(true, &inputs(0xA000, 77)) as u64;
+    let alone = capture("alone", &line.capture()[..], &manuals).expect("a capture");
+    assert_eq!(of(&alone).verdict, "inconclusive", "one frame alone may be a fault of the capture");
+    line.pass(made::CYCLE).cyclic(true, &inputs(0xA000, 77));
     let broken = capture("broken", &line.capture()[..], &manuals).expect("a capture");
     assert_eq!(of(&broken).verdict, "fail");
     let finding = broken.findings.iter().find(|finding| finding.id == "XAC77-SIG-036").expect("the finding");
@@ -285,7 +291,8 @@ fn nothing_is_judged_after_silence() {
     line.start().cyclic(true, &inputs(0x2000, 77));
     line.pass(Duration::from_secs(1)).cyclic(true, &inputs(0xA000, 77));
     let report = capture("silence", &line.capture()[..], &manual()).expect("a capture");
-    assert_eq!((kinds(&report, EventKind::Starved), report.findings.len()), (1, 0));
+    let by_rules = report.findings.iter().filter(|finding| finding.blame != Blame::Capture).count();
+    assert_eq!((kinds(&report, EventKind::Starved), by_rules), (1, 0));
 }
 
 #[test]
@@ -316,7 +323,7 @@ fn the_json_contract_holds() {
 
 #[rstest]
 #[case::empty(&[], "is empty, a capture begins with a header")]
-#[case::packed(&[0x1F, 0x8B, 8, 0], "is packed by gzip: unpack it first (gunzip)")]
+#[case::packed(&[0x1F, 0x8B, 8, 0], "cannot be read: the packed file is damaged at or before its octet 4: it ends too soon")]
 #[case::text(b"hello", "is neither pcap nor pcapng: it begins with 68 65 6C 6C")]
 fn what_is_no_capture_is_refused_in_one_sentence(#[case] octets: &[u8], #[case] why: &str) {
     assert_eq!(capture("a file", octets, &[]).unwrap_err().to_string(), why);

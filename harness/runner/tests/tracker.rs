@@ -24,9 +24,13 @@ fn told(line: &Line) -> (Tracker, Vec<String>) {
     let mut cyclic = 0;
     for (number, time, octets) in line.iter() {
         tracker.frame(number, time, octets, &mut |ars, observation| {
-            if let Observation::Cyclic { .. } = observation {
-                cyclic += 1;
-                return;
+            match observation {
+                Observation::Cyclic { .. } => {
+                    cyclic += 1;
+                    return;
+                }
+                Observation::Traffic(_) => return,
+                _ => {}
             }
             if cyclic > 0 {
                 told.push(format!("cyclic x{cyclic}"));
@@ -65,6 +69,8 @@ fn word(ars: &[Ar], observation: &Observation<'_>) -> String {
         Observation::Dcp { .. } => "dcp".into(),
         Observation::Lldp { .. } => "lldp".into(),
         Observation::Dp { .. } => "PROFIBUS".into(),
+        Observation::Traffic(_) => "traffic".into(),
+        Observation::Gap { .. } => "gap".into(),
         Observation::Unreadable { why } => format!("unreadable {why}"),
     }
 }

@@ -2,98 +2,24 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod made;
+
 use encspec::observe::{CyclicStatus, Direction, Dp, DpTracker, Observation, Stage};
+use made::bus::*;
 use station::{Duration, Time};
-use wire::profibus::fdl::{
-    AnswerFunction, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction, StationType,
-};
+use wire::profibus::fdl::{AnswerFunction, Frame};
 
-const MASTER: u8 = 2;
-const SLAVE: u8 = 5;
-/// Ident 0x1655, watchdog 100 ms, locked: the head of the Set_Prm that the manual of the AMT58 prints, with another watchdog.
-const SET_PRM: [u8; 7] = [0x88, 0x0A, 0x01, 0x0B, 0x16, 0x55, 0x00];
-const UNLOCK: [u8; 7] = [0x40, 0x00, 0x00, 0x0B, 0x16, 0x55, 0x00];
-/// Two words of outputs and two of inputs.
-const CHK_CFG: [u8; 2] = [0xE1, 0xD1];
-const NEW: [u8; 6] = [0x02, 0x05, 0x00, 0xFF, 0x16, 0x55];
-const GOOD: [u8; 6] = [0x00, 0x0C, 0x00, MASTER, 0x16, 0x55];
-const WRONG: [u8; 6] = [0x42, 0x05, 0x00, 0xFF, 0x16, 0x55];
-
-/// Frames one after the other, a millisecond apart.
-#[derive(Default)]
-struct Bus {
-    frames: Vec<(Time, Vec<u8>)>,
-    count: Option<FrameCount>,
-    pause: Duration,
-}
-
-impl Bus {
-    fn send(&mut self, frame: &Frame<'_>) {
-        let last = self.frames.last().map_or(Time::ZERO, |(time, _)| *time);
-        let mut octets = Vec::new();
-        frame.write(&mut octets);
-        let pause = std::mem::take(&mut self.pause);
-        self.frames.push((last + Duration::from_millis(1) + pause, octets));
-    }
-
-    fn ask(&mut self, sap: Option<u8>, data: &[u8]) {
-        let count = self.count.map_or(FrameCount::First, FrameCount::next);
-        self.count = Some(count);
-        self.ask_with(count, sap, data);
-    }
-
-    fn ask_with(&mut self, count: FrameCount, sap: Option<u8>, data: &[u8]) {
-        let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);
-        let fc = FunctionCode::request(RequestFunction::SRD_HIGH, count);
-        let ends = ((SLAVE, extension(sap)), (MASTER, extension(sap.map(|_| 62))));
-        self.send(&Frame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
-    }
-
-    fn answer(&mut self, function: AnswerFunction, sap: Option<u8>, data: &[u8]) {
-        let extension = |number: Option<u8>| number.map_or(Extension::NONE, Extension::sap);
-        let fc = FunctionCode::answer(function, StationType::SLAVE);
-        let ends = ((MASTER, extension(sap.map(|_| 62))), (SLAVE, extension(sap)));
-        self.send(&Frame::Data(DataFrame::new(ends.0, ends.1, fc, data)));
-    }
-
-    fn diagnosis(&mut self, octets: &[u8]) {
-        self.ask(Some(60), &[]);
-        self.answer(AnswerFunction::DATA_LOW, Some(60), octets);
-    }
-
-    fn acknowledged(&mut self, sap: u8, data: &[u8]) {
-        self.ask(Some(sap), data);
-        self.send(&Frame::ShortAcknowledgement);
-    }
-
-    fn start(&mut self) {
-        self.diagnosis(&NEW);
-        self.acknowledged(61, &SET_PRM);
-        self.acknowledged(62, &CHK_CFG);
-        self.diagnosis(&GOOD);
-    }
-
-    fn exchange(&mut self, times: u8) {
-        for number in 0..times {
-            self.ask(None, &[0, 0, 0, number]);
-            self.answer(AnswerFunction::DATA_LOW, None, &[1, 2, 3, number]);
-        }
-    }
-
-    fn token(&mut self) {
-        self.send(&Frame::Token { da: MASTER, sa: MASTER });
-    }
-
-    fn told(&self) -> (DpTracker, Vec<String>) {
-        let mut tracker = DpTracker::new();
-        let mut told = Vec::new();
-        for (place, (time, octets)) in self.frames.iter().enumerate() {
-            tracker.frame(place as u64 + 1, *time, octets, &mut |_, observation| {
+fn told(bus: &Bus) -> (DpTracker, Vec<String>) {
+    let mut tracker = DpTracker::new();
+    let mut told = Vec::new();
+    for (place, (time, octets)) in bus.frames.iter().enumerate() {
+        tracker.frame(place as u64 + 1, *time, octets, &mut |_, observation| {
+            if !matches!(observation, Observation::Traffic(_)) {
                 told.push(format!("{} {}", place + 1, word(&observation)));
-            });
-        }
-        (tracker, told)
+            }
+        });
     }
+    (tracker, told)
 }
 
 fn word(observation: &Observation<'_>) -> String {
@@ -137,7 +63,7 @@ fn a_connection_is_told_from_parameters_to_release() {
     bus.answer(AnswerFunction::DATA_HIGH, None, &[1, 2, 3, 4]);
     bus.diagnosis(&GOOD);
     bus.acknowledged(61, &UNLOCK);
-    let (tracker, told) = bus.told();
+    let (tracker, told) = told(&bus);
     let expected = [
         "3 diagnosis of 6 at 6",
         "5 parameters",
@@ -169,7 +95,7 @@ fn a_slave_that_refuses_data_has_left() {
     bus.exchange(1);
     bus.ask(None, &[0, 0, 0, 9]);
     bus.answer(AnswerFunction::NO_SERVICE, None, &[]);
-    let (tracker, told) = bus.told();
+    let (tracker, told) = told(&bus);
     assert_eq!(told[told.len() - 3..], ["11 in [1, 2, 3, 0]", "12 out [0, 0, 0, 9]", "13 left NoService"]);
     assert_eq!(tracker.ars()[0].stage, Stage::Left);
 }
@@ -180,7 +106,7 @@ fn wrong_parameters_are_refused_by_the_diagnosis() {
     bus.acknowledged(61, &SET_PRM);
     bus.acknowledged(62, &CHK_CFG);
     bus.diagnosis(&WRONG);
-    let (tracker, told) = bus.told();
+    let (tracker, told) = told(&bus);
     assert_eq!(told, ["2 parameters", "4 configuration", "6 diagnosis of 6 at 6", "6 left Diagnosis"]);
     assert_eq!(tracker.ars()[0].stage, Stage::Refused);
 }
@@ -193,10 +119,10 @@ fn a_silent_master_lets_the_slave_starve() {
     bus.exchange(2);
     bus.pause = Duration::from_millis(90);
     bus.token();
-    assert_eq!(bus.told().1.last().map(String::as_str), Some("12 in [1, 2, 3, 1]"));
+    assert_eq!(told(&bus).1.last().map(String::as_str), Some("12 in [1, 2, 3, 1]"));
     bus.pause = Duration::from_millis(30);
     bus.token();
-    assert_eq!(bus.told().1.last().map(String::as_str), Some("14 starved ToDevice"));
+    assert_eq!(told(&bus).1.last().map(String::as_str), Some("14 starved ToDevice"));
 }
 
 #[test]
@@ -211,7 +137,7 @@ fn a_slave_that_misses_three_cycles_is_gone() {
         bus.ask_with(count, None, &[0, 0, 0, number]);
         bus.token();
     }
-    let (tracker, told) = bus.told();
+    let (tracker, told) = told(&bus);
     let outputs = told.iter().filter(|told| told.contains("out")).count();
     assert_eq!((outputs, told.last().map(String::as_str)), (3, Some("19 starved ToController")));
     assert_eq!((tracker.counts().repeated, tracker.ars()[0].stage), (3, Stage::Starved));
@@ -225,7 +151,7 @@ fn a_connection_that_was_made_before_is_met() {
     bus.ask(Some(59), &[]);
     bus.answer(AnswerFunction::DATA_LOW, Some(59), &CHK_CFG);
     bus.exchange(1);
-    let (tracker, told) = bus.told();
+    let (tracker, told) = told(&bus);
     assert_eq!(told, ["8 connected", "8 in [1, 2, 3, 0]"]);
     let [ar] = tracker.ars() else { panic!("one connection") };
     assert_eq!((ar.connect_frame, ar.device.ident, ar.stage), (None, None, Stage::Ready));
@@ -243,7 +169,7 @@ fn a_record_is_told_with_its_answer() {
     bus.answer(AnswerFunction::DATA_LOW, Some(51), &[0xDE, 0x80, 0xB0, 0]);
     bus.ask(Some(51), &[0x5F, 0, 47, 2, 7, 8]);
     bus.answer(AnswerFunction::DATA_LOW, Some(51), &[0x5F, 0, 47, 2]);
-    let (_, told) = bus.told();
+    let (_, told) = told(&bus);
     assert_eq!(told[told.len() - 2..], ["14 read 0/255 [] DE80B000", "16 write 0/47 [7, 8] 00000000"]);
 }
 

@@ -18,6 +18,7 @@ impl Outbox {
     }
 
     /// Sends `frame`, complete from the first octet of the destination address, without checksum sequence.
+    #[inline]
     pub fn push(&mut self, frame: &[u8]) {
         self.octets.extend_from_slice(frame);
         self.ends.push(self.octets.len());
@@ -32,6 +33,7 @@ impl Outbox {
     }
 
     /// The frames in the order they were sent.
+    #[inline]
     pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
@@ -42,11 +44,13 @@ impl Outbox {
     }
 
     /// Whether nothing was sent.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
     /// Forgets the frames and keeps the memory.
+    #[inline]
     pub fn clear(&mut self) {
         self.octets.clear();
         self.ends.clear();

@@ -46,16 +46,19 @@ impl<'a> Reader<'a> {
     }
 
     /// Octets that are left.
+    #[inline]
     pub fn left(&self) -> usize {
         self.octets.len() - self.at
     }
 
     /// Whether nothing is left.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.left() == 0
     }
 
     /// The next `n` octets.
+    #[inline]
     pub fn take(&mut self, n: usize) -> Result<&'a [u8]> {
         match self.octets.get(self.at..).and_then(|rest| rest.get(..n)) {
             Some(field) => {
@@ -87,11 +90,13 @@ impl<'a> Reader<'a> {
     }
 
     /// The next octet.
+    #[inline]
     pub fn u8(&mut self) -> Result<u8> {
         Ok(self.array::<1>()?[0])
     }
 
     /// The next 16-bit word in the order of the reader.
+    #[inline]
     pub fn u16(&mut self) -> Result<u16> {
         let octets = self.array()?;
         Ok(match self.order {
@@ -101,6 +106,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next 32-bit word in the order of the reader.
+    #[inline]
     pub fn u32(&mut self) -> Result<u32> {
         let octets = self.array()?;
         Ok(match self.order {

@@ -39,6 +39,10 @@ pub static BUGS: &[Bug] = bugs! {
             ([first, second], [one, other]) => own(program, [first, second] == [one, other] || [second, first] == [one, other]),
             _ => right,
         };
+    "output-identifier-first" "The configuration is wanted with the output identifier first."
+        => |b| b.amt58.takes_configuration = |program, told, _| {
+            own(program, told.iter().rev().eq(program.identifiers()))
+        };
     "longer-inputs-accepted" "An identifier with more input octets than the device has is accepted."
         => |b| b.amt58.takes_configuration = |program, told, right| {
             let (asked, wanted) = (lengths(told), lengths(program.identifiers()));

@@ -34,6 +34,8 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.amt58.diagnosis = |_, octets, _| change(octets, STATUS, |status| status & !0x01);
     "class-not-in-status" "Bit 1 of octet 8 is 1 in Class 1 too."
         => |b| b.amt58.diagnosis = |_, octets, _| change(octets, STATUS, |status| status | 0x02);
+    "class-2-not-in-status" "Bit 1 of octet 8 is 0 in Class 2 too."
+        => |b| b.amt58.diagnosis = |_, octets, _| change(octets, STATUS, |status| status & !0x02);
     "velocity-class-reduced" "In Class 2 with velocity octets 6 and 8 are those of Class 2, so that bit 7 of octet 8 is 0."
         => |b| b.amt58.diagnosis = |told, octets, _| if told.program.has_velocity {
             change(octets, STATUS, |status| status & !0x80);

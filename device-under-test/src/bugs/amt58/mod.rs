@@ -83,6 +83,7 @@ const SLAVE: &[&str] = &[
     "deactivated-set",
     "overflow-with-extended-diagnosis",
     "own-address-as-master",
+    "ident-swapped-in-exchange",
     "first-master-stays",
     "last-master-kept",
     "address-taken-without-ident",

@@ -64,6 +64,8 @@ pub static BUGS: &[Bug] = bugs! {
         => |b| b.amt58.is_extended = |_| false;
     "extended-diagnosis-always" "The diagnosis has 63 octets in Class 2 whatever its type is."
         => |b| b.amt58.is_extended = |bits| has(bits, CLASS_2);
+    "extended-diagnosis-always-in-class-1" "In Class 1 the diagnosis has 63 octets, with the bit of its type at 0 too."
+        => |b| b.amt58.is_extended = |bits| has(bits, EXTENDED) || !has(bits, CLASS_2);
     "extended-diagnosis-needs-no-velocity" "In Class 2 with velocity the diagnosis has 16 octets whatever its type is."
         => |b| b.amt58.is_extended = |bits| has(bits, CLASS_2 | EXTENDED) && !has(bits, VELOCITY);
     "extended-diagnosis-in-class-1" "In Class 1 the bit of the extended diagnosis is obeyed."

@@ -201,6 +201,7 @@ const SLAVE: &[&str] = &[
     "fixed-bit-missing",
     "watchdog-never-shown",
     "watchdog-always-shown",
+    "ident-swapped-in-exchange",
     "own-address-as-master",
     "acyclic-access-without-enable",
 ];

@@ -126,8 +126,10 @@ impl Live<'_, State> {
     }
 
     fn notices(&self, fault: &Fault) -> bool {
-        let was_there = self.model.faults_at_power_up.contains(&fault.name);
-        self.faults.has(fault.name) && (self.behaviour.a3m60.notices)(fault.name, was_there)
+        self.faults.has(fault.name) && {
+            let was_there = self.model.faults_at_power_up.contains(&fault.name);
+            (self.behaviour.a3m60.notices)(fault.name, was_there)
+        }
     }
 
     /// Keeps in mind which faults are there while the supply comes.

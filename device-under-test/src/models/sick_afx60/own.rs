@@ -76,10 +76,9 @@ impl Model for State {
     }
 
     fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
-        let [is_low, is_high] = live.voltage_is_outside();
         match error.code {
-            Some(UNDERVOLTAGE) => is_low || live.model.around.stays_low,
-            Some(OVERVOLTAGE) => is_high,
+            Some(UNDERVOLTAGE) => live.voltage_is_outside()[0] || live.model.around.stays_low,
+            Some(OVERVOLTAGE) => live.voltage_is_outside()[1],
             Some(POSITION) => live.model.begins_with_error,
             Some(HOT) => live.model.around.celsius > station::HIGHEST_TEMPERATURE,
             _ => false,

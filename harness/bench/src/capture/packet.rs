@@ -52,10 +52,23 @@ impl Packet<'_> {
 /// A place where a capture file is not as it should be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
-    /// Where it begins, in octets from the start of the file.
+    /// Where it begins, in octets from the start of the file; of one that was packed, from the start of what is in it.
     pub at: u64,
     /// What is wrong there and what was skipped, as half a sentence.
     pub what: String,
+    /// What it means for the packets.
+    pub effect: Effect,
+}
+
+/// What damage means for the packets around it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Effect {
+    /// Packets may be missing here.
+    Missing,
+    /// It was put right; no packet is missing.
+    Mended,
+    /// Any packet before it may have other octets than were captured: a check sum over them does not agree.
+    Untrusted,
 }
 
 impl fmt::Display for Damage {
@@ -65,7 +78,7 @@ impl fmt::Display for Damage {
 }
 
 /// What the octets of a packet begin with, as a number of the list at tcpdump.org/linktypes.html.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkType(pub u16);
 
 impl LinkType {
@@ -84,9 +97,6 @@ pub enum NotACapture {
     /// It has no octets.
     #[error("is empty, a capture begins with a header")]
     Empty,
-    /// It is packed by gzip.
-    #[error("is packed by gzip: unpack it first (gunzip)")]
-    Packed,
     /// Its first octets are those of neither pcap nor pcapng.
     #[error("is neither pcap nor pcapng: it begins with {}", hex(.0))]
     OtherFormat(Vec<u8>),

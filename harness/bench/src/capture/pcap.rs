@@ -140,7 +140,7 @@ impl Pcap {
             && (window.want(length + 1) == length || self.find(window, shape, length, length + 1).is_some())
         {
             window.octets_mut()[8..12].copy_from_slice(&shape.order.octets(header.original));
-            return Found::damage(at, format!("{claim}, taken as {}", header.original));
+            return Found::mended(at, format!("{claim}, taken as {}", header.original));
         }
 
         let mut from = 1;

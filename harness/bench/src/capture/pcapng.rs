@@ -224,7 +224,7 @@ impl Pcapng {
         if window.want(length + 1) == length || self.is_block(window, length) {
             let right = order.octets(length as u32);
             window.octets_mut()[length - 4..length].copy_from_slice(&right);
-            return Found::damage(at, format!("{what}, taken as {length}"));
+            return Found::mended(at, format!("{what}, taken as {length}"));
         }
         self.resynchronise(window, what)
     }

@@ -11,15 +11,17 @@ use station::Time;
 use super::interface::Order;
 use super::pcap::Pcap;
 use super::pcapng::Pcapng;
+use super::unpack::{PackingDamage, Unpacked};
 use super::window::Window;
-use super::{Damage, Item, LinkType, NotACapture, Packet};
+use super::{Damage, Effect, Item, LinkType, NotACapture, Packet};
 
-/// Reads a pcap or pcapng file packet by packet, in one pass, with memory that does not grow with the file.
+/// Reads a pcap or pcapng file packet by packet, in one pass, with memory that does not grow with the file; packed by gzip or
+/// zstd as it is.
 ///
 /// Both byte orders, microseconds and nanoseconds, several sections and interfaces; blocks that hold no packet are
 /// passed over. Damage is reported where it begins; reading goes on where the next record or block is beyond doubt.
-pub struct CaptureReader<R> {
-    window: Window<R>,
+pub struct CaptureReader<R: Read> {
+    window: Window<Unpacked<R>>,
     format: Format,
     /// Octets of the record that was handed out last.
     taken: usize,
@@ -42,7 +44,12 @@ pub(super) enum Found {
 impl Found {
     /// Damage that begins `at` octets into the file.
     pub fn damage(at: u64, what: String) -> Found {
-        Found::Damage(Damage { at, what })
+        Found::Damage(Damage { at, what, effect: Effect::Missing })
+    }
+
+    /// The same, put right without a packet being lost.
+    pub fn mended(at: u64, what: String) -> Found {
+        Found::Damage(Damage { at, what, effect: Effect::Mended })
     }
 
     /// Damage from the start of the window to the end of the file.
@@ -72,16 +79,16 @@ impl<R: Read> CaptureReader<R> {
     /// `input` needs no buffer of its own. A file that begins like a capture and ends within its header is accepted;
     /// the damage then comes out of [`next`](Self::next).
     pub fn new(input: R) -> Result<CaptureReader<R>, NotACapture> {
-        let mut window = Window::new(input);
-        window.want(4);
-        if let Some(error) = window.failure() {
+        let mut window = Window::new(Unpacked::new(input)?);
+        if window.want(4) < 4
+            && let Some(error) = window.failure()
+        {
             return Err(NotACapture::Unreadable(error));
         }
         let format = match window.octets() {
             [0x0A, 0x0D, 0x0D, 0x0A, ..] => Format::Pcapng(Pcapng::new()),
             octets if Pcap::begins(octets) => Format::Pcap(Pcap::new()),
             [] => return Err(NotACapture::Empty),
-            [0x1F, 0x8B, ..] => return Err(NotACapture::Packed),
             octets => return Err(NotACapture::OtherFormat(octets[..octets.len().min(4)].to_vec())),
         };
         Ok(CaptureReader { window, format, taken: 0 })
@@ -105,13 +112,18 @@ impl<R: Read> CaptureReader<R> {
             None => {
                 let failure = self.window.failure()?;
                 let at = self.window.offset();
-                Some(Item::Damage(Damage { at, what: format!("reading stopped: {failure}") }))
+                let packing = failure.get_ref().and_then(|cause| cause.downcast_ref::<PackingDamage>());
+                let effect = match packing {
+                    Some(PackingDamage { untrusted: true, .. }) => Effect::Untrusted,
+                    _ => Effect::Missing,
+                };
+                Some(Item::Damage(Damage { at, what: format!("reading stopped: {failure}"), effect }))
             }
         }
     }
 }
 
-impl<R> fmt::Debug for CaptureReader<R> {
+impl<R: Read> fmt::Debug for CaptureReader<R> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("CaptureReader").field("format", &self.format).finish_non_exhaustive()
     }

@@ -299,7 +299,7 @@ fn an_interface_without_description_is_reported_once_in_each_section() {
 
 #[rstest]
 #[case::empty(&[], "is empty, a capture begins with a header")]
-#[case::gzip(&[0x1F, 0x8B, 8, 0], "is packed by gzip: unpack it first (gunzip)")]
+#[case::gzip(&[0x1F, 0x8B, 8, 0], "cannot be read: the packed file is damaged at or before its octet 4: it ends too soon")]
 #[case::text(b"device: xac77", "is neither pcap nor pcapng: it begins with 64 65 76 69")]
 fn what_is_no_capture_is_said_in_one_sentence(#[case] file: &[u8], #[case] sentence: &str) {
     let refused = CaptureReader::new(file).expect_err("no capture");
@@ -335,7 +335,8 @@ fn a_reading_error_is_damage_at_the_end_of_what_could_be_read() {
         }
     }
     assert_eq!(packets, 5);
-    assert_eq!(damage, [Damage { at: file.len() as u64, what: "reading stopped: the disk is gone".to_string() }]);
+    let what = "reading stopped: the disk is gone".to_string();
+    assert_eq!(damage, [Damage { at: file.len() as u64, what, effect: Effect::Missing }]);
     assert!(CaptureReader::new(Dripping(&[])).is_err_and(|refused| matches!(refused, NotACapture::Unreadable(_))));
 }
 

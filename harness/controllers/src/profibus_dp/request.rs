@@ -29,7 +29,7 @@ pub struct Settings {
     pub rotation: BitTimes,
     /// How often a request that nobody answers is sent again.
     pub retries: u8,
-    /// G: after how many rounds of the token the next address is asked for a master.
+    /// G: after how many rounds of the token the next address is asked for a master; 0: nobody is ever asked.
     pub gap_factor: u8,
     /// HSA: the highest address that is asked.
     pub highest: u8,

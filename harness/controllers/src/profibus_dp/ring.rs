@@ -74,6 +74,9 @@ impl Ring {
 
     /// We have the token once more; the address that is to be asked now, if one is.
     pub fn token(&mut self) -> Option<u8> {
+        if self.factor == 0 {
+            return None;
+        }
         if self.pause > 0 {
             self.pause -= 1;
             return None;
@@ -144,6 +147,12 @@ mod tests {
         assert_eq!(ring.successor(), 3);
         ring.remove(3);
         assert!(ring.is_alone());
+    }
+
+    #[test]
+    fn with_a_factor_of_0_nobody_is_ever_asked() {
+        let mut ring = Ring::new(2, 126, 0);
+        assert_eq!([ring.token(), ring.token(), ring.token()], [None; 3]);
     }
 
     #[test]

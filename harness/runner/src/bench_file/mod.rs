@@ -12,6 +12,7 @@
 //! | section | what it decides |
 //! | --- | --- |
 //! | `device`, `description`, `link`, `station_name`, `mac`, `ip`, `mask`, `controller` | which device is meant, and our own addresses |
+//! | `line` | PROFIBUS: rate, parity and slot time of the line, who switches its driver, the addresses on the bus |
 //! | `cycle`, `watchdog`, `persona`, `boot_time`, `position_noise`, `direct_cable` | times and tolerances of this bench, and whether its cable has no switch |
 //! | `telegrams`, `lacks`, `firmware`, `gsdml`, `gsd`, `ledger` | what it is said to have and to fail; wrong claims are findings |
 //! | `stand` | who turns the shaft, cuts the power, looks at LEDs: `control` (a socket), `hooks` (programs), `ask` (a person) |
@@ -22,6 +23,7 @@
 //! A hook goes before the control channel where both serve a name. This room must not know links or frames.
 
 pub mod command;
+mod line;
 mod read;
 mod stand;
 
@@ -32,9 +34,10 @@ use std::time::Duration;
 use wire::ethernet::Mac;
 
 use crate::suite::LoadErrors;
-use crate::suite::device::{Device, Origin};
+use crate::suite::device::{Bus, Device, Origin};
 use crate::suite::model::Manual;
 
+pub use line::{Driver, LineSpec};
 pub use read::is_station_name;
 pub use stand::HOOKS;
 
@@ -71,14 +74,39 @@ pub enum LinkSpec {
     Nic(String),
     /// At the other end of a socket that carries Ethernet frames, written as `--dut socket:` has it.
     Socket(String),
+    /// At the serial line with this path, which is a PROFIBUS.
+    Serial(String),
 }
 
 impl LinkSpec {
-    /// What kind of link it is: `nic` or `socket`.
+    /// The kinds of links there are.
+    pub const KINDS: [&'static str; 3] = ["nic", "socket", "serial"];
+
+    /// The link of a kind of [`LinkSpec::KINDS`] at an address; none for another kind, or where there is no address.
+    pub fn of(kind: &str, address: &str) -> Option<LinkSpec> {
+        let make = match kind {
+            "nic" => LinkSpec::Nic,
+            "socket" => LinkSpec::Socket,
+            "serial" => LinkSpec::Serial,
+            _ => return None,
+        };
+        (!address.is_empty()).then(|| make(address.to_owned()))
+    }
+
+    /// The bus of devices at it.
+    pub fn bus(&self) -> Bus {
+        match self {
+            LinkSpec::Nic(_) | LinkSpec::Socket(_) => Bus::Profinet,
+            LinkSpec::Serial(_) => Bus::Profibus,
+        }
+    }
+
+    /// What kind of link it is: one of [`LinkSpec::KINDS`].
     pub fn kind(&self) -> &'static str {
         match self {
             LinkSpec::Nic(_) => "nic",
             LinkSpec::Socket(_) => "socket",
+            LinkSpec::Serial(_) => "serial",
         }
     }
 }
@@ -89,6 +117,7 @@ impl fmt::Display for LinkSpec {
         match self {
             LinkSpec::Nic(name) => write!(f, "nic:{name}"),
             LinkSpec::Socket(address) => write!(f, "socket:{address}"),
+            LinkSpec::Serial(path) => write!(f, "serial:{path}"),
         }
     }
 }
@@ -104,6 +133,8 @@ pub struct BenchFile {
     pub description: Option<PathBuf>,
     /// Where it is.
     pub link: LinkSpec,
+    /// What is known about a PROFIBUS.
+    pub line: LineSpec,
     /// The station name that the device has on this bench; none: the only station that fits the claim is meant.
     pub station_name: Option<String>,
     /// Its MAC address, where it has to be this one.
@@ -172,6 +203,7 @@ impl BenchFile {
             claim,
             description: None,
             link,
+            line: LineSpec::default(),
             station_name: None,
             mac: None,
             ip: None,
@@ -266,6 +298,8 @@ pub struct Consents {
     pub set_name: bool,
     /// Its IP address may be changed for good.
     pub set_ip: bool,
+    /// Its station address may be changed over the bus (PROFIBUS).
+    pub set_address: bool,
     /// Its memory may be written so many times in a run.
     pub nvm_write: u32,
     /// Its position may be preset: the reference of the machine that it stands in is lost.

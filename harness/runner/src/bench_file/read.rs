@@ -1,9 +1,10 @@
 //! A bench file from its text: identity, addresses, times, claims, consents.
 
+use super::line::line;
 use super::stand::stand;
 use super::{ANY_DEVICE, BenchFile, BenchPage, Claim, Consents, LinkSpec, StandSpec};
 use crate::suite::LoadErrors;
-use crate::suite::device::{Device, Location};
+use crate::suite::device::{Bus, Device, Location};
 use crate::suite::device_yaml::{duration, fields, flag, named, path, whole};
 use crate::suite::error::{LoadError, Mistake, Mistakes, Read};
 use crate::suite::keys::{self, Keyed};
@@ -60,6 +61,13 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let claimed = mistakes.keep(keyed.must("device").and_then(|node| claim(node, manuals)));
     let link = mistakes.keep(keyed.must("link").and_then(link));
     let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
+    if let (Some(link), Some(device)) = (&link, device)
+        && link.bus() != device.bus
+    {
+        let right = if device.bus == Bus::Profibus { "`serial:TTY`" } else { "`nic:INTERFACE` or `socket:ADDRESS`" };
+        let wrong = format!("{} is no device at the link {link}", device.name);
+        mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("its link is {right}")));
+    }
     let is_any = keyed.get("device").and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
     let reader = Reader { keyed, mistakes, folder };
 
@@ -79,12 +87,14 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     }
     let (ip, mask, controller_ip, controller_mac) = reader.addresses();
     let (cycle, watchdog, boot_time) = reader.times();
+    let line = keyed.get("line").and_then(|node| mistakes.keep(line(node)));
     let stand = keyed.get("stand").and_then(|node| mistakes.keep(stand(node, folder, device, mistakes)));
     Some(BenchFile {
         path: Some(path.to_owned()),
         claim: claimed.map(|(claim, _)| claim)?,
         description,
         link: link?,
+        line: line.unwrap_or_default(),
         station_name: reader.value("station_name", station_name),
         mac: reader.value("mac", mac),
         ip,
@@ -214,13 +224,13 @@ fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(Claim, Option<
 
 fn link(node: &Node) -> Read<LinkSpec> {
     let text = node.text("link")?;
-    match text.split_once(':') {
-        Some(("nic", name)) if !name.is_empty() => Ok(LinkSpec::Nic(name.to_owned())),
-        Some(("socket", address)) if !address.is_empty() => Ok(LinkSpec::Socket(address.to_owned())),
-        Some((kind @ ("nic" | "socket"), _)) => Err(node.wrong(format!("after `{kind}:` something is missing"))),
-        Some((kind, _)) => Err(Mistake::unknown(node.spot, "kind of link", kind, ["nic", "socket"])),
-        None => Err(node.wrong("a link is `nic:INTERFACE` or `socket:ADDRESS`")),
+    let Some((kind, address)) = text.split_once(':') else {
+        return Err(node.wrong("a link is `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"));
+    };
+    if !LinkSpec::KINDS.contains(&kind) {
+        return Err(Mistake::unknown(node.spot, "kind of link", kind, LinkSpec::KINDS));
     }
+    LinkSpec::of(kind, address).ok_or_else(|| node.wrong(format!("after `{kind}:` something is missing")))
 }
 
 /// Whether a text is a station name: labels of 1 to 63 small letters, digits and hyphens inside, dots between them, at most
@@ -367,6 +377,7 @@ fn consent(node: &Node) -> Read<Consents> {
         factory_reset: flag(keyed, "factory_reset")?,
         set_name: flag(keyed, "set_name")?,
         set_ip: flag(keyed, "set_ip")?,
+        set_address: flag(keyed, "set_address")?,
         nvm_write: keyed.get("nvm_write").map_or(Ok(0), |node| whole(node, "a number of writes"))?,
         position_reference: flag(keyed, "position_reference")?,
         firmware: flag(keyed, "firmware")?,

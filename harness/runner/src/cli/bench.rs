@@ -99,27 +99,29 @@ fn restore(args: &RestoreArgs) -> Ended {
     Ok(status)
 }
 
-/// Finds the device of a journal by its MAC address, whatever its name is now, and gives it back what was changed.
+/// Finds the device of a journal by its MAC address, whatever its name is now, or by its station address, and gives it back what was
+/// changed.
 fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> {
-    let journal::Found { link, bench, manual, variant, mac, .. } = &kept.found;
+    let journal::Found { link, bench, manual, variant, mac, station, .. } = &kept.found;
     let manuals = suites.load()?;
     let mut bench = match bench {
         Some(path) if path.exists() => super::live::Asked::File(path.clone()).bench(&manuals)?,
         _ => {
-            let link = match link.split_once(':') {
-                Some(("nic", name)) => LinkSpec::Nic(name.to_owned()),
-                Some(("socket", address)) => LinkSpec::Socket(address.to_owned()),
-                _ => return Err(Stop::usage(format!("the journal names no link that is known: {link}"))),
-            };
+            let known = link.split_once(':').and_then(|(kind, address)| LinkSpec::of(kind, address));
+            let unknown = || Stop::usage(format!("the journal names no link that is known: {link}"));
+            let link = known.ok_or_else(unknown)?;
             BenchFile::bare(link, Claim { manual: manual.clone(), variant: variant.clone() })
         }
     };
     let unreadable =
         |_| Stop::usage(format!("the journal names no MAC address that can be read: {}", mac.escape_debug()));
-    bench.mac = Some(mac.parse().map_err(unreadable)?);
+    match station {
+        Some(station) => bench.line.address = Some(*station),
+        None => bench.mac = Some(mac.parse().map_err(unreadable)?),
+    }
     let _lock = super::live::lock(&bench, LOCK_WAIT)?;
     bench.station_name = None;
-    (bench.consent.set_name, bench.consent.set_ip) = (true, true);
+    (bench.consent.set_name, bench.consent.set_ip, bench.consent.set_address) = (true, true, true);
     if bench.ip.is_none() && !kept.found.ip.is_unspecified() {
         bench.ip = Some(kept.found.ip);
     }
@@ -130,7 +132,8 @@ fn put_back(kept: &journal::Kept, suites: &Suites) -> Result<Vec<String>, Stop> 
     }
     let (was, is) = (&kept.found, live.found());
     if (was.vendor_id, was.device_id) != (is.vendor_id, is.device_id) {
-        return Err(Stop::bench(format!("{mac} is another device than the one of the journal; nothing is put back")));
+        let who = station.map_or_else(|| mac.clone(), |station| format!("the slave at station {station}"));
+        return Err(Stop::bench(format!("{who} is another device than the one of the journal; nothing is put back")));
     }
     let changed = |word: &str| kept.changes.iter().any(|change| change.starts_with(word));
     let wrote_parameters = changed("parameters");

@@ -51,12 +51,8 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
                 };
                 add(&kind, claimed);
             }
-            (Some(("serial", address)), _) if !address.is_empty() => {
-                return Err(format!("`--dut {dut}`: serial lines carry PROFIBUS, which this version does not speak"));
-            }
-            (Some((kind @ ("nic" | "socket"), address)), claimed) if !address.is_empty() => {
-                let address = address.to_owned();
-                let link = if kind == "nic" { LinkSpec::Nic(address) } else { LinkSpec::Socket(address) };
+            (Some((kind, address)), claimed) if LinkSpec::of(kind, address).is_some() => {
+                let Some(link) = LinkSpec::of(kind, address) else { return Err(unknown(dut)) };
                 let claim = match claimed.as_deref() {
                     Some([(manual, variant)]) => Claim { manual: (*manual).to_owned(), variant: (*variant).to_owned() },
                     Some([(manual, _), ..]) => {
@@ -112,7 +108,7 @@ fn unknown(dut: &str) -> String {
     let meant =
         nearest(&format!("{kind}:"), kinds).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
     format!(
-        "`{dut}` is no device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, a bench file or null:KIND{meant}"
+        "`{dut}` is no device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, serial:TTY, a bench file or null:KIND{meant}"
     )
 }
 

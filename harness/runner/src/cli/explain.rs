@@ -1,8 +1,9 @@
-//! `encspec explain ID`: what is known about a requirement, a case, a rule or a bug.
+//! `encspec explain ID`: what is known about a requirement, a case, a rule, a bug or a check of the protocol.
 
 use super::coverage::{class, covering};
 use super::list::{Listed, everything};
 use super::{Ended, ExplainArgs, Stop, show};
+use crate::replay::{CHECKS, Check};
 use crate::report::{ExitStatus, level};
 use crate::suite::expr::nearest;
 use crate::suite::model::{Bug, Class, Manual, Observation, Requirement, Source, Step, Trial, Verb};
@@ -21,14 +22,21 @@ pub(super) fn explain(args: &ExplainArgs) -> Ended {
         let _ = writeln!(out, "  of the field: no manual lists it, the manner of another controller shows it");
         let _ = writeln!(out, "  try it     encspec run --bug {} --persona NAME; encspec personas lists them", of.name);
     }
+    if let Some(check) = Check::by_id(&args.id) {
+        let _ = writeln!(out, "check {}\n  {}\n", check.id, check.sentence);
+        let _ = writeln!(out, "  cause      {}", check.cause);
+        let _ = writeln!(out, "  next       {}", check.next);
+        let _ = writeln!(out, "  try it     encspec replay CAPTURE; no manual is needed");
+    }
     if out.is_empty() {
         let field = bugs_of_the_field().map(|of| of.name.to_owned());
-        let known: Vec<String> = manuals.iter().flat_map(words).chain(field).collect();
+        let checks = CHECKS.iter().map(|check| check.id.to_owned());
+        let known: Vec<String> = manuals.iter().flat_map(words).chain(field).chain(checks).collect();
         let meant = nearest(&args.id, known.iter().map(String::as_str)).map_or_else(
             || "`encspec list` and `encspec bugs` show what there is".to_owned(),
             |meant| format!("did you mean `{meant}`?"),
         );
-        return Err(Stop::usage(format!("there is no requirement, case, rule or bug `{}`; {meant}", args.id)));
+        return Err(Stop::usage(format!("there is no requirement, case, rule, bug or check `{}`; {meant}", args.id)));
     }
     show(&out);
     Ok(ExitStatus::Green)

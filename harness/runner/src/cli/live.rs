@@ -2,10 +2,11 @@
 
 use super::{Stop, Suites, complain};
 use crate::bench_file::{self, ANY_DEVICE, BenchFile, Claim, LinkSpec};
-use crate::engine::{DutKind, DutSpec, LiveDevice};
+use crate::engine::{DpLine, DutKind, DutSpec, LiveDevice};
 use crate::gsd;
 use crate::gsdml::{self, Gsdml};
 use crate::live::preflight::{self, Wanted};
+use crate::live::profibus;
 use crate::live::stand::LiveStand;
 use crate::lock::Lock;
 use crate::suite::device::{Bus, Origin};
@@ -50,6 +51,10 @@ pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, Stop> {
 fn lock_name(bench: &BenchFile) -> String {
     match &bench.link {
         LinkSpec::Nic(name) => format!("nic:{name}"),
+        LinkSpec::Serial(path) => {
+            let path = std::fs::canonicalize(path).map_or_else(|_| path.clone(), |path| path.display().to_string());
+            format!("serial:{path}")
+        }
         LinkSpec::Socket(address) => {
             let path = address.rsplit(':').next().unwrap_or(address);
             format!(
@@ -62,48 +67,91 @@ fn lock_name(bench: &BenchFile) -> String {
 
 /// Opens the bench and finds the device; nothing of it has been changed but its name and address when this returns.
 ///
-/// Trials are run in the manner of `persona`.
+/// Trials are run in the manner of `persona`, which only devices of PROFINET know.
 pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<Arc<Persona>>) -> Result<DutSpec, Stop> {
     let mut manual = manual(&bench, suites)?;
+    if bench.link.bus() != manual.device.bus {
+        let name = &manual.device.name;
+        return Err(Stop::usage(match manual.device.bus {
+            Bus::Profibus => format!("{name} speaks PROFIBUS, so its link is `serial:TTY` and not {}", bench.link),
+            Bus::Profinet => {
+                format!("{name} speaks PROFINET, so its link is `nic:IF` or `socket:ADDRESS` and not {}", bench.link)
+            }
+        }));
+    }
     let variant = manual.device.variants.iter().position(|known| *known == bench.claim.variant).unwrap_or_default();
     // A description has its variant to itself, so that `device: none` need not name it.
     bench.claim.variant.clone_from(&manual.device.variants[variant]);
-    let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
-    let of_slave = bench.gsd.as_deref().map(super::gsd::open).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     bench.describe_pages(device);
+    let Claim { manual: name, variant: claimed } = bench.claim.clone();
+    link::interrupt::watch();
+    let live = match manual.device.bus {
+        Bus::Profinet => on_wire(bench, manual, variant, long, persona)?,
+        Bus::Profibus => on_bus(bench, manual, variant, long)?,
+    };
+    if let Some(why) = live.passive() {
+        complain(&format!("only what reads is run: {why}"));
+    }
+    Ok(DutSpec { manual: name, variant: claimed, kind: DutKind::Live(live) })
+}
+
+/// A device of PROFINET.
+fn on_wire(
+    mut bench: BenchFile,
+    mut manual: Manual,
+    variant: usize,
+    long: bool,
+    persona: Option<Arc<Persona>>,
+) -> Result<LiveDevice, Stop> {
+    let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
-    let identity = &manual.device.identity;
+    let identity = &device.identity;
     let told = description.as_ref().filter(|known| known.vendor_id == identity.vendor_id).map(|known| known.device_id);
     let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
-    let cycle = manual.device.timing.cycle;
+    let cycle = device.timing.cycle;
     let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
     let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle, firmware_pages };
-    link::interrupt::watch();
     let granted = link::realtime::raise();
     let mut offers = None;
-    let mut ask_the_stand = || {
-        offers = LiveStand::new(&bench.stand).offers()?;
-        Ok(())
-    };
-    let prepared = preflight::prepare(&bench, &wanted, &mut ask_the_stand);
+    let prepared = preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
     bench.stand.offers = offers;
     prepared.notes.extend(granted);
-    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
-    let overlay = match device.bus {
-        Bus::Profinet => gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says)),
-        Bus::Profibus => gsd::overlay(device, of_slave.as_ref()),
-    };
+    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
-    let mut findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
-    findings.extend(of_slave.iter().flat_map(|known| gsd::compare(device, variant, known)));
-    if let Some(why) = &prepared.passive {
-        complain(&format!("only what reads is run: {why}"));
-    }
-    let Claim { manual: name, variant } = bench.claim.clone();
-    let live = LiveDevice::new(bench, manual, prepared, long, findings, persona);
-    Ok(DutSpec { manual: name, variant, kind: DutKind::Live(live) })
+    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
+    Ok(LiveDevice::new(bench, manual, prepared, long, findings, persona))
+}
+
+/// A slave of PROFIBUS.
+fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) -> Result<LiveDevice, Stop> {
+    let description = bench.gsd.as_deref().map(super::gsd::open).transpose()?;
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let identity = &device.identity;
+    let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
+    let wanted = profibus::preflight::Wanted {
+        ident: printed.or(description.as_ref().map(|known| known.ident)),
+        address: device.slave.as_ref().map_or(DpLine::default().station, |slave| slave.address),
+        cycle: device.timing.cycle,
+    };
+    let granted = link::realtime::raise();
+    let mut offers = None;
+    let prepared = profibus::preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
+    let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
+    bench.stand.offers = offers;
+    prepared.notes.extend(granted);
+    let overlay = gsd::overlay(device, description.as_ref());
+    prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
+    let findings = description.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
+    Ok(LiveDevice::on_bus(bench, manual, prepared, long, findings))
+}
+
+/// Asks the control channel of the stand what it can do, once, while nothing has been sent yet.
+fn ask_the_stand(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<(), String> {
+    *offers = LiveStand::new(&bench.stand).offers()?;
+    Ok(())
 }
 
 /// The suite of what the device claims to be, with the times of the bench.

@@ -3,6 +3,7 @@
 //! Everything is written through `show`, which does not mind a reader that has gone, and every end goes through
 //! [`ExitStatus`]. This room must not judge anything.
 
+mod against;
 mod bench;
 mod bugs;
 mod check;
@@ -18,6 +19,7 @@ mod list;
 pub mod live;
 mod personas;
 pub mod port;
+mod progress;
 mod record;
 mod replay;
 pub mod run;
@@ -26,7 +28,7 @@ mod serve;
 use crate::report::ExitStatus;
 use crate::suite::model::Manual;
 use crate::suite::persona::{Persona, load_personas, named_persona};
-use crate::suite::{LoadErrors, Sources, load, schema};
+use crate::suite::{LoadErrors, Sources, load, load_some, schema};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -60,7 +62,7 @@ enum Command {
     Personas(personas::PersonasArgs),
     /// List where the manuals contradict themselves, and where they are silent
     Errata(Listing),
-    /// Explain a requirement, a case, a rule or a bug
+    /// Explain a requirement, a case, a rule, a bug or a check of the protocol
     Explain(ExplainArgs),
     /// Check suites and say what nothing uses
     Check(CheckArgs),
@@ -125,7 +127,7 @@ struct CoverageArgs {
 
 #[derive(Debug, Args)]
 struct ExplainArgs {
-    /// The id of a requirement, a case or a rule (`parking/stays-parked` will do), or the name of a bug
+    /// The id of a requirement, a case or a rule (`parking/stays-parked` will do), or the name of a bug or check
     id: String,
     #[command(flatten)]
     suites: Suites,
@@ -139,39 +141,53 @@ struct CheckArgs {
 
 #[derive(Debug, Args)]
 struct ReplayArgs {
-    /// Captures, pcap or pcapng; - is the standard input
+    /// Captures, pcap or pcapng, packed by gzip or zstd or not; - is the standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<String>,
-    /// Write the report as json or text; the file - is the standard output
+    /// Write a report: html, json or text; the file - is the standard output
     #[arg(long, value_name = "FORMAT=FILE", value_parser = replay_report)]
-    report: Option<ReplayWanted>,
-    /// Judge by the rules of this manual only
-    #[arg(long, value_name = "MANUAL")]
+    report: Vec<ReplayWanted>,
+    /// Judge by the rules of this manual only; it is also taken for connections whose Connect is not in the capture
+    #[arg(long, value_name = "MANUAL[/VARIANT]")]
     device: Option<String>,
+    #[command(flatten)]
+    against: against::AgainstArgs,
     #[command(flatten)]
     suites: Suites,
 }
 
 #[derive(Debug, Args)]
 struct DissectArgs {
-    /// A capture, pcap or pcapng; - is the standard input
+    /// A capture, pcap or pcapng, packed by gzip or zstd or not; - is the standard input
     file: PathBuf,
 }
 
 /// A report of a replay that is asked for.
 #[derive(Clone, Debug)]
 struct ReplayWanted {
-    format: Format,
+    format: ReplayFormat,
     file: PathBuf,
 }
 
 fn replay_report(text: &str) -> Result<ReplayWanted, String> {
     let (word, file) = run::format_and_file(text)?;
     match word {
-        "json" => Ok(ReplayWanted { format: Format::Json, file }),
-        "text" => Ok(ReplayWanted { format: Format::Text, file }),
-        word => Err(dut::suggest("format", word, ["json", "text"])),
+        "html" => Ok(ReplayWanted { format: ReplayFormat::Html, file }),
+        "json" => Ok(ReplayWanted { format: ReplayFormat::Json, file }),
+        "text" => Ok(ReplayWanted { format: ReplayFormat::Text, file }),
+        word => Err(dut::suggest("format", word, ["html", "json", "text"])),
     }
+}
+
+/// How the report of a replay is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ReplayFormat {
+    /// For a browser.
+    Html,
+    /// For programs.
+    Json,
+    /// For people.
+    Text,
 }
 
 /// How a listing is shown.
@@ -196,6 +212,22 @@ impl Suites {
     /// Loads every manual.
     pub fn load(&self) -> Result<Vec<Manual>, LoadErrors> {
         load(&sources(self.folder.as_deref())?, None)
+    }
+
+    /// Loads the manuals that `duts` name; every manual unless all of these are built-in suites of reference devices.
+    fn load_for(&self, duts: &[String]) -> Result<Vec<Manual>, LoadErrors> {
+        let sources = sources(self.folder.as_deref())?;
+        let known = sources.manuals();
+        let named = |dut: &String| {
+            let name = dut.strip_prefix("model:")?;
+            let name = name.split_once('/').map_or(name, |(name, _)| name);
+            known.iter().find(|known| *known == name).map(String::as_str)
+        };
+        match duts.iter().map(named).collect::<Option<Vec<&str>>>() {
+            // What stands in a folder may be wrong, and whoever works there is told.
+            Some(names) if !names.is_empty() && self.folder.is_none() => load_some(&sources, &names),
+            _ => load(&sources, None),
+        }
     }
 
     /// Loads every persona.

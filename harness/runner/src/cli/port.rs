@@ -59,6 +59,9 @@ impl PortArgs {
                     address.parse().map_err(|error: BadAddress| Stop::usage(error.to_string()))?;
                 Ok(Box::new(open(&address).map_err(unusable)?))
             }
+            LinkSpec::Serial(path) => Err(Stop::usage(format!(
+                "the serial line {path} carries no Ethernet frames; name an interface or a socket"
+            ))),
         }
     }
 }

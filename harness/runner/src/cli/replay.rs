@@ -1,9 +1,11 @@
 //! `encspec replay` and `encspec dissect`: captures as reports, and frame by frame.
 
+use super::progress::Reading;
 use super::run::{open, write};
-use super::{DissectArgs, Ended, Format, ReplayArgs, Stop, complain, list, show};
+use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show};
 use crate::observe::{ProfibusWords, Tracker, describe};
-use crate::replay::{self, ReplayReport, Severity};
+use crate::page::html;
+use crate::replay::{self, CaptureReport, ReplayReport, Severity};
 use crate::report::{ExitStatus, printable};
 use crate::suite::model::Manual;
 use bench::CaptureReader;
@@ -12,34 +14,59 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
+/// The manuals to judge by: all, one, or one variant of one.
+fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
+    let wanted =
+        args.device.as_deref().map(|device| device.split_once('/').map_or((device, None), |(a, b)| (a, Some(b))));
+    let mut manuals = args.suites.load_one(wanted.map(|(manual, _)| manual))?;
+    if let Some((name, Some(variant))) = wanted {
+        for manual in &mut manuals {
+            let known: Vec<String> = manual.variants.iter().map(|of| of.name.clone()).collect();
+            manual.variants.retain(|of| of.name == variant);
+            if manual.variants.is_empty() {
+                let known = known.join(", ");
+                return Err(Stop::usage(format!("{name} has no variant `{variant}`; it has {known}")));
+            }
+        }
+    }
+    Ok(manuals)
+}
+
 pub(super) fn replay(args: &ReplayArgs) -> Ended {
-    let manuals: Vec<Manual> = args.suites.load_one(args.device.as_deref())?;
-    let file = args.report.as_ref().map(|wanted| open(&wanted.file)).transpose()?;
+    let manuals = manuals(args)?;
+    let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let wants_page = args.report.iter().any(|wanted| wanted.format == ReplayFormat::Html);
+    if wants_page && args.files.iter().any(|name| name == "-") {
+        return Err(Stop::usage(
+            "a page reads its captures twice, which standard input cannot: store it in a file first",
+        ));
+    }
     let mut report = ReplayReport { captures: Vec::new() };
     let mut bad = false;
-    for name in &args.files {
-        match replay::files(std::slice::from_ref(name), &manuals) {
-            Ok(read) => report.captures.extend(read.captures),
+    let reading = Reading::of(&args.files);
+    let each = replay::each(&args.files, &manuals, &|progress| reading.step(progress));
+    drop(reading);
+    for read in each {
+        match read {
+            Ok(capture) => report.captures.push(capture),
             Err(error) => {
                 complain(&error.to_string());
                 bad = true;
             }
         }
     }
+    let differs = args.against.hold(&args.suites, &manuals, &mut report)?;
     if !report.captures.is_empty() {
-        match (&args.report, file) {
-            (Some(wanted), Some(file)) => {
-                let text = match wanted.format {
-                    Format::Json => list::pretty(&report),
-                    Format::Text => replay::text(&report),
-                };
-                let is_shown = wanted.file == Path::new("-");
-                write(&text, &wanted.file, file)?;
-                if !is_shown {
-                    show(&replay::text(&report));
-                }
-            }
-            _ => show(&replay::text(&report)),
+        for (wanted, file) in args.report.iter().zip(files) {
+            let text = match wanted.format {
+                ReplayFormat::Html => page(&report, &manuals)?,
+                ReplayFormat::Json => list::pretty(&report),
+                ReplayFormat::Text => replay::text(&report),
+            };
+            write(&text, &wanted.file, file)?;
+        }
+        if !args.report.iter().any(|wanted| wanted.file == Path::new("-")) {
+            show(&replay::text(&report));
         }
     }
     for capture in &report.captures {
@@ -58,8 +85,22 @@ pub(super) fn replay(args: &ReplayArgs) -> Ended {
     Ok(match (bad, findings.any(|finding| finding.severity == Severity::Error)) {
         (true, _) => ExitStatus::Usage,
         (false, true) => ExitStatus::Red,
+        (false, false) if differs => ExitStatus::Red,
         (false, false) => ExitStatus::Green,
     })
+}
+
+/// The page of these captures, which are read again for it.
+fn page(report: &ReplayReport, manuals: &[Manual]) -> Result<String, Stop> {
+    let chapter = |(number, capture): (usize, &CaptureReport)| {
+        let cannot = |why: &dyn std::fmt::Display| {
+            Stop::bench(format!("{} cannot be read again for its page: {why}", printable(&capture.file)))
+        };
+        let again = File::open(&capture.file).map_err(|error| cannot(&error))?;
+        replay::chapter(number + 1, capture, again, manuals).map_err(|error| cannot(&error))
+    };
+    let chapters = report.captures.iter().enumerate().map(chapter).collect::<Result<_, Stop>>()?;
+    Ok(html(&replay::page("encspec replay", chapters)))
 }
 
 pub(super) fn dissect(args: &DissectArgs) -> Ended {

@@ -5,8 +5,10 @@ use super::{Ended, Stop, Suites, filter, show};
 use crate::engine::{self, DutSpec, Part, RunOptions};
 use crate::ledger::{self, Date, Ledger};
 use crate::lock::Lock;
-use crate::report::{self, Format, Look};
-use crate::result::RunResult;
+use crate::page::{Mark, Timeline};
+use crate::replay::Look;
+use crate::report::{self, Format, Pictures};
+use crate::result::{CaseResult, RunResult};
 use crate::suite::device::Bus;
 use crate::suite::expr::nearest;
 use crate::suite::model::Manual;
@@ -48,7 +50,7 @@ pub struct RunArgs {
     /// The lowest level whose failures count
     #[arg(long, value_enum, default_value_t)]
     gate: Gate,
-    /// Write a report: console, json, junit, tap or text; the file - is the standard output
+    /// Write a report: console, html, json, junit, tap or text; the file - is the standard output
     #[arg(long, value_name = "FORMAT=FILE", value_parser = wanted)]
     report: Vec<Wanted>,
     /// The ledger of known failures
@@ -277,7 +279,9 @@ impl Ready {
 }
 
 pub(super) fn run(args: &RunArgs) -> Ended {
-    let manuals = args.suites.load()?;
+    // A bug may be that of another manual, and a ledger may speak of any.
+    let names_all = !args.bug.is_empty() || args.device.is_some() || args.ledger.is_some();
+    let manuals = if names_all { args.suites.load()? } else { args.suites.load_for(&args.dut)? };
     let request = Request {
         duts: args.dut.clone(),
         device: args.device.clone(),
@@ -315,12 +319,37 @@ pub(super) fn run(args: &RunArgs) -> Ended {
     let mut result = result?;
     result.repeat = repeat(&args.suites);
     for (wanted, file) in args.report.iter().zip(files) {
-        write(&wanted.format.write(&result), &wanted.file, file)?;
+        let text = match wanted.format {
+            Format::Html => report::html(&result, &|case| pictures(case, &manuals)),
+            format => format.write(&result),
+        };
+        write(&text, &wanted.file, file)?;
     }
     if !args.report.iter().any(|wanted| wanted.file == Path::new("-")) {
-        show(&report::console(&result, Look { colour: colours(), verbose: args.verbose }));
+        show(&report::console(&result, report::Look { colour: colours(), verbose: args.verbose }));
     }
     Ok(report::status(&result))
+}
+
+/// What the evidence of a case shows; nothing where there is none, or where it cannot be read any more.
+fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
+    let place = case.failures.first().and_then(|failure| failure.place.as_ref());
+    let evidence = case.evidence.as_ref().and_then(|path| File::open(path).ok());
+    let wanted = place.iter().map(|place| place.frame);
+    let Some(Ok(look)) = evidence.map(|evidence| Look::at(evidence, wanted, manuals)) else {
+        return Pictures::default();
+    };
+    let mark = place.and_then(|place| Some((place.octet?, place.bit)));
+    let packet = place.and_then(|place| look.packet(place.frame, mark, manuals));
+    let at = place.and_then(|place| look.seconds(place.frame));
+    let mut timelines: Vec<Timeline> = look.timelines.into_iter().map(|(_, timeline)| timeline).collect();
+    for (index, timeline) in timelines.iter_mut().enumerate() {
+        timeline.heading = format!("Connection {}", index + 1);
+        let at = at.filter(|at| (timeline.from..=timeline.to).contains(at));
+        let text = case.reason.clone().unwrap_or_default();
+        timeline.marks.extend(at.map(|at| Mark { at, is_finding: true, text, anchor: None }));
+    }
+    Pictures { packet, timelines }
 }
 
 /// What a line that reproduces a failure has to repeat.

@@ -35,13 +35,13 @@ pub(super) struct ServeArgs {
     #[command(flatten)]
     place: PlaceArgs,
     /// PROFIBUS: bits in a second
-    #[arg(long, value_name = "BITS", default_value_t = 1_500_000, value_parser = clap::value_parser!(u32).range(1..), requires = "serial")]
+    #[arg(long, value_name = "BITS", default_value_t = 1_500_000, value_parser = clap::value_parser!(u32).range(1..), requires = "line")]
     baud: u32,
     /// PROFIBUS: its station address; with --count the first one
-    #[arg(long, value_name = "ADDRESS", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=126), requires = "serial")]
+    #[arg(long, value_name = "ADDRESS", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=126), requires = "line")]
     address: u8,
     /// PROFIBUS: the master waits longer for answers than the standard has it, so that a serial line can keep up
-    #[arg(long, requires = "serial")]
+    #[arg(long, requires = "line")]
     patient_master: bool,
     /// Its stored station name; empty as at delivery
     #[arg(long, value_name = "NAME", default_value = STATION_NAME)]
@@ -84,28 +84,38 @@ struct PlaceArgs {
     #[arg(long, value_name = "ADDRESS")]
     socket: Option<String>,
     /// The serial line of a PROFIBUS, or a pseudoterminal
-    #[arg(long, value_name = "TTY")]
+    #[arg(long, value_name = "TTY", group = "line")]
     serial: Option<PathBuf>,
+    /// A new pseudoterminal that stands for the serial line of a PROFIBUS; LINK becomes a symbolic link to it
+    #[arg(long, value_name = "LINK", group = "line")]
+    pty: Option<PathBuf>,
 }
 
 impl ServeArgs {
     /// The line, which has to be one that the devices of `manual` speak.
     fn medium(&self, manual: &reference_devices::Manual) -> Result<(Medium, String), Stop> {
         let unusable = |error: LinkError| Stop::bench(error.to_string());
-        match (&self.place.serial, manual.bus) {
-            (None, Bus::Profibus(_)) => {
-                Err(Stop::usage(format!("{} speaks PROFIBUS; serve it with --serial", manual.name)))
+        let PlaceArgs { nic, socket, serial, pty } = &self.place;
+        let settings = SerialSettings::new(self.baud);
+        let on_bus = |serial: Serial| {
+            let place = serial.describe();
+            (Medium::from(SerialBus::new(serial, Box::<FdlFrames>::default())), place)
+        };
+        match (serial, pty, manual.bus) {
+            (None, None, Bus::Profibus(_)) => {
+                Err(Stop::usage(format!("{} speaks PROFIBUS; serve it with --serial or --pty", manual.name)))
             }
-            (Some(_), Bus::Profinet(_)) => {
+            (Some(_), _, Bus::Profinet(_)) | (_, Some(_), Bus::Profinet(_)) => {
                 Err(Stop::usage(format!("{} speaks PROFINET; serve it with --nic or --socket", manual.name)))
             }
-            (None, Bus::Profinet(_)) => {
-                let port = PortArgs { nic: self.place.nic.clone(), socket: self.place.socket.clone() }.wait()?;
+            (None, None, Bus::Profinet(_)) => {
+                let port = PortArgs { nic: nic.clone(), socket: socket.clone() }.wait()?;
                 let place = port.describe();
                 Ok((Wire::new(port).into(), place))
             }
-            (Some(path), Bus::Profibus(_)) => {
-                let serial = Serial::open(path, &SerialSettings::new(self.baud)).map_err(unusable)?;
+            (_, Some(link), Bus::Profibus(_)) => Ok(on_bus(Serial::controlling(link, &settings).map_err(unusable)?)),
+            (Some(path), None, Bus::Profibus(_)) => {
+                let serial = Serial::open(path, &settings).map_err(unusable)?;
                 if !serial.is_pty() && self.baud > FASTEST_SLAVE && !self.patient_master {
                     return Err(Stop::bench(format!(
                         "at {} bit/s {} cannot answer within the slot time of the standard; take {FASTEST_SLAVE} bit/s at most, or \
@@ -114,8 +124,7 @@ impl ServeArgs {
                         serial.describe()
                     )));
                 }
-                let place = serial.describe();
-                Ok((SerialBus::new(serial, Box::<FdlFrames>::default()).into(), place))
+                Ok(on_bus(serial))
             }
         }
     }

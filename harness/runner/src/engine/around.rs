@@ -56,6 +56,21 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
     }
 }
 
+/// Does `work` with a device, a live one looked at before and put back after, as a run has it; with what there is to say of that.
+///
+/// Fails with the reason where nothing may be done to a live device.
+pub fn looked_after<R>(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    work: impl FnOnce() -> R,
+) -> Result<(R, Vec<String>), String> {
+    let looked = dut.live().map(|live| look_around(manual, variant, dut, live)).transpose()?;
+    let done = work();
+    let notes = dut.live().zip(looked).map_or(Vec::new(), |(live, looked)| end(dut, live, &looked));
+    Ok((done, notes))
+}
+
 /// Looks at a live device before the first trial, and writes down what its parameters were.
 pub(super) fn look_around(
     manual: &Manual,

@@ -3,7 +3,7 @@
 use super::live::LiveDevice;
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::{DpLine, Place};
-use bench::null::{Babbler, DiesAfter, Reflector, Silent};
+use bench::null::{Babbler, BusBabbler, BusReflector, DiesAfter, Reflector, Silent};
 use controllers::profibus_dp::Settings as MasterSettings;
 use reference_devices::{BuildError, Bus, Line, ReferenceDevice, Setup, build_delivered, build_manual};
 use station::{Duration, Outbox, Stand, Station, Time};
@@ -11,6 +11,7 @@ use std::fmt;
 use std::net::Ipv4Addr;
 use std::str::FromStr;
 use wire::ethernet::Mac;
+use wire::profibus::fdl::BitTimes;
 use wire::profinet::dcp::block::IpParameter;
 
 /// Addresses on a virtual segment: locally administered MACs, private IP addresses.
@@ -23,6 +24,10 @@ pub const DEVICE: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 1, 0]), Ipv4Addr::new(192,
 const FREE: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 200);
 /// The mask of the virtual segment.
 pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
+/// From one frame of a babbler to the next.
+const BABBLES_EACH: Duration = Duration::from_micros(500);
+/// After how long a reflector on a bus answers, which is the least that a slave may take.
+const REFLECTS_AFTER: BitTimes = BitTimes(11);
 /// The station name that virtual benches give the device.
 pub const STATION_NAME: &str = "encoder-under-test";
 
@@ -198,11 +203,23 @@ impl DutSpec {
             DutKind::Live(device) => return Ok(device.segment()),
             DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => on(Box::new(model(bugs)?)),
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on(Box::new(Stranger(Silent, NoStand))),
-            DutKind::Nobody(Nobody::Reflector) => on(Box::new(Stranger(Reflector, NoStand))),
-            DutKind::Nobody(Nobody::Babbler) => {
-                let babbler = Babbler::new(shaft, Duration::from_micros(500), DEVICE.0.0, CONTROLLER.0.0);
-                on(Box::new(Stranger(babbler, NoStand)))
-            }
+            DutKind::Nobody(Nobody::Reflector) => match is_slave {
+                true => {
+                    let delay = Duration::from_nanos(line.baud.nanoseconds(REFLECTS_AFTER));
+                    on(Box::new(Stranger(BusReflector::new(delay), NoStand)))
+                }
+                false => on(Box::new(Stranger(Reflector, NoStand))),
+            },
+            DutKind::Nobody(Nobody::Babbler) => match is_slave {
+                true => {
+                    let babbler = BusBabbler::new(shaft, BABBLES_EACH, line.station, line.masters[0]);
+                    on(Box::new(Stranger(babbler, NoStand)))
+                }
+                false => {
+                    let babbler = Babbler::new(shaft, BABBLES_EACH, DEVICE.0.0, CONTROLLER.0.0);
+                    on(Box::new(Stranger(babbler, NoStand)))
+                }
+            },
             DutKind::Nobody(Nobody::WrongIdentity) => {
                 let device = Boxed(built(&[], true)?);
                 match is_slave {

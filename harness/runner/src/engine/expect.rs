@@ -1,6 +1,7 @@
 //! An expectation at work: `expect` with its window, told of every frame and event.
 
 use crate::judge::condition::Memory;
+use crate::judge::place::{Spot, place_of};
 use crate::judge::rule::{length, stay};
 use crate::judge::steady::Steady;
 use crate::judge::view::View;
@@ -11,9 +12,6 @@ use crate::suite::device::NameKind;
 use crate::suite::expr::NameId;
 use crate::suite::model::{Condition, Hold, Span};
 use station::{Duration, Time};
-
-/// Where something stands on the wire: frame, octet in the frame, and the bit in that octet for a single bit.
-pub type Spot = (u64, usize, Option<u8>);
 
 /// What is remembered of the instant that decided.
 #[derive(Clone, Debug)]
@@ -197,14 +195,4 @@ pub fn asks_for_events(condition: &Condition, view: &View<'_>) -> bool {
         found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));
     });
     found
-}
-
-/// Where a name stood on the wire.
-pub fn place_of(name: NameId, view: &View<'_>) -> Option<Spot> {
-    let NameKind::Signal { signal, low, width, .. } = view.variant.names.get(name.0 as usize)? else { return None };
-    let (frame, octet) = view.image.place_of(*signal)?;
-    let octets = view.device.signals.get(*signal)?.width / 8;
-    let last = octets.saturating_sub(1).saturating_sub(low / 8) as usize;
-    let first = octets.saturating_sub(1).saturating_sub((low + width - 1) / 8) as usize;
-    Some((frame, octet + first.min(last), (*width == 1).then_some((low % 8) as u8)))
 }

@@ -3,6 +3,7 @@
 use super::trial::{Run, Trouble};
 use super::world::{Lost, World};
 use crate::judge::follow::Ending;
+use crate::judge::place::decisive;
 use crate::observe::{Direction, Leaving};
 use crate::result::{Blame, Failure, Place};
 use crate::suite::model::{Manual, Step};
@@ -44,15 +45,7 @@ pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, S
 }
 
 fn place(world: &World<'_>, trouble: &Trouble) -> Option<Place> {
-    let of_part = |name: &str| trouble.parts.iter().any(|part| !part.held && part.text.contains(name));
-    let spot = trouble.places.iter().filter(|(_, place)| place.is_some()).find(|(name, _)| {
-        let signal = match world.variant.names.get(name.0 as usize) {
-            Some(crate::suite::device::NameKind::Signal { signal, .. }) => world.manual.device.signals.get(*signal),
-            _ => None,
-        };
-        signal.is_some_and(|signal| of_part(&signal.name))
-    });
-    let seen = spot.or_else(|| trouble.places.iter().find(|(_, place)| place.is_some())).and_then(|(_, place)| *place);
+    let seen = decisive(&trouble.places, &trouble.parts, &world.view());
     match (seen, trouble.frame) {
         (Some((frame, octet, bit)), _) => Some(Place { frame, octet: Some(octet), bit, filter: filter(frame) }),
         (None, Some(frame)) if frame > 0 => Some(Place { frame, octet: None, bit: None, filter: filter(frame) }),

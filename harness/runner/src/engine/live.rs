@@ -1,28 +1,29 @@
 //! A live device as the engine sees it: its segment, what may be done to it, and what became of it between trials.
 //!
-//! This room must not know how a bench is found or prepared, nor which kind of link it has.
+//! What carries the frames of a trial is [`segment`]'s; this room must not know it, nor how a bench is found or prepared.
 
+mod bus_watch;
+mod segment;
+
+use super::dut::{CONTROLLER, SECOND};
 use super::needs::{self, Consent, Need};
-use super::ours::Ours;
 use super::probe::Kept;
 use super::scan::each_step_of;
-use super::segment::{Segment, Tap};
+use super::segment::Segment;
 use super::trial::{DpLine, Place};
 use crate::bench_file::BenchFile;
-use crate::live::guard::Guard;
 use crate::live::journal::{Entry, Found, Journal, Parameter};
-use crate::live::preflight::Prepared;
-use crate::live::scout::is_cyclic;
+use crate::live::line::Line;
 use crate::live::stand::LiveStand;
+use crate::live::{preflight, profibus};
 use crate::result::Finding;
-use crate::suite::model::{Manual, Service, Start, Trial, Variant, Verb, Via};
+use crate::suite::model::{DpService, Manual, Service, Start, Trial, Variant, Verb, Via};
 use crate::suite::persona::Persona;
-use controllers::profinet_io::Controller;
-use link::Wire;
-use station::{Duration, Outbox, Stand, StandAction, Station, Time};
+use station::{Duration, Stand, StandAction, Time};
 use std::fmt;
+use std::net::Ipv4Addr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use wire::ethernet::Mac;
+use wire::profinet::dcp::block::IpParameter;
 
 /// What a journal calls parameters that are written and not kept by the device.
 const PARAMETERS: &str = "parameters";
@@ -32,10 +33,8 @@ const MEMORY: &str = "nvm_write";
 const PATIENCE: u32 = 3;
 /// How long a line that is gone is waited for before the next trial.
 const COMES_BACK: Duration = Duration::from_secs(10);
-/// How often a line that is gone is looked after while a trial runs.
-const LOOK_AFTER: Duration = Duration::from_millis(20);
-/// How often it is looked whether something is plugged in.
-const CARRIER: Duration = Duration::from_millis(100);
+/// How often it is looked whether the line is back.
+const LOOK_FOR_LINE: Duration = Duration::from_millis(100);
 /// How long a new device may take to be there.
 const RENEWED: Duration = Duration::from_secs(60);
 /// The time between two questions whether it is there.
@@ -59,8 +58,7 @@ struct Inner {
 
 /// What only one trial at a time has its hands on.
 struct Hands {
-    wire: Wire,
-    guard: Guard,
+    line: Line,
     stand: LiveStand,
     journal: Journal,
     has_changed: bool,
@@ -75,6 +73,43 @@ struct Hands {
     lost: Option<String>,
 }
 
+impl Hands {
+    fn new(bench: &BenchFile, line: Line, journal: Journal, has_changed: bool) -> Hands {
+        Hands {
+            line,
+            stand: LiveStand::new(&bench.stand),
+            journal,
+            has_changed,
+            nvm_left: bench.consent.nvm_write,
+            frames_lost: 0,
+            wrote_parameters: false,
+            saved: false,
+            calls: 0,
+            unanswered: 0,
+            lost: None,
+        }
+    }
+}
+
+/// What every bench says of the place of its device; who is where is known by those who looked.
+fn place(bench: &BenchFile) -> Place {
+    let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    Place {
+        name: String::new(),
+        mac: None,
+        ip: IpParameter::NONE,
+        controllers: [CONTROLLER, SECOND],
+        free_ip: Ipv4Addr::UNSPECIFIED,
+        seed: seed.as_nanos() as u64,
+        noise: bench.position_noise,
+        slack: Duration::ZERO,
+        bench: Some(Arc::new(bench.clone())),
+        persona: None,
+        deviates: false,
+        line: DpLine::default(),
+    }
+}
+
 /// Why a trial does not run on this bench.
 pub enum Excluded {
     /// A claim, an ability or a consent is missing.
@@ -86,55 +121,51 @@ pub enum Excluded {
 }
 
 impl LiveDevice {
-    /// A device on a bench that was prepared, with the suite of what it claims to be, addressed in the manner of `persona`.
+    /// A device of PROFINET on a bench that was prepared, with the suite of what it claims to be, addressed in the manner of
+    /// `persona`.
     pub fn new(
         bench: BenchFile,
         manual: Manual,
-        prepared: Prepared,
+        prepared: preflight::Prepared,
         long: bool,
         findings: Vec<Finding>,
         persona: Option<Arc<Persona>>,
     ) -> LiveDevice {
-        let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
         let place = Place {
             name: String::from_utf8_lossy(&prepared.station.name).into_owned(),
             mac: Some(prepared.station.mac),
             ip: prepared.ip,
             controllers: prepared.controllers,
             free_ip: prepared.free_ip,
-            seed: seed.as_nanos() as u64,
-            noise: bench.position_noise,
             slack: prepared.slack,
-            bench: Some(Arc::new(bench.clone())),
             persona,
-            deviates: false,
-            line: DpLine::default(),
+            ..place(&bench)
         };
-        let hands = Hands {
-            wire: prepared.wire,
-            guard: prepared.guard,
-            stand: LiveStand::new(&bench.stand),
-            journal: prepared.journal,
-            has_changed: prepared.has_changed,
-            nvm_left: bench.consent.nvm_write,
-            frames_lost: 0,
-            wrote_parameters: false,
-            saved: false,
-            calls: 0,
-            unanswered: 0,
-            lost: None,
+        let preflight::Prepared { line, found, journal, has_changed, passive, notes, .. } = prepared;
+        let hands = Hands::new(&bench, line, journal, has_changed);
+        let hands = Mutex::new(hands);
+        LiveDevice(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands }))
+    }
+
+    /// A slave of PROFIBUS on a bench that was prepared, with the suite of what it claims to be.
+    pub fn on_bus(
+        bench: BenchFile,
+        manual: Manual,
+        prepared: profibus::preflight::Prepared,
+        long: bool,
+        findings: Vec<Finding>,
+    ) -> LiveDevice {
+        let profibus::preflight::Prepared { line, found, journal, passive, notes, .. } = prepared;
+        let dp = DpLine {
+            station: prepared.station,
+            masters: prepared.masters,
+            free: prepared.free,
+            baud: prepared.baud,
+            pace: Some(prepared.pace),
         };
-        LiveDevice(Arc::new(Inner {
-            bench,
-            manual,
-            place,
-            found: prepared.found,
-            passive: prepared.passive,
-            long,
-            findings,
-            notes: prepared.notes,
-            hands: Mutex::new(hands),
-        }))
+        let place = Place { line: dp, slack: prepared.slack, ..place(&bench) };
+        let hands = Mutex::new(Hands::new(&bench, line, journal, false));
+        LiveDevice(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands }))
     }
 
     /// The suite of what it claims to be, with what its description says.
@@ -149,7 +180,10 @@ impl LiveDevice {
 
     /// What it said it is when it was found.
     pub fn identity(&self) -> String {
-        let Found { mac, vendor_id, device_id, .. } = &self.0.found;
+        let Found { mac, station, vendor_id, device_id, .. } = &self.0.found;
+        if let Some(station) = station {
+            return format!("ident 0x{device_id:04X} at station {station}");
+        }
         format!("{mac} (vendor 0x{vendor_id:04X}, device 0x{device_id:04X})")
     }
 
@@ -185,20 +219,7 @@ impl LiveDevice {
 
     /// The wire with nobody else on it, for one trial; its clock shows zero.
     pub fn segment(&self) -> Box<dyn Segment + '_> {
-        let mut hands = self.hands();
-        hands.wire.restart();
-        hands.wire.reset_lateness();
-        let [(first, _), (second, _)] = self.place().controllers;
-        Box::new(LiveSegment {
-            hands,
-            broken: None,
-            gone: false,
-            unheard: Outbox::new(),
-            looked_at: Time::ZERO,
-            spoilt: None,
-            device: self.place().mac.unwrap_or_default(),
-            ours: [first, second],
-        })
+        segment::of(self.hands(), self.place())
     }
 
     /// Adds a line to the journal.
@@ -306,13 +327,12 @@ impl LiveDevice {
         if let Some(why) = &hands.lost {
             return Err(format!("nothing more can be tested: {why}"));
         }
-        hands.wire.restart();
-        let mut nothing = |_: Time, _: &[u8]| {};
-        let Err(error) = hands.wire.step(&mut [], Time::ZERO, &mut |_| false, &mut nothing) else { return Ok(()) };
-        let until = hands.wire.now() + COMES_BACK;
-        while hands.wire.now() < until && !link::interrupt::requested() {
-            let soon = hands.wire.now() + CARRIER;
-            if hands.wire.recover(soon).is_ok() {
+        hands.line.restart();
+        let Err(error) = hands.line.step_alone(Time::ZERO) else { return Ok(()) };
+        let until = hands.line.now() + COMES_BACK;
+        while hands.line.now() < until && !link::interrupt::requested() {
+            let soon = hands.line.now() + LOOK_FOR_LINE;
+            if hands.line.recover(soon).is_ok() {
                 return Ok(());
             }
         }
@@ -323,25 +343,24 @@ impl LiveDevice {
     /// Puts a new device into the place of the old one.
     fn renew(&self) -> Result<(), String> {
         let mut hands = self.hands();
-        let Hands { wire, guard, stand, .. } = &mut *hands;
+        let Hands { line, stand, .. } = &mut *hands;
         let no_new = |refusal| format!("no new device: {refusal:?}");
-        let latest = wire.now() + RENEWED;
-        let mut until = stand.act(wire.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
+        let latest = line.now() + RENEWED;
+        let mut until = stand.act(line.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
         let mut at_work = true;
-        while at_work || wire.now() < until {
+        while at_work || line.now() < until {
             if at_work {
                 if link::interrupt::requested() {
                     return Err("the run was interrupted".to_owned());
                 }
-                if wire.now() >= latest {
+                if line.now() >= latest {
                     return Err(format!("no new device: the stand has not done it within {} s", RENEWED.as_secs()));
                 }
-                let outcome = stand.outcome(wire.now()).transpose().map_err(no_new)?;
+                let outcome = stand.outcome(line.now()).transpose().map_err(no_new)?;
                 at_work = outcome.is_none();
-                until = outcome.unwrap_or(wire.now() + LOOK_AGAIN).min(latest);
+                until = outcome.unwrap_or(line.now() + LOOK_AGAIN).min(latest);
             }
-            let stepped = wire.step(&mut [], until, &mut |frame| guard.allows(frame), &mut |_, _| {});
-            stepped.map_err(|error| error.to_string())?;
+            line.step_alone(until).map_err(|error| error.to_string())?;
         }
         Ok(())
     }
@@ -367,7 +386,7 @@ fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
 fn lasting(need: &Need) -> Option<String> {
     match need {
         Need::Consent(consent) => Some(consent.to_string()),
-        Need::Stand(_) | Need::Claim(_) | Need::Page(_) | Need::DirectCable | Need::Long(_) | Need::Virtual(_) => None,
+        _ => None,
     }
 }
 
@@ -376,8 +395,14 @@ fn only_reads(trial: &Trial) -> bool {
     let mut reads = trial.start.is_none();
     each_step_of(trial, &mut |step| {
         reads &= match &step.verb {
-            Verb::Read { access, .. } => matches!(access.via, Via::Station),
-            Verb::Send { service, .. } => matches!(service, Service::DcpIdentify(_)),
+            Verb::Read { access, .. } => matches!(access.via, Via::Station | Via::Diagnosis | Via::Configuration),
+            Verb::Send { service, .. } => matches!(
+                service,
+                Service::DcpIdentify(_)
+                    | Service::Dp(
+                        DpService::FdlStatus | DpService::SlaveDiag | DpService::GetCfg | DpService::ReadInputs
+                    )
+            ),
             Verb::Expect { .. } | Verb::Wait(_) | Verb::Save(_) | Verb::Block { .. } | Verb::Either(_) => true,
             Verb::Set(_) | Verb::Turn(_) | Verb::Exchange(_) | Verb::Write(_) => false,
             Verb::Connect { .. } | Verb::Disconnect { .. } => false,
@@ -397,141 +422,6 @@ impl Eq for LiveDevice {}
 impl fmt::Debug for LiveDevice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "LiveDevice({})", self.0.bench.link)
-    }
-}
-
-/// Whether a frame is cyclic data from the device to somebody who is not us.
-fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
-    let (Some(to), Some(from)) = (frame.get(..6), frame.get(6..12)) else { return false };
-    from == device.0 && !ours.iter().any(|own| own.0 == to) && is_cyclic(frame)
-}
-
-/// A real wire with our controllers on it, for one trial.
-struct LiveSegment<'a> {
-    hands: MutexGuard<'a, Hands>,
-    broken: Option<String>,
-    gone: bool,
-    unheard: Outbox,
-    looked_at: Time,
-    /// What makes the evidence worthless although the line is there.
-    spoilt: Option<String>,
-    /// The device, and who may exchange data with it.
-    device: Mac,
-    ours: [Mac; 2],
-}
-
-impl LiveSegment<'_> {
-    /// Notes what makes evidence worthless although frames still come and go: no cable, frames lost on our side.
-    fn look(&mut self, now: Time) {
-        self.looked_at = now + CARRIER;
-        let port = self.hands.wire.port_mut();
-        if !port.carrier() {
-            let what = format!("nothing is plugged in at the other end of {}", port.describe());
-            self.broken.get_or_insert(what);
-        }
-        let lost = port.lost();
-        if lost > self.hands.frames_lost {
-            self.hands.frames_lost = lost;
-            self.spoilt.get_or_insert("this machine was too slow and lost frames that had arrived".to_owned());
-        }
-    }
-
-    /// Lets time go by without a line: our controllers wait in vain, and their timers run.
-    fn without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
-        let now = self.hands.wire.now();
-        let due = ours.deadline();
-        let next = due.unwrap_or(until).min(until).min(now + LOOK_AFTER);
-        self.gone = self.hands.wire.recover(next).is_err();
-        let now = self.hands.wire.now();
-        for controller in ours.controllers_mut().iter_mut().filter(|of| of.deadline().is_some_and(|due| due <= now)) {
-            controller.wake(now, &mut self.unheard);
-            self.unheard.clear();
-        }
-        now < until
-    }
-}
-
-impl Segment for LiveSegment<'_> {
-    fn now(&self) -> Time {
-        self.hands.wire.now()
-    }
-
-    fn step(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
-        if self.gone {
-            return self.without_line(stations, until);
-        }
-        let mac = |controller: &Controller| controller.settings().mac.0;
-        let Hands { wire, guard, .. } = &mut *self.hands;
-        let mut fence = |frame: &[u8]| guard.allows(frame);
-        let (device, ours, spoilt) = (self.device, self.ours, &mut self.spoilt);
-        let tap: Tap<'_> = &mut |time, frame| {
-            if spoilt.is_none() && is_foreign_exchange(frame, device, &ours) {
-                *spoilt = Some("another controller exchanges data with the device".to_owned());
-            }
-            tap(time, frame);
-        };
-        let stepped = match stations.controllers_mut() {
-            [first] => wire.step(&mut [(mac(first), first)], until, &mut fence, tap),
-            [first, second] => wire.step(&mut [(mac(first), first), (mac(second), second)], until, &mut fence, tap),
-            _ => wire.step(&mut [], until, &mut fence, tap),
-        };
-        match stepped {
-            Ok(step) => {
-                let now = self.hands.wire.now();
-                if now >= self.looked_at {
-                    self.look(now);
-                }
-                step == link::Step::Worked
-            }
-            Err(error) => {
-                self.gone = true;
-                self.broken.get_or_insert(error.to_string());
-                true
-            }
-        }
-    }
-
-    fn stand(&mut self) -> &mut dyn Stand {
-        &mut self.hands.stand
-    }
-
-    fn is_model(&self) -> bool {
-        false
-    }
-
-    fn objections(&self) -> Vec<String> {
-        self.hands.guard.held_back().into_iter().collect()
-    }
-
-    fn withheld(&self) -> Option<String> {
-        self.hands.guard.withheld().map(|what| format!("the guard of the bench kept back {what}"))
-    }
-
-    fn broken_line(&self) -> Option<String> {
-        self.broken.clone()
-    }
-
-    fn spoilt(&self) -> Option<String> {
-        self.spoilt.clone()
-    }
-
-    fn look_at_line(&mut self) {
-        let now = self.hands.wire.now();
-        self.look(now);
-    }
-
-    fn is_interrupted(&self) -> bool {
-        link::interrupt::requested()
-    }
-
-    fn lateness(&self) -> Duration {
-        self.hands.wire.lateness().wakes().max()
-    }
-}
-
-impl Drop for LiveSegment<'_> {
-    fn drop(&mut self) {
-        self.hands.guard.forget_held_back();
     }
 }
 

@@ -222,7 +222,7 @@ impl<'a> Run<'a> {
                 };
                 trouble.step = Some((first.text, first.at));
                 trouble.frame = first.tick.map(|tick: Tick| tick.frame);
-                let place = |name: &NameId| (*name, super::expect::place_of(*name, &self.world.view()));
+                let place = |name: &NameId| (*name, crate::judge::place::place_of(*name, &self.world.view()));
                 trouble.places = first.names.iter().map(place).collect();
                 return Err((trouble, step));
             }

@@ -16,6 +16,7 @@ pub mod needs;
 mod ours;
 mod outputs;
 pub mod persona;
+mod plan;
 mod probe;
 mod profibus;
 pub mod reborn;
@@ -31,9 +32,12 @@ mod verbs;
 mod web;
 mod world;
 
-pub use around::put_back;
+pub use around::{looked_after, put_back};
 pub use dut::{DutKind, DutSpec, Nobody};
 pub use live::LiveDevice;
 pub use ours::Ours;
 pub use probe::Kept;
-pub use run::{BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, run, run_trial, run_trial_on, selects};
+pub use run::{
+    BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, line, run, run_trial, run_trial_on, selects,
+};
+pub use trial::DpLine;

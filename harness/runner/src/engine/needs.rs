@@ -9,9 +9,16 @@ use crate::bench_file::{BenchFile, StandSpec};
 use crate::suite::model::{Manual, Step, Trial, Variant};
 use std::fmt;
 use std::time::Duration;
+use wire::profibus::fdl::BaudRate;
 
 /// From this much waiting on, a trial runs on a live bench only with the ability `clock` or if asked for with `--long`.
 pub const LONG: Duration = Duration::from_secs(60);
+
+/// From this much time on that goes by in any case, a trial runs on a live bench only if asked for with `--long`.
+const VERY_LONG: Duration = Duration::from_secs(120);
+
+/// Why a trial that counts bits on the bus does not run on a bench.
+const CANNOT_TIME_BITS: &str = "link cannot time bits";
 
 /// One thing that a trial needs of the bench.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,8 +33,17 @@ pub enum Need {
     Page(String),
     /// No switch stands between us and the device: LLDP goes no further than to the next port.
     DirectCable,
-    /// The trial waits so long.
-    Long(Duration),
+    /// The trial takes long.
+    Long {
+        /// How long it waits in all.
+        waits: Duration,
+        /// How much of it no clock of the stand shortens, since a connection stands or the shaft turns.
+        really: Duration,
+    },
+    /// The bus keeps times that are counted in bits, as a clock that all slaves follow.
+    BitTiming,
+    /// The bus runs at this rate.
+    Rate(BaudRate),
     /// No bench can serve it: it does something that belongs on a virtual wire only, in words.
     Virtual(&'static str),
 }
@@ -82,6 +98,8 @@ pub enum Consent {
     SetName,
     /// Its address is changed.
     SetIp,
+    /// Its station address is changed over the bus.
+    SetAddress,
     /// Its memory is written so many times, at most.
     NvmWrite(u32),
     /// Its position is preset.
@@ -141,11 +159,19 @@ pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> 
         )),
         Need::DirectCable if bench.direct_cable => None,
         Need::DirectCable => Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`".to_owned()),
+        Need::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
+        // The rate of a bench is that of its line, and a pseudoterminal has none.
+        Need::Rate(_) => Some(CANNOT_TIME_BITS.to_owned()),
         Need::Virtual(what) => Some(format!("only a virtual wire can take it: {what}")),
-        Need::Long(_) if long || bench.stand.serves("clock") => None,
-        Need::Long(time) => Some(format!(
+        Need::Long { .. } if long => None,
+        Need::Long { really, .. } if *really >= VERY_LONG => Some(format!(
+            "the trial takes {} s, which no clock of the stand shortens: the run needs --long",
+            really.as_secs()
+        )),
+        Need::Long { .. } if bench.stand.serves("clock") => None,
+        Need::Long { waits, .. } => Some(format!(
             "the trial waits for {} s: the stand needs the ability clock, or the run --long",
-            time.as_secs()
+            waits.as_secs()
         )),
     })
 }
@@ -191,6 +217,7 @@ fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String
         Consent::FactoryReset => ("factory_reset", given.factory_reset),
         Consent::SetName => ("set_name", given.set_name),
         Consent::SetIp => ("set_ip", given.set_ip),
+        Consent::SetAddress => ("set_address", given.set_address),
         Consent::PositionReference => ("position_reference", given.position_reference),
         Consent::Firmware => ("firmware", given.firmware),
         Consent::NvmWrite(_) if given.nvm_write == 0 => ("nvm_write", false),
@@ -226,6 +253,7 @@ impl fmt::Display for Consent {
             Consent::FactoryReset => f.write_str("factory_reset"),
             Consent::SetName => f.write_str("set_name"),
             Consent::SetIp => f.write_str("set_ip"),
+            Consent::SetAddress => f.write_str("set_address"),
             Consent::NvmWrite(writes) => write!(f, "nvm_write ({writes})"),
             Consent::PositionReference => f.write_str("position_reference"),
             Consent::Firmware => f.write_str("firmware"),

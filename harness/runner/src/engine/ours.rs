@@ -105,6 +105,22 @@ impl Ours {
         }
     }
 
+    /// The masters alone, for a bus that carries nothing else.
+    pub fn masters_mut(&mut self) -> &mut [Master] {
+        match self {
+            Ours::Masters(all) => all,
+            Ours::Controllers(_) => &mut [],
+        }
+    }
+
+    /// Hands each of them to `work`.
+    pub fn with_each(&mut self, mut work: impl FnMut(&mut dyn Station)) {
+        match self {
+            Ours::Controllers(all) => all.iter_mut().for_each(|station| work(station)),
+            Ours::Masters(all) => all.iter_mut().for_each(|station| work(station)),
+        }
+    }
+
     /// Hands all of them to `work`, the device between the first and the second.
     pub fn with_device<R>(&mut self, device: &mut dyn Station, work: impl FnOnce(&mut [&mut dyn Station]) -> R) -> R {
         match self {

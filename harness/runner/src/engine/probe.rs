@@ -9,7 +9,7 @@ use crate::bench_file::BenchFile;
 use crate::gsdml::Connected;
 use crate::live::journal::{self, Found};
 use crate::result::{Finding, Severity};
-use crate::suite::device::Parameter;
+use crate::suite::device::{Bus, Parameter};
 use crate::suite::model::Start;
 use controllers::profinet_io::{ConnectOutcome, DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
 use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
@@ -101,6 +101,9 @@ impl Run<'_> {
 
     /// Whether a connection stands after this start-up; none where the device neither accepts nor refuses it.
     fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
+        if self.world.manual.device.bus == Bus::Profibus {
+            return self.slave_stands_with(start);
+        }
         self.disconnect(false)?;
         let whereabouts = self.whereabouts();
         let (connection, _) =
@@ -120,6 +123,7 @@ impl Run<'_> {
 
     /// The firmware that the device names in I&M0, asked for in the connection that stands.
     pub fn firmware_now(&mut self) -> Option<String> {
+        self.world.ours.controller(0)?;
         let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
         let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
             self.ask(false, Request::Read { target, length: LENGTH })
@@ -133,37 +137,56 @@ impl Run<'_> {
     /// The parameters that keep what is written to them, one request each so that a device which knows only some says so.
     fn parameters_now(&mut self) -> Vec<journal::Parameter> {
         let device = &self.world.manual.device;
-        let kept = |of: &&Parameter| of.writable && of.elements.is_empty() && !of.permanent;
-        let numbers: Vec<u16> = device.parameters.iter().filter(kept).map(|of| of.number).collect();
-        numbers.into_iter().filter_map(|number| self.parameter_now(number)).collect()
+        let kept = device.parameters.iter().filter(|of| of.writable && !of.permanent);
+        let mut places: Vec<(u16, u16)> = Vec::new();
+        for Parameter { number, elements, .. } in kept {
+            let alone = elements.is_empty().then_some(0);
+            places.extend(
+                elements.iter().map(|(_, subindex)| *subindex).chain(alone).map(|subindex| (*number, subindex)),
+            );
+        }
+        places.into_iter().filter_map(|place| self.parameter_now(place)).collect()
     }
 
-    fn parameter_now(&mut self, number: u16) -> Option<journal::Parameter> {
-        let at = self.parameter_access_point()?;
-        let mut request = Vec::new();
+    fn parameter_now(&mut self, (number, subindex): (u16, u16)) -> Option<journal::Parameter> {
         let do_id = self.world.manual.device.parameter_access.do_id;
-        ParameterRequest::read_values(1, do_id, vec![ParameterAddress::value(number, 0)]).write(&mut request);
-        let Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) =
-            self.ask(false, Request::Parameter { at, request })
-        else {
-            return None;
-        };
+        let request = ParameterRequest::read_values(1, do_id, vec![ParameterAddress::value(number, subindex)]);
+        let octets = self.parameter_response(&request)?;
         let value = Response::parse(&octets).ok()?.values.into_iter().next()?;
         let is_value = value.error().is_none() && value.count == 1;
-        is_value.then_some(journal::Parameter { number, format: value.format.0, octets: value.data })
+        is_value.then_some(journal::Parameter { number, subindex, format: value.format.0, octets: value.data })
+    }
+
+    /// The response to a parameter request in the connection that stands.
+    fn parameter_response(&mut self, request: &ParameterRequest) -> Option<Vec<u8>> {
+        let mut octets = Vec::new();
+        request.write(&mut octets);
+        if self.world.manual.device.bus == Bus::Profibus {
+            return self.slave_parameter(octets);
+        }
+        let at = self.parameter_access_point()?;
+        match self.ask(false, Request::Parameter { at, request: octets }) {
+            Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),
+            _ => None,
+        }
     }
 
     /// A finding if the device has what the bench says it lacks.
     fn lacks(&mut self, name: &str) -> Option<Finding> {
         let device = &self.world.manual.device;
         let has = match device.records.iter().find(|record| record.name == name) {
+            Some(_) if device.bus == Bus::Profibus => return None,
             Some(record) => {
                 let at = device.submodules.get(record.at)?;
                 let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
                 let outcome = self.ask(false, Request::Read { target, length: LENGTH });
                 matches!(outcome, Ok(Outcome::Record(RecordOutcome::Accepted { .. })))
             }
-            None => self.parameter_now(name.strip_prefix('P')?.parse().ok()?).is_some(),
+            None => {
+                let number = name.strip_prefix('P')?.parse().ok()?;
+                let array = device.parameters.iter().find(|of| of.number == number)?.elements.first();
+                self.parameter_now((number, array.map_or(0, |(_, subindex)| *subindex))).is_some()
+            }
         };
         has.then(|| wrong_claim(name, "does not have", "answers when it is read"))
     }
@@ -175,6 +198,16 @@ impl Run<'_> {
         // This is done however the run ended.
         self.world.closing = true;
         let _ = self.disconnect(false);
+        if self.world.manual.device.bus == Bus::Profibus {
+            self.look_for_slave(found, &mut left);
+            if kept.parameters.is_empty() && kept.wrote_parameters {
+                left.push("parameters, which could not be read before they were written".into());
+            }
+            if !kept.parameters.is_empty() {
+                self.put_parameters_back(kept, &mut left);
+            }
+            return left;
+        }
         let Some(mac) = self.place.mac else { return vec!["anything: the device is not known".into()] };
         self.mac = mac;
         // A connection wants a name, so the one of the device is put back before it, and no name after it.
@@ -229,9 +262,11 @@ impl Run<'_> {
         let stands = module.is_some_and(|start| matches!(self.stands_with(&start), Ok(Some(true))));
         let mut all = stands;
         for parameter in kept.parameters {
-            let is_same = |run: &mut Self| run.parameter_now(parameter.number).as_ref() == Some(parameter);
+            let place = (parameter.number, parameter.subindex);
+            let is_same = |run: &mut Self| run.parameter_now(place).as_ref() == Some(parameter);
             if !(stands && (is_same(self) || self.write_parameter(parameter) && is_same(self))) {
-                left.push(format!("P{} (0x{})", parameter.number, hex(&parameter.octets)));
+                let element = if parameter.subindex == 0 { String::new() } else { format!(".{}", parameter.subindex) };
+                left.push(format!("P{}{element} (0x{})", parameter.number, hex(&parameter.octets)));
                 all = false;
             }
         }
@@ -240,7 +275,7 @@ impl Run<'_> {
         let save = device.parameters.iter().find(|of| of.number == number && of.writable);
         if let (true, true, Some(save)) = (all, kept.saved, save) {
             let format = save.kind.formats.first().copied().unwrap_or(Format::WORD.0);
-            if !self.write_parameter(&journal::Parameter { number, format, octets: vec![0, 1] }) {
+            if !self.write_parameter(&journal::Parameter { number, subindex: 0, format, octets: vec![0, 1] }) {
                 left.push("what the memory keeps of the parameters".into());
             }
         }
@@ -254,14 +289,12 @@ impl Run<'_> {
     }
 
     fn write_parameter(&mut self, parameter: &journal::Parameter) -> bool {
-        let Some(at) = self.parameter_access_point() else { return false };
         let value = ParameterValue::new(Format(parameter.format), 1, parameter.octets.clone());
-        let change = vec![(ParameterAddress::value(parameter.number, 0), value)];
-        let mut request = Vec::new();
+        let change = vec![(ParameterAddress::value(parameter.number, parameter.subindex), value)];
         let do_id = self.world.manual.device.parameter_access.do_id;
-        ParameterRequest::change_values(1, do_id, change).write(&mut request);
-        let outcome = self.ask(false, Request::Parameter { at, request });
-        let Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) = outcome else { return false };
+        let Some(octets) = self.parameter_response(&ParameterRequest::change_values(1, do_id, change)) else {
+            return false;
+        };
         Response::parse(&octets).is_ok_and(|response| !response.header.id.is_negative())
     }
 }

@@ -7,6 +7,7 @@ use super::live::{Excluded, LiveDevice};
 use super::needs;
 use super::ours::Ours;
 use super::persona;
+use super::plan::Plan;
 use super::scan::check_covers;
 use super::segment::Segment;
 use super::trial::{DpLine, Place, Run};
@@ -23,13 +24,10 @@ use crate::verdict::Verdict;
 use bench::Trace;
 use controllers::profibus_dp::{Master, Settings as MasterSettings};
 use controllers::profinet_io::{Controller, Settings, StationSeen};
-use station::Time;
+use station::{Duration, Time};
 use std::net::Ipv4Addr;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::thread;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 /// The fastest rate that the standard has.
@@ -68,7 +66,7 @@ pub struct Part {
 }
 
 impl Part {
-    fn has(self, at: usize) -> bool {
+    pub(super) fn has(self, at: usize) -> bool {
         at % self.of.max(1) + 1 == self.number
     }
 }
@@ -90,19 +88,27 @@ impl std::str::FromStr for Part {
 #[error("{0}")]
 pub struct BenchError(pub String);
 
-/// Hears how far a run has come: device under test, trials done, trials in all.
+/// Hears how far a run has come: the device under test of the last trial, trials done, trials in all.
 pub type Progress<'a> = &'a (dyn Fn(&str, usize, usize) + Sync);
 
 /// Runs what is asked for.
 pub fn run(manuals: &[Manual], options: &RunOptions, progress: Progress<'_>) -> Result<RunResult, BenchError> {
-    let mut result = RunResult { gate_must: options.gate_must, ..RunResult::default() };
+    let mut plans = Vec::new();
     for dut in &options.duts {
         let own = dut.live().map(LiveDevice::manual);
         let found = own.or_else(|| manuals.iter().find(|manual| manual.device.name == dut.manual));
         let manual = found.ok_or_else(|| BenchError(format!("there is no suite for {}", dut.manual)))?;
         let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
         let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
-        result.runs.push(device(manual, variant, dut, options, progress)?);
+        plans.push(Plan::new(manual, variant, dut, options));
+    }
+    // Models wait for nobody, so the trials of all of them are one heap of work; live devices have their turn afterwards.
+    let ahead: Vec<&Plan<'_>> = plans.iter().filter(|plan| plan.dut.live().is_none()).collect();
+    let mut ahead = Plan::run_together(&ahead, options, progress).into_iter();
+    let mut result = RunResult { gate_must: options.gate_must, ..RunResult::default() };
+    for plan in &plans {
+        let outcomes = if plan.dut.live().is_none() { ahead.next() } else { None };
+        result.runs.push(device(plan, outcomes, options, progress)?);
     }
     Ok(result)
 }
@@ -117,32 +123,20 @@ pub fn selects(options: &RunOptions, manual: &Manual, id: &str) -> bool {
     }
 }
 
+/// What one device came to: its live trials are run here, those of a model come in `outcomes`.
 fn device(
-    manual: &Manual,
-    variant: &Variant,
-    dut: &DutSpec,
+    plan: &Plan<'_>,
+    outcomes: Option<Vec<Result<TrialOutcome, String>>>,
     options: &RunOptions,
     progress: Progress<'_>,
 ) -> Result<DeviceRun, BenchError> {
+    let Plan { manual, variant, dut, only_rules, .. } = *plan;
     let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
     let place = place(dut, options, manual, None);
-    let mut trials: Vec<&Trial> = variant.trials.iter().filter(|trial| selects(options, manual, &trial.id)).collect();
-    let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
-    if only_rules {
-        trials = variant.trials.iter().collect();
-    }
-    if let Some(part) = options.part {
-        trials = trials.into_iter().enumerate().filter(|(at, _)| part.has(*at)).map(|(_, trial)| trial).collect();
-    }
     let filtered = options.filter.is_some() || options.part.is_some();
     let looked =
         dut.live().map(|live| around::look_around(manual, variant, dut, live)).transpose().map_err(BenchError)?;
-    let label = format!("{}/{}", dut.manual, dut.variant);
-    let threads = if dut.live().is_some() { 1 } else { options.threads };
-    let outcomes = all(&trials, threads, &|done| progress(&label, done, trials.len()), &|trial| {
-        let outcome = one(manual, variant, dut, trial, options)?;
-        Ok(TrialOutcome { trace: Trace::new(), ..outcome })
-    });
+    let outcomes = outcomes.unwrap_or_else(|| plan.run_alone(options, progress));
     let mut notes = Vec::new();
     if let (Some(live), Some(looked)) = (dut.live(), &looked) {
         notes = around::end(dut, live, looked);
@@ -194,46 +188,6 @@ fn device(
     })
 }
 
-/// Does `work` for each item on some threads, a single one being this one; the results keep the order of the items.
-fn all<'a, R: Send>(
-    items: &[&'a Trial],
-    threads: usize,
-    progress: &(dyn Fn(usize) + Sync),
-    work: &(dyn Fn(&'a Trial) -> R + Sync),
-) -> Vec<R> {
-    let threads = match threads {
-        0 => thread::available_parallelism().map_or(1, usize::from),
-        threads => threads,
-    };
-    if threads == 1 {
-        let one = |(at, item): (usize, &&'a Trial)| {
-            let result = work(item);
-            progress(at + 1);
-            result
-        };
-        return items.iter().enumerate().map(one).collect();
-    }
-    let next = AtomicUsize::new(0);
-    let done = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::with_capacity(items.len()));
-    thread::scope(|scope| {
-        for _ in 0..threads.min(items.len()) {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(index) else { break };
-                    let result = work(item);
-                    results.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((index, result));
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-                }
-            });
-        }
-    });
-    let mut results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    results.sort_by_key(|(index, _)| *index);
-    results.into_iter().map(|(_, result)| result).collect()
-}
-
 /// What one trial came to.
 #[derive(Clone, Debug)]
 pub struct TrialOutcome {
@@ -280,7 +234,7 @@ fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec, place: &Place) ->
 }
 
 /// Where everybody is on the PROFIBUS of a trial. On a virtual one a clock needs a fast bus: its cycle is short.
-fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
+pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
     let line = dut.place().line;
     if dut.live().is_some() {
         return line;
@@ -302,7 +256,8 @@ fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial: Option<&Tr
     place
 }
 
-fn one(
+/// Runs one trial, if the device may be given it.
+pub(super) fn one(
     manual: &Manual,
     variant: &Variant,
     dut: &DutSpec,
@@ -359,12 +314,22 @@ pub(super) fn ours(manual: &Manual, place: &Place, trial: &Trial) -> Ours {
         Bus::Profibus => {
             // A second master takes its share of the token all the time, so it is there only where it is needed.
             let count = if super::scan::has_second(trial) { 2 } else { 1 };
+            let highest = place.line.masters.into_iter().take(count).max().unwrap_or_default();
             let master = |address| {
+                if let Some(pace) = place.line.pace {
+                    return Master::new(pace.settings(address, place.line.baud, highest));
+                }
                 let mut settings = MasterSettings::new(address, place.line.baud);
                 if count == 1 {
                     // With a longer slot time a master that is alone hands the token to itself less often.
                     settings.slot_time = BitTimes(settings.slot_time.0 * 5 / 2);
                     settings.token_pause = BitTimes(settings.token_pause.0 * 5 / 2);
+                    if place.bench.is_none() {
+                        // Nobody else is on a virtual bus to miss the token, so once in a cycle is enough.
+                        let cycle = trial.start.as_ref().map_or(Duration::ZERO, |start| start.cycle(&manual.device));
+                        let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX);
+                        settings.token_pause = settings.token_pause.max(place.line.baud.bits(cycle));
+                    }
                 }
                 Master::new(settings)
             };
@@ -395,7 +360,7 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
         .collect()
 }
 
-fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
+fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
     let disturbed = !run.world.segment.is_model() && run.is_disturbed();
     let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
     let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
@@ -442,6 +407,7 @@ fn outcome(run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, opt
     let saved = saved.map(|(name, value)| (name.clone(), crate::judge::view::plain(value))).collect();
     let objections = run.world.segment.objections();
     let with_persona = run.place.persona.is_some();
+    run.world.judges.rules.settle();
     let rules = run.world.judges.rules.iter().map(|(of, rule)| {
         let is_seen =
             |violation: &&Violation| !with_persona || !persona::is_unseen(violation, &run.world.trace, run.mac);
@@ -499,9 +465,8 @@ pub(super) fn level(manual: &Manual, covers: &[Covered], verdict: Verdict) -> Le
 }
 
 fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &Trial, repeat: &str) -> Failure {
-    let place = violation.names.iter().find_map(|name| super::expect::place_of(*name, &world.view()));
-    let (octet, bit) = place.map_or((None, None), |(_, octet, bit)| (Some(octet), bit));
-    let frame = violation.tick.frame;
+    let (octet, bit) = violation.place.map_or((None, None), |(_, octet, bit)| (Some(octet), bit));
+    let frame = violation.frame();
     Failure {
         blame: Blame::Device,
         what: format!("The rule is broken: {}. It was seen in the trial {}.", violation.how, trial.id),

@@ -25,6 +25,12 @@ pub trait Segment {
     /// What holds the device.
     fn stand(&mut self) -> &mut dyn Stand;
 
+    /// Whether the device was given a frame or time, or the stand did something, since this was asked last; where nobody
+    /// knows, it was.
+    fn take_touch(&mut self) -> bool {
+        true
+    }
+
     /// Whether it is a model: no time passes but ours, nothing else is on the wire, and a suite's mistake is an error.
     fn is_model(&self) -> bool;
 
@@ -65,6 +71,12 @@ pub trait Segment {
     fn lateness(&self) -> Duration {
         Duration::ZERO
     }
+
+    /// How long after its request an answer came at worst since the trial began, where the link cannot tell a slow device from its
+    /// own delay (PROFIBUS).
+    fn latest_answer(&self) -> Duration {
+        Duration::ZERO
+    }
 }
 
 /// What carries the frames of a virtual segment.
@@ -87,6 +99,10 @@ pub trait DeviceOnStand {
     fn station(&mut self) -> &mut dyn Station;
     /// What holds it.
     fn stand(&mut self) -> &mut dyn Stand;
+    /// Whether it was given a frame or time, or the stand did something, since this was asked last; where nobody knows, it was.
+    fn take_touch(&mut self) -> bool {
+        true
+    }
 }
 
 impl<'a> VirtualSegment<'a> {
@@ -120,6 +136,10 @@ impl Segment for VirtualSegment<'_> {
 
     fn stand(&mut self) -> &mut dyn Stand {
         self.device.stand()
+    }
+
+    fn take_touch(&mut self) -> bool {
+        self.device.take_touch()
     }
 
     fn is_model(&self) -> bool {
@@ -183,6 +203,10 @@ impl DeviceOnStand for Model<'_> {
 
     fn stand(&mut self) -> &mut dyn Stand {
         self
+    }
+
+    fn take_touch(&mut self) -> bool {
+        self.device.take_touch()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::trial::{Done, Run, Trouble};
 use crate::result::Blame;
-use crate::suite::device::{NameKind, StandName};
+use crate::suite::device::{Bus, NameKind, StandName};
 use crate::suite::expr::{State, Value};
 use crate::suite::model::{SetValue, Setting, Turn, Way};
 use crate::suite::words;
@@ -258,6 +258,12 @@ impl<'a> Run<'a> {
                     };
                     let Some(action) = action else { continue };
                     action
+                }
+                StandName::Delivery if manual.device.bus == Bus::Profibus => {
+                    for switch in &names.switches {
+                        self.act_on_stand(&StandAction::Switch(&switch.name, switch.home))?;
+                    }
+                    continue;
                 }
                 StandName::ShaftCounts | StandName::ShaftAcceleration | StandName::Delivery => continue,
             };

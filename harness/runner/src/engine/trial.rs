@@ -1,14 +1,16 @@
 //! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and what it comes to.
 
-use super::expect::Spot;
 use super::failure;
+use super::ours::sender;
 use super::outputs::OutputImage;
 use super::profibus::SlaveAt;
 use super::startup::Whereabouts;
 use super::world::World;
 use crate::bench_file::BenchFile;
 use crate::judge::image::Image;
+use crate::judge::place::Spot;
 use crate::judge::view::{BenchAddresses, StationNumbers};
+use crate::live::profibus::Pace;
 use crate::observe::Address;
 use crate::result::{Blame, Failure, PartSeen};
 use crate::suite::device::{Bus, EventName, Location, NameKind, StandName};
@@ -146,12 +148,14 @@ pub struct DpLine {
     pub free: u8,
     /// The rate of the bus.
     pub baud: BaudRate,
+    /// How long is waited on a live bus; none on a virtual one.
+    pub pace: Option<Pace>,
 }
 
 /// The bench of a device that is built in: the device at 3, our masters at 1 and 2.
 impl Default for DpLine {
     fn default() -> DpLine {
-        DpLine { station: 3, masters: [1, 2], free: 99, baud: BaudRate(1_500_000) }
+        DpLine { station: 3, masters: [1, 2], free: 99, baud: BaudRate(1_500_000), pace: None }
     }
 }
 
@@ -333,7 +337,16 @@ impl<'a> Run<'a> {
         };
         let held_back =
             || self.world.segment.objections().into_iter().next().filter(|_| !self.world.segment.is_model());
-        self.world.halted().or_else(held_back).or_else(too_late)
+        let answer = self.world.segment.latest_answer();
+        let answered_late = || {
+            (answer > slack).then(|| {
+                format!(
+                    "an answer came {answer:?} after its request, more than the {slack:?} that are allowed, and this link does \
+                     not tell a slow device from a slow line"
+                )
+            })
+        };
+        self.world.halted().or_else(held_back).or_else(too_late).or_else(answered_late)
     }
 
     /// Whether what was seen in this trial says nothing about the device.
@@ -475,12 +488,15 @@ impl<'a> Run<'a> {
         if !self.world.segment.is_model() {
             self.outputs_to_zero();
         }
+        let is_read_at_power_on = |name: &StandName| matches!(name, StandName::Switch(_) | StandName::Fault(_));
+        let has_read = self.touched.contains(&StandName::Delivery)
+            || self.touched.contains(&StandName::Power) && self.touched.iter().any(is_read_at_power_on);
         let parts = [
             self.disconnect(true),
             self.disconnect(false),
             self.put_stand_back(),
             self.still_lives(),
-            self.give_name_back(),
+            self.put_station_back(has_read),
         ];
         parts.into_iter().collect()
     }
@@ -492,6 +508,15 @@ impl<'a> Run<'a> {
         if self.world.ours.exchanges(0) {
             // Where it cannot be sent any more the connection is gone, and the device takes zero by itself.
             let _ = self.cycles(2);
+        }
+    }
+
+    /// Gives the station the name or the address back that a trial may have changed; `has_read` says whether the device has
+    /// started with switches or faults that are not there any more.
+    fn put_station_back(&mut self, has_read: bool) -> Done {
+        match self.world.manual.device.bus {
+            Bus::Profinet => self.give_name_back(),
+            Bus::Profibus => self.put_slave_back(has_read),
         }
     }
 
@@ -575,11 +600,15 @@ impl<'a> Run<'a> {
         if !self.world.segment.is_model() {
             let alarms = self.world.unexpected.iter();
             self.notes.extend(alarms.map(|(what, frame)| format!("no step expected {what} (frame {frame})")));
-            // What others send is not the device's.
+            // What others send is not the device's; what is no frame at all on PROFIBUS has made the trial inconclusive already.
             let mac = self.mac;
             let trace = &self.world.trace;
-            let from_device =
-                |number: u64| trace.get(number as usize).is_some_and(|of| of.octets.get(6..12) == Some(&mac.0));
+            let from_device = |number: u64| {
+                trace.get(number as usize).is_some_and(|of| match self.world.manual.device.bus {
+                    Bus::Profinet => of.octets.get(6..12) == Some(&mac.0),
+                    Bus::Profibus => sender(of.octets, Address::Fdl(0)).is_some_and(|by| self.slave.is_at(by)),
+                })
+            };
             let (why, frame) = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame))?.clone();
             let trouble = Trouble::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
             let failure = failure::failure(self, None, trouble, &[]);

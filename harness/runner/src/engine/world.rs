@@ -3,7 +3,7 @@
 use super::ours::{Ours, sender};
 use super::segment::Segment;
 use crate::judge::follow::{Change, Ending};
-use crate::judge::rule::RuleSet;
+use crate::judge::rule_set::RuleSet;
 use crate::judge::scene::Scene;
 use crate::judge::view::View;
 use crate::judge::{Tick, TickKind};
@@ -19,6 +19,12 @@ use crate::judge::image::{Happening, Image};
 
 /// What stands beside a frame that a trial breaks on purpose.
 const BROKEN: &str = "broken on purpose";
+
+/// Frames and octets of an ordinary trial.
+const USUAL: (usize, usize) = (512, 32 * 1024);
+
+/// So long the LEDs are left alone while nobody touches the device: what shines may also change with time alone.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// An event of the own connection, kept because it may be expected by a later step.
 pub struct Kept {
@@ -97,6 +103,8 @@ pub struct World<'a> {
     tracker: Option<BusTracker>,
     /// The LEDs that suites look at, and the word that each showed last.
     leds: Vec<(usize, Option<&'static str>)>,
+    /// When they were looked at last.
+    looked_at_leds: Time,
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
     recording: Option<Recording>,
@@ -147,7 +155,7 @@ impl<'a> World<'a> {
             segment,
             addresses: ours.addresses(),
             ours,
-            trace: Trace::new(),
+            trace: Trace::with_room(USUAL.0, USUAL.1),
             scene,
             judges: Judges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
             events: Vec::new(),
@@ -164,6 +172,7 @@ impl<'a> World<'a> {
             closing: false,
             tracker: Some(tracker),
             leds: variant.names.iter().filter_map(leds).collect(),
+            looked_at_leds: Time::ZERO,
             comment: None,
             damaged: Vec::new(),
             recording: None,
@@ -276,7 +285,9 @@ impl<'a> World<'a> {
             }
         }
         self.trace = seen;
-        self.look_at_leds();
+        if self.segment.take_touch() || !worked || self.now() >= self.looked_at_leds + LOOK {
+            self.look_at_leds();
+        }
         self.let_time_go_by();
         worked
     }
@@ -421,6 +432,7 @@ impl<'a> World<'a> {
 
     fn look_at_leds(&mut self) {
         let now = self.now();
+        self.looked_at_leds = now;
         let mut changed = false;
         for (led, before) in &mut self.leds {
             let led = *led;

@@ -3,7 +3,7 @@
 use super::model::{AccessPoint, Bits, DataType, Gsdml, Item};
 use super::places::{self, Found, Match};
 use super::says::{DeviceSays, Plugged};
-use crate::suite::device::{Device, Origin, RecordField};
+use crate::suite::device::{Bus, Device, Origin, RecordField};
 use crate::suite::model::Start;
 use std::fmt;
 
@@ -317,7 +317,12 @@ pub fn needs_description(device: &Device, start: &Start) -> Option<String> {
         None if invented(module.ident_origin) => format!("ident of {}", module.name),
         None => format!("layout of {}", record?.0.name),
     };
-    Some(format!(
-        "the manual prints no {what}, and neither a GSDML nor the device says it: name a GSDML in the bench file"
-    ))
+    Some(match device.bus {
+        Bus::Profinet => format!(
+            "the manual prints no {what}, and neither a GSDML nor the device says it: name a GSDML in the bench file"
+        ),
+        Bus::Profibus => {
+            format!("the manual prints no {what}, and no GSD says it: name the vendor's in the bench file by `gsd`")
+        }
+    })
 }

@@ -128,6 +128,8 @@ impl Follower {
             | Observation::AlarmAcknowledged { .. }
             | Observation::Dcp { .. }
             | Observation::Lldp { .. }
+            | Observation::Traffic(_)
+            | Observation::Gap { .. }
             | Observation::Unreadable { .. } => None,
         }
     }

@@ -17,6 +17,8 @@ pub struct Area {
     octets: Vec<u8>,
     seen: bool,
     good: bool,
+    /// Whether every provider status in it is good.
+    providers: bool,
     place: Placement,
     gap: Option<Duration>,
 }
@@ -317,16 +319,23 @@ impl Image {
             Direction::ToController => (&mut self.inputs, |spots| spots.input_status),
             Direction::ToDevice => (&mut self.outputs, |spots| spots.output_status),
         };
+        let is_same = area.seen && area.octets == data;
         let good_status = |at: usize| data.get(at).is_some_and(|&octet| IoxS(octet).is_good());
-        let providers = self.submodules.iter().filter_map(of).all(good_status);
+        if !is_same {
+            area.providers = self.submodules.iter().filter_map(of).all(good_status);
+        }
         let good = match direction {
-            Direction::ToController => is_good(status) && providers,
+            Direction::ToController => is_good(status) && area.providers,
             Direction::ToDevice => true,
         };
         let is_alike = area.seen && area.good == good && area.octets.len() == data.len();
-        differing_bits(&area.octets, data, &mut self.changed_bits);
-        area.octets.clear();
-        area.octets.extend_from_slice(data);
+        if is_same {
+            self.changed_bits.clear();
+        } else {
+            differing_bits(&area.octets, data, &mut self.changed_bits);
+            area.octets.clear();
+            area.octets.extend_from_slice(data);
+        }
         let gap = area.seen.then(|| place.time.since(area.place.time));
         let elapsed = area.gap != gap;
         area.gap = gap;
@@ -350,6 +359,20 @@ impl Image {
         seen.octets.clear();
         seen.octets.extend_from_slice(octets);
         seen.place = place;
+    }
+
+    /// Frames are missing: what the cyclic data were before says nothing of what they are now.
+    pub fn interrupt(&mut self) {
+        self.took_over(None);
+        for area in [&mut self.inputs, &mut self.outputs] {
+            area.seen = false;
+            area.gap = None;
+        }
+    }
+
+    /// The last frame to the controller and the last one to the device, by number; none where there was none.
+    pub fn last_frames(&self) -> [Option<u64>; 2] {
+        [&self.inputs, &self.outputs].map(|area| area.seen.then_some(area.place.frame))
     }
 
     /// The last diagnosis that the device told.

@@ -2,13 +2,15 @@
 
 use super::condition::Memory;
 use super::image::Happening;
-use super::steady::Steady;
+use super::place::{Spot, decisive, is_input, place_of};
+use super::steady::{self, Steady};
 use super::view::View;
 use super::window::{Outcome, Stay, Window};
+use super::witness::{self, Blip, Evidence, Suspicion, Verdict};
 use super::{Tick, TickKind, Truth};
 use crate::result::{Decided, PartSeen};
 use crate::suite::expr::{NameId, State, Value};
-use crate::suite::model::{Condition, Hold, Rule, RuleBody, Span};
+use crate::suite::model::{Condition, Hold, RuleBody, Span};
 use station::{Duration, Time};
 
 /// A rule that was broken: where, and what was wanted and seen there.
@@ -22,8 +24,22 @@ pub struct Violation {
     pub how: String,
     /// The parts of the condition.
     pub parts: Vec<PartSeen>,
-    /// The names of the parts, for the place on the wire.
+    /// The names of the parts.
     pub names: Vec<NameId>,
+    /// The frame, the octet and the bit that show it; none where it shows in no frame.
+    pub place: Option<Spot>,
+}
+
+impl Violation {
+    /// The number of the frame that shows it: of the one that brought what is wrong, else of the one at which it was noticed.
+    pub fn frame(&self) -> u64 {
+        self.place.map_or(self.tick.frame, |(frame, ..)| frame)
+    }
+
+    /// The first frame that it rests on.
+    pub fn rests_on(&self) -> u64 {
+        self.trigger.map_or(self.tick.frame, |trigger| trigger.frame.min(self.tick.frame))
+    }
 }
 
 /// Open windows that will all be decided alike, with the first tick that opened one.
@@ -32,6 +48,8 @@ struct Open {
     window: Window,
     trigger: Tick,
     count: u64,
+    /// Samples looked at.
+    samples: u64,
 }
 
 /// A rule at work on one connection after the other.
@@ -48,11 +66,17 @@ pub struct RuleWatch<'a> {
     violation: Option<Violation>,
     watchdog: Duration,
     steady: Steady<Known>,
+    /// There where somebody else recorded the frames, so that one frame is no proof.
+    suspicion: Option<Box<Suspicion>>,
+    /// Whether the frame at hand alone shows the rule to be broken.
+    is_in_doubt: bool,
+    /// Whether it was broken, or one frame showed it to be, since somebody asked.
+    pub(super) is_news: bool,
 }
 
 /// What the programs of a rule came to, as far as they were asked.
 #[derive(Clone, Copy, Debug, Default)]
-struct Known {
+pub(super) struct Known {
     /// The condition that always holds, or that of `then`.
     truth: Option<Truth>,
     premise: Option<Option<bool>>,
@@ -74,7 +98,16 @@ impl<'a> RuleWatch<'a> {
             violation: None,
             watchdog,
             steady: Steady::default(),
+            suspicion: None,
+            is_in_doubt: false,
+            is_news: false,
         }
+    }
+
+    /// The same over frames that somebody else recorded: what one frame alone shows is kept apart.
+    #[must_use]
+    pub fn recorded(self) -> RuleWatch<'a> {
+        RuleWatch { suspicion: Some(Box::default()), ..self }
     }
 
     /// How often it was decided so far.
@@ -85,6 +118,11 @@ impl<'a> RuleWatch<'a> {
     /// The first time it was broken.
     pub fn violation(&self) -> Option<&Violation> {
         self.violation.as_ref()
+    }
+
+    /// The first time that one frame alone showed it to be broken, where it was not proven to be.
+    pub fn alone(&self) -> Option<&Violation> {
+        self.suspicion.as_ref().and_then(|suspicion| suspicion.alone()).filter(|_| self.violation.is_none())
     }
 
     /// Whether windows are open that may still be decided.
@@ -98,6 +136,42 @@ impl<'a> RuleWatch<'a> {
         self.steady.forget();
     }
 
+    /// Whether the next frame of this kind will come to the same, if it changes nothing that the rule looks at.
+    pub(super) fn is_idle(&self, place: usize) -> bool {
+        if self.violation.is_some() {
+            return true;
+        }
+        let waits = self.is_waiting() || self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open());
+        match (waits, self.steady.kept(place), self.body) {
+            (true, ..) | (_, None, _) => false,
+            (_, Some(known), RuleBody::Always(_)) => {
+                place == steady::OUTPUT || matches!(known.truth, Some(Truth::True | Truth::Unknown))
+            }
+            (_, Some(known), RuleBody::When { .. }) => matches!(known.premise, Some(None | Some(false))),
+        }
+    }
+
+    /// Counts frames of a kind that came to the same as the last one, so that nobody had to look.
+    pub(super) fn count(&mut self, place: usize, frames: u64) {
+        if self.violation.is_some() {
+            return;
+        }
+        self.decided.looked_at += frames;
+        if let (RuleBody::Always(_), false, Some(known)) = (self.body, place == steady::OUTPUT, self.steady.kept(place))
+        {
+            match known.truth {
+                Some(Truth::True) => self.decided.premises += frames,
+                Some(Truth::Unknown) => self.decided.undecided += frames,
+                Some(Truth::False) | None => {}
+            }
+        }
+    }
+
+    /// What it looks at, as a part of the layout of the connection at hand.
+    pub(super) fn steady(&mut self) -> &mut Steady<Known> {
+        &mut self.steady
+    }
+
     /// Lets nothing new begin: premises open no window any more, `always` is not judged; open windows go on.
     pub fn close(&mut self) {
         self.closed = true;
@@ -108,6 +182,9 @@ impl<'a> RuleWatch<'a> {
         if self.violation.is_some() || self.closed && self.open.is_empty() {
             return false;
         }
+        if self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open()) && self.is_confirmed(view) {
+            return false;
+        }
         self.decided.looked_at += 1;
         let before = self.steady.known(self.body, view);
         let mut known = before.unwrap_or_default();
@@ -115,6 +192,9 @@ impl<'a> RuleWatch<'a> {
         // What is remembered stays as well where neither what is seen nor what is remembered has changed.
         let moved = before.is_none() && self.advance(view);
         self.steady.keep(view, known, moved);
+        if std::mem::take(&mut self.is_in_doubt) {
+            self.forget();
+        }
         self.last = Some(view.tick);
         speaks
     }
@@ -132,7 +212,12 @@ impl<'a> RuleWatch<'a> {
                     Truth::False => {
                         self.decided.premises += 1;
                         let parts = self.condition.parts(condition, view);
-                        self.break_with("it does not hold".into(), view.tick, None, parts);
+                        let evidence =
+                            match witness::speaks_of_events(condition, view) || witness::looks_back(condition) {
+                                true => Evidence::Once,
+                                false => Evidence::Frame,
+                            };
+                        self.break_with("it does not hold", view, (view.tick, None), parts, evidence);
                     }
                 }
                 truth != Truth::Unknown && names_happening(condition, view)
@@ -175,7 +260,7 @@ impl<'a> RuleWatch<'a> {
         };
         let window = Window::open(view.tick.time, within, view.notebook.slack, stay, self.watchdog).of_rule();
         let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
-        self.open.push(Open { window, trigger: view.tick, count: 1 });
+        self.open.push(Open { window, trigger: view.tick, count: 1, samples: 0 });
     }
 
     fn look(&mut self, view: &View<'_>, then: &Condition, hold: &Hold, known: &mut Known) -> Truth {
@@ -184,10 +269,12 @@ impl<'a> RuleWatch<'a> {
             Hold::Until(end) => *known.end.get_or_insert_with(|| self.end.truth(end, view)),
             Hold::None | Hold::For(_) => Truth::False,
         };
+        let is_sample = matches!(view.tick.kind, TickKind::Sample | TickKind::BadSample);
         for open in &mut self.open {
+            open.samples += u64::from(is_sample);
             open.window.tick(view.tick, truth, end);
         }
-        self.settle(|condition| condition.parts(then, view), view.tick);
+        self.settle(then, view, view.tick);
         // A premise that stays true opens a window at every frame: those without a difference are kept as one.
         self.open.dedup_by(|later, earlier| {
             let like = later.window.is_like(&earlier.window);
@@ -198,28 +285,34 @@ impl<'a> RuleWatch<'a> {
     }
 
     /// Takes the decided windows out; the first broken one is kept as the violation.
-    fn settle(&mut self, parts: impl Fn(&Memory) -> Vec<PartSeen>, tick: Tick) {
+    fn settle(&mut self, then: &Condition, view: &View<'_>, tick: Tick) {
         let mut broken = None;
         let decided = &mut self.decided;
-        self.open.retain(|Open { window, trigger, count }| {
+        self.open.retain(|Open { window, trigger, count, samples }| {
             match window.outcome() {
                 Outcome::Open => return true,
                 Outcome::Held => decided.premises += count,
                 Outcome::Undecided | Outcome::Starved(_) => decided.undecided += count,
                 Outcome::Late(at) => {
                     decided.premises += count;
-                    broken.get_or_insert(("it did not come in time", at.unwrap_or(tick), *trigger));
+                    broken.get_or_insert(("it did not come in time", at.unwrap_or(tick), *trigger, *samples));
                 }
                 Outcome::Relapsed(at) => {
                     decided.premises += count;
-                    broken.get_or_insert(("it did not stay", at, *trigger));
+                    broken.get_or_insert(("it did not stay", at, *trigger, 1));
                 }
             }
             false
         });
-        if let Some((how, at, trigger)) = broken {
-            let parts = parts(&self.condition);
-            self.break_with(how.into(), at, Some(trigger), parts);
+        if let Some((how, at, trigger, samples)) = broken {
+            let parts = self.condition.parts(then, view);
+            let evidence = match trigger.kind == TickKind::Event || witness::speaks_of_events(then, view) {
+                true => Evidence::Once,
+                false if samples > 1 => Evidence::Frames,
+                false if witness::looks_back(then) => Evidence::Once,
+                false => Evidence::Frame,
+            };
+            self.break_with(how, view, (at, Some(trigger)), parts, evidence);
         }
     }
 
@@ -232,71 +325,114 @@ impl<'a> RuleWatch<'a> {
             open.window.time(now);
         }
         if let (RuleBody::When { then, .. }, Some(last)) = (self.body, self.last) {
-            self.settle(|condition| condition.parts(then, view), last);
+            self.settle(then, view, last);
         }
     }
 
-    /// Ends what is open where a connection or the trace ends or has a gap, and forgets what came before.
-    pub fn cut(&mut self) {
-        self.decided.undecided += self.open.iter().map(|open| open.count).sum::<u64>();
-        self.open.clear();
+    /// Whether this frame, too, shows what one frame before it showed.
+    fn is_confirmed(&mut self, view: &View<'_>) -> bool {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        let Some(suspicion) = self.suspicion.as_mut().filter(|_| view.tick.kind == TickKind::Sample) else {
+            return false;
+        };
+        let verdict = suspicion.confirm(view.image, || self.condition.truth(condition, view));
+        self.take(verdict)
+    }
+
+    /// Takes back what rests on a frame whose bits the next one took back.
+    pub(super) fn take_back(&mut self, blip: &Blip<'_>) {
+        if !self.steady.looks_at(blip.direction, blip.bits) {
+            return;
+        }
+        let (open, undecided) = (&mut self.open, &mut self.decided.undecided);
+        open.retain(|open| {
+            let rests = open.trigger.frame >= blip.frame;
+            *undecided += if rests { open.count } else { 0 };
+            !rests
+        });
+        if let Some(suspicion) = &mut self.suspicion {
+            let verdict = suspicion.give_up(blip.frame);
+            self.take(verdict);
+        }
+        self.forget();
+    }
+
+    fn take(&mut self, verdict: Verdict) -> bool {
+        match verdict {
+            Verdict::Proven(violation) => {
+                self.violation = Some(*violation);
+                self.is_news = true;
+            }
+            Verdict::Alone => {
+                self.is_news = true;
+                self.decided.premises = self.decided.premises.saturating_sub(1);
+                self.decided.undecided += 1;
+            }
+            Verdict::Open => {}
+        }
+        self.violation.is_some()
+    }
+
+    fn forget(&mut self) {
         self.premise.forget();
         self.condition.forget();
         self.end.forget();
         self.steady.forget();
     }
 
-    fn break_with(&mut self, how: String, tick: Tick, trigger: Option<Tick>, parts: Vec<PartSeen>) {
-        let mut names = Vec::new();
+    /// Ends what is open where a connection or the trace ends or has a gap, and forgets what came before.
+    pub fn cut(&mut self) {
+        self.decided.undecided += self.open.iter().map(|open| open.count).sum::<u64>();
+        self.open.clear();
+        if let Some(suspicion) = &mut self.suspicion {
+            let verdict = suspicion.give_up(0);
+            self.take(verdict);
+        }
+        self.forget();
+    }
+
+    fn break_with(
+        &mut self,
+        how: &str,
+        view: &View<'_>,
+        (tick, trigger): (Tick, Option<Tick>),
+        parts: Vec<PartSeen>,
+        evidence: Evidence,
+    ) {
+        let (mut names, mut premises) = (Vec::new(), Vec::new());
         let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
         condition.each_name(&mut |name| names.push(name));
-        self.violation = Some(Violation { tick, trigger, how, parts, names });
-    }
-}
-
-/// The rules of a variant at work.
-#[derive(Debug)]
-pub struct RuleSet<'a> {
-    rules: &'a [Rule],
-    watches: Vec<RuleWatch<'a>>,
-    /// Whether a window is open.
-    is_waiting: bool,
-}
-
-impl<'a> RuleSet<'a> {
-    /// Rules that have seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
-    pub fn new(rules: &'a [Rule], watchdog: Duration) -> RuleSet<'a> {
-        let watches = rules.iter().map(|rule| RuleWatch::new(&rule.body, watchdog)).collect();
-        RuleSet { rules, watches, is_waiting: false }
-    }
-
-    /// Looks at a frame or an event; a rule that names a signal which the module in use lacks is not judged.
-    pub fn tick(&mut self, view: &View<'_>) {
-        let Some(module) = view.image.module() else { return };
-        self.is_waiting = false;
-        let rules = self.rules.iter().zip(&mut self.watches);
-        rules.filter(|(rule, _)| rule.modules.contains(&module)).for_each(|(_, watch)| {
-            watch.tick(view);
-            self.is_waiting |= !watch.open.is_empty();
-        });
-    }
-
-    /// Lets time go by without a frame.
-    pub fn time(&mut self, view: &View<'_>, now: Time) {
-        if self.is_waiting {
-            self.watches.iter_mut().for_each(|watch| watch.time(view, now));
+        if let RuleBody::When { premise, .. } = self.body {
+            premises.extend(premise.names());
         }
-    }
-
-    /// Ends what is open where a connection or the trace ends.
-    pub fn cut(&mut self) {
-        self.is_waiting = false;
-        self.watches.iter_mut().for_each(RuleWatch::cut);
-    }
-
-    /// The rules with what each has seen, in the order of the variant.
-    pub fn iter(&self) -> impl Iterator<Item = (&'a Rule, &RuleWatch<'a>)> {
-        self.rules.iter().zip(&self.watches)
+        // Of what is wanted, else of what it is wanted for, that which stands in the frame at which it was noticed; what
+        // always holds may be broken by what was told before anything was judged.
+        let of = |names: &[NameId], anywhere: bool| {
+            let places = names.iter().map(|name| (*name, place_of(*name, view)));
+            let meant = |place: Option<Spot>| place.is_some_and(|(frame, ..)| anywhere || frame == tick.frame);
+            let meant: Vec<_> = places.filter(|(_, place)| meant(*place)).collect();
+            decisive(&meant, &parts, view)
+        };
+        let told_before = || of(&names, true).filter(|_| matches!(self.body, RuleBody::Always(_)));
+        // What did not come in time is noticed at a later frame, in which it would stand at the same octet.
+        let inputs: Vec<NameId> = names.iter().copied().filter(|name| is_input(*name, view)).collect();
+        let at_a_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
+        let later = || of(&inputs, true).filter(|_| at_a_sample).map(|(_, octet, bit)| (tick.frame, octet, bit));
+        let place = of(&names, false).or_else(|| of(&premises, false)).or_else(told_before).or_else(later);
+        let violation = Violation { tick, trigger, how: how.to_owned(), parts, names, place };
+        match &mut self.suspicion {
+            None => {
+                self.violation = Some(violation);
+                self.is_news = true;
+            }
+            Some(suspicion) => {
+                let verdict = suspicion.add(violation, evidence, view.image);
+                if !self.take(verdict) {
+                    // What one frame showed is not what the next one is compared with.
+                    self.is_in_doubt = true;
+                }
+            }
+        }
     }
 }
 

@@ -36,19 +36,29 @@ struct Inputs {
 
 /// Bits of the data area of one direction, eight octets in a word.
 #[derive(Clone, Debug, Default)]
-struct Mask(Vec<u64>);
+struct Mask {
+    /// The first words, which nearly always are all: they are looked at in every frame.
+    near: [u64; NEAR],
+    far: Vec<u64>,
+}
+
+/// How many words of a mask stand in it.
+const NEAR: usize = 4;
 
 impl Mask {
     fn add(&mut self, octet: usize, bits: u8) {
         let word = octet / 8;
-        if self.0.len() <= word {
-            self.0.resize(word + 1, 0);
+        if word >= NEAR && self.far.len() <= word - NEAR {
+            self.far.resize(word - NEAR + 1, 0);
         }
-        self.0[word] |= u64::from(bits) << (octet % 8 * 8);
+        let word = self.near.iter_mut().chain(&mut self.far).nth(word);
+        word.into_iter().for_each(|word| *word |= u64::from(bits) << (octet % 8 * 8));
     }
 
     fn meets(&self, changed: &[u64]) -> bool {
-        self.0.iter().zip(changed).any(|(mask, changed)| mask & changed != 0)
+        let meet = |mask: &[u64], changed: &[u64]| mask.iter().zip(changed).any(|(mask, changed)| mask & changed != 0);
+        meet(&self.near, changed)
+            || !self.far.is_empty() && changed.get(NEAR..).is_some_and(|changed| meet(&self.far, changed))
     }
 }
 
@@ -122,10 +132,13 @@ impl<K> Default for Steady<K> {
     }
 }
 
+/// The place of frames to the device.
+pub(super) const OUTPUT: usize = 0;
+
 /// The place of what is known about frames of a kind.
-fn place(kind: TickKind) -> Option<usize> {
+pub(super) fn place(kind: TickKind) -> Option<usize> {
     match kind {
-        TickKind::Output => Some(0),
+        TickKind::Output => Some(OUTPUT),
         TickKind::Sample => Some(1),
         TickKind::BadSample => Some(2),
         TickKind::Event => None,
@@ -152,6 +165,42 @@ impl<K: Copy> Steady<K> {
         }
     }
 
+    /// What was kept at the last frame of a kind.
+    pub(super) fn kept(&self, place: usize) -> Option<K> {
+        self.known[place]
+    }
+
+    /// Says that up to `image` nothing changed of what is looked at, as somebody found who asked in its place.
+    pub(super) fn stays_until(&mut self, image: u64, notebook: u64) {
+        (self.image, self.notebook) = (image, notebook);
+    }
+
+    /// Visits the octets of the data areas that are looked at.
+    pub(super) fn each_octet(&self, visit: &mut dyn FnMut(Direction, usize)) {
+        for direction in [Direction::ToController, Direction::ToDevice] {
+            let mask = self.inputs.of_direction(direction);
+            for (place, word) in mask.near.iter().chain(&mask.far).enumerate() {
+                let octets = (0..8).filter(|octet| word >> (octet * 8) & 0xFF != 0);
+                octets.for_each(|octet| visit(direction, place * 8 + octet));
+            }
+        }
+    }
+
+    /// Whether the time between two frames is looked at.
+    pub(super) fn sees_elapsed(&self) -> bool {
+        self.inputs.elapsed
+    }
+
+    /// Whether the clock itself is looked at, or what no frame shows.
+    pub(super) fn sees_the_clock(&self) -> bool {
+        self.inputs.clock
+    }
+
+    /// Whether what is looked at depends on one of these bits of a direction.
+    pub fn looks_at(&self, direction: Direction, bits: &[u64]) -> bool {
+        self.inputs.of_direction(direction).meets(bits)
+    }
+
     /// Forgets what was kept, where something else is remembered now.
     pub fn forget(&mut self) {
         self.known = [None; 3];
@@ -172,10 +221,7 @@ impl<K: Copy> Steady<K> {
             return false;
         }
         let Some(change) = view.image.change() else { return false };
-        let mask = match change.direction {
-            Direction::ToController => &self.inputs.to_controller,
-            Direction::ToDevice => &self.inputs.to_device,
-        };
+        let mask = self.inputs.of_direction(change.direction);
         !(mask.meets(change.bits) || self.inputs.elapsed && change.elapsed)
     }
 }
@@ -186,6 +232,13 @@ impl Inputs {
         sees.programs(&mut |program| inputs.clock |= program.looks_at_the_clock());
         sees.names(&mut |name| inputs.add(name, view));
         inputs
+    }
+
+    fn of_direction(&self, direction: Direction) -> &Mask {
+        match direction {
+            Direction::ToController => &self.to_controller,
+            Direction::ToDevice => &self.to_device,
+        }
     }
 
     fn add(&mut self, name: NameId, view: &View<'_>) {

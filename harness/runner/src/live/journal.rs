@@ -29,11 +29,14 @@ pub struct Found {
     pub manual: String,
     /// The variant that it claims to be.
     pub variant: String,
-    /// Its MAC address, in hexadecimal with colons.
+    /// Its MAC address, in hexadecimal with colons; empty on PROFIBUS.
     pub mac: String,
+    /// Its station address on PROFIBUS.
+    #[serde(default)]
+    pub station: Option<u8>,
     /// Its vendor number.
     pub vendor_id: u16,
-    /// Its device number.
+    /// Its device number; on PROFIBUS the ident number.
     pub device_id: u16,
     /// Its station name; octets, since it may be anything.
     pub name: Vec<u8>,
@@ -50,6 +53,9 @@ pub struct Found {
 pub struct Parameter {
     /// Its number.
     pub number: u16,
+    /// The element of an array; 0 where it is none.
+    #[serde(default)]
+    pub subindex: u16,
     /// Its format, as PROFIdrive numbers it.
     pub format: u8,
     /// Its value, most significant octet first.
@@ -93,7 +99,10 @@ impl Journal {
     /// Begins a journal in `folder` with how the device was found; it is on the disk when this returns.
     pub fn begin(folder: &Path, found: &Found) -> io::Result<Journal> {
         fs::create_dir_all(folder)?;
-        let mac: String = found.mac.chars().filter(char::is_ascii_hexdigit).collect();
+        let mac: String = match found.station {
+            Some(station) => format!("station-{station}"),
+            None => found.mac.chars().filter(char::is_ascii_hexdigit).collect(),
+        };
         for number in 0..1000 {
             let path = folder.join(format!("{mac}-{}-{number}.jsonl", found.began));
             match OpenOptions::new().append(true).create_new(true).open(&path) {
@@ -244,6 +253,7 @@ mod tests {
             manual: "a-manual".into(),
             variant: "a-variant".into(),
             mac: "02:00:00:00:01:00".into(),
+            station: None,
             vendor_id: 0x0239,
             device_id: 1,
             name: b"encoder-7".to_vec(),
@@ -263,7 +273,7 @@ mod tests {
     fn what_was_changed_is_known_wherever_the_run_broke_off() {
         let folder = folder("cut");
         let mut journal = Journal::begin(&folder, &found()).expect("a new journal");
-        let parameters = vec![Parameter { number: 65000, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
+        let parameters = vec![Parameter { number: 65000, subindex: 0, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
         journal.add(&Entry::Parameters(parameters.clone())).expect("written");
         journal.add(&Entry::Changes { trial: "t".into(), what: vec!["set_name".into()] }).expect("written");
         journal.add(&Entry::Verdict { trial: "t".into(), verdict: "pass".into() }).expect("written");

@@ -4,6 +4,7 @@
 
 use super::guard::Guard;
 use super::journal::{self, Found, Journal};
+use super::line::Line;
 use super::scout::{Heard, Scout, TICK, Ticker};
 use crate::bench_file::{BenchFile, LinkSpec};
 use crate::gsdml::DeviceSays;
@@ -38,10 +39,8 @@ pub struct Wanted {
 
 /// A bench that can be used.
 pub struct Prepared {
-    /// The wire.
-    pub wire: Wire,
-    /// The fence before it.
-    pub guard: Guard,
+    /// The wire with the fence before it.
+    pub line: Line,
     /// The device as it was found, before anything was changed.
     pub found: Found,
     /// The journal, which begins with that.
@@ -92,6 +91,7 @@ pub fn open(link: &LinkSpec) -> Ready<Box<dyn Port>> {
                 address.parse().map_err(|error| Unusable(format!("socket:{address}: {error}")))?;
             Box::new(FrameSocket::open(&address)?)
         }
+        LinkSpec::Serial(path) => return unusable(format!("the serial line {path} carries no Ethernet frames")),
     })
 }
 
@@ -169,8 +169,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     }
     let Scout { wire, guard, .. } = scout;
     let prepared = Prepared {
-        wire,
-        guard,
+        line: Line::Wire(Box::new(wire), guard),
         found,
         journal,
         has_changed,
@@ -198,6 +197,7 @@ fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
         manual: bench.claim.manual.clone(),
         variant: bench.claim.variant.clone(),
         mac: station.mac.to_string(),
+        station: None,
         vendor_id,
         device_id,
         name: station.name.clone(),

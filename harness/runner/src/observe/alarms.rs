@@ -2,7 +2,7 @@
 
 use super::connect::{Link, met};
 use super::tracker::{Seen, Sink, Tracker};
-use super::{ArId, Direction, Observation, Stage};
+use super::{ArId, Direction, Observation, Stage, Traffic};
 use rustc_hash::FxHasher;
 use std::hash::Hasher;
 use wire::ethernet::Mac;
@@ -22,14 +22,22 @@ impl Tracker {
         let priority = AlarmPriority::from_frame_id(frame_id).unwrap_or(AlarmPriority::Low);
         let Some((index, direction)) = self.connection_of(seen, &pdu) else { return };
         let ar = ArId(index);
+        let rta = |again| {
+            let RtaHeader { kind, send_seq_num: sequence, ack_seq_num: acknowledges, .. } = pdu.header;
+            Observation::Traffic(Traffic::Rta { ar, direction, priority, kind, sequence, acknowledges, again })
+        };
         match &pdu.body {
             RtaBody::Notification(notification) => {
-                if self.is_new(index, direction, priority, &pdu.header, seen) {
+                let is_new = self.is_new(index, direction, priority, &pdu.header, seen);
+                sink(&self.ars, rta(!is_new));
+                if is_new {
                     sink(&self.ars, Observation::Alarm { ar, priority, notification });
                 }
             }
             RtaBody::Acknowledgement(acknowledgement) => {
-                if self.is_new(index, direction, priority, &pdu.header, seen) {
+                let is_new = self.is_new(index, direction, priority, &pdu.header, seen);
+                sink(&self.ars, rta(!is_new));
+                if is_new {
                     sink(&self.ars, Observation::AlarmAcknowledged { ar, status: acknowledgement.status });
                 }
             }
@@ -43,7 +51,7 @@ impl Tracker {
                     sink(&self.ars, Observation::Aborted { ar, direction, status: *status });
                 }
             }
-            RtaBody::Octets(_) => {}
+            RtaBody::Octets(_) => sink(&self.ars, rta(false)),
         }
     }
 

@@ -3,9 +3,12 @@
 use super::calls::Asked;
 use super::connect::accepted;
 use super::tracker::{Seen, Sink, Tracker};
-use super::{ArId, Observation, Stage, StartRecord};
+use super::{ArId, CallPart, Observation, Stage, StartRecord, Traffic};
 use wire::WireError;
+use wire::octets::Reader;
+use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::connect::Connect;
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::blocks::record::{ReadResponse, WriteRequest, WriteResponse};
 use wire::profinet::rpc::{Header, NdrResponse, PacketType, RejectStatus};
 use wire::profinet::status::PnioStatus;
@@ -22,7 +25,9 @@ impl Tracker {
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
-        let Some(asked) = self.calls.answer((header.activity, header.sequence)) else { return Ok(()) };
+        let key = (header.activity, header.sequence);
+        let Some(asked) = self.calls.answer(key) else { return Ok(()) };
+        self.called(seen, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
         let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
         let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
         let outcome = match asked {
@@ -38,6 +43,10 @@ impl Tracker {
             }
             Asked::Release(ar) => {
                 self.refused(ar, "Release", ndr.status, sink);
+                Ok(())
+            }
+            Asked::Ready(ar) => {
+                self.refused(ar, "ApplicationReady", ndr.status, sink);
                 Ok(())
             }
             Asked::Control(ar) => {
@@ -74,6 +83,10 @@ impl Tracker {
         let (controllers, devices) = ([link.macs.0, ar.controller.mac()], [seen.header.source, ar.device.mac()]);
         self.stands_between(id.0, controllers, devices);
         sink(&self.ars, Observation::Connected { ar: id });
+        let diff = connect.block(BlockType::MODULE_DIFF);
+        if let Some(diff) = diff.and_then(|octets| ModuleDiffBlock::read(&mut Reader::new("block", &octets)).ok()) {
+            sink(&self.ars, Observation::Traffic(Traffic::ModulesDiffer { ar: id, diff: &diff }));
+        }
         Ok(())
     }
 
@@ -138,18 +151,18 @@ impl Tracker {
     }
 
     /// A call that failed in RPC, before PROFINET could answer it.
-    pub(super) fn failed(&mut self, header: &Header, body: &[u8], sink: Sink<'_>) -> Result<(), WireError> {
-        let Some(asked) = self.calls.answer((header.activity, header.sequence)) else { return Ok(()) };
+    pub(super) fn failed(
+        &mut self,
+        seen: &Seen<'_>,
+        header: &Header,
+        body: &[u8],
+        sink: Sink<'_>,
+    ) -> Result<(), WireError> {
+        let key = (header.activity, header.sequence);
+        let Some(asked) = self.calls.answer(key) else { return Ok(()) };
+        let (service, ar) = (asked.service(), asked.ar());
+        self.called(seen, key, (service, ar), CallPart::Answered, sink);
         let status = RejectStatus::parse(header.order(), body)?;
-        let (ar, service) = match asked {
-            Asked::Connect(ar) => (ar, "Connect"),
-            Asked::Release(ar) => (ar, "Release"),
-            Asked::ParameterEnd(ar) => (ar, "end of parameters"),
-            Asked::Control(ar) => (ar, "Control"),
-            Asked::Read(ar, _) => (ar, "Read"),
-            Asked::Write(ar, ..) => (ar, "Write"),
-            Asked::Nothing => (None, "call"),
-        };
         if service == "Connect"
             && let Some(ar) = ar.and_then(|ar| self.ars.get_mut(ar.0 as usize))
         {

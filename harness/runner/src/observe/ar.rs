@@ -190,6 +190,25 @@ pub struct Stream {
     pub last_counter: Option<u16>,
     /// The number of the first frame.
     pub first_frame: Option<u64>,
+    /// Whether frames may be missing in the capture since the last one.
+    pub unsure: bool,
+}
+
+/// A connection that was made before the trace began, as somebody else knows it.
+#[derive(Clone, Debug)]
+pub struct Met {
+    /// The controller.
+    pub controller: Mac,
+    /// The device.
+    pub device: Mac,
+    /// Vendor ID and device ID of the device.
+    pub ids: (u16, u16),
+    /// The frames to the controller: frame id, octets of data, steps of the cycle counter (31.25 us) between two frames.
+    pub inputs: (u16, usize, u16),
+    /// The same of the frames to the device; a frame id of 0 where there are none.
+    pub outputs: (u16, usize, u16),
+    /// Its submodules and where their data lie.
+    pub submodules: Vec<Placed>,
 }
 
 /// A connection (application relation).

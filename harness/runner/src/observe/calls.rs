@@ -1,9 +1,10 @@
 //! Calls that wait for their answer.
 
 use super::ArId;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHasher};
 use station::{Duration, Time};
 use std::collections::VecDeque;
+use std::hash::{Hash, Hasher};
 use wire::profinet::blocks::record::WriteRequest;
 use wire::profinet::rpc::Uuid;
 
@@ -26,7 +27,9 @@ pub(super) enum Asked {
     Release(Option<ArId>),
     /// The end of the parameters.
     ParameterEnd(Option<ArId>),
-    /// ApplicationReady and everything else that is called Control.
+    /// ApplicationReady.
+    Ready(Option<ArId>),
+    /// Everything else that is called Control.
     Control(Option<ArId>),
     /// A record is read: API, slot, subslot, index.
     Read(Option<ArId>, (u32, u16, u16, u16)),
@@ -37,10 +40,25 @@ pub(super) enum Asked {
 }
 
 impl Asked {
-    /// The connection that is meant.
-    fn ar(&self) -> Option<ArId> {
+    /// What is asked for, in a word.
+    pub fn service(&self) -> &'static str {
         match self {
-            Asked::Connect(ar) | Asked::Release(ar) | Asked::ParameterEnd(ar) | Asked::Control(ar) => *ar,
+            Asked::Connect(_) => "Connect",
+            Asked::Release(_) => "Release",
+            Asked::ParameterEnd(_) => "end of parameters",
+            Asked::Ready(_) => "ApplicationReady",
+            Asked::Control(_) => "Control",
+            Asked::Read(..) => "Read",
+            Asked::Write(..) => "Write",
+            Asked::Nothing => "call",
+        }
+    }
+
+    /// The connection that is meant.
+    pub fn ar(&self) -> Option<ArId> {
+        match self {
+            Asked::Connect(ar) | Asked::Release(ar) | Asked::ParameterEnd(ar) => *ar,
+            Asked::Ready(ar) | Asked::Control(ar) => *ar,
             Asked::Read(ar, _) | Asked::Write(ar, ..) => *ar,
             Asked::Nothing => None,
         }
@@ -50,10 +68,29 @@ impl Asked {
 #[derive(Debug)]
 struct Call {
     asked: Asked,
+    service: &'static str,
     ar: Option<ArId>,
     hash: u64,
     last: Time,
     answered: bool,
+}
+
+/// A request that was there before.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Repetition {
+    /// Whether it is the same frame, seen twice.
+    pub is_copy: bool,
+    /// What is asked for.
+    pub service: &'static str,
+    /// The connection that is meant.
+    pub ar: Option<ArId>,
+}
+
+/// The number of a call as others are told it.
+pub(super) fn number(key: CallKey) -> u64 {
+    let mut hasher = FxHasher::default();
+    key.hash(&mut hasher);
+    hasher.finish()
 }
 
 /// The calls of all stations.
@@ -65,14 +102,26 @@ pub(super) struct Calls {
 
 impl Calls {
     /// Whether a request was there before; `over` says whether the connection that it meant has come to its end since.
-    pub fn is_repetition(&mut self, key: CallKey, hash: u64, now: Time, over: impl Fn(ArId) -> bool) -> bool {
-        let Some(call) = self.known.get_mut(&key).filter(|call| call.hash == hash) else { return false };
+    pub fn repetition(
+        &mut self,
+        key: CallKey,
+        hash: u64,
+        now: Time,
+        over: impl Fn(ArId) -> bool,
+    ) -> Option<Repetition> {
+        let call = self.known.get_mut(&key).filter(|call| call.hash == hash)?;
         let since = now.since(call.last);
-        let is = since < COPY || since < REPETITION && !call.ar.is_some_and(over);
-        if is {
-            call.last = now;
+        let is_copy = since < COPY;
+        if !is_copy && (since >= REPETITION || call.ar.is_some_and(over)) {
+            return None;
         }
-        is
+        call.last = now;
+        Some(Repetition { is_copy, service: call.service, ar: call.ar })
+    }
+
+    /// What a call that waits for its answer asks for.
+    pub fn waiting(&self, key: CallKey) -> Option<(&'static str, Option<ArId>)> {
+        self.known.get(&key).filter(|call| !call.answered).map(|call| (call.service, call.ar))
     }
 
     /// Whether a request with these numbers came just now: a fragment of it is then a repetition.
@@ -87,7 +136,8 @@ impl Calls {
 
     /// Remembers a request.
     pub fn ask(&mut self, key: CallKey, hash: u64, now: Time, asked: Asked) {
-        let call = Call { ar: asked.ar(), asked, hash, last: now, answered: false };
+        let (ar, service) = (asked.ar(), asked.service());
+        let call = Call { ar, service, asked, hash, last: now, answered: false };
         if self.known.insert(key, call).is_none() {
             self.order.push_back(key);
             if self.order.len() > MOST_CALLS

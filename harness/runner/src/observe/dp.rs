@@ -8,7 +8,8 @@ mod states;
 
 use super::tracker::Sink;
 use super::{
-    Address, Ar, ArId, CyclicStatus, DiagnosisTold, Direction, Dp, Leaving, Observation, Placed, Stage, Stream,
+    Address, Ar, ArId, CyclicStatus, DiagnosisTold, Direction, Dp, Leaving, Observation, Placed, PollPart, Stage,
+    Stream, Traffic,
 };
 use services::Acyclic;
 use station::{Duration, Time};
@@ -51,6 +52,8 @@ pub struct DpTracker {
     spare: Vec<u8>,
     standing: Vec<u8>,
     counts: DpCounts,
+    /// Whether somebody else recorded the frames, so that some may be missing.
+    is_recorded: bool,
 }
 
 /// What is remembered of a slave, by its address.
@@ -71,6 +74,8 @@ struct Slave {
     diagnosis: Option<DiagnosisTold>,
     /// Acyclic requests that wait for their answers.
     pub acyclic: Vec<Acyclic>,
+    /// Whether frames may be missing since its last answer.
+    unsure: bool,
 }
 
 /// A request that waits for its answer.
@@ -112,7 +117,13 @@ impl DpTracker {
             spare: Vec::new(),
             standing: Vec::new(),
             counts: DpCounts::default(),
+            is_recorded: false,
         }
+    }
+
+    /// Has seen nothing, and is going to see what somebody else recorded: [`Observation::Gap`] tells where frames are missing.
+    pub fn recorded() -> DpTracker {
+        DpTracker { is_recorded: true, ..DpTracker::new() }
     }
 
     /// The connections seen so far; an [`ArId`] is an index into them.
@@ -123,6 +134,21 @@ impl DpTracker {
     /// How many frames of which kind were seen.
     pub fn counts(&self) -> &DpCounts {
         &self.counts
+    }
+
+    /// Frames may be missing before `now`, or the clock was set: nothing that was remembered is simply continued.
+    ///
+    /// A slave that does not answer any more from here on has not fallen silent, since its end may be what is missing.
+    pub fn gap(&mut self, now: Time, sink: Sink<'_>) {
+        self.asked = None;
+        for slave in &mut self.slaves {
+            (slave.answered, slave.requested) = (now, now);
+            slave.unanswered = 0;
+            slave.last = None;
+            slave.acyclic.clear();
+            slave.unsure = slave.ar.is_some();
+        }
+        sink(&self.ars, Observation::Gap { ar: None });
     }
 
     /// Takes in one frame, from its start delimiter to its end delimiter, and tells `sink` what it means.
@@ -136,20 +162,20 @@ impl DpTracker {
                 self.counts.unreadable += 1;
                 sink(&self.ars, Observation::Unreadable { why: &error.to_string() });
             }
-            Ok(Frame::Token { .. }) => {
+            Ok(Frame::Token { da, sa }) => {
                 self.counts.tokens += 1;
                 self.nobody_answers(false, sink);
+                sink(&self.ars, Observation::Traffic(Traffic::Token { from: sa & BROADCAST, to: da & BROADCAST }));
             }
             Ok(Frame::ShortAcknowledgement) => {
-                if let Some(asked) = self.asked.take() {
-                    let answer = Answer { function: AnswerFunction::OK, data: &[], at: 0, number, time };
-                    self.answered(asked, answer, sink);
-                }
+                let Some(asked) = self.asked.take() else { return self.nobody_asked(sink) };
+                let answer = Answer { function: AnswerFunction::OK, data: &[], at: 0, number, time };
+                self.answered(asked, answer, sink);
             }
             Ok(Frame::Data(frame)) if frame.fc.is_request() => self.request(number, time, octets, &frame, sink),
             Ok(Frame::Data(frame)) => {
                 let is_answer = |asked: &mut Asked| (asked.da, asked.sa) == (frame.sa, frame.da);
-                let Some(asked) = self.asked.take_if(is_answer) else { return };
+                let Some(asked) = self.asked.take_if(is_answer) else { return self.nobody_asked(sink) };
                 let function = frame.fc.answered().unwrap_or(AnswerFunction::OK);
                 let at = place_of(octets, frame.data);
                 self.answered(asked, Answer { function, data: frame.data, at, number, time }, sink);
@@ -171,9 +197,7 @@ impl DpTracker {
                 (_, false) => silent(slave.answered, watchdog).then_some(Direction::ToController),
             };
             match direction {
-                Some(direction) => {
-                    self.end(address, Stage::Starved, |ar| Observation::Starved { ar, direction }, sink);
-                }
+                Some(direction) => self.fell_silent(address, direction, sink),
                 None => place += 1,
             }
         }
@@ -183,19 +207,39 @@ impl DpTracker {
         slave.ar.and_then(|ar| self.ars.get(ar as usize)).map_or(Duration::ZERO, |ar| ar.outputs.watchdog)
     }
 
+    fn polled(&self, (master, station, service): (u8, u8, Service), part: PollPart, sink: Sink<'_>) {
+        sink(&self.ars, Observation::Traffic(Traffic::Poll { master, station, service, part }));
+    }
+
     /// A request, or the token, shows that the request before will not be answered any more; `again` if it is a repetition.
     fn nobody_answers(&mut self, again: bool, sink: Sink<'_>) {
         let Some(asked) = self.asked.take() else { return };
         let station = asked.da;
+        self.polled((asked.sa, asked.da, asked.service), PollPart::Unanswered, sink);
         self.spare = asked.data;
         if asked.service == Service::DataExchange && !again {
             let slave = &mut self.slaves[usize::from(station)];
             slave.unanswered += 1;
             if slave.unanswered >= LOST_AFTER {
-                let direction = Direction::ToController;
-                self.end(station, Stage::Starved, |ar| Observation::Starved { ar, direction }, sink);
+                self.fell_silent(station, Direction::ToController, sink);
             }
         }
+    }
+
+    /// Somebody answers what was not seen to be asked: the request is missing in the recording.
+    fn nobody_asked(&self, sink: Sink<'_>) {
+        if self.is_recorded {
+            sink(&self.ars, Observation::Gap { ar: None });
+        }
+    }
+
+    fn fell_silent(&mut self, station: u8, direction: Direction, sink: Sink<'_>) {
+        let unsure = self.slaves.get(usize::from(station)).is_some_and(|slave| slave.unsure);
+        let seen = |ar: ArId| match unsure {
+            true => Observation::Gap { ar: Some(ar) },
+            false => Observation::Starved { ar, direction },
+        };
+        self.end(station, Stage::Starved, seen, sink);
     }
 
     fn request(&mut self, number: u64, time: Time, octets: &[u8], frame: &DataFrame<'_>, sink: Sink<'_>) {
@@ -216,6 +260,7 @@ impl DpTracker {
             let mut data = std::mem::take(&mut self.spare);
             data.clear();
             data.extend_from_slice(frame.data);
+            self.polled((sa, da, service), if repeated { PollPart::Again } else { PollPart::Asked }, sink);
             self.asked = Some(Asked { da, sa, service, number, time, data });
         }
     }
@@ -273,6 +318,7 @@ impl DpTracker {
 
     fn answered(&mut self, asked: Asked, answer: Answer<'_>, sink: Sink<'_>) {
         let positive = answer.function == AnswerFunction::OK;
+        self.polled((asked.sa, asked.da, asked.service), PollPart::Answered, sink);
         match asked.service {
             Service::DataExchange => self.inputs(&asked, answer, sink),
             Service::Slave(SlaveSap::SLAVE_DIAG) if answer.function.has_data() => {
@@ -300,6 +346,7 @@ impl DpTracker {
         let slave = &mut self.slaves[usize::from(asked.da)];
         slave.unanswered = 0;
         slave.answered = answer.time;
+        slave.unsure = false;
         let (index, lengths) = (slave.ar, slave.lengths);
         let told = slave.diagnosis.clone().filter(|_| index.is_some_and(|index| self.is_about_to_stand(index)));
         let Some((index, ar)) = index.and_then(|index| Some((index, self.ars.get_mut(index as usize)?))) else {

@@ -4,6 +4,7 @@
 //! what each one means. This room must not know suites, names or verdicts, and it sends nothing.
 
 mod alarms;
+mod anatomy;
 mod answers;
 mod ar;
 mod calls;
@@ -18,14 +19,17 @@ mod requests;
 mod services;
 mod stations;
 mod tracker;
+mod traffic;
 
-pub use ar::{Address, Ar, ArId, DiagnosisTold, Party, Placed, Role, SlaveTold, Stage, StartRecord, Stream};
+pub use anatomy::{Part, anatomy};
+pub use ar::{Address, Ar, ArId, DiagnosisTold, Met, Party, Placed, Role, SlaveTold, Stage, StartRecord, Stream};
 pub use counts::{Counts, RpcKind};
 pub use describe::describe;
 pub use dp::{DpCounts, DpTracker};
 pub use either::BusTracker;
 pub use profibus::ProfibusWords;
 pub use tracker::{Stray, Tracker};
+pub use traffic::{CallPart, PollPart, Traffic};
 
 use wire::ethernet::Mac;
 use wire::lldp::Lldp;
@@ -244,6 +248,15 @@ pub enum Observation<'a> {
         /// What was seen.
         event: Dp<'a>,
     },
+    /// What goes to and fro beneath the meaning: requests and their answers, acknowledgements, tokens, repetitions.
+    Traffic(Traffic<'a>),
+    /// Frames are missing, or came in another order than they were sent: what was remembered is not simply continued.
+    ///
+    /// Only what somebody else recorded can have such a place; nothing about a device follows from it.
+    Gap {
+        /// The connection whose frames are missing; `None` where anything may be missing.
+        ar: Option<ArId>,
+    },
     /// A frame that could not be read.
     Unreadable {
         /// Which part, at which octet, and why.
@@ -266,6 +279,8 @@ impl Observation<'_> {
             | Observation::Released { ar }
             | Observation::Starved { ar, .. } => Some(*ar),
             Observation::Record { ar, .. } | Observation::CallFailed { ar, .. } | Observation::Dp { ar, .. } => *ar,
+            Observation::Traffic(traffic) => traffic.ar(),
+            Observation::Gap { ar } => *ar,
             Observation::Dcp { .. } | Observation::Lldp { .. } | Observation::Unreadable { .. } => None,
         }
     }

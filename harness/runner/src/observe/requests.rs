@@ -1,9 +1,9 @@
 //! What a call asks for.
 
-use super::calls::Asked;
+use super::calls::{Asked, CallKey, number};
 use super::connect::{asked, ids};
 use super::tracker::{Seen, Sink, Tracker};
-use super::{ArId, Direction, Observation, Stage};
+use super::{ArId, CallPart, Direction, Observation, Stage, Traffic};
 use rustc_hash::FxHasher;
 use std::hash::Hasher;
 use wire::WireError;
@@ -30,8 +30,11 @@ impl Tracker {
             let known = ars.get(ar.0 as usize);
             known.is_none_or(|ar| !matches!(ar.stage, Stage::Asked | Stage::Refused) && !ar.stage.stands())
         };
-        if self.calls.is_repetition(key, hash, seen.time, over) {
+        if let Some(before) = self.calls.repetition(key, hash, seen.time, over) {
             self.counts.repeated += 1;
+            if !before.is_copy {
+                self.called(seen, key, (before.service, before.ar), CallPart::Again, sink);
+            }
             return Ok(());
         }
         let outcome = self.asked(seen, header, body, sink);
@@ -40,8 +43,24 @@ impl Tracker {
             Ok(asked) => (asked, Ok(())),
             Err(error) => (Asked::Nothing, Err(error)),
         };
+        let what = (asked.service(), asked.ar());
         self.calls.ask(key, hash, seen.time, asked);
+        self.called(seen, key, what, CallPart::Asked, sink);
         outcome
+    }
+
+    /// Tells a step of a call.
+    pub(super) fn called(
+        &mut self,
+        seen: &Seen<'_>,
+        key: CallKey,
+        (service, ar): (&'static str, Option<ArId>),
+        part: CallPart,
+        sink: Sink<'_>,
+    ) {
+        let (source, destination) = (seen.header.source, seen.header.destination);
+        let traffic = Traffic::Call { ar, number: number(key), service, part, source, destination };
+        sink(&self.ars, Observation::Traffic(traffic));
     }
 
     fn asked(&mut self, seen: &Seen<'_>, header: &Header, body: &[u8], sink: Sink<'_>) -> Result<Asked, WireError> {
@@ -124,7 +143,7 @@ impl Tracker {
                     ar.stage = Stage::Ready;
                 }
                 sink(&self.ars, Observation::ApplicationReady { ar: id });
-                Ok(Asked::Control(known))
+                Ok(Asked::Ready(known))
             }
             _ => Ok(Asked::Control(known)),
         }

@@ -1,5 +1,6 @@
 //! Remote procedure calls: which packets are ours, repetitions counted once, fragments put together.
 
+use super::CallPart;
 use super::tracker::{Seen, Sink, Tracker};
 use wire::WireError;
 use wire::datagram::{Datagram, Ipv4};
@@ -56,7 +57,14 @@ impl Tracker {
                     found: pdu.header.fragment.into(),
                 }),
             },
-            PacketType::FAULT | PacketType::REJECT => self.failed(&pdu.header, pdu.body, sink),
+            PacketType::FAULT | PacketType::REJECT => self.failed(seen, &pdu.header, pdu.body, sink),
+            kind @ (PacketType::WORKING | PacketType::PING) => {
+                let part = if kind == PacketType::PING { CallPart::Again } else { CallPart::Working };
+                if let Some(what) = self.calls.waiting(key) {
+                    self.called(seen, key, what, part, sink);
+                }
+                Ok(())
+            }
             _ => Ok(()),
         };
         match outcome {

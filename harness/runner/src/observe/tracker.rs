@@ -8,9 +8,9 @@ use super::connect::Link;
 use super::counts::Counts;
 use super::repeated::Repeated;
 use super::stations::Stations;
-use super::{Ar, ArId, CyclicStatus, Direction, Observation, Stage, Stream};
+use super::{Address, Ar, ArId, CyclicStatus, Direction, Met, Observation, Party, Stage, Stream, Traffic};
 use rustc_hash::FxHashMap;
-use station::Time;
+use station::{Duration, Time};
 use wire::WireError;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::Lldp;
@@ -50,6 +50,21 @@ pub struct Tracker {
     /// No stream starves before this.
     earliest: u64,
     repeated: Repeated,
+    /// Whether somebody else recorded the frames, so that some may be missing.
+    is_recorded: bool,
+}
+
+/// What a cyclic frame is to its stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Taken {
+    /// The next one, as far as can be told.
+    Next,
+    /// It was counted before.
+    Repeated,
+    /// Others are missing before it.
+    AfterLoss,
+    /// It was sent before the one that came before it.
+    Behind,
 }
 
 /// The sender and the frame id in one word, the receiver in the other.
@@ -119,7 +134,27 @@ impl Tracker {
             standing: Vec::new(),
             earliest: u64::MAX,
             repeated: Repeated::default(),
+            is_recorded: false,
         }
+    }
+
+    /// Has seen nothing, and is going to see what somebody else recorded: [`Observation::Gap`] tells where frames are missing,
+    /// and cyclic frames that come behind later ones are counted and not shown.
+    pub fn recorded() -> Tracker {
+        Tracker { is_recorded: true, ..Tracker::new() }
+    }
+
+    /// Frames may be missing before `now`, or the clock was set: nothing that was remembered is simply continued.
+    ///
+    /// What does not come any more from here on has not fallen silent, since its end may be what is missing.
+    pub fn gap(&mut self, now: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+        self.fragments = Reassembler::new(32, 1 << 16);
+        for ar in &mut self.ars {
+            ar.inputs.interrupt(now);
+            ar.outputs.interrupt(now);
+        }
+        self.earliest = 0;
+        sink(&self.ars, Observation::Gap { ar: None });
     }
 
     /// The connections seen so far; an [`ArId`] is an index into them.
@@ -198,7 +233,7 @@ impl Tracker {
     fn cyclic(&mut self, seen: &Seen<'_>, frame_id: FrameId, sink: Sink<'_>) {
         self.counts.cyclic += 1;
         let key = StreamKey::new(seen.header.source, seen.header.destination, frame_id.0);
-        let Some(&route) = self.routes.get(&key) else { return self.stray(key, seen, frame_id) };
+        let Some(&route) = self.routes.get(&key) else { return self.stray(key, seen, frame_id, sink) };
         let Some(ar) = self.ars.get_mut(route.ar as usize) else { return };
         let stands = ar.stage.stands();
         let stream = match route.direction {
@@ -207,12 +242,19 @@ impl Tracker {
         };
         let frame = CyclicFrame::parse(seen.payload, stream.data_length);
         let counter = frame.ok().map(|frame| frame.status.cycle_counter);
-        if !stream.take(&route, seen.number, seen.time, counter) {
+        let taken = stream.take(&route, seen.number, seen.time, counter);
+        if taken == Taken::Repeated {
             self.counts.repeated += 1;
             return;
         }
         if stands && let Some(deadline) = stream.deadline() {
             self.earliest = self.earliest.min(deadline);
+        }
+        if taken != Taken::Next && self.is_recorded && stands {
+            sink(&self.ars, Observation::Gap { ar: Some(ArId(route.ar)) });
+            if taken == Taken::Behind {
+                return;
+            }
         }
         match frame {
             Ok(frame) if stands => sink(
@@ -231,7 +273,12 @@ impl Tracker {
     }
 
     #[cold]
-    fn stray(&mut self, key: StreamKey, seen: &Seen<'_>, FrameId(frame_id): FrameId) {
+    fn stray(&mut self, key: StreamKey, seen: &Seen<'_>, FrameId(frame_id): FrameId, sink: Sink<'_>) {
+        if let Ok(frame) = CyclicFrame::parse_to_end(seen.payload) {
+            let (source, destination) = (seen.header.source, seen.header.destination);
+            let (counter, data) = (frame.status.cycle_counter, frame.data);
+            sink(&self.ars, Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data }));
+        }
         if let Some(stray) = self.strays.get_mut(&key) {
             stray.frames += 1;
         } else if self.strays.len() < MOST_STRAYS {
@@ -254,14 +301,49 @@ impl Tracker {
                 .map(|direction| (ar.stream(direction).deadline().unwrap_or(u64::MAX), direction));
             let (deadline, direction) = if deadlines[1].0 < deadlines[0].0 { deadlines[1] } else { deadlines[0] };
             if now > deadline {
+                let unsure = ar.stream(direction).unsure;
                 ar.stage = Stage::Starved;
                 self.standing.remove(place);
-                sink(&self.ars, Observation::Starved { ar: ArId(index), direction });
+                let ar = ArId(index);
+                let seen = match unsure {
+                    true => Observation::Gap { ar: Some(ar) },
+                    false => Observation::Starved { ar, direction },
+                };
+                sink(&self.ars, seen);
             } else {
                 self.earliest = self.earliest.min(deadline);
                 place += 1;
             }
         }
+    }
+
+    /// Vendor ID and device ID of a station, where it has told them.
+    pub fn ids_of(&self, mac: Mac) -> Option<(u16, u16)> {
+        let mut party = Party::at(Address::Mac(mac));
+        self.stations.complete(&mut party);
+        party.ids
+    }
+
+    /// Follows from here on a connection that was made before the trace began and whose layout somebody else knows; `None`
+    /// where there are too many.
+    pub fn adopt(&mut self, met: Met, sink: Sink<'_>) -> Option<ArId> {
+        let pair = (met.controller, met.device);
+        let known = self.by_pair.get(&pair).and_then(|known| known.last().copied());
+        let known = known.filter(|index| {
+            let ar = self.ars.get(*index as usize);
+            ar.is_some_and(|ar| ar.connect_frame.is_none() && ar.stage.stands() && ar.submodules.is_empty())
+        });
+        let index = known.or_else(|| self.meet(Uuid::NIL, met.controller, met.device))?;
+        let ar = self.ars.get_mut(index as usize)?;
+        ar.device.ids = ar.device.ids.or(Some(met.ids));
+        ar.submodules = met.submodules;
+        for (stream, (frame_id, data_length, step)) in [(&mut ar.inputs, met.inputs), (&mut ar.outputs, met.outputs)] {
+            (stream.frame_id, stream.data_length) = (frame_id, data_length);
+            stream.cycle = Duration::from_nanos(u64::from(step) * COUNTER_STEP_NS);
+        }
+        self.stands_between(index, [met.controller; 2], [met.device; 2]);
+        sink(&self.ars, Observation::Connected { ar: ArId(index) });
+        Some(ArId(index))
     }
 
     /// Remembers a connection; `None` where there are too many.
@@ -360,26 +442,45 @@ impl Route {
 }
 
 impl Stream {
-    /// Counts a frame; false where it was counted before.
+    /// Counts a frame.
     #[inline]
-    fn take(&mut self, route: &Route, number: u64, time: Time, counter: Option<u16>) -> bool {
+    fn take(&mut self, route: &Route, number: u64, time: Time, counter: Option<u16>) -> Taken {
+        let mut taken = Taken::Next;
         if let Some(last) = self.last {
             let gap = time.as_nanos().saturating_sub(last.as_nanos());
             if let (Some(before), Some(counter)) = (self.last_counter, counter) {
                 let steps = u64::from(counter.wrapping_sub(before));
                 let backwards = steps > 0xF000;
                 if (steps == 0 || backwards) && gap < route.window {
-                    return false;
+                    return Taken::Repeated;
                 }
-                self.lost += lost(route.step.into(), steps, gap);
+                let lost = lost(route.step.into(), steps, gap);
+                self.lost += lost;
+                taken = match (lost, backwards) {
+                    (0, true) => Taken::Behind,
+                    (0, false) => Taken::Next,
+                    _ => Taken::AfterLoss,
+                };
             }
-            self.max_gap_ns = self.max_gap_ns.max(gap);
+            if !self.unsure {
+                self.max_gap_ns = self.max_gap_ns.max(gap);
+            }
         }
         self.first_frame.get_or_insert(number);
         self.frames += 1;
         self.last = Some(time);
         self.last_counter = counter;
-        true
+        self.unsure = false;
+        taken
+    }
+
+    /// Frames may be missing before `now`: what is lost there is not counted.
+    fn interrupt(&mut self, now: Time) {
+        if self.last.is_some() {
+            self.last = Some(now);
+            self.last_counter = None;
+            self.unsure = true;
+        }
     }
 
     /// When the stream will have been silent for too long, in nanoseconds; never before its first frame.

@@ -1,8 +1,8 @@
-//! What DCP frames do to stations: names, addresses, resets; and two stations with one name.
+//! What DCP frames do to stations: names, addresses, resets.
 
-use super::report::{EventKind, Finding, Severity};
+use super::report::EventKind;
 use crate::observe::escaped;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
 
@@ -13,24 +13,15 @@ const MOST_STATIONS: usize = 4_096;
 #[derive(Debug, Default)]
 pub(super) struct Stations {
     names: FxHashMap<Mac, String>,
-    owners: FxHashMap<String, Mac>,
-    told: FxHashSet<String>,
-}
-
-/// What a DCP frame tells.
-#[derive(Debug, Default)]
-pub(super) struct Told {
-    pub events: Vec<(EventKind, String)>,
-    pub finding: Option<Finding>,
 }
 
 impl Stations {
     /// Takes in a frame.
-    pub fn observe(&mut self, frame: u64, source: Mac, destination: Mac, pdu: &Dcp) -> Told {
-        let mut told = Told::default();
+    pub fn observe(&mut self, source: Mac, destination: Mac, pdu: &Dcp) -> Vec<(EventKind, String)> {
+        let mut told = Vec::new();
         match (pdu.service_id, pdu.service_type) {
             (ServiceId::SET, ServiceType::REQUEST) => {
-                told.events = pdu.blocks().iter().filter_map(|block| self.set(source, destination, block)).collect();
+                told = pdu.blocks().iter().filter_map(|block| self.set(source, destination, block)).collect();
             }
             (ServiceId::SET, ServiceType::RESPONSE) => {
                 for block in pdu.blocks() {
@@ -43,17 +34,17 @@ impl Stations {
                         );
                         let why = error.sentence().map_or_else(|| format!("block error {}", error.0), str::to_owned);
                         let text = format!("{source} refuses to set {of}: {}", why.trim_end_matches('.'));
-                        told.events.push((EventKind::DcpRefused, text));
+                        told.push((EventKind::DcpRefused, text));
                     }
                 }
             }
             (ServiceId::SET, _) => {
-                told.events.push((EventKind::DcpRefused, format!("{source} does not support to be set by DCP")));
+                told.push((EventKind::DcpRefused, format!("{source} does not support to be set by DCP")));
             }
             (ServiceId::IDENTIFY | ServiceId::GET, ServiceType::RESPONSE) | (ServiceId::HELLO, _) => {
                 for block in pdu.blocks() {
                     if let Value::NameOfStation(name) = &block.value {
-                        told.finding = self.named(frame, source, escaped(name)).or(told.finding);
+                        self.named(source, escaped(name));
                     }
                 }
             }
@@ -102,31 +93,10 @@ impl Stations {
         })
     }
 
-    /// A station says its name; a finding where another station has said the same and neither was renamed in between.
-    fn named(&mut self, frame: u64, station: Mac, name: String) -> Option<Finding> {
-        if self.names.len() >= MOST_STATIONS && !self.names.contains_key(&station) {
-            return None;
+    /// A station says its name.
+    fn named(&mut self, station: Mac, name: String) {
+        if self.names.len() < MOST_STATIONS || self.names.contains_key(&station) {
+            self.names.insert(station, name);
         }
-        if let Some(before) = self.names.insert(station, name.clone())
-            && before != name
-            && self.owners.get(&before) == Some(&station)
-        {
-            self.owners.remove(&before);
-        }
-        if name.is_empty() {
-            return None;
-        }
-        let owner = *self.owners.entry(name.clone()).or_insert(station);
-        if owner == station || !self.told.insert(name.clone()) {
-            return None;
-        }
-        Some(Finding {
-            id: "duplicate-station-name".into(),
-            severity: Severity::Error,
-            frame,
-            text: format!(
-                "{station} and {owner} both say that they are '{name}': a controller will find neither safely"
-            ),
-        })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::dcp::Stations;
 use super::decode::Decoder;
-use super::report::{Event, EventKind, Finding};
+use super::report::{Event, EventKind};
 use crate::observe::{Address, Ar, ArId, Direction, Dp, DpTracker, Leaving, Observation, Party, Role, Stage, Tracker};
 use crate::suite::model::Manual;
 use station::{Duration, Time};
@@ -27,7 +27,6 @@ pub(super) struct Events<'a> {
     /// How many of each kind there were, and the last of those that were not told: its frame and time.
     kinds: BTreeMap<EventKind, Kind>,
     stations: Stations,
-    findings: Vec<Finding>,
     first: Option<Time>,
     now: (u64, Time),
     cut: Option<(usize, u32)>,
@@ -68,7 +67,10 @@ impl<'a> Events<'a> {
     pub fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
         let ar = |id: &ArId| ars.get(id.0 as usize);
         match observation {
-            Observation::Cyclic { .. } | Observation::Lldp { .. } => {}
+            Observation::Cyclic { .. }
+            | Observation::Lldp { .. }
+            | Observation::Traffic(_)
+            | Observation::Gap { .. } => {}
             Observation::Dp { ar: id, event } => self.slave(id.as_ref().and_then(ar), event),
             Observation::Connected { ar: id } => {
                 if let Some(ar) = ar(id) {
@@ -127,9 +129,8 @@ impl<'a> Events<'a> {
                 self.add(EventKind::Starved, text);
             }
             Observation::Dcp { source, destination, pdu } => {
-                let told = self.stations.observe(self.now.0, *source, *destination, pdu);
-                told.events.into_iter().for_each(|(kind, text)| self.add(kind, text));
-                self.findings.extend(told.finding);
+                let told = self.stations.observe(*source, *destination, pdu);
+                told.into_iter().for_each(|(kind, text)| self.add(kind, text));
             }
             Observation::Unreadable { why } => {
                 let mut text = (*why).to_owned();
@@ -202,8 +203,8 @@ impl<'a> Events<'a> {
         self.list.push(Event { frame, time: seconds(self.first, time), kind, text });
     }
 
-    /// All events by frame, and what they show to be wrong.
-    pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> (Vec<Event>, Vec<Finding>) {
+    /// All events by frame.
+    pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Event> {
         for ar in tracker.ars().iter().filter(|ar| ar.stage == Stage::Asked) {
             let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
             let text =
@@ -230,12 +231,12 @@ impl<'a> Events<'a> {
             self.list.push(Event { frame: of.last.0, time: seconds(first, of.last.1), kind: *kind, text });
         }
         self.list.sort_by_key(|event| event.frame);
-        (self.list, self.findings)
+        self.list
     }
 }
 
 /// Seconds since the first frame.
-fn seconds(first: Option<Time>, time: Time) -> f64 {
+pub(super) fn seconds(first: Option<Time>, time: Time) -> f64 {
     let nanos = |time: Time| i128::from(time.as_nanos());
     (nanos(time) - first.map_or(0, nanos)) as f64 / 1e9
 }
@@ -267,6 +268,9 @@ fn name(party: &Party) -> String {
 
 fn connected(ar: &Ar) -> String {
     let mut text = format!("{} is connected to {}", who(Some(ar), Direction::ToDevice), device(Some(ar)));
+    if ar.connect_frame.is_none() && ar.slave.is_none() {
+        text.push_str(" since before the capture began");
+    }
     match ar.role {
         Role::Access => text.push_str(" for access to records"),
         Role::Exchange if ar.slave.is_some() => {

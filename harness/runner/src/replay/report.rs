@@ -1,5 +1,7 @@
 //! What was found in captures, as plain data; its JSON form is a contract: keys may be added, none is renamed or left out.
 
+use super::against::report::AgainstReport;
+use super::finding::Finding;
 use crate::observe::{Address, Ar, Party, Role, Stage, Stream};
 use serde::{Serialize, Serializer};
 
@@ -27,6 +29,9 @@ pub struct CaptureReport {
     pub findings: Vec<Finding>,
     /// What became of each rule of each device that was recognised.
     pub rules: Vec<RuleReport>,
+    /// What a comparison with a device came to, where one was asked for.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub against: Option<AgainstReport>,
 }
 
 /// A place where a file is not as it should be.
@@ -36,6 +41,8 @@ pub struct DamageReport {
     pub at: u64,
     /// What is wrong there.
     pub what: String,
+    /// What it means: which frames may be missing or wrong, and what is undecided for that.
+    pub meaning: String,
 }
 
 /// A connection.
@@ -62,6 +69,9 @@ pub struct ConnectionReport {
     pub release_frame: Option<u64>,
     /// The ERR-RTA that ended it.
     pub abort: Option<Abort>,
+    /// By which manual and module the cyclic frames are read, where the Connect was not seen and they were recognised.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layout: Option<String>,
     /// Frames to the controller.
     pub rt_in: StreamReport,
     /// Frames to the device.
@@ -185,29 +195,6 @@ impl Serialize for EventKind {
     }
 }
 
-/// How bad a finding is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Severity {
-    /// Something is wrong.
-    Error,
-    /// It is worth knowing.
-    Info,
-}
-
-/// Something that is wrong.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Finding {
-    /// The requirements, or the rule where it covers none.
-    pub id: String,
-    /// How bad it is.
-    pub severity: Severity,
-    /// Where it shows.
-    pub frame: u64,
-    /// What is wrong, for people.
-    pub text: String,
-}
-
 /// What became of a rule.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RuleReport {
@@ -252,6 +239,7 @@ impl From<&Ar> for ConnectionReport {
             application_ready_frame: ar.application_ready_frame,
             release_frame: ar.release_frame,
             abort: ar.abort.map(|(frame, code)| Abort { frame, code }),
+            layout: None,
             rt_in: StreamReport::from(&ar.inputs),
             rt_out: StreamReport::from(&ar.outputs),
         }

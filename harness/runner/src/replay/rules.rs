@@ -1,17 +1,20 @@
 //! The rules of the manuals over frames that somebody else recorded.
 
-use super::report::{Finding, RuleReport, Severity};
-use crate::judge::Tick;
-use crate::judge::follow::Change;
-use crate::judge::rule::{RuleSet, RuleWatch, Violation};
-use crate::judge::scene::Scene;
+use super::finding::{Finding, of_rule};
+use super::report::RuleReport;
+use super::unseen::Unseen;
+use crate::judge::follow::{Change, Follower};
+use crate::judge::image::Happening;
+use crate::judge::rule::{RuleWatch, Violation};
+use crate::judge::rule_set::RuleSet;
+use crate::judge::view::{Notebook, View};
+use crate::judge::{Tick, TickKind};
 use crate::observe::{Address, Ar, ArId, BusTracker, Observation};
-use crate::result::{Decided, PartSeen};
-use crate::suite::device::{Bus, Module};
-use crate::suite::model::{Level, Manual, Rule, Variant};
+use crate::result::Decided;
+use crate::suite::device::{Bus, Device, Module};
+use crate::suite::model::{Manual, Rule, Variant};
 use crate::verdict::Verdict;
 use station::{Duration, Time};
-use std::collections::BTreeMap;
 
 /// A hold without samples for longer than this is undecided.
 const WATCHDOG: Duration = Duration::from_secs(1);
@@ -27,15 +30,21 @@ pub struct RuleOutcome {
     pub decided: Decided,
     /// The first time it was broken.
     pub violation: Option<Violation>,
+    /// The first time that one frame alone showed it to be broken, so that the capture may be at fault.
+    pub alone: Option<Violation>,
+    /// Why it could not be decided: what of what it asks for the frames do not show; none where they show all of it.
+    pub unseen: Option<String>,
 }
 
 impl RuleOutcome {
-    /// `fail` where it was broken, `not-run` where it was never decided, else `pass`.
+    /// `fail` where it was broken, `inconclusive` where one frame alone says so or where it was never decided since the frames do
+    /// not show what it asks for, `not-run` where it was never decided otherwise, else `pass`.
     pub fn verdict(&self) -> Verdict {
-        match (&self.violation, self.decided.premises) {
-            (Some(_), _) => Verdict::Fail,
-            (None, 0) => Verdict::NotRun,
-            (None, _) => Verdict::Pass,
+        match (&self.violation, &self.alone, self.decided.premises, &self.unseen) {
+            (Some(_), ..) => Verdict::Fail,
+            (None, Some(_), ..) | (None, None, 0, Some(_)) => Verdict::Inconclusive,
+            (None, None, 0, None) => Verdict::NotRun,
+            (None, None, ..) => Verdict::Pass,
         }
     }
 
@@ -43,60 +52,138 @@ impl RuleOutcome {
         self.decided.premises += other.decided.premises;
         self.decided.undecided += other.decided.undecided;
         self.decided.looked_at += other.decided.looked_at;
-        let earlier = |violation: &Violation| violation.tick.frame;
-        self.violation = match (self.violation.take(), other.violation) {
-            (Some(own), Some(other)) if earlier(&other) < earlier(&own) => Some(other),
-            (own, other) => own.or(other),
-        };
+        self.violation = first(self.violation.take(), other.violation);
+        self.alone = first(self.alone.take(), other.alone);
+        self.unseen = self.unseen.take().or(other.unseen);
     }
 }
 
-/// Judges the rules of one variant on the connections between one controller and one device, one after the other.
+/// The one that shows in the earlier frame.
+fn first(one: Option<Violation>, other: Option<Violation>) -> Option<Violation> {
+    match (one, other) {
+        (Some(one), Some(other)) if other.tick.frame < one.tick.frame => Some(other),
+        (one, other) => one.or(other),
+    }
+}
+
+/// The rules of one variant.
+#[derive(Debug)]
+struct OfVariant<'a> {
+    variant: &'a Variant,
+    rules: RuleSet<'a>,
+    unseen: Unseen,
+}
+
+/// Judges the rules of some variants of a manual on the connections between one controller and one device, one after the other.
 #[derive(Debug)]
 pub struct RuleJudge<'a> {
-    scene: Scene<'a>,
-    rules: RuleSet<'a>,
+    device: &'a Device,
+    follower: Follower,
+    /// What is known besides: nothing on a capture.
+    notebook: Notebook,
+    variants: Vec<OfVariant<'a>>,
+    /// The connection of the last frame or event.
+    ar: Option<ArId>,
 }
 
 impl<'a> RuleJudge<'a> {
     /// Has seen nothing.
-    pub fn new(manual: &'a Manual, variant: &'a Variant) -> RuleJudge<'a> {
-        RuleJudge { scene: Scene::new(manual, variant), rules: RuleSet::new(&variant.rules, WATCHDOG) }
+    pub fn new(manual: &'a Manual, variants: impl IntoIterator<Item = &'a Variant>) -> RuleJudge<'a> {
+        let device: &Device = &manual.device;
+        let of = |variant: &'a Variant| {
+            let rules = RuleSet::new(&variant.rules, WATCHDOG);
+            OfVariant { variant, rules, unseen: Unseen::new(variant) }
+        };
+        let (follower, notebook) = (Follower::new(device), Notebook::default());
+        RuleJudge { device, follower, notebook, variants: variants.into_iter().map(of).collect(), ar: None }
+    }
+
+    /// The same over frames that somebody else recorded, of which some may be missing or damaged.
+    #[must_use]
+    pub fn recorded(self) -> RuleJudge<'a> {
+        let recorded = |of: OfVariant<'a>| OfVariant { rules: of.rules.recorded(), ..of };
+        RuleJudge { variants: self.variants.into_iter().map(recorded).collect(), ..self }
     }
 
     /// Takes in an observation of a connection that is judged, or of none.
     pub fn observe(&mut self, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
-        match self.scene.observe(ars, |_| true, at, observation) {
-            Some(Change::Opened) => self.rules.cut(),
+        self.ar = observation.ar().or(self.ar);
+        if let Observation::Gap { .. } = observation {
+            self.follower.image.interrupt();
+            return self.cut();
+        }
+        match self.follower.observe(self.device, ars, |_| true, at, observation) {
+            Some(Change::Opened) => self.cut(),
             Some(Change::Tick(tick)) => self.tick(tick),
             Some(Change::Closed(tick, _)) => {
                 self.tick(tick);
-                self.rules.cut();
+                self.cut();
             }
             None => {}
         }
     }
 
+    fn cut(&mut self) {
+        self.variants.iter_mut().for_each(|of| of.rules.cut());
+    }
+
     fn tick(&mut self, tick: Tick) {
-        self.rules.tick(&self.scene.view(tick));
-        self.scene.end_of(tick);
+        let RuleJudge { device, follower, notebook, variants, .. } = self;
+        for OfVariant { variant, rules, unseen } in variants {
+            let view = View { device, variant, image: &follower.image, notebook, tick };
+            unseen.tick(&view);
+            rules.tick(&view);
+        }
+        // An event is true at one instant only.
+        if tick.kind == TickKind::Event {
+            follower.image.happening = Happening::Nothing;
+        }
     }
 
     /// Lets time go by: a deadline may run out without a frame.
     pub fn time(&mut self, now: Time, frame: u64) {
-        self.rules.time(&self.scene.view_at(now, frame), now);
+        let RuleJudge { device, follower, notebook, variants, .. } = self;
+        let tick = Tick { time: now, frame, kind: TickKind::Event };
+        for OfVariant { variant, rules, .. } in variants {
+            rules.time(&View { device, variant, image: &follower.image, notebook, tick }, now);
+        }
     }
 
-    /// What became of each rule, in the order of the variant; what is open stays undecided.
-    pub fn end(mut self) -> Vec<RuleOutcome> {
-        self.rules.cut();
-        let outcome = |(rule, (_, watch)): (usize, (&Rule, &RuleWatch<'_>))| RuleOutcome {
+    /// Whether a rule was broken since the last [`news`](Self::news).
+    fn has_news(&self) -> bool {
+        self.variants.iter().any(|of| of.rules.is_newly_broken())
+    }
+
+    /// The rules that are broken so far, where one was broken since this was asked the last time: the frame that shows it, the
+    /// one that began it, and the connection.
+    fn news(&mut self) -> impl Iterator<Item = News> {
+        let ar = self.ar;
+        let new = self.variants.iter_mut().filter_map(|of| of.rules.take_newly_broken().then_some(&of.rules));
+        let broken = new.flat_map(|rules| rules.iter().filter_map(|(_, watch)| watch.violation().or(watch.alone())));
+        broken.map(move |of| News { frame: of.frame(), trigger: of.trigger.map(|tick| tick.frame), ar })
+    }
+
+    /// What became of each rule of each variant, in their order; what is open stays undecided.
+    pub fn end(mut self) -> Vec<Vec<RuleOutcome>> {
+        self.cut();
+        let outcome = |unseen: &Unseen, (rule, (of, watch)): (usize, (&Rule, &RuleWatch<'_>))| RuleOutcome {
             rule,
             decided: watch.decided(),
             violation: watch.violation().cloned(),
+            alone: watch.alone().cloned(),
+            unseen: unseen.of(of),
         };
-        self.rules.iter().enumerate().map(outcome).collect()
+        let of = |of: &OfVariant<'_>| of.rules.iter().enumerate().map(|rule| outcome(&of.unseen, rule)).collect();
+        self.variants.iter().map(of).collect()
     }
+}
+
+/// Where a rule was found to be broken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct News {
+    pub frame: u64,
+    pub trigger: Option<u64>,
+    pub ar: Option<ArId>,
 }
 
 /// Whether a connection is one to a device of this manual: its numbers and the submodules of one of its modules.
@@ -135,107 +222,153 @@ pub fn judge_rules<'f>(
         Bus::Profinet => BusTracker::Profinet(Box::default()),
         Bus::Profibus => BusTracker::Profibus(Box::default()),
     };
-    let mut pairs = Pairs::new(manual, variant);
+    let mut pairs = Pairs { manual, variants: vec![variant], judges: Vec::new(), is_recorded: false };
+    let mut of = Judges::default();
     for (number, time, octets) in frames {
-        pairs.time(time, number);
+        pairs.judges.iter_mut().for_each(|(_, judge)| judge.time(time, number));
         tracker.frame(number, time, octets, &mut |ars, observation| {
-            pairs.observe(ars, (time, number), &observation, &ours);
+            of.observe(std::slice::from_mut(&mut pairs), ars, (time, number), &observation, |_, ar| ours(ar));
         });
     }
-    pairs.end()
+    pairs.end().pop().unwrap_or_default()
 }
 
-/// The judges of one variant, one for each pair of controller and device.
+/// The judges of a manual, one for each pair of controller and device.
 #[derive(Debug)]
 struct Pairs<'a> {
     manual: &'a Manual,
-    variant: &'a Variant,
+    variants: Vec<&'a Variant>,
     judges: Vec<((Address, Address), RuleJudge<'a>)>,
-    /// The judge of each connection.
-    of: Vec<Option<usize>>,
+    /// Whether somebody else recorded the frames.
+    is_recorded: bool,
 }
 
-impl<'a> Pairs<'a> {
-    fn new(manual: &'a Manual, variant: &'a Variant) -> Pairs<'a> {
-        Pairs { manual, variant, judges: Vec::new(), of: Vec::new() }
-    }
-
-    fn observe(&mut self, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>, ours: impl Fn(&Ar) -> bool) {
-        if let Observation::Connected { ar } = observation {
-            self.connected(ars, *ar, ours);
-        }
-        match observation.ar() {
-            Some(ar) => {
-                if let Some(judge) = self.of.get(ar.0 as usize).copied().flatten() {
-                    self.judges[judge].1.observe(ars, at, observation);
-                }
-            }
-            None => self.judges.iter_mut().for_each(|(_, judge)| judge.observe(ars, at, observation)),
-        }
-    }
-
-    fn connected(&mut self, ars: &[Ar], id: ArId, ours: impl Fn(&Ar) -> bool) {
-        let Some(ar) = ars.get(id.0 as usize).filter(|ar| ours(ar)) else { return };
+impl Pairs<'_> {
+    /// The judge of the pair that a connection is between; none where there are too many.
+    fn judge(&mut self, ar: &Ar) -> Option<usize> {
         let pair = (ar.controller.address, ar.device.address);
         let known = self.judges.iter().position(|(known, _)| *known == pair);
-        let judge = known.or_else(|| {
+        known.or_else(|| {
             (self.judges.len() < MOST_PAIRS).then(|| {
-                self.judges.push((pair, RuleJudge::new(self.manual, self.variant)));
+                let judge = RuleJudge::new(self.manual, self.variants.iter().copied());
+                self.judges.push((pair, if self.is_recorded { judge.recorded() } else { judge }));
                 self.judges.len() - 1
             })
-        });
-        let index = id.0 as usize;
-        self.of.resize(self.of.len().max(index + 1), None);
-        self.of[index] = judge;
+        })
     }
 
-    fn time(&mut self, now: Time, frame: u64) {
-        self.judges.iter_mut().for_each(|(_, judge)| judge.time(now, frame));
-    }
-
-    fn end(self) -> Vec<RuleOutcome> {
-        let nothing = |rule| RuleOutcome { rule, decided: Decided::default(), violation: None };
-        let mut outcomes: Vec<RuleOutcome> = (0..self.variant.rules.len()).map(nothing).collect();
+    /// What became of the rules of each variant over all pairs.
+    fn end(self) -> Vec<Vec<RuleOutcome>> {
+        let nothing =
+            |rule| RuleOutcome { rule, decided: Decided::default(), violation: None, alone: None, unseen: None };
+        let none = |variant: &&Variant| (0..variant.rules.len()).map(nothing).collect();
+        let mut outcomes: Vec<Vec<RuleOutcome>> = self.variants.iter().map(none).collect();
         for (_, judge) in self.judges {
-            outcomes.iter_mut().zip(judge.end()).for_each(|(sum, of)| sum.add(of));
+            for (sum, of) in outcomes.iter_mut().zip(judge.end()) {
+                sum.iter_mut().zip(of).for_each(|(sum, of)| sum.add(of));
+            }
         }
         outcomes
     }
 }
 
+/// The judges of each connection of a bus: which manuals' pairs, and which of those.
+#[derive(Debug, Default)]
+struct Judges(Vec<Vec<(usize, usize)>>);
+
+impl Judges {
+    /// Tells the judges of the observation; whether one of them has found a rule to be broken.
+    fn observe(
+        &mut self,
+        pairs: &mut [Pairs<'_>],
+        ars: &[Ar],
+        at: (Time, u64),
+        observation: &Observation<'_>,
+        ours: impl Fn(&Manual, &Ar) -> bool,
+    ) -> bool {
+        if let Observation::Connected { ar } = observation {
+            self.connected(pairs, ars, *ar, ours);
+        }
+        let mut has_news = false;
+        let mut tell = |judge: &mut RuleJudge<'_>| {
+            judge.observe(ars, at, observation);
+            has_news |= judge.has_news();
+        };
+        match observation.ar() {
+            Some(ar) => {
+                for &(pair, judge) in self.0.get(ar.0 as usize).into_iter().flatten() {
+                    tell(&mut pairs[pair].judges[judge].1);
+                }
+            }
+            None => pairs.iter_mut().flat_map(|pairs| &mut pairs.judges).for_each(|(_, judge)| tell(judge)),
+        }
+        has_news
+    }
+
+    fn connected(&mut self, pairs: &mut [Pairs<'_>], ars: &[Ar], id: ArId, ours: impl Fn(&Manual, &Ar) -> bool) {
+        let Some(ar) = ars.get(id.0 as usize) else { return };
+        let index = id.0 as usize;
+        self.0.resize_with(self.0.len().max(index + 1), Vec::new);
+        let ours = pairs.iter_mut().enumerate().filter(|(_, pairs)| ours(pairs.manual, ar));
+        self.0[index] = ours.filter_map(|(place, pairs)| Some((place, pairs.judge(ar)?))).collect();
+    }
+}
+
 /// The rules of all manuals on one capture; a device that nobody has named may be any variant of its manual.
 #[derive(Debug)]
-pub(super) struct CaptureRules<'a>(Vec<Pairs<'a>>);
+pub(super) struct CaptureRules<'a> {
+    profinet: (Vec<Pairs<'a>>, Judges),
+    profibus: (Vec<Pairs<'a>>, Judges),
+    /// Whether a rule was broken since somebody asked.
+    has_news: bool,
+}
 
 impl<'a> CaptureRules<'a> {
     pub fn new(manuals: &'a [Manual]) -> CaptureRules<'a> {
-        let all = manuals.iter().flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)));
-        CaptureRules(all.map(|(manual, variant)| Pairs::new(manual, variant)).collect())
+        let of = |bus: Bus| {
+            let manuals = manuals.iter().filter(|manual| manual.device.bus == bus);
+            let pairs = |manual: &'a Manual| Pairs {
+                manual,
+                variants: manual.variants.iter().collect(),
+                judges: Vec::new(),
+                is_recorded: true,
+            };
+            (manuals.map(pairs).collect(), Judges::default())
+        };
+        CaptureRules { profinet: of(Bus::Profinet), profibus: of(Bus::Profibus), has_news: false }
     }
 
     /// Takes in an observation on a bus; what devices of another one are is not told by it.
+    #[inline]
     pub fn observe(&mut self, bus: Bus, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
-        for pairs in self.0.iter_mut().filter(|pairs| pairs.manual.device.bus == bus) {
-            let manual = pairs.manual;
-            pairs.observe(ars, at, observation, |ar| speaks_to(manual, ar));
-        }
+        let (pairs, judges) = match bus {
+            Bus::Profinet => &mut self.profinet,
+            Bus::Profibus => &mut self.profibus,
+        };
+        self.has_news |= judges.observe(pairs, ars, at, observation, speaks_to);
     }
 
-    pub fn time(&mut self, now: Time, frame: u64) {
-        self.0.iter_mut().for_each(|pairs| pairs.time(now, frame));
+    /// Where rules of devices on this bus were broken since this was asked the last time, and maybe some before.
+    pub fn news(&mut self, bus: Bus) -> Vec<News> {
+        if !std::mem::take(&mut self.has_news) {
+            return Vec::new();
+        }
+        let pairs = match bus {
+            Bus::Profinet => &mut self.profinet.0,
+            Bus::Profibus => &mut self.profibus.0,
+        };
+        pairs.iter_mut().flat_map(|pairs| pairs.judges.iter_mut().flat_map(|(_, judge)| judge.news())).collect()
     }
 
     /// What became of the rules of the devices that were there, and what was broken.
     pub fn end(self) -> (Vec<RuleReport>, Vec<Finding>) {
         let (mut reports, mut findings) = (Vec::new(), Vec::new());
-        let mut manuals: BTreeMap<&str, Vec<Pairs<'a>>> = BTreeMap::new();
-        for pairs in self.0.into_iter().filter(|pairs| !pairs.judges.is_empty()) {
-            manuals.entry(&pairs.manual.device.name).or_default().push(pairs);
-        }
-        for variants in manuals.into_values() {
-            let Some(manual) = variants.first().map(|pairs| pairs.manual) else { continue };
-            let judged: Vec<(&Variant, Vec<RuleOutcome>)> =
-                variants.into_iter().map(|pairs| (pairs.variant, pairs.end())).collect();
+        let mut all: Vec<Pairs<'a>> = self.profinet.0.into_iter().chain(self.profibus.0).collect();
+        all.retain(|pairs| !pairs.judges.is_empty());
+        all.sort_by(|one, other| one.manual.device.name.cmp(&other.manual.device.name));
+        for pairs in all {
+            let (manual, variants) = (pairs.manual, pairs.variants.clone());
+            let judged: Vec<(&Variant, Vec<RuleOutcome>)> = variants.into_iter().zip(pairs.end()).collect();
             let mut ids: Vec<&str> = Vec::new();
             for rule in judged.iter().flat_map(|(variant, _)| &variant.rules) {
                 if !ids.contains(&rule.id.as_str()) {
@@ -263,7 +396,14 @@ fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<Rul
     let Some(&(_, rule, first)) = of.first() else { return (None, None) };
     let same = of.len() == manual.variants.len() && of.iter().all(|(_, _, other)| other.verdict() == first.verdict());
     let (verdict, reason) = match (same, first.verdict()) {
-        (true, Verdict::NotRun) => (Verdict::NotRun, Some("its premise was never seen".to_owned())),
+        (true, Verdict::NotRun) => (Verdict::NotRun, Some("its premise never came up".to_owned())),
+        (true, Verdict::Inconclusive) => {
+            let alone = first.alone.as_ref().map(|violation| {
+                let why = "and the capture or the line may be at fault";
+                format!("only frame {} shows it broken, {why}", violation.frame())
+            });
+            (Verdict::Inconclusive, alone.or_else(|| first.unseen.clone()))
+        }
         (true, verdict) => (verdict, None),
         (false, _) => {
             let each: Vec<String> =
@@ -282,25 +422,15 @@ fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<Rul
         looked_at: first.decided.looked_at,
         reason,
     };
-    let broken = first.violation.as_ref().filter(|_| verdict == Verdict::Fail);
-    (Some(report), broken.map(|violation| finding(manual, rule, violation)))
-}
-
-fn finding(manual: &Manual, rule: &Rule, violation: &Violation) -> Finding {
-    let covered: Vec<_> = rule.covers.iter().filter_map(|&index| manual.requirements.get(index)).collect();
-    let id = match covered.is_empty() {
-        true => format!("{}/{}", manual.device.name, rule.id),
-        false => covered.iter().map(|requirement| requirement.id.as_str()).collect::<Vec<_>>().join(", "),
+    let broken = match (same, verdict) {
+        (_, Verdict::Fail) => first.violation.as_ref().map(|violation| of_rule(manual, rule, violation)),
+        (true, Verdict::Inconclusive) => first.alone.as_ref().map(|violation| {
+            let mut finding = of_rule(manual, rule, violation);
+            finding.doubt();
+            finding.text.push_str("; no other frame shows it, so that the capture or the line may be at fault");
+            finding
+        }),
+        _ => None,
     };
-    let info = !covered.is_empty() && covered.iter().all(|requirement| requirement.level == Level::Info);
-    let part = |part: &PartSeen| format!("{}: wanted {}, seen {}", part.text, part.wanted, part.seen);
-    let parts: Vec<String> = violation.parts.iter().filter(|part| !part.held).map(part).collect();
-    let since = violation.trigger.map_or(String::new(), |trigger| format!(" (after frame {})", trigger.frame));
-    let text = format!("{} {}{since} [{}]; {}", rule.why.trim_end(), violation.how, rule.id, parts.join("; "));
-    Finding {
-        id,
-        severity: if info { Severity::Info } else { Severity::Error },
-        frame: violation.tick.frame,
-        text: text.trim_end_matches("; ").to_owned(),
-    }
+    (Some(report), broken)
 }

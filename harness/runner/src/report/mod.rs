@@ -1,9 +1,10 @@
 //! Reports: each reads a [`RunResult`] and gives text; none of them computes a verdict of its own.
 //!
 //! What a result weighs (green, neutral, red) is decided once, in `status`, so that console, JSON, JUnit, TAP and the exit
-//! status agree. This room must not know suites, engines, files or terminals.
+//! status agree. This room must not know suites, engines, files or terminals; a page gets its pictures from who calls.
 
 mod console;
+mod html;
 mod json;
 mod junit;
 mod status;
@@ -12,6 +13,7 @@ mod text;
 mod words;
 
 pub use console::{Look, console, one};
+pub use html::{Pictures, html};
 pub use json::json;
 pub use junit::junit;
 pub use status::{ExitStatus, Light, light, reasons, status};
@@ -26,6 +28,8 @@ use crate::result::RunResult;
 pub enum Format {
     /// What the terminal shows, without colours and with every case listed.
     Console,
+    /// A page for a browser, in one file.
+    Html,
     /// The contract for other tools.
     Json,
     /// For continuous integration.
@@ -38,8 +42,9 @@ pub enum Format {
 
 impl Format {
     /// Every format with its word on the command line.
-    pub const ALL: [(&'static str, Format); 5] = [
+    pub const ALL: [(&'static str, Format); 6] = [
         ("console", Format::Console),
+        ("html", Format::Html),
         ("json", Format::Json),
         ("junit", Format::Junit),
         ("tap", Format::Tap),
@@ -50,6 +55,7 @@ impl Format {
     pub fn write(self, result: &RunResult) -> String {
         match self {
             Format::Console => console(result, Look { colour: false, verbose: true }),
+            Format::Html => html(result, &|_| Pictures::default()),
             Format::Json => json(result),
             Format::Junit => junit(result),
             Format::Tap => tap(result),

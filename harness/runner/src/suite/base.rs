@@ -9,9 +9,9 @@ use super::source::{Files, Sources};
 use super::step::{Ground, Procedure};
 use super::taken;
 use super::yaml::{self, Node};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::borrow::Cow;
-use std::cell::OnceCell;
+use std::sync::{Arc, OnceLock};
 
 /// The folder of what manuals share.
 pub(super) const COMMON: &str = "common";
@@ -46,11 +46,13 @@ pub(super) struct Base {
 impl Base {
     /// Reads everything in the folder `folder` but its topic files; none if there is a mistake.
     ///
-    /// `known` are the requirements if they were read before for the same variants.
+    /// `known` are the requirements if they were read before for the same variants; `elsewhere` is shared by all manuals of
+    /// `sources`.
     pub(super) fn read(
         sources: &Sources,
         folder: &str,
         known: Option<&Base>,
+        elsewhere: &Elsewhere,
         files: &mut Files,
         mistakes: &Mistakes,
     ) -> Option<Base> {
@@ -90,11 +92,49 @@ impl Base {
             bugs = lists::bugs(&parts, &index, files, mistakes);
         }
         let (bugs, bug_spots) = bugs.into_iter().unzip();
-        let mut declared = described.declared.clone();
-        let procedures = self::procedures(&procedures, mistakes, &mut declared);
-        let elsewhere = Elsewhere::default();
+        let mut of_procedures = Vec::new();
+        let procedures = self::procedures(&procedures, mistakes, &mut of_procedures);
+        let declared = described.declared.iter().cloned().chain(of_procedures).collect();
+        let elsewhere = elsewhere.clone();
         let base = Base { described, requirements, index, bugs, elsewhere, bug_spots, procedures, common, declared };
         (mistakes.count() == 0).then_some(base)
+    }
+
+    /// The same with other texts of `device.yaml` and of the files of procedures, without requirements and common suites, which
+    /// nothing is compiled on.
+    ///
+    /// None if there is a mistake, or if it has other variants, on which everything else depends.
+    pub(super) fn with(
+        &self,
+        sources: &Sources,
+        device: &Node,
+        procedures: &[Node],
+        mistakes: &Mistakes,
+    ) -> Option<Base> {
+        let before = &self.described.device;
+        let mut described = device_yaml::read(device, &before.name, mistakes)?;
+        sources.times.apply(&mut described.device.timing);
+        if described.device.variants != before.variants || mistakes.count() > 0 {
+            return None;
+        }
+        let procedures = self::procedures(procedures, mistakes, &mut Vec::new());
+        let base = Base {
+            described,
+            requirements: Vec::new(),
+            index: self.index.clone(),
+            bugs: self.bugs.clone(),
+            elsewhere: self.elsewhere.clone(),
+            bug_spots: self.bug_spots.clone(),
+            procedures,
+            common: Vec::new(),
+            declared: Vec::new(),
+        };
+        (mistakes.count() == 0).then_some(base)
+    }
+
+    /// The bugs of all manuals where the file `path` (below `suites`) has another text.
+    pub(super) fn elsewhere_with(&self, path: &str) -> Elsewhere {
+        if is_list_of_bugs(path) { Elsewhere::default() } else { self.elsewhere.clone() }
     }
 
     /// What steps are compiled on.
@@ -106,28 +146,33 @@ impl Base {
 }
 
 /// The bugs of all manuals, which are read when a common suite names one that this manual does not have.
-#[derive(Debug, Default)]
-pub(super) struct Elsewhere(OnceCell<Option<Vec<String>>>);
+#[derive(Clone, Debug, Default)]
+pub(super) struct Elsewhere(Arc<OnceLock<Option<FxHashSet<String>>>>);
 
 impl Elsewhere {
     /// Fails if no manual lists the bug `name`, which stands at `at`.
     pub(super) fn lists(&self, sources: &Sources, name: &str, at: &Node) -> Read<()> {
         let read = || {
-            let is_list = |path: &str| {
-                path.split_once('/').is_some_and(|(_, file)| is_part(file.trim_end_matches(".yaml"), BUGS))
-            };
-            let lists = sources.files().filter(|(path, _)| is_list(path)).map(|(_, text)| lists::bug_names(text));
+            let lists = sources.files().filter(|(path, _)| is_list_of_bugs(path));
+            let lists = lists.map(|(_, text)| lists::bug_names(text));
             // A list that cannot be read is told of by the manual that it belongs to.
             let names: Option<Vec<Vec<String>>> = lists.collect();
-            names.map(|names| names.concat())
+            names.map(|names| names.into_iter().flatten().collect())
         };
         match self.0.get_or_init(read) {
-            Some(names) if !names.iter().any(|known| known == name) => {
-                Err(Mistake::unknown(at.spot, "bug", name, names.iter().map(String::as_str)))
+            Some(names) if !names.contains(name) => {
+                let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+                names.sort_unstable();
+                Err(Mistake::unknown(at.spot, "bug", name, names))
             }
             _ => Ok(()),
         }
     }
+}
+
+/// Whether the file `path` (below `suites`) holds bugs of a manual.
+fn is_list_of_bugs(path: &str) -> bool {
+    path.split_once('/').is_some_and(|(_, file)| is_part(file.trim_end_matches(".yaml"), BUGS))
 }
 
 /// The files of a list with their numbers, in the order of their names.

@@ -170,6 +170,12 @@ key_sets! {
         "rpm" may Number, "How fast, 60 by default.";
     }
 
+    MASKS "masks.yaml" {
+        "masks" must Map(&Text), "Names that are not compared with a capture, each with the reason.";
+        "tolerance" may Number, "By how many cycles a value may come earlier or later than recorded, 5 by default.";
+        "noise" may Number, "By how many steps a measured number may differ, 0 by default.";
+    }
+
     DEVICE "device.yaml" {
         "device" must Label, "The name of the folder.";
         "bus" must Word(&["profinet", "profibus"]), "The bus.";
@@ -387,7 +393,8 @@ key_sets! {
     BENCH "a bench file" {
         "device" must Name, "The manual and the variant that it claims to be, as `manual/variant`; `none` for a device without a manual.";
         "description" may Text, "With `device: none`: a file that describes it in the words of device.yaml.";
-        "link" must Text, "Where it is: `nic:INTERFACE`, or `socket:ADDRESS` for Ethernet frames on a stream as QEMU has them.";
+        "link" must Text, "Where it is: `nic:INTERFACE`, `socket:ADDRESS` for Ethernet frames on a stream as QEMU has them, or `serial:TTY` for a PROFIBUS.";
+        "line" may Keys(&BENCH_LINE), "What the PROFIBUS at a serial line is like.";
         "station_name" may Text, "Its station name; without it the only station that fits the claim is meant.";
         "mac" may Text, "Its MAC address, where it has to be this one.";
         "ip" may Text, "The address that it is given; without it the one that it has.";
@@ -473,6 +480,16 @@ key_sets! {
         "ip" may Text, "Our IP address; without it one of the subnet that nobody has.";
         "mac" may Text, "Our MAC address; without it one derived from the interface's.";
     }
+    BENCH_LINE "line" {
+        "baud" may Number, "Bits in a second, 1500000 by default on a pseudoterminal and 19200 on any other line.";
+        "parity" may Word(PARITIES), "The parity bit; PROFIBUS has `even`, the default.";
+        "slot_time" may Number, "How many bit times an answer is waited for; by default those of the standard, and 20 ms at least.";
+        "max_tsdr" may Number, "How many bit times a slave takes to answer at most; by default those of the standard.";
+        "driver" may Word(DRIVERS), "Which hardware switches the driver of the RS-485 adapter; needed on any line but a pseudoterminal.";
+        "echo" may Flag, "The adapter lets what we send come back; `true` or left out.";
+        "address" may Number, "The station address that the device has, by default that of device.yaml.";
+        "masters" may List(&Number), "The addresses of our masters, `[1, 2]` by default.";
+    }
     BENCH_STAND "stand" {
         "control" may Text, "A Unix socket that understands the control lines, as `encspec serve --control` makes one.";
         "hooks" may Map(&Text), "For a name that is set or looked at, the command that does it; `{value}` stands for the value.";
@@ -483,6 +500,7 @@ key_sets! {
         "factory_reset" may Flag, "It may be reset to factory settings.";
         "set_name" may Flag, "Its station name may be changed; it is put back.";
         "set_ip" may Flag, "Its address may be changed; it is put back.";
+        "set_address" may Flag, "Its station address may be changed over the bus; it is put back (PROFIBUS).";
         "nvm_write" may Number, "So many times in a run its memory may be written, 0 by default.";
         "position_reference" may Flag, "Its position may be preset: a machine around it loses its reference.";
         "firmware" may Flag, "It may be told to wait for another firmware, which stops its web server.";
@@ -490,6 +508,10 @@ key_sets! {
     }
 }
 
+/// Parities of a serial line.
+pub(crate) const PARITIES: &[&str] = &["even", "odd", "none"];
+/// Who switches the driver of an RS-485 adapter.
+pub(crate) const DRIVERS: &[&str] = &["adapter", "port"];
 /// Start-ups.
 pub(crate) const START_UPS: &[&str] = &["legacy", "advanced"];
 /// Byte orders.

@@ -185,9 +185,11 @@ pub(super) fn bugs(
     let mut list: Vec<(Bug, Spot)> = Vec::new();
     for (file, text) in parts {
         let Some(read) = mistakes.keep(from_yaml::<BugsFile>(*file, text.as_ref())) else { continue };
+        let heads = heads(*file, text.as_ref());
         for (name, entry) in read.bugs {
             let spots = || Spots::new(*file, text.as_ref());
-            let spot = spots().after("", &format!("{name}:"));
+            let spot = heads.get(name.as_str()).copied();
+            let spot = spot.unwrap_or_else(|| spots().after("", &format!("{name}:")));
             if list.iter().any(|(bug, _)| bug.name == name) {
                 mistakes.note(Mistake::new(spot, format!("duplicate bug `{name}`")));
                 continue;
@@ -214,6 +216,26 @@ pub(super) fn bugs(
     list
 }
 
+/// Where each key that begins a line stands first.
+fn heads(file: u16, text: &str) -> FxHashMap<&str, Spot> {
+    let mut heads = FxHashMap::default();
+    for (index, line) in text.lines().enumerate() {
+        let key = line.trim_start();
+        let indent = line.len() - key.len();
+        if let Some((head, _)) = key.split_once(':') {
+            let (line, column, width) = (index as u32 + 1, indent as u32 + 1, head.len() as u32 + 1);
+            heads.entry(head).or_insert(Spot { file, line, column, width });
+        }
+    }
+    heads
+}
+
+/// Where `word` begins in `line`; one letter after the other, since a search would cost more to begin than it saves.
+fn find(line: &str, word: &str) -> Option<usize> {
+    let Some(first) = word.chars().next() else { return Some(0) };
+    line.match_indices(first).map(|(at, _)| at).find(|at| line[*at..].starts_with(word))
+}
+
 /// Finds words in the order of a file, for lists whose reader keeps no places.
 struct Spots<'t> {
     file: u16,
@@ -233,7 +255,7 @@ impl<'t> Spots<'t> {
     /// The next line that has `key` and then `word`; the search goes on after it.
     fn after(&mut self, key: &str, word: &str) -> Spot {
         for (index, line) in self.lines.by_ref() {
-            let place = line.find(key).and_then(|start| Some(start + line.get(start..)?.find(word)?));
+            let place = find(line, key).and_then(|start| Some(start + find(line.get(start..)?, word)?));
             if let Some(place) = place {
                 let column = line.get(..place).map_or(0, |before| before.chars().count()) as u32 + 1;
                 return Spot { file: self.file, line: index as u32 + 1, column, width: word.chars().count() as u32 };

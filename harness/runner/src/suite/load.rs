@@ -1,11 +1,12 @@
 //! From files to manuals: what is compiled in which order, and what is compared at the end.
 
-use super::base::{BUGS, Base, COMMON, REQUIREMENTS, common, common_suite, is_part};
+use super::base::{BUGS, Base, COMMON, Elsewhere, REQUIREMENTS, common, common_suite, is_part};
 use super::case::{Compiled, Topic};
 use super::device_yaml::Described;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
 use super::lists;
-use super::model::{Manual, Variant};
+use super::masks::{self, MASKS, MaskList};
+use super::model::{Bug, Manual, Variant};
 use super::names::{Names, Used};
 use super::source::{Files, Sources};
 use super::step::Ground;
@@ -17,18 +18,36 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
+/// The name of the file that describes a device.
+const DEVICE: &str = "device";
+/// The name of a file of procedures.
+const PROCEDURES: &str = "procedures";
+
 /// Whether a file of a manual's folder holds cases or rules, by its name.
 fn is_topic(name: &str) -> bool {
-    !["device", "procedures"].contains(&name) && ![REQUIREMENTS, BUGS].iter().any(|list| is_part(name, list))
+    ![DEVICE, PROCEDURES, MASKS].contains(&name) && ![REQUIREMENTS, BUGS].iter().any(|list| is_part(name, list))
 }
 
 /// Loads the manuals of `sources`, or only the one of the name `only`.
 ///
 /// Everything that is wrong in them comes back at once, in the order of files and lines.
 pub fn load(sources: &Sources, only: Option<&str>) -> Result<Vec<Manual>, LoadErrors> {
+    load_those(sources, |name| only.is_none_or(|only| only == name), only)
+}
+
+/// Loads the manuals of `sources` whose names are in `names`, as [`load`] does; a name that no manual has is passed over.
+pub fn load_some(sources: &Sources, names: &[&str]) -> Result<Vec<Manual>, LoadErrors> {
+    load_those(sources, |name| names.contains(&name), None)
+}
+
+fn load_those(
+    sources: &Sources,
+    is_wanted: impl Fn(&str) -> bool,
+    only: Option<&str>,
+) -> Result<Vec<Manual>, LoadErrors> {
     let known = sources.manuals();
     let (mut manuals, mut errors) = (Vec::new(), Vec::new());
-    let wanted = known.iter().filter(|folder| only.is_none_or(|only| only == folder.as_str()));
+    let wanted = known.iter().filter(|folder| is_wanted(folder));
     for loaded in at_once(sources, &wanted.collect::<Vec<_>>()) {
         match loaded {
             Ok(manual) => manuals.push(manual),
@@ -51,8 +70,9 @@ pub fn load(sources: &Sources, only: Option<&str>) -> Result<Vec<Manual>, LoadEr
 /// Each folder as a manual, in their order; those of several are read by as many threads as there are cores.
 fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErrors>> {
     let threads = thread::available_parallelism().map_or(1, usize::from).min(folders.len());
+    let elsewhere = Elsewhere::default();
     if threads < 2 {
-        return folders.iter().map(|folder| manual(sources, folder)).collect();
+        return folders.iter().map(|folder| manual(sources, folder, &elsewhere)).collect();
     }
     // The folders with most to read come first, so that the last thread to end ends early.
     let mut order: Vec<usize> = (0..folders.len()).collect();
@@ -61,7 +81,7 @@ fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErr
     let work = || {
         let mut loaded = Vec::new();
         while let Some(&at) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-            loaded.push((at, manual(sources, folders[at])));
+            loaded.push((at, manual(sources, folders[at], &elsewhere)));
         }
         loaded
     };
@@ -80,9 +100,9 @@ fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErr
     loaded.into_iter().map(|(_, manual)| manual).collect()
 }
 
-fn manual(sources: &Sources, folder: &str) -> Result<Manual, LoadErrors> {
+fn manual(sources: &Sources, folder: &str, elsewhere: &Elsewhere) -> Result<Manual, LoadErrors> {
     let (mut files, mistakes) = (Files::default(), Mistakes::default());
-    let manual = read(sources, folder, None, &mut files, &mistakes);
+    let manual = read(sources, folder, None, elsewhere, &mut files, &mistakes);
     manual.ok_or_else(|| files.errors(&mistakes))
 }
 
@@ -90,21 +110,21 @@ fn read(
     sources: &Sources,
     folder: &str,
     known: Option<&Base>,
+    elsewhere: &Elsewhere,
     files: &mut Files,
     mistakes: &Mistakes,
 ) -> Option<Manual> {
-    let base = Base::read(sources, folder, known, files, mistakes)?;
+    let base = Base::read(sources, folder, known, elsewhere, files, mistakes)?;
     let nodes = parse(sources, folder, files, mistakes);
+    if let Some((file, text)) = files.open(sources, folder, MASKS)
+        && let Some(node) = mistakes.keep(yaml::parse(file, &text))
+    {
+        let used = Used::default();
+        mistakes.keep(masks::read(&node, &Names::new(&base.described, 0, &used, mistakes)));
+    }
     let used = Used::default();
     let ground = base.ground(sources, files, mistakes);
-    let variants = topics(&base, &base.common, &nodes, &ground, &used);
-    if mistakes.count() == 0 {
-        for (bug, spot) in
-            base.bugs.iter().zip(&base.bug_spots).filter(|(bug, _)| !used.has(&format!("bug `{}`", bug.name)))
-        {
-            mistakes.note(Mistake::new(*spot, format!("no case catches the bug `{}`", bug.name)));
-        }
-    }
+    let variants = variants(&base, &base.common, &nodes, &ground, &used);
     if mistakes.count() > 0 {
         return None;
     }
@@ -115,6 +135,24 @@ fn read(
         .map(|(name, spot)| (name, files.location(spot)))
         .collect();
     Some(Manual { device: Arc::new(device), requirements, bugs, variants, unused })
+}
+
+/// Every variant of a manual, whose bugs are all caught.
+fn variants(
+    base: &Base,
+    common: &[(String, Node)],
+    nodes: &[(String, Node)],
+    ground: &Ground<'_>,
+    used: &Used,
+) -> Vec<Variant> {
+    let variants = topics(base, common, nodes, ground, used);
+    if ground.mistakes.count() == 0 {
+        let is_caught = |bug: &Bug| used.has(&format!("bug `{}`", bug.name));
+        for (bug, spot) in base.bugs.iter().zip(&base.bug_spots).filter(|(bug, _)| !is_caught(bug)) {
+            ground.mistakes.note(Mistake::new(*spot, format!("no case catches the bug `{}`", bug.name)));
+        }
+    }
+    variants
 }
 
 /// The topic files of a folder by name.
@@ -163,6 +201,9 @@ pub struct Checker {
     folder: String,
     base: Base,
     files: Files,
+    device: Node,
+    /// The parsed files of procedures: the common one and that of the manual.
+    procedures: [Option<Node>; 2],
     /// The parsed topic files.
     nodes: Vec<(String, Node)>,
 }
@@ -171,14 +212,26 @@ impl Checker {
     /// Fails as [`load`] does if the manual `folder` has a mistake.
     pub fn new(sources: &Sources, folder: &str) -> Result<Checker, LoadErrors> {
         load(sources, Some(folder))?;
+        Checker::unchecked(sources, folder)
+    }
+
+    /// The same for a manual that was loaded already, so that its topic files need not be looked at again.
+    ///
+    /// Fails if what all of them stand on has a mistake.
+    pub fn unchecked(sources: &Sources, folder: &str) -> Result<Checker, LoadErrors> {
         let (mut files, mistakes) = (Files::default(), Mistakes::default());
-        match Base::read(sources, folder, None, &mut files, &mistakes) {
-            Some(base) => {
-                let nodes = parse(sources, folder, &mut files, &mistakes);
-                Ok(Checker { sources: sources.clone(), folder: folder.to_owned(), base, files, nodes })
-            }
-            None => Err(files.errors(&mistakes)),
-        }
+        let Some(base) = Base::read(sources, folder, None, &Elsewhere::default(), &mut files, &mistakes) else {
+            return Err(files.errors(&mistakes));
+        };
+        let nodes = parse(sources, folder, &mut files, &mistakes);
+        let mut open = |folder: &str, name: &str| {
+            let (file, text) = files.open(sources, folder, name)?;
+            mistakes.keep(yaml::parse(file, &text))
+        };
+        let procedures = [open(COMMON, PROCEDURES), open(folder, PROCEDURES)];
+        let device = open(folder, DEVICE);
+        let Some(device) = device else { return Err(files.errors(&mistakes)) };
+        Ok(Checker { sources: sources.clone(), folder: folder.to_owned(), base, files, device, procedures, nodes })
     }
 
     /// The first mistakes of the manual if the file `path` (below `suites`) had this text.
@@ -208,11 +261,71 @@ impl Checker {
             if let Some(node) = node {
                 self.compile(&[(name.to_owned(), node)], &using, &files, &mistakes);
             }
-        } else {
+        } else if folder == self.folder
+            && let Some(base) = self.base_with(name, opened.0, &opened.1, &mistakes)
+        {
+            let ground = base.ground(&self.sources, &files, &mistakes);
+            variants(&base, &self.base.common, &self.nodes, &ground, &Used::default());
+        } else if mistakes.count() == 0 {
             files = Files::default();
-            read(&self.sources.clone().with(path, text), &self.folder, Some(&self.base), &mut files, &mistakes);
+            let sources = self.sources.clone().with(path, text);
+            let elsewhere = self.base.elsewhere_with(path);
+            read(&sources, &self.folder, Some(&self.base), &elsewhere, &mut files, &mistakes);
         }
         if mistakes.count() == 0 { Ok(()) } else { Err(files.errors(&mistakes)) }
+    }
+
+    /// What is not compared where a device is held against a capture: `text`, else the file `masks.yaml` of the manual.
+    ///
+    /// Fails with the mistakes of the text, which `path` names.
+    pub fn masks(&self, named: Option<(&str, &str)>) -> Result<MaskList, LoadErrors> {
+        let mistakes = Mistakes::default();
+        let mut files = Files::default();
+        let own = format!("{}/{MASKS}.yaml", self.folder);
+        let sources = match named {
+            Some((path, text)) => Sources::none().with(&own, text).called(&own, path),
+            None => self.sources.clone(),
+        };
+        let Some((file, text)) = files.open(&sources, &self.folder, MASKS) else { return Ok(MaskList::default()) };
+        let used = Used::default();
+        let names = Names::new(&self.base.described, 0, &used, &mistakes);
+        let list = yaml::parse(file, &text).and_then(|node| masks::read(&node, &names));
+        mistakes.keep(list).ok_or_else(|| files.errors(&mistakes))
+    }
+
+    /// The manual with the cases of one topic file and no others, for a file that stands in no folder.
+    ///
+    /// `path` is below `suites`: the folder of this manual and the name of the file. Fails with the first mistakes of the text.
+    pub fn alone(&self, path: &str, text: &str) -> Result<Manual, LoadErrors> {
+        let name = path.rsplit('/').next().unwrap_or(path).trim_end_matches(".yaml");
+        let mistakes = Mistakes::only_first();
+        let mut files = self.files.clone();
+        let sources = Sources::none().with(path, text);
+        let opened = files.open(&sources, &self.folder, name).map_or((0, Cow::Borrowed("")), |opened| opened);
+        let mut variants = Vec::new();
+        if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
+            let ground = self.base.ground(&self.sources, &files, &mistakes);
+            variants = topics(&self.base, &self.base.common, &[(name.to_owned(), node)], &ground, &Used::default());
+        }
+        if mistakes.count() > 0 {
+            return Err(files.errors(&mistakes));
+        }
+        let Base { described: Described { device, .. }, requirements, bugs, .. } = &self.base;
+        let (device, requirements, bugs) = (Arc::new(device.clone()), requirements.clone(), bugs.clone());
+        Ok(Manual { device, requirements, bugs, variants, unused: Vec::new() })
+    }
+
+    /// What everything stands on with this text of the file `name`, the file number `file`; none where all is to be read anew.
+    fn base_with(&self, name: &str, file: u16, text: &str, mistakes: &Mistakes) -> Option<Base> {
+        let node = mistakes.keep(yaml::parse(file, text))?;
+        let [common, own] = self.procedures.clone();
+        let (device, own) = match name {
+            DEVICE => (&node, own),
+            PROCEDURES => (&self.device, Some(node.clone())),
+            _ => return None,
+        };
+        let procedures: Vec<Node> = [common, own].into_iter().flatten().collect();
+        self.base.with(&self.sources, device, &procedures, mistakes)
     }
 
     fn compile(&self, suites: &[(String, Node)], nodes: &[(String, Node)], files: &Files, mistakes: &Mistakes) {

@@ -17,6 +17,7 @@ mod frame;
 pub(crate) mod keys;
 mod lists;
 mod load;
+mod masks;
 mod matcher;
 pub mod model;
 mod names;
@@ -34,7 +35,8 @@ pub mod words;
 pub(crate) mod yaml;
 
 pub use error::{LoadError, LoadErrors};
-pub use load::{Checker, load};
+pub use load::{Checker, load, load_some};
+pub use masks::MaskList;
 pub use schema::schema;
 pub use source::{ANY_DEVICE, BenchTimes, Sources};
 pub(crate) use yaml::read_plain;

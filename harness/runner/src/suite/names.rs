@@ -56,15 +56,30 @@ pub(super) struct Name {
 
 /// What was declared and used, over all variants and files of a manual.
 #[derive(Debug, Default)]
-pub(super) struct Used(RefCell<FxHashSet<String>>);
+pub(super) struct Used {
+    known: RefCell<FxHashSet<String>>,
+    /// Where a key is put together; nearly always it is known already.
+    key: RefCell<String>,
+}
 
 impl Used {
     pub(super) fn mark(&self, kind: &str, name: &str) {
-        self.0.borrow_mut().insert(format!("{kind} `{name}`"));
+        self.mark_parts(kind, &[name]);
+    }
+
+    /// Marks a name that is put together of parts.
+    fn mark_parts(&self, kind: &str, name: &[&str]) {
+        let mut key = self.key.borrow_mut();
+        key.clear();
+        [kind, " `"].iter().chain(name).chain(&["`"]).for_each(|part| key.push_str(part));
+        let mut known = self.known.borrow_mut();
+        if !known.contains(key.as_str()) {
+            known.insert(key.clone());
+        }
     }
 
     pub(super) fn has(&self, declared: &str) -> bool {
-        self.0.borrow().contains(declared)
+        self.known.borrow().contains(declared)
     }
 }
 
@@ -95,7 +110,7 @@ impl<'m> Names<'m> {
             derived: RefCell::default(),
         };
         for name in &described.mentioned {
-            used.0.borrow_mut().insert(name.clone());
+            used.known.borrow_mut().insert(name.clone());
         }
         for (name, node) in &described.derived {
             let program = mistakes.keep(names.device_program(node));
@@ -131,7 +146,7 @@ impl<'m> Names<'m> {
     /// Marks a word of a table as used.
     pub(super) fn mark_word(&self, table: &str, word: &str) {
         let coded = ["channel_error", "diagnosis_error"].contains(&table);
-        self.mark(if coded { "code" } else { "word" }, &format!("{table}.{word}"));
+        self.used.mark_parts(if coded { "code" } else { "word" }, &[table, ".", word]);
     }
 
     /// Marks every word that an expression could mean.

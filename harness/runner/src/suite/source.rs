@@ -116,6 +116,12 @@ impl Sources {
         self
     }
 
+    /// The same suites with one file shown by the name under which somebody has it.
+    pub(super) fn called(mut self, path: &str, shown: &str) -> Sources {
+        self.elsewhere.insert(path.to_owned(), PathBuf::from(shown));
+        self
+    }
+
     /// The same suites for the device that `text` describes, the text of `file`: it stands in the place of the `device.yaml`
     /// of the suite for any PROFINET IO device, [`ANY_DEVICE`].
     ///

@@ -4,6 +4,8 @@
 
 #![allow(dead_code, reason = "each test and bench uses a part of it")]
 
+pub mod bus;
+
 use bench::PcapngWriter;
 use bench::capture::LinkType;
 use station::{Duration, Time};
@@ -58,6 +60,8 @@ pub const OUTPUT: usize = 1;
 pub struct Line {
     pub submodules: Vec<Submodule>,
     pub ids: (u16, u16),
+    pub device: Mac,
+    pub ar: Uuid,
     pub order: Order,
     pub now: Time,
     pub frames: Vec<(Time, Vec<u8>)>,
@@ -73,6 +77,8 @@ impl Line {
         Line {
             submodules: SUBMODULES.to_vec(),
             ids: (0x1234, 0x0005),
+            device: DEVICE,
+            ar: AR,
             order: Order::Little,
             now: Time::from_nanos(1_000_000_000),
             frames: Vec::new(),
@@ -156,7 +162,8 @@ impl Line {
     fn send(&mut self, header: Header, body: &[u8], by_device: bool) -> usize {
         let controller = (CONTROLLER, SocketAddrV4::new(Ipv4Addr::new(192, 168, 0, 1), PORT));
         // A device answers from a port of its own.
-        let device = (DEVICE, SocketAddrV4::new(Ipv4Addr::new(192, 168, 0, 10), if by_device { 49_153 } else { PORT }));
+        let device =
+            (self.device, SocketAddrV4::new(Ipv4Addr::new(192, 168, 0, 10), if by_device { 49_153 } else { PORT }));
         let (source, destination) = if by_device { (device, controller) } else { (controller, device) };
         let mut number = 0;
         for payload in fragments(&header, body, self.most_fragment) {
@@ -170,7 +177,7 @@ impl Line {
     pub fn connect_blocks(&self, ar_type: ArType) -> Connect {
         let mut contents = vec![Content::ArReq(ArBlockReq {
             ar_type,
-            ar_uuid: AR,
+            ar_uuid: self.ar,
             session_key: 1,
             cm_initiator_mac_add: CONTROLLER,
             cm_initiator_object_uuid: ObjectUuid { instance: 1, device_id: 1, vendor_id: 0xFEED }.into(),
@@ -276,9 +283,9 @@ impl Line {
     pub fn connect_response(&mut self) -> usize {
         let mut contents = vec![Content::ArRes(ArBlockRes {
             ar_type: ArType::IOCAR_SINGLE,
-            ar_uuid: AR,
+            ar_uuid: self.ar,
             session_key: 1,
-            cm_responder_mac_add: DEVICE,
+            cm_responder_mac_add: self.device,
             responder_udp_rt_port: PORT,
         })];
         for (iocr_type, iocr_reference) in [(IocrType::INPUT, 1), (IocrType::OUTPUT, 2)] {
@@ -302,20 +309,20 @@ impl Line {
     }
 
     pub fn end_parameters(&mut self) -> usize {
-        let block = ControlBlock::prm_end(AR, 1);
+        let block = ControlBlock::prm_end(self.ar, 1);
         self.request(0, Opnum::CONTROL, &Control::from(block).to_vec());
         self.response(0, Opnum::CONTROL, PnioStatus::OK, &Control::from(block.done()).to_vec())
     }
 
     pub fn ready(&mut self) -> usize {
-        let block = ControlBlock::application_ready(AR, 1);
+        let block = ControlBlock::application_ready(self.ar, 1);
         let number = self.request(1, Opnum::CONTROL, &Control::from(block).to_vec());
         self.response(1, Opnum::CONTROL, PnioStatus::OK, &Control::from(block.done()).to_vec());
         number
     }
 
     pub fn release(&mut self) -> usize {
-        let block = ControlBlock::release(AR, 1);
+        let block = ControlBlock::release(self.ar, 1);
         let number = self.request(0, Opnum::RELEASE, &Control::from(block).to_vec());
         self.response(0, Opnum::RELEASE, PnioStatus::OK, &Control::from(block.done()).to_vec());
         number
@@ -326,7 +333,7 @@ impl Line {
         let one = |(place, (slot, subslot, index, data)): (usize, &(u16, u16, u16, &[u8]))| {
             let header = RecordHeader {
                 seq_number: place as u16,
-                ar_uuid: AR,
+                ar_uuid: self.ar,
                 slot_number: *slot,
                 subslot_number: *subslot,
                 index: *index,
@@ -339,7 +346,7 @@ impl Line {
             requests.iter().zip(answers).map(|(request, status)| WriteResponse::to(request, *status)).collect();
         let (mut blocks, mut answer) = (Vec::new(), Vec::new());
         if several {
-            let all = WriteRequest::multiple(AR, 9, &requests);
+            let all = WriteRequest::multiple(self.ar, 9, &requests);
             all.write(&mut blocks);
             WriteResponse::to_multiple(&all, responses).iter().for_each(|response| response.write(&mut answer));
             self.request(0, Opnum::WRITE, &blocks);
@@ -358,7 +365,7 @@ impl Line {
 
     /// Reads a record; `Err` is what the device answers instead.
     pub fn read(&mut self, index: u16, answer: Result<&[u8], PnioStatus>, implicit: bool) -> usize {
-        let ar_uuid = if implicit { Uuid::NIL } else { AR };
+        let ar_uuid = if implicit { Uuid::NIL } else { self.ar };
         let header = RecordHeader { ar_uuid, slot_number: 1, subslot_number: 2, index, ..RecordHeader::default() };
         let request = ReadRequest { header, ..ReadRequest::default() };
         let opnum = if implicit { Opnum::READ_IMPLICIT } else { Opnum::READ };
@@ -389,7 +396,7 @@ impl Line {
 
     /// What travels on the alarm channel of low priority.
     pub fn rta(&mut self, by_device: bool, kind: RtaKind, sequence: u16, body: RtaBody) -> usize {
-        let (source, destination) = if by_device { (DEVICE, CONTROLLER) } else { (CONTROLLER, DEVICE) };
+        let (source, destination) = if by_device { (self.device, CONTROLLER) } else { (CONTROLLER, self.device) };
         let (own, other) = if by_device { (9, 3) } else { (3, 9) };
         let mut frame = Vec::new();
         FrameHeader::new(destination, source, EtherType::PROFINET).tagged(Vlan::LOW_ALARM).write(&mut frame);

@@ -2,7 +2,7 @@
 
 use super::{Ability, Claim, Consent, LONG, Need};
 use crate::engine::scan::observed;
-use crate::suite::device::{Changed, NameKind, Origin, StandName, StationName};
+use crate::suite::device::{Bus, Changed, NameKind, Origin, StandName, StationName};
 use crate::suite::expr::{NameId, Program, Value};
 use crate::suite::model::{
     Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
@@ -44,8 +44,11 @@ struct Scan<'a> {
     /// The connection in use: its module and its cycle.
     module: Option<usize>,
     cycle: Duration,
-    /// How long the trial waits by itself.
+    /// How long the trial waits by itself, and how much of it no clock shortens.
     waits: Duration,
+    really: Duration,
+    /// Whether a connection stands.
+    connected: bool,
     /// Writes to the memory.
     writes: u64,
     /// Ways that the shaft is turned, in steps where they are known, and speeds, in rpm where they are known.
@@ -66,6 +69,8 @@ impl<'a> Scan<'a> {
             module: None,
             cycle: Duration::from_millis(2),
             waits: Duration::ZERO,
+            really: Duration::ZERO,
+            connected: false,
             writes: 0,
             ways: Vec::new(),
             speeds: Vec::new(),
@@ -93,7 +98,7 @@ impl<'a> Scan<'a> {
             }
         }
         if self.waits >= LONG {
-            self.add(Need::Long(self.waits));
+            self.add(Need::Long { waits: self.waits, really: self.really });
         }
         self.needs
     }
@@ -139,7 +144,7 @@ impl<'a> Scan<'a> {
                 }
             }
             Verb::Connect { start, .. } => self.start(start),
-            Verb::Disconnect { .. } => {}
+            Verb::Disconnect { second } => self.connected &= *second,
             Verb::Write(access) => self.write(access, times),
             Verb::Read { access, .. } => self.read(access, times),
             Verb::Send { service, .. } => self.service(service, times),
@@ -151,7 +156,13 @@ impl<'a> Scan<'a> {
                     Hold::None => {}
                 }
             }
-            Verb::Wait(span) => self.span(span, times),
+            Verb::Wait(span) => {
+                let (waits, really) = (self.waits, self.really);
+                self.span(span, times);
+                if !self.connected && self.waits.saturating_sub(waits) >= LONG {
+                    self.really = really;
+                }
+            }
             Verb::Save(list) => {
                 list.iter().flat_map(|(_, program)| program.names()).for_each(|name| self.looked_at(name));
             }
@@ -166,6 +177,7 @@ impl<'a> Scan<'a> {
     }
 
     fn start(&mut self, start: &Start) {
+        self.connected = true;
         self.module = Some(start.module);
         self.cycle = start.cycle(&self.manual.device);
         let device = &self.manual.device;
@@ -173,6 +185,12 @@ impl<'a> Scan<'a> {
             self.add(Need::Claim(Claim::Module(module.name.clone())));
         }
         device.records.iter().filter(|record| record.start).for_each(|record| self.has(&record.name));
+        if start.isochronous.is_some() {
+            self.add(Need::BitTiming);
+        }
+        if let Some(baud) = start.baud {
+            self.add(Need::Rate(baud));
+        }
     }
 
     fn setting(&mut self, setting: &'a Setting, times: u64) {
@@ -243,9 +261,16 @@ impl<'a> Scan<'a> {
             StandName::Power => Some(Ability::Power),
             StandName::Link => Some(Ability::Link),
             StandName::Delivery => {
-                // The name is gone, and given back at the end.
                 self.add(Need::Consent(Consent::FactoryReset));
-                self.add(Need::Consent(Consent::SetName));
+                match self.manual.device.bus {
+                    // The name is gone, and given back at the end.
+                    Bus::Profinet => self.add(Need::Consent(Consent::SetName)),
+                    // The switches go back to where they were, and are read when the supply comes.
+                    Bus::Profibus => {
+                        let switches = names.switches.iter().map(|switch| Ability::Switch(switch.name.clone()));
+                        switches.chain([Ability::Power]).for_each(|ability| self.able(ability));
+                    }
+                }
                 Some(Ability::Delivery)
             }
             StandName::ShaftAcceleration => Some(Ability::Acceleration),
@@ -398,7 +423,10 @@ impl<'a> Scan<'a> {
             // A device that does not see the damage takes the name.
             Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
             // The slave keeps its new address.
-            Service::Dp(DpService::SetSlaveAddress { .. }) => self.writes = self.writes.saturating_add(times),
+            Service::Dp(DpService::SetSlaveAddress { .. }) => {
+                self.add(Need::Consent(Consent::SetAddress));
+                self.writes = self.writes.saturating_add(times);
+            }
             Service::Dp(DpService::DataExchange(octets)) => {
                 self.all_outputs(octets.iter().all(|octet| *octet == 0), times);
             }
@@ -482,6 +510,7 @@ impl<'a> Scan<'a> {
     fn wait(&mut self, time: Duration, times: u64) {
         let all = time.saturating_mul(u32::try_from(times).unwrap_or(u32::MAX));
         self.waits = self.waits.saturating_add(all);
+        self.really = self.really.saturating_add(all);
     }
 }
 

@@ -11,13 +11,16 @@ use crate::result::Blame;
 use crate::suite::model::{AnswerPart, Condition};
 use crate::verdict::Verdict;
 use controllers::profibus_dp::{Answer, Ended, Outcome, Request};
-use station::{Duration, Time};
+use station::{Duration, StandAction, Time};
+use wire::profibus::address::SetSlaveAddress;
 
 /// The time between two questions whether the slave is there.
 const AGAIN: Duration = Duration::from_millis(50);
 
 /// How long a model may take to answer when a trial begins.
 const AT_ONCE: Duration = Duration::from_millis(100);
+/// How long the supply is off before it comes again.
+const WITHOUT_POWER: Duration = Duration::from_secs(1);
 
 /// Where the slave under test is.
 #[derive(Clone, Debug)]
@@ -28,12 +31,14 @@ pub struct SlaveAt {
     pub ident: Option<u16>,
     /// Every address at which it may be after what the trial did.
     met: Vec<u8>,
+    /// Those of them that the trial has told it to take by the bus.
+    told: Vec<u8>,
 }
 
 impl SlaveAt {
     /// A slave at the address of the bench, not asked yet.
     pub fn new(address: u8) -> SlaveAt {
-        SlaveAt { address, ident: None, met: vec![address] }
+        SlaveAt { address, ident: None, met: vec![address], told: Vec::new() }
     }
 
     /// Remembers an address at which the trial looks for the slave, or that it gives it.
@@ -41,6 +46,17 @@ impl SlaveAt {
         if address < 127 && !self.met.contains(&address) {
             self.met.push(address);
         }
+    }
+
+    /// Remembers an address that the trial tells the slave to take by the bus.
+    pub fn tell(&mut self, address: u8) {
+        self.meet(address);
+        self.told.push(address);
+    }
+
+    /// Whether it may be at this address.
+    pub fn is_at(&self, address: Address) -> bool {
+        matches!(address, Address::Fdl(address) if self.met.contains(&address))
     }
 
     /// Who it said that it is, for the report.
@@ -85,12 +101,56 @@ impl Run<'_> {
 
     /// The slave answers at one of the addresses that it may have by now.
     pub fn slave_still_lives(&mut self) -> Done {
+        let met = self.slave.met.clone();
+        self.found_at(&met, self.patience())?;
+        Ok(())
+    }
+
+    /// Makes sure that the slave is where the bench has it, and as it starts there; `has_read` says whether it has started with
+    /// switches or faults that are not there any more, so that it has to start again.
+    ///
+    /// An address that the slave keeps for another position of its switches stays: no service takes one back.
+    pub fn put_slave_back(&mut self, has_read: bool) -> Done {
+        let home = self.slave.address;
+        let met = self.slave.met.clone();
+        let mut patience = AT_ONCE;
+        if has_read {
+            self.act_on_stand(&StandAction::Power(false))?;
+            self.world.run(self.world.now() + WITHOUT_POWER, |_| false);
+            self.act_on_stand(&StandAction::Power(true))?;
+            patience = self.patience();
+        } else if met == [home] {
+            return Ok(());
+        }
+        if self.found_at(&[home], patience).is_ok() {
+            return Ok(());
+        }
+        let at = self.found_at(&met, self.patience())?;
+        if self.slave.told.contains(&at) {
+            let ident = self.world.manual.device.identity.device_id;
+            let set = SetSlaveAddress { address: home, ident, no_change: 0, kept: Vec::new() };
+            self.ask_link(false, Request::SetSlaveAddress { to: at, set })?;
+            if self.found_at(&[home], AT_ONCE).is_ok() {
+                return Ok(());
+            }
+        }
+        let what = format!("The device is left at station {at} and did not go back to {home}.");
+        Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+    }
+
+    /// Whether the slave is at this address now.
+    fn is_at(&mut self, address: u8) -> Result<bool, Trouble> {
         let wanted = self.world.manual.device.identity.device_id;
-        let until = self.world.now() + self.patience();
+        Ok(self.diagnose(false, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == wanted))
+    }
+
+    /// At which of these addresses the slave is, which may be away for the time `patience`.
+    fn found_at(&mut self, addresses: &[u8], patience: Duration) -> Result<u8, Trouble> {
+        let until = self.world.now() + patience;
         loop {
-            for address in self.slave.met.clone() {
-                if self.diagnose(false, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == wanted) {
-                    return Ok(());
+            for &address in addresses {
+                if self.is_at(address)? {
+                    return Ok(address);
                 }
             }
             if self.world.now() >= until {

@@ -1,10 +1,11 @@
 //! Trials on PROFIBUS: what the verbs mean for a slave and our master.
 //!
-//! Who is there and still lives ([`life`]), start-ups ([`start`]), what is asked for ([`access`]) and the services of `send`
-//! ([`services`]). Windows, rules and the stand are those of every bus; this room must not know them.
+//! Who is there and still lives ([`life`]), what a live one is found and left like ([`probe`]), start-ups ([`start`]), what is asked
+//! for ([`access`]) and the services of `send` ([`services`]). Windows, rules and the stand are those of every bus; this room must not know them.
 
 mod access;
 mod life;
+mod probe;
 mod services;
 mod start;
 

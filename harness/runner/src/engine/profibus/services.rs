@@ -65,7 +65,7 @@ impl<'a> Run<'a> {
                     let what = "The new station address is not known.";
                     return Err(Trouble::other(Blame::Suite, Verdict::Error, what));
                 };
-                self.slave.meet(address);
+                self.slave.tell(address);
                 let set = SetSlaveAddress { address, ident: *ident, no_change: *lock, kept: Vec::new() };
                 match length {
                     None => Request::SetSlaveAddress { to, set },

@@ -7,10 +7,12 @@ use super::{reply, unexpected};
 use crate::judge::answer::Reply;
 use crate::judge::diagnosis;
 use crate::observe::Address;
+use crate::result::Blame;
 use crate::suite::device::{Device, DiagnosisName, UserParameters};
 use crate::suite::expr::{Program, Value};
 use crate::suite::model::{Answer, AnswerPart, InsteadStart, Start};
-use controllers::profibus_dp::{ClearOutputs, Clock, Connection, Outcome, Request, Service, StartUp};
+use crate::verdict::Verdict;
+use controllers::profibus_dp::{ClearOutputs, Clock, Connection, FailureReason, Outcome, Request, Service, StartUp};
 use station::Duration;
 use std::sync::Arc;
 use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm, StationStatus};
@@ -42,6 +44,13 @@ impl<'a> Run<'a> {
         }
         let outcome = self.ask_master(second, Request::Connect(Box::new(connection)))?;
         let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        if let Some(failed) = &outcome.failed
+            && matches!(failed.why, FailureReason::NoToken(_))
+        {
+            // The slave was not asked, so that its silence is no answer, neither a wrong one nor a right one.
+            let what = format!("The connection did not come about: {failed}.");
+            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+        }
         let own = self.place.line.masters[usize::from(second)];
         self.world.scene.notebook_mut().answers = replies(&self.world.manual.device, &outcome, own);
         if !second {
@@ -72,7 +81,7 @@ impl<'a> Run<'a> {
 }
 
 /// The start-up that `start` asks for.
-fn connection(device: &Device, start: &Start, address: u8, patience: Duration) -> Connection {
+pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: Duration) -> Connection {
     let module = &device.modules[start.module];
     let submodules = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
     let (mut output, mut input) = submodules.fold((0, 0), |(output, input), of| {

@@ -14,8 +14,8 @@ use std::sync::Arc;
 pub(super) enum Candidate<'t> {
     /// A value; with its text if it is a bare name, which beside a word may be a word itself.
     Value(Typed, Option<&'t str>),
-    /// No name; perhaps a word. The error says what it is if there is no word to be found.
-    Word { word: String, span: Range<usize>, error: ExprError },
+    /// No name; perhaps a word. The error says what it is if there is no word to be found; without one nobody knows it.
+    Word { word: String, span: Range<usize>, error: Option<ExprError> },
 }
 
 impl Candidate<'_> {
@@ -31,8 +31,8 @@ impl<'t> Checked<'_> {
     /// The two sides of a comparison, each read in the light of the other.
     pub(super) fn pair(&mut self, left: &Ast<'t>, right: &Ast<'t>) -> Result<(Typed, Typed), ExprError> {
         let (left, right) = (self.candidate(left)?, self.candidate(right)?);
-        if let (Candidate::Word { error, .. }, Candidate::Word { .. }) = (&left, &right) {
-            return Err(error.clone());
+        if let (Candidate::Word { word, span, error }, Candidate::Word { .. }) = (&left, &right) {
+            return Err(error.clone().unwrap_or_else(|| self.unknown(word, span)));
         }
         let table = left.table().cloned();
         let right = self.settle(right, table.as_ref())?;
@@ -78,10 +78,10 @@ impl<'t> Checked<'_> {
                     format!("`{path}` is the word `{word}`, which means nothing by itself"),
                 )
                 .help("compare it with a name that has this word");
-                Ok(Candidate::Word { word, span, error })
+                Ok(Candidate::Word { word, span, error: Some(error) })
             }
             Some(Found::Refused { message, help }) => Err(ExprError { span, message, help }),
-            None => Ok(Candidate::Word { word: path.to_owned(), error: self.unknown(path, &span), span }),
+            None => Ok(Candidate::Word { word: path.to_owned(), error: None, span }),
         }
     }
 
@@ -104,7 +104,7 @@ impl<'t> Checked<'_> {
             }
             (Candidate::Word { word, span, error }, None) => Err(match table {
                 Some(table) => no_word(&word, span, table),
-                None => error,
+                None => error.unwrap_or_else(|| self.unknown(&word, &span)),
             }),
         }
     }

@@ -137,6 +137,10 @@ const ON_PROFIBUS: Sentences = &[
     ("diag.ident", "the ident number in it"),
     ("diag.master", "the address of the master in it; 255 for none"),
     ("diag.errors", "a set of words of the codes that its blocks tell"),
+    (
+        "device",
+        "as_delivered: one as it was delivered takes its place, with nothing stored, at the address that it comes with",
+    ),
     ("cfg.bytes", "the identifiers that Get_Cfg tells"),
     ("station.address", "the station address at which a device of the right ident number answers"),
     ("answer.set_prm", "the last answer to Set_Prm"),

@@ -7,7 +7,7 @@ use super::build::{Built, good, unknown};
 use super::{Names, Verbs, built_in, field_type};
 
 /// Names of PROFINET by their first part, where all that begin so are.
-const HEADS_OF_PROFINET: [&str; 5] = ["alarm", "abort", "lldp", "page", "device"];
+const HEADS_OF_PROFINET: [&str; 4] = ["alarm", "abort", "lldp", "page"];
 /// The same below `io`.
 const IO_OF_PROFINET: [&str; 4] = ["output_status", "input_status", "consumer_status", "alarm_acknowledge"];
 /// The same below `station`.

@@ -1,0 +1,85 @@
+use super::*;
+
+fn page() -> Page {
+    let span = |from: f64, to: f64, least: f64, most: f64| Span { from, to, least, most, joined: true };
+    let packet = Packet {
+        head: "packet 7".into(),
+        octets: vec![0xC0, 0x01, 0x80],
+        parts: vec![
+            PacketPart { octets: 0..2, name: "frame id".into(), value: "0xC001".into() },
+            PacketPart { octets: 2..3, name: "IOPS".into(), value: "<good>".into() },
+        ],
+        mark: Some((2, Some(7))),
+    };
+    let entry = Entry {
+        anchor: "finding-1".into(),
+        tone: Tone::Bad,
+        word: "error".into(),
+        head: "the name is '<script>alert(1)</script>'".into(),
+        facts: vec![("clause".into(), "3.2 & 3.3".into())],
+        packet: Some(packet),
+        timelines: Vec::new(),
+    };
+    let timeline = Timeline {
+        heading: "AR 1".into(),
+        from: 0.0,
+        to: 2.0,
+        lanes: vec![
+            Lane {
+                name: "position".into(),
+                shape: Shape::Line(vec![span(0.0, 1.0, 0.0, 10.0), span(1.0, 2.0, 5.0, 5.0)]),
+            },
+            Lane { name: "error".into(), shape: Shape::Bit(vec![span(0.5, 1.0, 1.0, 1.0)]) },
+        ],
+        marks: vec![Mark { at: 1.0, is_finding: true, text: "\"here\"".into(), anchor: Some("finding-1".into()) }],
+        steady: String::new(),
+    };
+    let chapter = Chapter {
+        heading: "capture\u{1b}[31m".into(),
+        entries: vec![entry],
+        timelines: vec![timeline],
+        ..Chapter::default()
+    };
+    Page { title: "t".into(), verdict: (Tone::Bad, "1 finding".into()), chapters: vec![chapter] }
+}
+
+/// What a station chose is shown and never acts; control characters do not pass either.
+#[test]
+fn texts_are_escaped() {
+    let text = html(&page());
+    assert!(!text.contains("<script>alert"), "{text}");
+    assert!(text.contains("&lt;script&gt;alert(1)&lt;/script&gt;"));
+    assert!(text.contains("3.2 &amp; 3.3"));
+    assert!(text.contains("&lt;good&gt;"));
+    assert!(!text.contains('\u{1b}'));
+    assert!(text.contains("&quot;here&quot;"));
+}
+
+/// Nothing is loaded from elsewhere.
+#[test]
+fn the_page_stands_alone() {
+    let text = html(&page());
+    assert!(!text.contains("http://") && !text.contains("https://"), "an address of another place");
+    assert!(!text.contains(" src="));
+    assert!(!text.contains("<link"));
+    assert!(text.contains("default-src 'none'"));
+}
+
+/// The octet and the bit that matter stand out, and the mark of the timeline leads to them.
+#[test]
+fn a_mark_leads_to_the_bit() {
+    let text = html(&page());
+    assert!(text.contains("<mark>80</mark>"));
+    assert!(text.contains("octet 2 bit 7 is 1"));
+    assert!(text.contains("<a href=\"#finding-1\"><line class=\"finding\" x1=\"5000.00\""));
+}
+
+/// A position that goes from 0 to 10 in the first half is drawn from the bottom to the top, then at the middle.
+#[test]
+fn a_line_is_drawn_to_scale() {
+    let text = html(&page());
+    assert!(
+        text.contains("L0.00 96.00L2500.00 96.00L2500.00 4.00L5000.00 4.00L5000.00 50.00L10000.00 50.00"),
+        "{text}"
+    );
+}

@@ -1,0 +1,216 @@
+//! Timelines as SVG: lanes one below the other over one axis of time.
+//!
+//! A lane is drawn in units of its own: 10,000 along the time whatever its length, 100 from its lowest value to its highest.
+
+use super::html::escape;
+use std::fmt::Write as _;
+
+/// Units along the axis of time.
+const WIDTH: f64 = 10_000.0;
+/// Units from the lowest value of a lane to its highest.
+const HEIGHT: f64 = 100.0;
+
+/// What went on over time.
+#[derive(Clone, Debug, Default)]
+pub struct Timeline {
+    /// What it shows.
+    pub heading: String,
+    /// Its first instant, in seconds.
+    pub from: f64,
+    /// Its last instant, in seconds.
+    pub to: f64,
+    /// What is shown one below the other.
+    pub lanes: Vec<Lane>,
+    /// Instants that run through all lanes.
+    pub marks: Vec<Mark>,
+    /// What stood still, on one line.
+    pub steady: String,
+}
+
+/// One quantity over time.
+#[derive(Clone, Debug)]
+pub struct Lane {
+    /// What it is.
+    pub name: String,
+    /// How it is drawn.
+    pub shape: Shape,
+}
+
+/// How a lane is drawn.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A number.
+    Line(Vec<Span>),
+    /// A bit.
+    Bit(Vec<Span>),
+    /// What was going on, in words.
+    Phases(Vec<Phase>),
+}
+
+/// A stretch of time in which a value stayed between two bounds; between two spans nothing is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// Its begin, in seconds.
+    pub from: f64,
+    /// Its end, in seconds.
+    pub to: f64,
+    /// The lowest value.
+    pub least: f64,
+    /// The highest value.
+    pub most: f64,
+    /// Whether the value before it is known, so that a line joins them.
+    pub joined: bool,
+}
+
+/// A stretch of time with a word.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phase {
+    /// Its begin, in seconds.
+    pub from: f64,
+    /// Its end, in seconds.
+    pub to: f64,
+    /// What was going on.
+    pub word: String,
+}
+
+/// An instant at which something happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// When, in seconds.
+    pub at: f64,
+    /// Whether it is a finding; else an event.
+    pub is_finding: bool,
+    /// What happened.
+    pub text: String,
+    /// The entry that says more.
+    pub anchor: Option<String>,
+}
+
+impl Timeline {
+    /// Writes it; nothing is written for one without lanes.
+    pub(super) fn write(&self, out: &mut String) {
+        if self.lanes.is_empty() {
+            return;
+        }
+        let (from, to) = (self.from, self.to);
+        let _ = write!(
+            out,
+            "<figure class=\"timeline\" data-from=\"{from}\" data-to=\"{to}\"><figcaption>{}</figcaption>\n<div class=\"lanes\">\n",
+            escape(&self.heading)
+        );
+        for lane in &self.lanes {
+            self.lane(lane, out);
+        }
+        out.push_str("</div>\n<div class=\"axis\"><span></span><span class=\"ticks\">");
+        let _ = writeln!(out, "<span>{from:.6} s</span><span>{to:.6} s</span></span></div>");
+        if !self.steady.is_empty() {
+            let _ = writeln!(out, "<p class=\"steady\">{}</p>", escape(&self.steady));
+        }
+        out.push_str("</figure>\n");
+    }
+
+    fn lane(&self, lane: &Lane, out: &mut String) {
+        let class = match &lane.shape {
+            Shape::Line(_) => "line",
+            Shape::Bit(_) => "bit",
+            Shape::Phases(_) => "phases",
+        };
+        let range = match &lane.shape {
+            Shape::Line(spans) => {
+                let (least, most) = bounds(spans);
+                format!("{least} to {most}")
+            }
+            Shape::Bit(_) | Shape::Phases(_) => String::new(),
+        };
+        let _ = write!(
+            out,
+            "<div class=\"lane {class}\"><span class=\"name\">{}<small>{range}</small></span>\
+             <svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" preserveAspectRatio=\"none\">",
+            escape(&lane.name)
+        );
+        match &lane.shape {
+            Shape::Line(spans) => self.line(spans, out),
+            Shape::Bit(spans) => spans.iter().for_each(|span| self.bit(span, out)),
+            Shape::Phases(phases) => phases.iter().for_each(|phase| self.phase(phase, out)),
+        }
+        for mark in &self.marks {
+            self.mark(mark, out);
+        }
+        out.push_str("</svg></div>\n");
+    }
+
+    fn x(&self, seconds: f64) -> f64 {
+        let length = self.to - self.from;
+        if length <= 0.0 { 0.0 } else { ((seconds - self.from) / length * WIDTH).clamp(0.0, WIDTH) }
+    }
+
+    fn line(&self, spans: &[Span], out: &mut String) {
+        let (least, most) = bounds(spans);
+        let y = |value: f64| match most - least {
+            0.0 => HEIGHT / 2.0,
+            height => HEIGHT - 4.0 - (value - least) / height * (HEIGHT - 8.0),
+        };
+        out.push_str("<path d=\"");
+        for span in spans {
+            let (from, to) = (self.x(span.from), self.x(span.to));
+            let (low, high) = (y(span.least), y(span.most));
+            let word = if span.joined { 'L' } else { 'M' };
+            let _ = write!(out, "{word}{from:.2} {low:.2}");
+            if low != high {
+                let middle = (from + to) / 2.0;
+                let _ = write!(out, "L{middle:.2} {low:.2}L{middle:.2} {high:.2}");
+            }
+            let _ = write!(out, "L{to:.2} {high:.2}");
+        }
+        out.push_str("\"/>");
+    }
+
+    fn bit(&self, span: &Span, out: &mut String) {
+        let (from, to) = (self.x(span.from), self.x(span.to));
+        let class = match (span.least != 0.0, span.most != 0.0) {
+            (true, _) => "one",
+            (false, false) => "zero",
+            (false, true) => "both",
+        };
+        let width = (to - from).max(1.0);
+        let (top, height) = if class == "zero" { (HEIGHT - 12.0, 6.0) } else { (10.0, HEIGHT - 16.0) };
+        let _ = write!(
+            out,
+            "<rect class=\"{class}\" x=\"{from:.2}\" y=\"{top}\" width=\"{width:.2}\" height=\"{height}\"/>"
+        );
+    }
+
+    fn phase(&self, phase: &Phase, out: &mut String) {
+        let (from, to) = (self.x(phase.from), self.x(phase.to));
+        let (width, word) = ((to - from).max(1.0), escape(&phase.word));
+        let _ = write!(
+            out,
+            "<rect class=\"phase\" x=\"{from:.2}\" y=\"10\" width=\"{width:.2}\" height=\"{}\"><title>{word}, {:.6} to {:.6} s</title></rect>",
+            HEIGHT - 20.0,
+            phase.from,
+            phase.to
+        );
+    }
+
+    fn mark(&self, mark: &Mark, out: &mut String) {
+        let x = self.x(mark.at);
+        let class = if mark.is_finding { "finding" } else { "event" };
+        let line = format!(
+            "<line class=\"{class}\" x1=\"{x:.2}\" x2=\"{x:.2}\" y1=\"0\" y2=\"{HEIGHT}\"><title>{:.6} s: {}</title></line>",
+            mark.at,
+            escape(&mark.text)
+        );
+        match &mark.anchor {
+            Some(anchor) => {
+                let _ = write!(out, "<a href=\"#{}\">{line}</a>", escape(anchor));
+            }
+            None => out.push_str(&line),
+        }
+    }
+}
+
+fn bounds(spans: &[Span]) -> (f64, f64) {
+    let least = spans.iter().map(|span| span.least).fold(f64::INFINITY, f64::min);
+    let most = spans.iter().map(|span| span.most).fold(f64::NEG_INFINITY, f64::max);
+    if least.is_finite() && most.is_finite() { (least, most) } else { (0.0, 0.0) }
+}

@@ -1,0 +1,339 @@
+//! Two conversations side by side: the first difference, then all of them.
+//!
+//! They are laid on each other by what the controller did, not frame by frame: a device answers on a schedule of its own, so a
+//! name differs only where the other side has not taken its value within the tolerance before or after. This room must not know
+//! how either conversation came about.
+
+use super::ask::Ask;
+use super::heard::{Asked, Change, Conversation, Event, Track, Value};
+use super::masks::Masks;
+use station::{Duration, Time};
+use std::collections::BTreeSet;
+
+/// Differences that are told one by one.
+pub const MOST: usize = 500;
+/// How far ahead the same step is looked for where one side left some out.
+const AHEAD: usize = 12;
+/// How many tolerances an alarm may come earlier or later.
+const ALARM_TOLERANCES: u32 = 10;
+
+/// What differs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A part of an answer.
+    Answer,
+    /// What an input showed.
+    Input,
+    /// An alarm or an abort.
+    Event,
+    /// A step that only one side came to or answered.
+    Step,
+}
+
+/// Something in which two conversations differ.
+#[derive(Clone, Debug)]
+pub struct Difference {
+    /// What it is.
+    pub kind: Kind,
+    /// The name.
+    pub name: String,
+    /// When it shows on the first side.
+    pub at: Time,
+    /// The frame in which it shows there.
+    pub frame: u64,
+    /// The last step before, on the first side.
+    pub step: Option<usize>,
+    /// What the first side shows; none for nothing.
+    pub first: Option<Value>,
+    /// What the second side shows.
+    pub second: Option<Value>,
+    /// When and in which frame it shows on the second side.
+    pub there: (Time, u64),
+}
+
+/// Which instant of one side is which of the other.
+#[derive(Debug)]
+struct Clock(Vec<(Time, Time)>);
+
+impl Clock {
+    fn of(pairs: impl Iterator<Item = (Time, Time)>) -> Clock {
+        let mut anchors: Vec<(Time, Time)> = Vec::new();
+        for anchor in pairs {
+            if anchors.last().is_none_or(|last| last.0 <= anchor.0 && last.1 <= anchor.1) {
+                anchors.push(anchor);
+            }
+        }
+        Clock(anchors)
+    }
+
+    /// The instant of the other side; none before the first step that both took.
+    fn there(&self, time: Time) -> Option<Time> {
+        let behind = self.0.partition_point(|(here, _)| *here <= time);
+        let (here, there) = *self.0.get(behind.checked_sub(1)?)?;
+        let on = there + time.since(here);
+        // Time that one side took and the other did not is not over before the next step.
+        Some(self.0.get(behind).map_or(on, |(_, next)| on.min(*next)))
+    }
+}
+
+/// The differences between two conversations, in the order in which they show on the first side, at most [`MOST`].
+pub fn compare(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<Difference> {
+    let cycle = first.cycle.or(second.cycle).unwrap_or_default();
+    let tolerance = masks.tolerance(cycle);
+    let (pairs, alone) = pair(&first.asked, &second.asked);
+    let anchors = || {
+        pairs.iter().flat_map(|&(i, j)| {
+            let (a, b) = (&first.asked[i], &second.asked[j]);
+            [(a.at, b.at), (a.done, b.done)]
+        })
+    };
+    let there = Clock::of(anchors());
+    let here = Clock::of(anchors().map(|(a, b)| (b, a)));
+    let mut found = Vec::new();
+    for &(i, j) in &pairs {
+        answers(i, &first.asked[i], &second.asked[j], masks, &mut found);
+    }
+    for side in alone {
+        found.extend(only_one(side, first, second, &there, &here));
+    }
+    let names: BTreeSet<&String> = first.tracks.keys().chain(second.tracks.keys()).collect();
+    let none = Track::default();
+    for name in names.into_iter().filter(|name| !masks.hides(name)) {
+        let (one, other) = (first.tracks.get(name).unwrap_or(&none), second.tracks.get(name).unwrap_or(&none));
+        let ends = (first.end, second.end);
+        track(name, one, other, &there, ends, tolerance, masks, &mut |change, seen, time| {
+            found.push(difference(
+                Kind::Input,
+                name,
+                change,
+                change.value.clone(),
+                seen.value.clone(),
+                (time, seen.frame),
+            ));
+        });
+        track(name, other, one, &here, (ends.1, ends.0), tolerance, masks, &mut |change, seen, time| {
+            let at = Change { at: time, ..seen.clone() };
+            let there = (change.at, change.frame);
+            found.push(difference(Kind::Input, name, &at, seen.value.clone(), change.value.clone(), there));
+        });
+    }
+    events(first, second, &there, &here, tolerance * ALARM_TOLERANCES, masks, &mut found);
+    found.sort_by_key(|difference| (difference.at, difference.kind));
+    for difference in &mut found {
+        if difference.step.is_none() {
+            let before = first.asked.iter().rposition(|asked| asked.at <= difference.at);
+            difference.step = before;
+        }
+    }
+    // Of one name in one step the first is enough.
+    let mut told = BTreeSet::new();
+    found.retain(|difference| told.insert((difference.step, difference.kind, difference.name.clone())));
+    found.truncate(MOST);
+    found
+}
+
+fn difference(
+    kind: Kind,
+    name: &str,
+    change: &Change,
+    first: Option<Value>,
+    second: Option<Value>,
+    there: (Time, u64),
+) -> Difference {
+    let (at, frame) = (change.at, change.frame);
+    Difference { kind, name: name.to_owned(), at, frame, step: None, first, second, there }
+}
+
+/// A step that only one side has.
+enum Alone {
+    First(usize),
+    Second(usize),
+}
+
+/// The steps that both sides took, and those that only one did.
+fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, Vec<Alone>) {
+    let (mut pairs, mut alone) = (Vec::new(), Vec::new());
+    let (mut i, mut j) = (0, 0);
+    while i < first.len() || j < second.len() {
+        let (Some(one), Some(other)) = (first.get(i), second.get(j)) else {
+            alone.extend((i..first.len()).map(Alone::First));
+            alone.extend((j..second.len()).map(Alone::Second));
+            break;
+        };
+        if one.ask == other.ask {
+            pairs.push((i, j));
+            (i, j) = (i + 1, j + 1);
+            continue;
+        }
+        let ahead =
+            |asked: &[Asked], from: usize, ask: &Ask| asked.iter().skip(from).take(AHEAD).position(|of| of.ask == *ask);
+        match (ahead(second, j, &one.ask), ahead(first, i, &other.ask)) {
+            (Some(skip), back) if back.is_none_or(|back| skip <= back) => {
+                alone.extend((j..j + skip).map(Alone::Second));
+                j += skip;
+            }
+            (_, Some(skip)) => {
+                alone.extend((i..i + skip).map(Alone::First));
+                i += skip;
+            }
+            _ => {
+                alone.extend([Alone::First(i), Alone::Second(j)]);
+                (i, j) = (i + 1, j + 1);
+            }
+        }
+    }
+    (pairs, alone)
+}
+
+fn only_one(
+    side: Alone,
+    first: &Conversation,
+    second: &Conversation,
+    there: &Clock,
+    here: &Clock,
+) -> Option<Difference> {
+    let (asked, is_first) = match side {
+        Alone::First(place) => (first.asked.get(place)?, true),
+        Alone::Second(place) => (second.asked.get(place)?, false),
+    };
+    if !asked.ask.is_answered() {
+        return None;
+    }
+    let other = if is_first { there } else { here }.there(asked.at).unwrap_or_default();
+    let seen = asked.answer.first().map_or_else(|| Value::word("answered"), |(_, value)| value.clone());
+    let (at, frame, beyond) =
+        if is_first { (asked.at, asked.frame, (other, 0)) } else { (other, 0, (asked.at, asked.frame)) };
+    let (one, two) = if is_first { (Some(seen), None) } else { (None, Some(seen)) };
+    let step = match side {
+        Alone::First(place) => Some(place),
+        Alone::Second(_) => None,
+    };
+    Some(Difference {
+        kind: Kind::Step,
+        name: asked.ask.yaml(),
+        at,
+        frame,
+        step,
+        first: one,
+        second: two,
+        there: beyond,
+    })
+}
+
+fn answers(step: usize, one: &Asked, other: &Asked, masks: &Masks, found: &mut Vec<Difference>) {
+    let value = |asked: &Asked, name: &str| {
+        asked.answer.iter().find(|(known, _)| known == name).map(|(_, value)| value.clone())
+    };
+    let mut names: Vec<&String> = Vec::new();
+    for (name, _) in one.answer.iter().chain(&other.answer) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let before = found.len();
+    let mut hidden = false;
+    for name in names {
+        let (first, second) = (value(one, name), value(other, name));
+        // The octets say nothing more where a name has said it, and everything where one is hidden.
+        if first == second || (name == "bytes" && (found.len() > before || hidden)) {
+            continue;
+        }
+        if masks.hides(name) {
+            hidden = true;
+            continue;
+        }
+        found.push(Difference {
+            kind: Kind::Answer,
+            name: name.clone(),
+            at: one.done,
+            frame: one.frame,
+            step: Some(step),
+            first,
+            second,
+            there: (other.done, other.frame),
+        });
+    }
+}
+
+/// Tells each change of `one` whose value the other does not take within the tolerance, with what it has instead.
+#[allow(clippy::too_many_arguments, reason = "both sides with their clocks")]
+fn track(
+    name: &str,
+    one: &Track,
+    other: &Track,
+    clock: &Clock,
+    ends: (Time, Time),
+    tolerance: Duration,
+    masks: &Masks,
+    tell: &mut dyn FnMut(&Change, &Change, Time),
+) {
+    let noise = if one.measured || other.measured { masks.noise.into() } else { 0 };
+    for change in &one.changes {
+        let (Some(value), Some(time)) = (&change.value, clock.there(change.at)) else { continue };
+        // What comes with the end of either side may be missing on the other.
+        if change.at + tolerance > ends.0 || time + tolerance > ends.1 {
+            continue;
+        }
+        let (from, to) =
+            (Time::from_nanos(time.as_nanos().saturating_sub(tolerance.as_nanos() as u64)), time + tolerance);
+        let begin = other.changes.partition_point(|of| of.at <= from).saturating_sub(1);
+        let window: Vec<&Change> = other.changes.iter().skip(begin).take_while(|of| of.at <= to).collect();
+        let known: Vec<&Value> = window.iter().filter_map(|of| of.value.as_ref()).collect();
+        if known.is_empty() || (window.len() > known.len() && name != "connection") {
+            continue;
+        }
+        let numbers = || known.iter().filter_map(|of| of.number);
+        let within = |number: i128| {
+            let (low, high) = (numbers().min(), numbers().max());
+            low.is_some_and(|low| number >= low - noise) && high.is_some_and(|high| number <= high + noise)
+        };
+        let fits = match value.number.filter(|_| one.measured) {
+            Some(number) => within(number),
+            None => known.contains(&value),
+        };
+        if !fits {
+            let seen = window.iter().rev().find(|of| of.at <= time).or(window.first());
+            if let Some(seen) = seen {
+                tell(change, seen, time);
+            }
+        }
+    }
+}
+
+fn events(
+    first: &Conversation,
+    second: &Conversation,
+    there: &Clock,
+    here: &Clock,
+    tolerance: Duration,
+    masks: &Masks,
+    found: &mut Vec<Difference>,
+) {
+    let shown = |event: &Event| -> Vec<(String, Value)> {
+        event.said.iter().filter(|(name, _)| !masks.hides(name)).cloned().collect()
+    };
+    let mut left: Vec<&Event> = second.events.iter().collect();
+    let name = |event: &Event| event.said.first().map_or_else(String::new, |(name, _)| name.clone());
+    let text = |event: &Event| {
+        let parts: Vec<(String, String)> = shown(event).into_iter().map(|(name, value)| (name, value.text)).collect();
+        Value::word(super::ask::mapping(&parts))
+    };
+    for event in &first.events {
+        let Some(time) = there.there(event.at) else { continue };
+        let near = |other: &&Event| time.since(other.at).max(other.at.since(time)) <= tolerance;
+        match left.iter().position(|other| shown(other) == shown(event) && near(other)) {
+            Some(place) => {
+                left.remove(place);
+            }
+            None => {
+                let at = Change { at: event.at, frame: event.frame, value: None };
+                found.push(difference(Kind::Event, &name(event), &at, Some(text(event)), None, (time, 0)));
+            }
+        }
+    }
+    for event in left {
+        let Some(time) = here.there(event.at) else { continue };
+        let at = Change { at: time, frame: 0, value: None };
+        found.push(difference(Kind::Event, &name(event), &at, None, Some(text(event)), (event.at, event.frame)));
+    }
+}

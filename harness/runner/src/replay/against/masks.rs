@@ -1,0 +1,52 @@
+//! What is not compared, and how exactly, as data: names that are another one on each device, and tolerances.
+//!
+//! Each manual may have a file `masks.yaml`; another one can be named on the command line. This room must not know what is compared.
+
+use crate::suite::MaskList;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Cycles by which a value may come earlier or later where nothing else is said.
+const TOLERANCE: u64 = 5;
+
+/// What is not compared, and how exactly.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Masks {
+    /// Names that are not compared with what is part of them, each with the reason.
+    pub names: BTreeMap<String, String>,
+    /// By how many cycles a value may come earlier or later.
+    pub cycles: u64,
+    /// By how many steps a measured number may differ.
+    pub noise: u32,
+}
+
+impl Default for Masks {
+    fn default() -> Masks {
+        Masks { names: BTreeMap::new(), cycles: TOLERANCE, noise: 0 }
+    }
+}
+
+impl From<MaskList> for Masks {
+    fn from(list: MaskList) -> Masks {
+        Masks {
+            names: list.names.into_iter().collect(),
+            cycles: list.tolerance.unwrap_or(TOLERANCE),
+            noise: list.noise.unwrap_or_default(),
+        }
+    }
+}
+
+impl Masks {
+    /// Whether a name is not compared: it is masked, or part of what is.
+    pub fn hides(&self, name: &str) -> bool {
+        let is_part = |mask: &String| {
+            name.strip_prefix(mask.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        self.names.keys().any(is_part)
+    }
+
+    /// By how much a value may come earlier or later.
+    pub fn tolerance(&self, cycle: Duration) -> Duration {
+        cycle * u32::try_from(self.cycles).unwrap_or(u32::MAX)
+    }
+}

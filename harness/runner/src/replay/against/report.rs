@@ -1,0 +1,135 @@
+//! What a comparison with a device came to, as plain data; its JSON form is part of the contract of the replay report.
+
+use super::compare::{Difference, Kind};
+use super::heard::{LeftOut, Value};
+use crate::suite::model::Manual;
+use serde::Serialize;
+use station::Time;
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+
+/// What a comparison of a capture with a device came to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct AgainstReport {
+    /// The device, as the command line names it.
+    pub against: String,
+    /// In what the recorded device and this one differ, in the order of the capture; the first of a name in each step.
+    pub differences: Vec<DifferenceReport>,
+    /// Steps of the controller that were taken from the capture.
+    pub steps: usize,
+    /// What the controller did and was not done again, by frame.
+    pub left_out: Vec<LeftOutReport>,
+    /// Names that were not compared, each with the reason.
+    pub masked: BTreeMap<String, String>,
+    /// What became of the shaft, which no capture shows.
+    pub shaft: String,
+    /// Why nothing could be compared; none where something was.
+    pub inconclusive: Option<String>,
+}
+
+/// Something in which two devices differ.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DifferenceReport {
+    /// The packet of the capture, from 1; 0 where the capture has none, since only the other device did something.
+    pub frame: u64,
+    /// Seconds since the first frame of the capture.
+    pub at: f64,
+    /// The name in the words of the manual, or the request.
+    pub name: String,
+    /// `answer`, `input`, `event` or `step`.
+    pub kind: &'static str,
+    /// What was recorded; none for nothing.
+    pub recorded: Option<String>,
+    /// What the device shows in the same place.
+    pub ours: Option<String>,
+    /// The requirement that cases with this name cover most; a hint, not a verdict.
+    pub requirement: Option<String>,
+}
+
+/// Something that the controller did and that was not done again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LeftOutReport {
+    /// The packet, from 1.
+    pub frame: u64,
+    /// What it was.
+    pub what: String,
+}
+
+impl From<&LeftOut> for LeftOutReport {
+    fn from(of: &LeftOut) -> LeftOutReport {
+        LeftOutReport { frame: of.frame, what: of.what.clone() }
+    }
+}
+
+impl DifferenceReport {
+    /// A difference whose first side is the capture, which began at `begin`.
+    pub fn new(manual: &Manual, variant: usize, begin: Time, difference: &Difference) -> DifferenceReport {
+        let text = |value: &Option<Value>| value.as_ref().map(ToString::to_string);
+        let requirement = related(manual, variant, &difference.name);
+        let requirement = requirement.and_then(|index| manual.requirements.get(index)).map(|of| of.id.clone());
+        DifferenceReport {
+            frame: difference.frame,
+            at: difference.at.since(begin).as_secs_f64(),
+            name: difference.name.clone(),
+            kind: match difference.kind {
+                Kind::Answer => "answer",
+                Kind::Input => "input",
+                Kind::Event => "event",
+                Kind::Step => "step",
+            },
+            recorded: text(&difference.first),
+            ours: text(&difference.second),
+            requirement,
+        }
+    }
+}
+
+/// The requirement that trials whose steps have this name cover most often; the first of several.
+pub fn related(manual: &Manual, variant: usize, name: &str) -> Option<usize> {
+    let mut counted: BTreeMap<usize, usize> = BTreeMap::new();
+    for trial in manual.variants.get(variant).map_or(&[][..], |variant| &variant.trials) {
+        let is_named = trial.steps.iter().any(|step| step.text.contains(name));
+        for covered in trial.covers.iter().filter(|_| is_named) {
+            *counted.entry(*covered).or_default() += 1;
+        }
+    }
+    counted.into_iter().max_by_key(|(index, count)| (*count, std::cmp::Reverse(*index))).map(|(index, _)| index)
+}
+
+/// The report for the console.
+impl fmt::Display for AgainstReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut out = String::new();
+        writeln!(out, "\n  against {}: {} steps of the controller driven again", self.against, self.steps)?;
+        writeln!(out, "    shaft: {}", self.shaft)?;
+        for left in &self.left_out {
+            writeln!(out, "    not driven: frame {}: {}", left.frame, left.what)?;
+        }
+        for (name, why) in &self.masked {
+            writeln!(out, "    not compared: {name}: {why}")?;
+        }
+        match (&self.inconclusive, self.differences.first()) {
+            (Some(why), _) => writeln!(out, "    nothing can be said: {why}")?,
+            (None, None) => writeln!(out, "    no difference")?,
+            (None, Some(first)) => {
+                let what = match self.differences.len() {
+                    1 => "one difference:".to_owned(),
+                    many => format!("{many} differences; the first is"),
+                };
+                writeln!(out, "    {what} {} in frame {}", first.name, first.frame)?;
+            }
+        }
+        let nothing = || "nothing".to_owned();
+        for of in &self.differences {
+            let requirement = of.requirement.as_ref().map_or(String::new(), |id| format!(" (see {id})"));
+            let (recorded, ours) =
+                (of.recorded.clone().unwrap_or_else(nothing), of.ours.clone().unwrap_or_else(nothing));
+            writeln!(
+                out,
+                "  {:>7} {:>14.6}  {}: recorded {recorded}, the device shows {ours}{requirement}",
+                of.frame, of.at, of.name
+            )?;
+        }
+        f.write_str(&out)
+    }
+}

@@ -1,0 +1,99 @@
+//! Steps as a topic file of the suite language: one case, ready to be loaded.
+//!
+//! What is written here is read again by the strict loader before anybody relies on it. This room must not know devices.
+
+use super::ask::Ask;
+use std::fmt::Write as _;
+
+/// The name of the topic file, of which the written cases are.
+pub const TOPIC: &str = "reproduced";
+
+/// A step with its modifiers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// The verb and what stands behind it.
+    pub verb: String,
+    /// Modifiers, each a key with its value.
+    pub modifiers: Vec<String>,
+}
+
+impl Line {
+    /// A step without modifiers.
+    pub fn new(verb: impl Into<String>) -> Line {
+        Line { verb: verb.into(), modifiers: Vec::new() }
+    }
+
+    /// The same with one modifier more.
+    #[must_use]
+    pub fn with(mut self, modifier: impl Into<String>) -> Line {
+        self.modifiers.push(modifier.into());
+        self
+    }
+}
+
+/// A case to be written.
+#[derive(Clone, Debug, Default)]
+pub struct Written {
+    /// Lines of comment above everything.
+    pub comment: Vec<String>,
+    /// Its id.
+    pub id: String,
+    /// Its sentence.
+    pub why: String,
+    /// The requirements; none where each check has its own.
+    pub covers: Vec<String>,
+    /// The bugs that make it fail.
+    pub catches: Vec<String>,
+    /// The variant that it runs on.
+    pub variant: String,
+    /// Its steps.
+    pub steps: Vec<Line>,
+}
+
+impl Written {
+    /// The topic file.
+    pub fn yaml(&self) -> String {
+        let mut out = String::new();
+        let list = |names: &[String]| names.join(", ");
+        for line in &self.comment {
+            let _ = writeln!(out, "# {}", line.replace(['\n', '\r'], " "));
+        }
+        let _ = writeln!(out, "suite: {TOPIC}\ncases:\n  - id: {}", self.id);
+        let _ = writeln!(out, "    why: {}", quoted(&self.why));
+        if !self.covers.is_empty() {
+            let _ = writeln!(out, "    covers: [{}]", list(&self.covers));
+        }
+        let _ = writeln!(out, "    variants: [{}]", self.variant);
+        if !self.catches.is_empty() {
+            let _ = writeln!(out, "    catches: [{}]", list(&self.catches));
+        }
+        let _ = writeln!(out, "    start: none\n    steps:");
+        for step in &self.steps {
+            let _ = writeln!(out, "      - {}", step.verb);
+            for modifier in &step.modifiers {
+                let _ = writeln!(out, "        {modifier}");
+            }
+        }
+        out
+    }
+}
+
+/// A sentence as YAML has it in quotes.
+fn quoted(text: &str) -> String {
+    let plain: String = text.chars().map(|letter| if letter.is_control() { ' ' } else { letter }).collect();
+    format!("\"{}\"", plain.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// The steps of a script with nothing judged: whatever the device answers, the next step follows. `covers` is any requirement
+/// that applies, since a check with requirements of its own does not end a trial.
+pub fn unjudged(script: &[Ask], covers: &str) -> Vec<Line> {
+    let line = |ask: &Ask| {
+        let line = Line::new(ask.yaml());
+        match ask {
+            Ask::Connect(_) => line.with("answer: { connection: data }").with(format!("covers: [{covers}]")),
+            _ if ask.is_answered() => line.with(format!("covers: [{covers}]")),
+            _ => line,
+        }
+    };
+    script.iter().map(line).collect()
+}

@@ -1,0 +1,339 @@
+//! `encspec run` against a live slave at a serial line, as a user calls it: the verdicts of the virtual bus, what is sent to whom,
+//! what has no consent, and what disturbs the bus.
+//!
+//! The line is a pseudoterminal. Where a test looks at the octets, it stands between our master and the slave itself.
+
+mod served;
+
+use controllers::profibus_dp::{Master, Settings};
+use encspec::live::fdl::FdlFrames;
+use link::serial::pty;
+use link::{Serial, SerialBus, SerialSettings};
+use rstest::rstest;
+use serde_json::Value;
+use served::{Serving, socket_path};
+use station::Time;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use wire::profibus::fdl::{BaudRate, Frame, Piece, RequestFunction, Splitter};
+
+const EVERYTHING: &str =
+    "consent: { set_address: true, nvm_write: 10000, position_reference: true, factory_reset: true, set_name: true }";
+const AMT58: (&str, &str, u8) = ("datalogic-amt58-profibus", "hm5816-16384", 8);
+const A3M60: (&str, &str, u8) = ("sick-a3m60-profibus", "a3m60", 5);
+
+/// What each case and rule came to, with the reason.
+type Cases = BTreeMap<String, (String, String)>;
+
+/// A folder of its own, with a bench file in it and the name of a line.
+struct Bench {
+    folder: PathBuf,
+    manual: &'static str,
+    variant: &'static str,
+    address: String,
+}
+
+impl Bench {
+    fn new((manual, variant, address): (&'static str, &'static str, u8)) -> Bench {
+        let folder = socket_path("serial").with_extension("d");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        Bench { folder, manual, variant, address: address.to_string() }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.join(name).display().to_string()
+    }
+
+    /// Serves the reference device at `place`, a new pseudoterminal or one that is there.
+    fn serve(&self, place: [&str; 2]) -> Serving {
+        let model = format!("model:{}/{}", self.manual, self.variant);
+        let control = self.path("control");
+        Serving::start(&[&model, place[0], place[1], "--address", &self.address, "--control", &control])
+    }
+
+    /// Runs the cases of `filter` at the line `link`, with further lines in the bench file.
+    fn run(&self, link: &str, more: &str, filter: &str) -> (Option<i32>, Cases, String) {
+        let suites = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites").join(self.manual);
+        let gsd = std::fs::read_dir(suites).expect("the suite").flatten().map(|entry| entry.path());
+        let gsd = gsd.filter(|path| path.extension().is_some_and(|end| end == "gsd"));
+        let gsd = gsd.map(|path| path.display().to_string()).find(|path| path.contains(self.variant)).expect("its GSD");
+        let text = format!("device: {}/{}\nlink: serial:{link}\ngsd: {gsd}\n{more}\n", self.manual, self.variant);
+        std::fs::write(self.folder.join("bench.yaml"), text).expect("the bench file");
+        self.call(&["run", "--dut", "bench.yaml", filter])
+    }
+
+    /// The same with everything that may be done, and a stand that can do everything.
+    fn run_free(&self, link: &str, filter: &str) -> (Option<i32>, Cases, String) {
+        let stand = format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}", self.path("control"));
+        self.run(link, &format!("{stand}\n{EVERYTHING}"), filter)
+    }
+
+    fn call(&self, arguments: &[&str]) -> (Option<i32>, Cases, String) {
+        let report = self.folder.join("run.json");
+        let _ = std::fs::remove_file(&report);
+        let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
+            .args(arguments)
+            .args(["--report", "json=run.json", "--no-evidence"])
+            .current_dir(&self.folder)
+            .stdin(Stdio::null())
+            .output()
+            .expect("the binary");
+        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let text = std::fs::read_to_string(&report).unwrap_or_default();
+        let report: Value = serde_json::from_str(&text).unwrap_or_default();
+        let cases = report["runs"][0]["cases"].as_array().cloned().unwrap_or_default();
+        let of = |case: &Value, key: &str| case[key].as_str().unwrap_or_default().to_owned();
+        let cases = cases.iter().map(|case| (of(case, "id"), (of(case, "verdict"), of(case, "reason")))).collect();
+        (output.status.code(), cases, said)
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// The verdicts without their reasons.
+fn verdicts(cases: &Cases) -> BTreeMap<&str, &str> {
+    cases.iter().map(|(id, (verdict, _))| (id.as_str(), verdict.as_str())).collect()
+}
+
+/// So often a case is run again that this machine has spoilt by being late.
+const LOOKS: usize = 4;
+
+#[rstest]
+#[case::parameters(AMT58, "/set-prm/")]
+#[case::telegrams(A3M60, "/telegrams/")]
+fn a_live_slave_comes_to_the_verdicts_of_the_virtual_bus(
+    #[case] device: (&'static str, &'static str, u8),
+    #[case] filter: &str,
+) {
+    let bench = Bench::new(device);
+    let line = bench.path("line");
+    let _serving = bench.serve(["--pty", &line]);
+    let model = format!("model:{}/{}", bench.manual, bench.variant);
+    let (_, mut expected, _) = bench.call(&["run", "--dut", &model, filter]);
+    assert!(expected.len() > 10, "{expected:?}");
+    let (_, mut live, said) = bench.run_free(&line, filter);
+    assert_eq!(live.len(), expected.len(), "{said}");
+    // What counts bits stays on the virtual bus.
+    live.retain(|_, (_, why)| why != "link cannot time bits");
+    assert!(live.len() > 10 && live.len() + 5 > expected.len(), "{live:?}");
+    expected.retain(|id, _| live.contains_key(id));
+    for _ in 0..LOOKS {
+        let late: Vec<String> =
+            live.iter().filter(|(_, case)| case.0 == "inconclusive").map(|(id, _)| id.clone()).collect();
+        for id in late {
+            let (_, again, _) = bench.run_free(&line, id.split_once('/').expect("a manual").1);
+            live.extend(again.into_iter().filter(|(of, _)| *of == id));
+        }
+    }
+    assert_eq!(verdicts(&live), verdicts(&expected), "{live:#?}");
+}
+
+#[test]
+fn what_has_no_consent_is_not_done() {
+    let bench = Bench::new(AMT58);
+    let line = bench.path("line");
+    let _serving = bench.serve(["--pty", &line]);
+    let stand = format!("stand: {{ control: {} }}", bench.path("control"));
+    for (consent, reason) in [
+        ("consent: { nvm_write: 100 }", "the bench gives no consent to set_address"),
+        ("consent: { set_address: true }", "the bench gives no consent to nvm_write"),
+    ] {
+        let (status, cases, _) = bench.run(&line, &format!("{stand}\n{consent}"), "slave-address/not-taken");
+        assert_eq!(status, Some(1), "nothing passed, so it is not green");
+        assert!(cases.len() >= 3, "{cases:?}");
+        let expected = ("not-applicable".to_owned(), reason.to_owned());
+        assert!(cases.values().all(|case| *case == expected), "{cases:?}");
+    }
+}
+
+#[test]
+fn what_counts_bits_is_not_applicable() {
+    let bench = Bench::new(A3M60);
+    let line = bench.path("line");
+    let _serving = bench.serve(["--pty", &line]);
+    let (_, cases, _) = bench.run_free(&line, "slave-start-up/rate-of-the-bus");
+    assert!(!cases.is_empty());
+    let expected = ("not-applicable".to_owned(), "link cannot time bits".to_owned());
+    assert!(cases.values().all(|case| *case == expected), "{cases:?}");
+}
+
+/// A line in two pieces; whoever stands between them passes octets on.
+struct Between {
+    ours: PathBuf,
+    theirs: PathBuf,
+    /// What our master has sent.
+    sent: Arc<Mutex<Vec<u8>>>,
+    _open: [Serial; 2],
+}
+
+/// What becomes of the octets that the slave sends at once.
+type Change = Box<dyn FnMut(&[u8]) -> Passed + Send>;
+
+/// What becomes of octets.
+enum Passed {
+    /// These are passed on.
+    Now(Vec<u8>),
+    /// They are passed on when our master sends the next time.
+    Later,
+}
+
+fn between(mut change: Change) -> Between {
+    let (left, ours) = pty::open().expect("there are pseudoterminals");
+    let (right, theirs) = pty::open().expect("there are pseudoterminals");
+    // A pseudoterminal echoes until somebody opens it as a serial line.
+    let open = |path: &Path| Serial::open(path, &SerialSettings::new(1_500_000)).expect("the other end");
+    let held = [open(&ours), open(&theirs)];
+    let sent: Arc<Mutex<Vec<u8>>> = Arc::default();
+    let late: Arc<Mutex<Vec<u8>>> = Arc::default();
+    let copy = |file: &File| file.try_clone().expect("a copy");
+    let (mut from, mut to, mut back) = (copy(&left), copy(&right), copy(&left));
+    let (log, waiting) = (Arc::clone(&sent), Arc::clone(&late));
+    thread::spawn(move || {
+        let mut octets = [0; 1024];
+        while let Ok(count @ 1..) = from.read(&mut octets) {
+            log.lock().expect("a log").extend_from_slice(&octets[..count]);
+            to.write_all(&octets[..count]).expect("it takes them");
+            back.write_all(&std::mem::take(&mut *waiting.lock().expect("octets"))).expect("it takes them");
+        }
+    });
+    let (mut from, mut to) = (right, left);
+    thread::spawn(move || {
+        let mut octets = [0; 1024];
+        while let Ok(count @ 1..) = from.read(&mut octets) {
+            match change(&octets[..count]) {
+                Passed::Now(octets) => to.write_all(&octets).expect("it takes them"),
+                Passed::Later => late.lock().expect("octets").extend_from_slice(&octets[..count]),
+            }
+        }
+    });
+    Between { ours, theirs, sent, _open: held }
+}
+
+/// Passes everything on as it is.
+fn unchanged() -> Change {
+    Box::new(|octets| Passed::Now(octets.to_vec()))
+}
+
+/// The answer of Data_Exchange that is disturbed: one of the first trial, behind its start-up.
+const DISTURBED: usize = 8;
+
+/// Passes everything on as it is but for one answer of Data_Exchange: without access points, to our first master.
+fn disturbed(disturb: fn(&[u8]) -> Passed) -> Change {
+    let mut exchanged = 0;
+    Box::new(move |octets| {
+        exchanged += usize::from(matches!(octets, [0x68, _, _, 0x68, 1, 8, ..]));
+        if exchanged == DISTURBED {
+            exchanged += 1;
+            return disturb(octets);
+        }
+        Passed::Now(octets.to_vec())
+    })
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+#[test]
+fn but_for_tokens_questions_and_global_control_everything_goes_to_the_device() {
+    let bench = Bench::new(AMT58);
+    let line = between(unchanged());
+    let _serving = bench.serve(["--serial", text(&line.theirs)]);
+    let (_, cases, said) = bench.run_free(text(&line.ours), "/diagnosis/");
+    assert!(cases.len() > 10, "{said}");
+    let mut splitter = Splitter::new();
+    splitter.push(&line.sent.lock().expect("a log"));
+    let mut counted: BTreeMap<&str, usize> = BTreeMap::new();
+    while let Some(piece) = splitter.next_piece() {
+        let Piece::Frame(octets) = piece else { continue };
+        let what = match Frame::parse(&octets) {
+            Ok(Frame::Token { da: 1 | 2, sa: 1 | 2 }) => "token",
+            Ok(Frame::Data(frame)) if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => "question",
+            Ok(Frame::Data(frame)) if frame.da == 127 && frame.destination.sap == Some(58) => "control",
+            Ok(Frame::Data(frame)) if frame.da == 8 && matches!(frame.sa, 1 | 2) => "device",
+            // Our second master tells the first that it is there.
+            Ok(Frame::Data(frame)) if !frame.fc.is_request() && (frame.sa, frame.da) == (2, 1) => "answer",
+            other => panic!("{other:?} was sent"),
+        };
+        *counted.entry(what).or_default() += 1;
+    }
+    // Every other address is asked once whether a station is there, and again since nobody answers; later the second master is.
+    assert!(counted["question"] >= 2 * 125, "{counted:?}");
+    assert!(counted["device"] > 100 && counted["token"] > 100 && counted["control"] > 0, "{counted:?}");
+}
+
+#[test]
+fn an_answer_that_comes_late_says_nothing_about_the_device() {
+    let bench = Bench::new(AMT58);
+    // One answer comes when the request was sent again, which the slave answers, too.
+    let line = between(disturbed(|_| Passed::Later));
+    let _serving = bench.serve(["--serial", text(&line.theirs)]);
+    let (status, cases, said) = bench.run_free(text(&line.ours), "preset/binary-value");
+    assert_eq!(status, Some(1), "{said}");
+    assert!(cases.values().any(|(verdict, _)| verdict == "inconclusive"), "{cases:#?}");
+    assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
+}
+
+#[test]
+fn noise_on_the_line_says_nothing_about_the_device() {
+    let bench = Bench::new(AMT58);
+    let line = between(disturbed(|octets| Passed::Now([&[0xFF, 0x00, 0xFF], octets].concat())));
+    let _serving = bench.serve(["--serial", text(&line.theirs)]);
+    let (status, cases, said) = bench.run_free(text(&line.ours), "preset/binary-value");
+    assert_eq!(status, Some(1), "{said}");
+    assert!(cases.values().any(|(verdict, _)| verdict == "inconclusive"), "{cases:#?}");
+    assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
+}
+
+#[test]
+fn a_bus_with_another_master_is_left_alone() {
+    let bench = Bench::new(AMT58);
+    let line = between(unchanged());
+    let theirs = line.theirs.clone();
+    thread::spawn(move || {
+        let serial = Serial::open(&theirs, &SerialSettings::new(1_500_000)).expect("the other end is there");
+        let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
+        let mut master = Master::new(Settings::new(4, BaudRate(1_500_000)));
+        while bus.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
+    });
+    let (status, cases, said) = bench.run(text(&line.ours), "", "preset/binary-value");
+    assert_eq!((status, cases.len()), (Some(3), 0), "{said}");
+    assert!(said.contains("is in use: a token from station 4 to station 4 was heard"), "{said}");
+    let sent = line.sent.lock().expect("a log");
+    assert!(sent.is_empty(), "nothing may be sent there: {sent:02X?}");
+}
+
+#[rstest]
+#[case::nobody("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; say in a bench file")]
+#[case::master("line: { address: 2 }", "the device has the address 2 of one of our masters")]
+#[case::ours_is_taken("line: { address: 9, masters: [1, 8] }", "has the address 8 of our second master")]
+fn a_bus_that_is_not_as_the_bench_says_is_refused(#[case] more: &str, #[case] why: &str) {
+    let bench = Bench::new(AMT58);
+    let line = bench.path("line");
+    let _serving = bench.serve(["--pty", &line]);
+    let (status, cases, said) = bench.run(&line, more, "preset/binary-value");
+    assert_eq!((status, cases.len()), (Some(3), 0), "{said}");
+    assert!(said.contains(why), "{said}");
+}
+
+#[test]
+fn the_link_has_to_be_one_of_the_bus() {
+    let bench = Bench::new(AMT58);
+    let device = format!("{}/{}", bench.manual, bench.variant);
+    let (status, _, said) = bench.call(&["run", "--dut", "nic:eth1", "--device", &device]);
+    assert_eq!(status, Some(2), "{said}");
+    assert!(said.contains("speaks PROFIBUS, so its link is `serial:TTY` and not nic:eth1"), "{said}");
+    let (status, _, said) =
+        bench.call(&["run", "--dut", "serial:/dev/ttyUSB0", "--device", "lika-xac77-profinet/xac7718"]);
+    assert_eq!(status, Some(2), "{said}");
+    assert!(said.contains("speaks PROFINET, so its link is `nic:IF` or `socket:ADDRESS`"), "{said}");
+}
