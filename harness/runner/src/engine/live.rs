@@ -1,6 +1,6 @@
 //! A live device as the engine sees it: its segment, what may be done to it, and what became of it between trials.
 //!
-//! What carries the frames of a trial is [`segment`]'s; this room must not know it, nor how a bench is found or prepared.
+//! What carries the frames of a trial is `segment`'s; this room must not know it, nor how a bench is found or prepared.
 
 mod bus_watch;
 mod segment;
