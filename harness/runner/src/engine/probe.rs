@@ -12,7 +12,7 @@ use crate::result::{Finding, Severity};
 use crate::suite::device::{Bus, Parameter};
 use crate::suite::model::Start;
 use controllers::profinet_io::{ConnectOutcome, DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
-use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
+use wire::profidrive::{ErrorNumber, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
 use wire::profinet::blocks::im::Im0;
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockQualifier, Value};
@@ -44,6 +44,17 @@ pub struct Looked {
     pub connected: Vec<Connected>,
     /// What the bench claims wrongly.
     pub findings: Vec<Finding>,
+}
+
+/// What became of a value that was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Written {
+    /// The device took it.
+    Taken,
+    /// It cannot be changed, so that nobody has changed it by writing.
+    ReadOnly,
+    /// The device refused it, or did not answer.
+    Refused,
 }
 
 impl Run<'_> {
@@ -264,7 +275,14 @@ impl Run<'_> {
         for parameter in kept.parameters {
             let place = (parameter.number, parameter.subindex);
             let is_same = |run: &mut Self| run.parameter_now(place).as_ref() == Some(parameter);
-            if !(stands && (is_same(self) || self.write_parameter(parameter) && is_same(self))) {
+            let is_back = stands
+                && (is_same(self)
+                    || match self.write_parameter(parameter) {
+                        Written::Taken => is_same(self),
+                        Written::ReadOnly => true,
+                        Written::Refused => false,
+                    });
+            if !is_back {
                 let element = if parameter.subindex == 0 { String::new() } else { format!(".{}", parameter.subindex) };
                 left.push(format!("P{}{element} (0x{})", parameter.number, hex(&parameter.octets)));
                 all = false;
@@ -275,7 +293,8 @@ impl Run<'_> {
         let save = device.parameters.iter().find(|of| of.number == number && of.writable);
         if let (true, true, Some(save)) = (all, kept.saved, save) {
             let format = save.kind.formats.first().copied().unwrap_or(Format::WORD.0);
-            if !self.write_parameter(&journal::Parameter { number, subindex: 0, format, octets: vec![0, 1] }) {
+            let save = journal::Parameter { number, subindex: 0, format, octets: vec![0, 1] };
+            if self.write_parameter(&save) != Written::Taken {
                 left.push("what the memory keeps of the parameters".into());
             }
         }
@@ -288,14 +307,18 @@ impl Run<'_> {
         matches!(outcome, Ok(Outcome::Dcp(DcpOutcome::Accepted)))
     }
 
-    fn write_parameter(&mut self, parameter: &journal::Parameter) -> bool {
+    fn write_parameter(&mut self, parameter: &journal::Parameter) -> Written {
         let value = ParameterValue::new(Format(parameter.format), 1, parameter.octets.clone());
         let change = vec![(ParameterAddress::value(parameter.number, parameter.subindex), value)];
         let do_id = self.world.manual.device.parameter_access.do_id;
-        let Some(octets) = self.parameter_response(&ParameterRequest::change_values(1, do_id, change)) else {
-            return false;
-        };
-        Response::parse(&octets).is_ok_and(|response| !response.header.id.is_negative())
+        let octets = self.parameter_response(&ParameterRequest::change_values(1, do_id, change));
+        let Some(Ok(response)) = octets.as_deref().map(Response::parse) else { return Written::Refused };
+        let error = response.values.first().and_then(ParameterValue::error).map(|error| error.number);
+        match (response.header.id.is_negative(), error) {
+            (false, _) => Written::Taken,
+            (true, Some(ErrorNumber::READ_ONLY)) => Written::ReadOnly,
+            (true, _) => Written::Refused,
+        }
     }
 }
 
