@@ -578,3 +578,22 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
         assert!(finding.text.contains("guessed"), "{}", finding.text);
     }
 }
+
+/// What the page shows is what the report was written from: the connection that is guessed there has a timeline and signals here.
+#[test]
+fn a_guessed_layout_is_on_the_page_as_well() {
+    let manual = Some("lika-xac77-profinet");
+    let manuals = encspec::suite::load(&encspec::suite::Sources::embedded(), manual).expect("the shipped suites load");
+    let mut line = running(Some((0x0239, 0x0001)));
+    line.cyclic(true, &inputs_of_telegram_81(0xA000));
+    let octets = line.capture();
+    let report = capture("broken", &octets[..], &manuals).unwrap();
+    let chapter = encspec::replay::chapter(1, &report, &octets[..], &manuals).unwrap();
+
+    let [timeline] = &chapter.timelines[..] else { panic!("one timeline: {:#?}", chapter.timelines) };
+    assert!(timeline.lanes.iter().any(|lane| lane.name.starts_with("G1_ZSW.")), "{:#?}", timeline.lanes);
+    assert!(timeline.marks.iter().any(|mark| mark.text.contains("XAC77-SIG-036")), "{:#?}", timeline.marks);
+    let entry = chapter.entries.iter().find(|entry| entry.head.contains("XAC77-SIG-036")).unwrap();
+    let packet = entry.packet.as_ref().unwrap();
+    assert!(packet.parts.iter().any(|part| part.name == "G1_ZSW"), "{:#?}", packet.parts);
+}

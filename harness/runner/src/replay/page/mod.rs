@@ -1,20 +1,21 @@
 //! The page of a replay: each capture as a chapter with its findings, each connection as a timeline.
 //!
-//! A page needs what a report does not keep, so the capture is looked at a second time: for the packets that findings name and
-//! for what the connections carried. This room must not decide anything: what is wrong stands in the report.
+//! A page needs what a report does not keep, so the capture is walked through a second time: for the packets that findings name
+//! and for what the connections carried. This room must not decide anything: what is wrong stands in the report.
 
 mod packets;
 mod timeline;
 
 use super::finding::{ContextFrame, Finding};
+use super::read::order::Next;
 use super::report::{CaptureReport, ConnectionReport, DamageReport};
-use crate::observe::{BusTracker, Observation};
+use super::walk::{Watch, walk};
+use crate::observe::{Ar, Observation};
 use crate::page::{Chapter, Entry, Mark, Packet, Page, Table, Timeline, Tone};
 use crate::result::Severity;
 use crate::suite::device::Bus;
 use crate::suite::model::Manual;
-use bench::CaptureReader;
-use bench::capture::{Item, LinkType, NotACapture};
+use bench::capture::NotACapture;
 use packets::{Packets, Seen};
 use std::io::Read;
 use timeline::Timelines;
@@ -86,35 +87,19 @@ impl Look {
     ///
     /// An error says that it cannot be read.
     pub fn at(again: impl Read, wanted: impl Iterator<Item = u64>, manuals: &[Manual]) -> Result<Look, NotACapture> {
-        let mut reader = CaptureReader::new(again)?;
-        let mut packets = Packets::new(wanted);
-        let mut profinet = (BusTracker::Profinet(Box::default()), Timelines::new(manuals));
-        let mut profibus = (BusTracker::Profibus(Box::default()), Timelines::new(manuals));
-        while let Some(item) = reader.next() {
-            let Item::Packet(packet) = item else { continue };
-            let (number, time) = (packet.number as u64, packet.time);
-            profinet.1.begin(time);
-            profibus.1.begin(time);
-            let is_kept = packets.keep(number, time, packet.link_type, packet.captured);
-            let (bus, (tracker, timelines)) = match packet.link_type {
-                LinkType::ETHERNET => (Bus::Profinet, &mut profinet),
-                LinkType::PROFIBUS => (Bus::Profibus, &mut profibus),
-                LinkType(_) => continue,
-            };
-            tracker.frame(number, time, packet.captured, &mut |ars, observation| {
-                if let Observation::Cyclic { ar, direction, at, .. } = &observation
-                    && is_kept
-                {
-                    packets.carries(number, Seen { bus, ar: *ar, direction: *direction, at: *at });
-                }
-                timelines.observe(ars, time, &observation);
-            });
-        }
+        let mut keeper = Keeper {
+            packets: Packets::new(wanted),
+            is_kept: false,
+            profinet: Timelines::new(manuals),
+            profibus: Timelines::new(manuals),
+        };
+        let walked = walk(again, manuals, &mut keeper, &mut |_, _| {})?;
+        let Keeper { mut packets, profinet, profibus, .. } = keeper;
+        let (connections, slaves) = (walked.tracker.ars(), walked.slaves.ars());
+        packets.connections(connections, slaves);
         // The slaves come behind the connections of PROFINET.
-        let before = profinet.0.ars().len();
-        packets.connections(profinet.0.ars(), profibus.0.ars());
-        let slaves = profibus.1.end().into_iter().map(|(index, timeline)| (index + before, timeline));
-        Ok(Look { packets, timelines: profinet.1.end().into_iter().chain(slaves).collect() })
+        let of_slaves = profibus.end().into_iter().map(|(index, timeline)| (index + connections.len(), timeline));
+        Ok(Look { packets, timelines: profinet.end().into_iter().chain(of_slaves).collect() })
     }
 
     /// A packet that was kept, octet by octet, with the octet and the bit that matter.
@@ -125,6 +110,55 @@ impl Look {
     /// When a packet that was kept was captured, in seconds since the first one.
     pub fn seconds(&self, frame: u64) -> Option<f64> {
         self.packets.seconds(frame)
+    }
+}
+
+/// Keeps on the way through a capture what its page shows.
+struct Keeper<'a> {
+    packets: Packets,
+    /// Whether the present packet is kept.
+    is_kept: bool,
+    profinet: Timelines<'a>,
+    profibus: Timelines<'a>,
+}
+
+impl<'a> Keeper<'a> {
+    fn timelines(&mut self, bus: Bus) -> &mut Timelines<'a> {
+        match bus {
+            Bus::Profinet => &mut self.profinet,
+            Bus::Profibus => &mut self.profibus,
+        }
+    }
+
+    fn keep(&mut self, next: &Next<'_>) {
+        self.profinet.begin(next.time);
+        self.profibus.begin(next.time);
+        self.is_kept = self.packets.keep(next.number, next.time, next.link, next.octets);
+    }
+}
+
+impl Watch for Keeper<'_> {
+    fn begin(&mut self, _: Bus, next: &Next<'_>) {
+        self.keep(next);
+    }
+
+    fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+        if let Observation::Cyclic { ar, direction, at, .. } = observation
+            && self.is_kept
+        {
+            self.packets.carries(next.number, Seen { bus, ar: *ar, direction: *direction, at: *at });
+        }
+        self.timelines(bus).observe(ars, next.time, observation);
+    }
+
+    fn seen(&mut self, _: Bus, _: &[Ar]) {}
+
+    fn gap(&mut self, _: Bus, _: &[Ar], _: &Next<'_>, _: &Observation<'_>) {}
+
+    fn hole(&mut self) {}
+
+    fn other_link(&mut self, next: &Next<'_>) {
+        self.keep(next);
     }
 }
 

@@ -100,8 +100,12 @@ impl<'a> Timelines<'a> {
             None => Signals::by_place(ar),
         };
         let from = ar.connect_time.map_or(at, |time| self.seconds(time));
-        let phase = if ar.slave.is_some() { "data exchange" } else { "start parameters" };
-        let phases = vec![(from, "connecting"), (at, phase)];
+        let phases = match (ar.connect_time, &ar.slave) {
+            // It was made before the capture began.
+            (None, _) => vec![(at, "data exchange")],
+            (Some(_), Some(_)) => vec![(from, "connecting"), (at, "data exchange")],
+            (Some(_), None) => vec![(from, "connecting"), (at, "start parameters")],
+        };
         self.of[index] = Some(Recorder { from, to: at, signals, phases, marks: Vec::new(), ended: false });
     }
 
