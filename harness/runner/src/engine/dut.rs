@@ -222,10 +222,8 @@ impl DutSpec {
             },
             DutKind::Nobody(Nobody::WrongIdentity) => {
                 let device = Boxed(built(&[], true)?);
-                match is_slave {
-                    true => on(Box::new(Stranger(OtherIdent { device, sent: Outbox::new() }, NoStand))),
-                    false => on(Box::new(Stranger(OtherIdentity { device, sent: Outbox::new() }, NoStand))),
-                }
+                let rewrite = if is_slave { other_ident } else { other_identity };
+                on(Box::new(Stranger(Rewriting::new(device, rewrite), NoStand)))
             }
             DutKind::Nobody(Nobody::DiesAfter(frames)) => on(Box::new(Mortal(DiesAfter::new(model(&[])?, *frames)))),
         }))
@@ -282,40 +280,25 @@ impl Station for Boxed {
     }
 }
 
-/// A proper device that says another vendor and device id in every DCP frame.
-struct OtherIdentity<S> {
+/// A proper device of which every frame is written anew.
+struct Rewriting<S> {
     device: S,
     sent: Outbox,
+    rewrite: fn(&[u8], &mut Outbox),
 }
 
-impl<S: Station> OtherIdentity<S> {
+impl<S: Station> Rewriting<S> {
+    fn new(device: S, rewrite: fn(&[u8], &mut Outbox)) -> Rewriting<S> {
+        Rewriting { device, sent: Outbox::new(), rewrite }
+    }
+
     fn pass(&mut self, out: &mut Outbox) {
-        use wire::ethernet::{EtherType, FrameHeader};
-        use wire::profinet::dcp::{Body, Dcp, Value};
-        for frame in self.sent.frames() {
-            let dcp = FrameHeader::parse(frame)
-                .ok()
-                .filter(|(header, _)| header.ether_type == EtherType::PROFINET)
-                .and_then(|(header, payload)| Some((header, Dcp::parse(payload).ok()?)));
-            match dcp {
-                Some((header, mut dcp)) => {
-                    if let Body::Blocks(blocks) = &mut dcp.body {
-                        for block in blocks {
-                            if let Value::DeviceId { vendor_id, device_id } = &mut block.value {
-                                (*vendor_id, *device_id) = (!*vendor_id, !*device_id);
-                            }
-                        }
-                    }
-                    out.push_with(|out| dcp.write_frame(header.destination, header.source, out));
-                }
-                None => out.push(frame),
-            }
-        }
+        self.sent.frames().for_each(|frame| (self.rewrite)(frame, out));
         self.sent.clear();
     }
 }
 
-impl<S: Station> Station for OtherIdentity<S> {
+impl<S: Station> Station for Rewriting<S> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.device.receive(now, frame, &mut self.sent);
         self.pass(out);
@@ -331,43 +314,36 @@ impl<S: Station> Station for OtherIdentity<S> {
     }
 }
 
-/// A proper slave that says another ident number in each diagnosis.
-struct OtherIdent<S> {
-    device: S,
-    sent: Outbox,
-}
-
-impl<S: Station> OtherIdent<S> {
-    fn pass(&mut self, out: &mut Outbox) {
-        use wire::profibus::fdl::Frame;
-        use wire::profibus::sap::{Service, SlaveSap};
-        for octets in self.sent.frames() {
-            match Frame::parse(octets) {
-                Ok(Frame::Data(frame)) if Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG) => {
-                    let mut data = frame.data.to_vec();
-                    data.iter_mut().skip(4).take(2).for_each(|octet| *octet = !*octet);
-                    out.push_with(|out| wire::profibus::fdl::DataFrame { data: &data, ..frame }.write(out));
-                }
-                _ => out.push(octets),
+/// Says another vendor and device id in a DCP frame.
+fn other_identity(frame: &[u8], out: &mut Outbox) {
+    use wire::ethernet::{EtherType, FrameHeader};
+    use wire::profinet::dcp::{Body, Dcp, Value};
+    let dcp = FrameHeader::parse(frame)
+        .ok()
+        .filter(|(header, _)| header.ether_type == EtherType::PROFINET)
+        .and_then(|(header, payload)| Some((header, Dcp::parse(payload).ok()?)));
+    let Some((header, mut dcp)) = dcp else { return out.push(frame) };
+    if let Body::Blocks(blocks) = &mut dcp.body {
+        for block in blocks {
+            if let Value::DeviceId { vendor_id, device_id } = &mut block.value {
+                (*vendor_id, *device_id) = (!*vendor_id, !*device_id);
             }
         }
-        self.sent.clear();
     }
+    out.push_with(|out| dcp.write_frame(header.destination, header.source, out));
 }
 
-impl<S: Station> Station for OtherIdent<S> {
-    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
-        self.device.receive(now, frame, &mut self.sent);
-        self.pass(out);
-    }
-
-    fn wake(&mut self, now: Time, out: &mut Outbox) {
-        self.device.wake(now, &mut self.sent);
-        self.pass(out);
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        self.device.deadline()
+/// Says another ident number in a diagnosis.
+fn other_ident(octets: &[u8], out: &mut Outbox) {
+    use wire::profibus::fdl::{DataFrame, Frame};
+    use wire::profibus::sap::{Service, SlaveSap};
+    match Frame::parse(octets) {
+        Ok(Frame::Data(frame)) if Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG) => {
+            let mut data = frame.data.to_vec();
+            data.iter_mut().skip(4).take(2).for_each(|octet| *octet = !*octet);
+            out.push_with(|out| DataFrame { data: &data, ..frame }.write(out));
+        }
+        _ => out.push(octets),
     }
 }
 
