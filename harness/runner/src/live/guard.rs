@@ -3,6 +3,7 @@
 //! It also holds back what the bench gives no consent to, so that a mistake anywhere above it changes nothing. This room
 //! must not know why a frame is sent.
 
+use super::held_back::HeldBack;
 use crate::bench_file::Consents;
 use wire::datagram::Ipv4;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
@@ -17,16 +18,13 @@ pub struct Guard {
     consent: Consents,
     /// The paths of the web pages whose forms let the device wait for another firmware.
     firmware_pages: Vec<String>,
-    held_back: u64,
-    first: Option<String>,
-    /// The first that was meant for the device.
-    withheld: Option<String>,
+    held_back: HeldBack,
 }
 
 impl Guard {
     /// A guard that lets discovery through, and what goes to `device` once it is known who that is.
     pub fn new(device: Option<Mac>, consent: Consents, firmware_pages: Vec<String>) -> Guard {
-        Guard { device, consent, firmware_pages, held_back: 0, first: None, withheld: None }
+        Guard { device, consent, firmware_pages, held_back: HeldBack::default() }
     }
 
     /// Whether `frame` may be sent; one that may not is counted.
@@ -34,30 +32,21 @@ impl Guard {
         match self.objection(frame) {
             None => true,
             Some(why) => {
-                self.held_back += 1;
-                if self.device.is_some_and(|device| frame.starts_with(&device.0)) {
-                    self.withheld.get_or_insert_with(|| why.clone());
-                }
-                self.first.get_or_insert(why);
+                let of_device = self.device.is_some_and(|device| frame.starts_with(&device.0));
+                self.held_back.count(why, of_device);
                 false
             }
         }
     }
 
-    /// What was held back: how many frames, and why the first.
-    pub fn held_back(&self) -> Option<String> {
-        let first = self.first.as_ref()?;
-        Some(format!("{} frame(s) of ours were held back; the first: {first}", self.held_back))
-    }
-
-    /// What the device was to get and did not, for instance for want of consent: its silence then says nothing.
-    pub fn withheld(&self) -> Option<&str> {
-        self.withheld.as_deref()
+    /// What was held back.
+    pub fn held_back(&self) -> &HeldBack {
+        &self.held_back
     }
 
     /// Forgets what was held back.
     pub fn forget_held_back(&mut self) {
-        (self.held_back, self.first, self.withheld) = (0, None, None);
+        self.held_back = HeldBack::default();
     }
 
     fn objection(&self, frame: &[u8]) -> Option<String> {
@@ -180,14 +169,14 @@ mod tests {
         let mut guard = guard(Some(DEVICE), Consents::default());
         assert!(guard.allows(&dcp(Mac::DCP_MULTICAST, &Dcp::identify(1, 1, vec![Value::AllSelector]))));
         assert!(guard.allows(&dcp(DEVICE, &Dcp::get(2, vec![Element::DEVICE_ID]))));
-        assert_eq!(guard.held_back(), None);
+        assert_eq!(guard.held_back().told(), None);
         assert!(!guard.allows(&dcp(OTHER, &Dcp::get(2, vec![Element::DEVICE_ID]))));
         // A Set to all is what must never happen.
         let name = set(BlockQualifier::PERMANENT, Value::NameOfStation(b"all-alike".to_vec()));
         assert!(!guard.allows(&dcp(Mac::DCP_MULTICAST, &name)));
         assert!(!guard.allows(&[0xff; 20]));
-        let said = guard.held_back().expect("three frames were held back");
-        assert_eq!(guard.withheld(), None, "nothing was kept from the device itself");
+        let said = guard.held_back().told().expect("three frames were held back");
+        assert_eq!(guard.held_back().withheld(), None, "nothing was kept from the device itself");
         assert!(said.starts_with("3 frame(s)") && said.contains(&OTHER.to_string()), "{said}");
     }
 
@@ -248,7 +237,7 @@ mod tests {
         #[case] goes: bool,
     ) {
         let mut guard = guard(Some(DEVICE), consent);
-        assert_eq!(guard.allows(&segment(port, data.as_bytes())), goes, "{:?}", guard.held_back());
-        assert_eq!(guard.withheld().is_none(), goes);
+        assert_eq!(guard.allows(&segment(port, data.as_bytes())), goes, "{:?}", guard.held_back().told());
+        assert_eq!(guard.held_back().withheld().is_none(), goes);
     }
 }

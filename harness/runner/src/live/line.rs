@@ -3,6 +3,7 @@
 //! This room must not know what is sent, nor why.
 
 use super::guard::Guard;
+use super::held_back::HeldBack;
 use super::profibus::Fence;
 use link::{Lateness, LinkError, SerialBus, Wire};
 use station::Time;
@@ -67,19 +68,11 @@ impl Line {
         }
     }
 
-    /// What was held back: how many frames, and why the first.
-    pub fn held_back(&self) -> Option<String> {
+    /// What was held back.
+    pub fn held_back(&self) -> &HeldBack {
         match self {
             Line::Wire(_, guard) => guard.held_back(),
             Line::Bus(_, fence) => fence.held_back(),
-        }
-    }
-
-    /// What the device was to get and did not, so that its silence says nothing.
-    pub fn withheld(&self) -> Option<&str> {
-        match self {
-            Line::Wire(_, guard) => guard.withheld(),
-            Line::Bus(_, fence) => fence.withheld(),
         }
     }
 

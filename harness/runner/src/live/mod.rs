@@ -6,6 +6,7 @@ pub mod control;
 pub mod discover;
 pub mod fdl;
 pub mod guard;
+pub mod held_back;
 pub mod journal;
 pub mod line;
 pub mod preflight;

@@ -178,11 +178,11 @@ impl Segment for LiveSegment<'_> {
     }
 
     fn objections(&self) -> Vec<String> {
-        self.hands.line.held_back().into_iter().collect()
+        self.hands.line.held_back().told().into_iter().collect()
     }
 
     fn withheld(&self) -> Option<String> {
-        self.hands.line.withheld().map(|what| format!("the guard of the bench kept back {what}"))
+        self.hands.line.held_back().withheld().map(|what| format!("the guard of the bench kept back {what}"))
     }
 
     fn broken_line(&self) -> Option<String> {

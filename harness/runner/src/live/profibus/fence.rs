@@ -4,6 +4,7 @@
 //! It also holds back what the bench gives no consent to. This room must not know why a frame is sent.
 
 use crate::bench_file::Consents;
+use crate::live::held_back::HeldBack;
 use wire::profibus::fdl::{BROADCAST, DataFrame, Frame, RequestFunction};
 use wire::profibus::sap::{Service, SlaveSap};
 
@@ -17,16 +18,13 @@ pub struct Fence {
     /// Who else is there; none: nobody knows yet.
     others: Option<Vec<u8>>,
     consent: Consents,
-    held_back: u64,
-    first: Option<String>,
-    /// The first that was meant for the device.
-    withheld: Option<String>,
+    held_back: HeldBack,
 }
 
 impl Fence {
     /// A fence around the slave at `device`, before it is known who else is there: nobody else is asked for anything yet.
     pub fn new(device: u8, consent: Consents) -> Fence {
-        Fence { device, others: None, consent, held_back: 0, first: None, withheld: None }
+        Fence { device, others: None, consent, held_back: HeldBack::default() }
     }
 
     /// Says at which addresses other stations are.
@@ -37,28 +35,18 @@ impl Fence {
     /// Whether `octets` may be sent; a frame that may not is counted.
     pub fn allows(&mut self, octets: &[u8]) -> bool {
         let Err((to, why)) = self.judge(octets) else { return true };
-        self.held_back += 1;
-        if self.is_device(to) {
-            self.withheld.get_or_insert_with(|| why.clone());
-        }
-        self.first.get_or_insert(why);
+        self.held_back.count(why, self.is_device(to));
         false
     }
 
-    /// What was held back: how many frames, and why the first.
-    pub fn held_back(&self) -> Option<String> {
-        let first = self.first.as_ref()?;
-        Some(format!("{} frame(s) of ours were held back; the first: {first}", self.held_back))
-    }
-
-    /// What the device was to get and did not, for instance for want of consent: its silence then says nothing.
-    pub fn withheld(&self) -> Option<&str> {
-        self.withheld.as_deref()
+    /// What was held back.
+    pub fn held_back(&self) -> &HeldBack {
+        &self.held_back
     }
 
     /// Forgets what was held back.
     pub fn forget_held_back(&mut self) {
-        (self.held_back, self.first, self.withheld) = (0, None, None);
+        self.held_back = HeldBack::default();
     }
 
     fn is_device(&self, to: u8) -> bool {
@@ -154,9 +142,9 @@ mod tests {
     #[case::no_frame(vec![0xFF, 1, 2], true)]
     fn only_the_device_is_addressed(#[case] frame: Vec<u8>, #[case] goes: bool) {
         let mut fence = fence(true);
-        assert_eq!(fence.allows(&frame), goes, "{:?}", fence.held_back());
-        assert_eq!(fence.held_back().is_none(), goes);
-        assert_eq!(fence.withheld(), None, "nothing was kept from the device itself");
+        assert_eq!(fence.allows(&frame), goes, "{:?}", fence.held_back().told());
+        assert_eq!(fence.held_back().told().is_none(), goes);
+        assert_eq!(fence.held_back().withheld(), None, "nothing was kept from the device itself");
     }
 
     #[test]
@@ -165,7 +153,7 @@ mod tests {
         assert!(fence.allows(&frame(DEVICE, 0x6D, Some((60, 62)), &[])));
         assert!(fence.allows(&status(17)));
         assert!(!fence.allows(&frame(17, 0x6D, Some((60, 62)), &[])));
-        let said = fence.held_back().expect("one was held back");
+        let said = fence.held_back().told().expect("one was held back");
         assert_eq!(
             said,
             "1 frame(s) of ours were held back; the first: a frame to station 17, which is not the device under test"
@@ -179,6 +167,6 @@ mod tests {
     fn an_address_needs_consent_and_is_never_that_of_another(#[case] given: bool, #[case] new: u8, #[case] goes: bool) {
         let mut fence = fence(given);
         assert_eq!(fence.allows(&frame(126, 0x6D, Some((55, 62)), &[new, 0x16, 0x55, 0])), goes);
-        assert_eq!(fence.withheld().is_none(), goes, "{:?}", fence.withheld());
+        assert_eq!(fence.held_back().withheld().is_none(), goes, "{:?}", fence.held_back().withheld());
     }
 }
