@@ -249,6 +249,28 @@ pub struct Ar {
 }
 
 impl Ar {
+    /// A connection that stood before its first frame was seen, of which nothing is known but the parties.
+    pub(super) fn between(controller: Party, device: Party) -> Ar {
+        Ar {
+            uuid: Uuid::NIL,
+            role: Role::Exchange,
+            controller,
+            device,
+            submodules: Vec::new(),
+            stage: Stage::Connected,
+            connect_frame: None,
+            connect_time: None,
+            parameter_end_frame: None,
+            application_ready_frame: None,
+            release_frame: None,
+            abort: None,
+            inputs: Stream::default(),
+            outputs: Stream::default(),
+            start_records: Vec::new(),
+            slave: None,
+        }
+    }
+
     /// The frames of a direction.
     pub fn stream(&self, direction: Direction) -> &Stream {
         match direction {

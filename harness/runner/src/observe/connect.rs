@@ -47,23 +47,17 @@ pub(super) fn asked(
         ids: ids(request.cm_initiator_object_uuid),
         ident: None,
     };
+    let device = Party { ids: ids(object), ..Party::at(Address::Mac(macs.1)) };
     let ar = Ar {
         uuid: request.ar_uuid,
         role,
-        controller,
-        device: Party { ids: ids(object), ..Party::at(Address::Mac(macs.1)) },
         submodules: placed(connect, input, output),
         stage: Stage::Asked,
         connect_frame: Some(number),
         connect_time: Some(time),
-        parameter_end_frame: None,
-        application_ready_frame: None,
-        release_frame: None,
-        abort: None,
         inputs: input.map(stream).unwrap_or_default(),
         outputs: output.map(stream).unwrap_or_default(),
-        start_records: Vec::new(),
-        slave: None,
+        ..Ar::between(controller, device)
     };
     let link = Link {
         macs,
@@ -83,24 +77,7 @@ pub(super) fn ids(uuid: Uuid) -> Option<(u16, u16)> {
 /// A connection that was made before the trace began.
 pub(super) fn met(uuid: Uuid, controller: Mac, device: Mac) -> Ar {
     let party = |mac| Party::at(Address::Mac(mac));
-    Ar {
-        uuid,
-        role: Role::Exchange,
-        controller: party(controller),
-        device: party(device),
-        submodules: Vec::new(),
-        stage: Stage::Connected,
-        connect_frame: None,
-        connect_time: None,
-        parameter_end_frame: None,
-        application_ready_frame: None,
-        release_frame: None,
-        abort: None,
-        inputs: Stream::default(),
-        outputs: Stream::default(),
-        start_records: Vec::new(),
-        slave: None,
-    }
+    Ar { uuid, ..Ar::between(party(controller), party(device)) }
 }
 
 /// Takes over what the device has answered: frame ids, alarm reference, its name.

@@ -1,19 +1,17 @@
 //! How a connection comes about and ends: parameters, configuration, diagnosis.
 
 use super::super::tracker::Sink;
-use super::super::{Address, Ar, ArId, DiagnosisTold, Dp, Leaving, Observation, Party, Role, SlaveTold, Stage, Stream};
+use super::super::{Address, Ar, ArId, DiagnosisTold, Dp, Leaving, Observation, Party, SlaveTold, Stage};
 use super::{Answer, Asked, DpTracker, MOST_CONNECTIONS};
 use station::Duration;
 use wire::profibus::cfg::{Identifier, sums};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2};
 use wire::profibus::prm::{Dpv1, SetPrm, StationStatus};
-use wire::profinet::rpc::Uuid;
 
 impl DpTracker {
     /// A connection that was made before the trace began; false where no more are remembered.
     pub(super) fn met(&mut self, asked: &Asked) -> bool {
-        let ar = Ar { stage: Stage::Connected, connect_frame: None, connect_time: None, ..asked_for(asked) };
-        self.add(asked.da, ar)
+        self.add(asked.da, between(asked))
     }
 
     fn add(&mut self, station: u8, ar: Ar) -> bool {
@@ -135,25 +133,14 @@ impl DpTracker {
     }
 }
 
+fn between(asked: &Asked) -> Ar {
+    let party = |station| Party::at(Address::Fdl(station));
+    Ar::between(party(asked.sa), party(asked.da))
+}
+
 fn asked_for(asked: &Asked) -> Ar {
-    Ar {
-        uuid: Uuid::NIL,
-        role: Role::Exchange,
-        controller: Party::at(Address::Fdl(asked.sa)),
-        device: Party::at(Address::Fdl(asked.da)),
-        submodules: Vec::new(),
-        stage: Stage::Asked,
-        connect_frame: Some(asked.number),
-        connect_time: Some(asked.time),
-        parameter_end_frame: None,
-        application_ready_frame: None,
-        release_frame: None,
-        abort: None,
-        inputs: Stream::default(),
-        outputs: Stream::default(),
-        start_records: Vec::new(),
-        slave: None,
-    }
+    let (connect_frame, connect_time) = (Some(asked.number), Some(asked.time));
+    Ar { stage: Stage::Asked, connect_frame, connect_time, ..between(asked) }
 }
 
 /// The time after which a slave without a request of its master ends by itself; zero without a watchdog.
