@@ -5,11 +5,13 @@
 //! that ends it tells that everything was put back. What lies between survives a crash, and `encspec bench restore` reads it.
 //! This room must not know how anything is put back.
 
+use crate::bench_file::BenchFile;
 use serde::{Deserialize, Serialize};
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The folder of the journals, below the current one.
 pub const FOLDER: &str = "encspec-journal";
@@ -46,6 +48,29 @@ pub struct Found {
     pub mask: Ipv4Addr,
     /// Its gateway.
     pub gateway: Ipv4Addr,
+}
+
+impl Found {
+    /// What is known before the device was found: the bench and its claim, now.
+    pub(super) fn of(bench: &BenchFile) -> Found {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Found {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            began: since.as_secs(),
+            link: bench.link.to_string(),
+            bench: bench.path.clone(),
+            manual: bench.claim.manual.clone(),
+            variant: bench.claim.variant.clone(),
+            mac: String::new(),
+            station: None,
+            vendor_id: 0,
+            device_id: 0,
+            name: Vec::new(),
+            ip: Ipv4Addr::UNSPECIFIED,
+            mask: Ipv4Addr::UNSPECIFIED,
+            gateway: Ipv4Addr::UNSPECIFIED,
+        }
+    }
 }
 
 /// A parameter of the base mode parameter access as it was found.

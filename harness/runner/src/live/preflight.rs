@@ -13,7 +13,6 @@ use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
 use station::{Duration, Time};
 use std::net::Ipv4Addr;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 
@@ -188,22 +187,15 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
 /// The device as a journal has it.
 fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
     let (vendor_id, device_id) = station.id.unwrap_or_default();
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Found {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        began: since.as_secs(),
-        link: bench.link.to_string(),
-        bench: bench.path.clone(),
-        manual: bench.claim.manual.clone(),
-        variant: bench.claim.variant.clone(),
         mac: station.mac.to_string(),
-        station: None,
         vendor_id,
         device_id,
         name: station.name.clone(),
         ip: station.ip.address,
         mask: station.ip.mask,
         gateway: station.ip.gateway,
+        ..Found::of(bench)
     }
 }
 

@@ -12,9 +12,7 @@ use crate::live::scout::{TICK, Ticker};
 use controllers::profibus_dp::{Answer, Master, Outcome, Request};
 use link::{Heard, Serial, SerialBus, SerialSettings};
 use station::{Duration, Time};
-use std::net::Ipv4Addr;
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
 /// The rate up to which a kernel keeps the times of a master on a real line.
@@ -100,7 +98,7 @@ pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> R
     let others = scout.others(station, &masters)?;
     let ident = scout.find(station, wanted, &others)?;
     scout.fence.knows(others.clone());
-    let found = written_down(bench, station, ident);
+    let found = Found { station: Some(station), device_id: ident, ..Found::of(bench) };
     let mut notes = Vec::new();
     let folder = Path::new(journal::FOLDER);
     let same = |kept: &journal::Kept| kept.found.link == found.link && kept.found.station == found.station;
@@ -177,27 +175,6 @@ fn addresses(bench: &BenchFile, wanted: &Wanted) -> Ready<(u8, [u8; 2])> {
         ));
     }
     Ok((station, masters))
-}
-
-/// The slave as a journal has it.
-fn written_down(bench: &BenchFile, station: u8, ident: u16) -> Found {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Found {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        began: since.as_secs(),
-        link: bench.link.to_string(),
-        bench: bench.path.clone(),
-        manual: bench.claim.manual.clone(),
-        variant: bench.claim.variant.clone(),
-        mac: String::new(),
-        station: Some(station),
-        vendor_id: 0,
-        device_id: ident,
-        name: Vec::new(),
-        ip: Ipv4Addr::UNSPECIFIED,
-        mask: Ipv4Addr::UNSPECIFIED,
-        gateway: Ipv4Addr::UNSPECIFIED,
-    }
 }
 
 /// Looks around on a bus.
