@@ -68,6 +68,7 @@ fn encspec(folder: &Path, arguments: &[&str]) -> Said {
 #[case::explain(&["explain", "XAC77-PRE-0011"], "did you mean `XAC77-PRE-001`?")]
 #[case::check(&["check", "nowhere"], "nowhere")]
 #[case::replay(&["replay", "nowhere.pcap"], "nowhere.pcap")]
+#[case::replay_variant(&["replay", "a.pcap", "--device", "lika-xac77-profinet/xac7719"], "did you mean `xac7718`?")]
 #[case::dissect(&["dissect", "nowhere.pcap"], "nowhere.pcap")]
 #[case::replay_nothing(&["replay"], "<FILE>")]
 #[case::command(&["coverge"], "'coverage'")]

@@ -21,26 +21,26 @@ pub struct Devices {
 ///
 /// Fails with one sentence if something is unknown, or if it is not said what a device is.
 pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: &[Manual]) -> Result<Devices, String> {
-    let known: Vec<Known<'_>> =
-        manuals.iter().map(|of| (of.device.name.as_str(), of.device.variants.as_slice())).collect();
     let model = DutKind::Model { bugs: bugs.to_vec() };
-    let claimed = device.map(|device| claim(device, &known)).transpose()?;
+    let claimed = device.map(|device| claim(device, manuals)).transpose()?;
     let mut devices = Devices::default();
-    let mut add = |kind: &DutKind, who: &[(&str, &str)]| {
+    let mut add = |kind: &DutKind, who: &[(&Manual, &str)]| {
         for (manual, variant) in who {
-            let spec = DutSpec { manual: (*manual).to_owned(), variant: (*variant).to_owned(), kind: kind.clone() };
+            let manual = manual.device.name.clone();
+            let spec = DutSpec { manual, variant: (*variant).to_owned(), kind: kind.clone() };
             if !devices.here.contains(&spec) {
                 devices.here.push(spec);
             }
         }
     };
     if duts.is_empty() {
-        let every = || known.iter().flat_map(|(manual, variants)| variants.iter().map(|of| (*manual, of.as_str())));
+        let every =
+            || manuals.iter().flat_map(|of| of.device.variants.iter().map(move |variant| (of, variant.as_str())));
         add(&model, &claimed.clone().unwrap_or_else(|| every().collect()));
     }
     for dut in duts {
         match (dut.split_once(':'), &claimed) {
-            (Some(("model", what)), None) => add(&model, &claim(what, &known)?),
+            (Some(("model", what)), None) => add(&model, &claim(what, manuals)?),
             (Some(("model", _)), Some(_)) => {
                 return Err(format!("`--dut {dut}` says already what the device is: leave `--device` out"));
             }
@@ -54,10 +54,13 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
             (Some((kind, address)), claimed) if LinkSpec::of(kind, address).is_some() => {
                 let Some(link) = LinkSpec::of(kind, address) else { return Err(unknown(dut)) };
                 let claim = match claimed.as_deref() {
-                    Some([(manual, variant)]) => Claim { manual: (*manual).to_owned(), variant: (*variant).to_owned() },
+                    Some([(manual, variant)]) => {
+                        Claim { manual: manual.device.name.clone(), variant: (*variant).to_owned() }
+                    }
                     Some([(manual, _), ..]) => {
                         return Err(format!(
-                            "{manual} has several variants: say which one `--dut {dut}` is, MANUAL/VARIANT"
+                            "{} has several variants: say which one `--dut {dut}` is, MANUAL/VARIANT",
+                            manual.device.name
                         ));
                     }
                     _ => return Err(format!("`--dut {dut}` needs `--device MANUAL/VARIANT`: what it claims to be")),
@@ -79,22 +82,19 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
     Ok(devices)
 }
 
-/// A manual and its variants.
-type Known<'a> = (&'a str, &'a [String]);
-
 /// The manual and the variants that `MANUAL[/VARIANT]` names.
-pub(super) fn claim<'a>(what: &str, known: &[Known<'a>]) -> Result<Vec<(&'a str, &'a str)>, String> {
-    let (manual, variant) = what.split_once('/').map_or((what, None), |(manual, variant)| (manual, Some(variant)));
-    let Some((manual, variants)) = known.iter().find(|(known, _)| *known == manual) else {
-        return Err(suggest("device", manual, known.iter().map(|(manual, _)| *manual)));
+pub(super) fn claim<'a>(what: &str, manuals: &'a [Manual]) -> Result<Vec<(&'a Manual, &'a str)>, String> {
+    let (name, variant) = what.split_once('/').map_or((what, None), |(name, variant)| (name, Some(variant)));
+    let Some(manual) = manuals.iter().find(|of| of.device.name == name) else {
+        let known: Vec<&str> = manuals.iter().map(|of| of.device.name.as_str()).collect();
+        return Err(suggest("device", name, known));
     };
-    let every: Vec<&str> = variants.iter().map(String::as_str).collect();
-    match variant {
-        None => Ok(every.into_iter().map(|variant| (*manual, variant)).collect()),
-        Some(wanted) => match every.iter().find(|variant| **variant == wanted) {
-            Some(variant) => Ok(vec![(*manual, *variant)]),
-            None => Err(suggest(&format!("variant of {manual}"), wanted, every)),
-        },
+    let every: Vec<(&Manual, &str)> = manual.device.variants.iter().map(|of| (manual, of.as_str())).collect();
+    let Some(wanted) = variant else { return Ok(every) };
+    let variants = manual.device.variants.iter().map(String::as_str);
+    match every.into_iter().find(|(_, variant)| *variant == wanted) {
+        Some(claimed) => Ok(vec![claimed]),
+        None => Err(suggest(&format!("variant of {name}"), wanted, variants)),
     }
 }
 

@@ -55,14 +55,12 @@ fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
     let mut status = ExitStatus::Green;
     if let Some(device) = device {
         let manuals = suites.load()?;
-        let known: Vec<(&str, &[String])> =
-            manuals.iter().map(|of| (of.device.name.as_str(), of.device.variants.as_slice())).collect();
-        for (manual, variant) in claim(device, &known).map_err(Stop::usage)? {
-            let Some(of) = manuals.iter().find(|of| of.device.name == manual) else { continue };
-            if of.device.slave.is_none() {
-                return Err(Stop::usage(format!("{manual} is on PROFINET, whose descriptions are GSDML files")));
+        for (manual, variant) in claim(device, &manuals).map_err(Stop::usage)? {
+            if manual.device.slave.is_none() {
+                let name = &manual.device.name;
+                return Err(Stop::usage(format!("{name} is on PROFINET, whose descriptions are GSDML files")));
             }
-            if against(&mut out, &read, of, variant) {
+            if against(&mut out, &read, manual, variant) {
                 status = ExitStatus::Red;
             }
         }

@@ -1,5 +1,6 @@
 //! `encspec replay` and `encspec dissect`: captures as reports, and frame by frame.
 
+use super::dut::claim;
 use super::progress::Reading;
 use super::run::{open, write};
 use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show};
@@ -16,18 +17,13 @@ use std::path::Path;
 
 /// The manuals to judge by: all, one, or one variant of one.
 fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
-    let wanted =
-        args.device.as_deref().map(|device| device.split_once('/').map_or((device, None), |(a, b)| (a, Some(b))));
-    let mut manuals = args.suites.load_one(wanted.map(|(manual, _)| manual))?;
-    if let Some((name, Some(variant))) = wanted {
-        for manual in &mut manuals {
-            let known: Vec<String> = manual.variants.iter().map(|of| of.name.clone()).collect();
-            manual.variants.retain(|of| of.name == variant);
-            if manual.variants.is_empty() {
-                let known = known.join(", ");
-                return Err(Stop::usage(format!("{name} has no variant `{variant}`; it has {known}")));
-            }
-        }
+    let Some(device) = args.device.as_deref() else { return args.suites.load_one(None) };
+    let name = device.split_once('/').map_or(device, |(name, _)| name);
+    let mut manuals = args.suites.load_one(Some(name))?;
+    let claimed = claim(device, &manuals).map_err(Stop::usage)?;
+    let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
+    for manual in &mut manuals {
+        manual.variants.retain(|of| claimed.contains(&of.name));
     }
     Ok(manuals)
 }
