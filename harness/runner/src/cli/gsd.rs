@@ -1,13 +1,8 @@
 //! `encspec gsd`: what a GSD says, where it disagrees with a manual, and the GSD files of the reference devices.
 
-use super::dut::claim;
-use super::{Ended, Stop, Suites, show};
+use super::{Ended, Stop, Suites, description};
 use crate::gsd::{self, Gsd};
-use crate::report::{ExitStatus, finding};
-use crate::result::Severity;
-use crate::suite::model::Manual;
 use clap::Args;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -29,13 +24,9 @@ pub(super) struct GsdArgs {
 pub(super) fn gsd(args: &GsdArgs) -> Ended {
     match (&args.file, &args.save, &args.device) {
         (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
-        (None, Some(folder), _) => super::gsdml::save(folder, gsd::embedded()),
+        (None, Some(folder), _) => description::save(folder, gsd::embedded()),
         (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSD file to compare with: name it")),
-        (None, None, None) => {
-            let names: String = gsd::embedded().iter().map(|(path, _)| format!("{path}\n")).collect();
-            show(&(names + "`encspec gsd --save DIR` writes them into a folder.\n"));
-            Ok(ExitStatus::Green)
-        }
+        (None, None, None) => description::list(gsd::embedded(), "encspec gsd --save DIR"),
     }
 }
 
@@ -51,41 +42,12 @@ pub(super) fn open(file: &Path) -> Result<Gsd, Stop> {
 
 fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
     let read = open(file)?;
-    let mut out = gsd::show(&read);
-    let mut status = ExitStatus::Green;
-    if let Some(device) = device {
-        let manuals = suites.load()?;
-        for (manual, variant) in claim(device, &manuals).map_err(Stop::usage)? {
-            if manual.device.slave.is_none() {
-                let name = &manual.device.name;
-                return Err(Stop::usage(format!("{name} is on PROFINET, whose descriptions are GSDML files")));
-            }
-            if against(&mut out, &read, manual, variant) {
-                status = ExitStatus::Red;
-            }
+    description::against(gsd::show(&read), device, suites, |device, variant| {
+        if device.slave.is_none() {
+            let name = &device.name;
+            return Err(Stop::usage(format!("{name} is on PROFINET, whose descriptions are GSDML files")));
         }
-    }
-    show(&out);
-    Ok(status)
-}
-
-/// Writes where manual and GSD disagree; returns whether something of it is an error.
-fn against(out: &mut String, read: &Gsd, manual: &Manual, variant: &str) -> bool {
-    let device = &manual.device;
-    let index = device.variants.iter().position(|of| of == variant).unwrap_or_default();
-    let findings = gsd::compare(device, index, read);
-    let overlay = gsd::overlay(&mut (**device).clone(), Some(read));
-    // Writing into a String cannot fail.
-    let _ = writeln!(out, "\nagainst {}/{variant}", device.name);
-    for taken in &overlay.taken {
-        let _ = writeln!(out, "  taken over: {taken}");
-    }
-    for missing in &overlay.missing {
-        let _ = writeln!(out, "  still unknown: {missing}");
-    }
-    if findings.is_empty() {
-        out.push_str("  no disagreement\n");
-    }
-    findings.iter().for_each(|of| out.push_str(&finding(of)));
-    findings.iter().any(|of| of.severity == Severity::Error)
+        let overlay = gsd::overlay(&mut device.clone(), Some(&read));
+        Ok((gsd::compare(device, variant, &read), overlay))
+    })
 }

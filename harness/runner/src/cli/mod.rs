@@ -8,6 +8,7 @@ mod bench;
 mod bugs;
 mod check;
 mod coverage;
+mod description;
 mod discover;
 pub mod dut;
 mod errata;
