@@ -55,18 +55,7 @@ fn profinet(header: &FrameHeader, payload: &[u8], ars: &[Ar]) -> String {
 
 /// `RT out 0xC000 cycle 12345 04 00 20 00 | 80 80`: data of all submodules, then their status octets.
 fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -> String {
-    let found = ars.iter().rev().find_map(|ar| {
-        let goes = |source: Mac, destination: Mac, id: u16| {
-            (source, destination, id) == (header.source, header.destination, frame_id.0)
-        };
-        if goes(ar.device.mac(), ar.controller.mac(), ar.inputs.frame_id) {
-            Some((ar, Direction::ToController))
-        } else if goes(ar.controller.mac(), ar.device.mac(), ar.outputs.frame_id) {
-            Some((ar, Direction::ToDevice))
-        } else {
-            None
-        }
-    });
+    let found = stream_of(ars, (header.source, header.destination), frame_id);
     let parsed = match found {
         Some((ar, direction)) => CyclicFrame::parse(payload, ar.stream(direction).data_length),
         None => CyclicFrame::parse_to_end(payload),
@@ -98,6 +87,20 @@ fn cyclic(header: &FrameHeader, payload: &[u8], frame_id: FrameId, ars: &[Ar]) -
         let _ = write!(line, " transfer status {:#04x}", frame.status.transfer_status);
     }
     line
+}
+
+/// The latest connection to which a cyclic frame from one station to another belongs, and its direction.
+pub(super) fn stream_of(ars: &[Ar], way: (Mac, Mac), frame_id: FrameId) -> Option<(&Ar, Direction)> {
+    ars.iter().rev().find_map(|ar| {
+        let (device, controller) = (ar.device.mac(), ar.controller.mac());
+        if (way, frame_id.0) == ((device, controller), ar.inputs.frame_id) {
+            Some((ar, Direction::ToController))
+        } else if (way, frame_id.0) == ((controller, device), ar.outputs.frame_id) {
+            Some((ar, Direction::ToDevice))
+        } else {
+            None
+        }
+    })
 }
 
 /// Data of the submodules and all status octets of one direction, each in the order in which they lie in the frame.
@@ -161,13 +164,7 @@ fn dcp(payload: &[u8]) -> String {
         Ok(pdu) => pdu,
         Err(error) => return error.to_string(),
     };
-    let service = match pdu.service_id {
-        ServiceId::GET => "Get".to_owned(),
-        ServiceId::SET => "Set".to_owned(),
-        ServiceId::IDENTIFY => "Identify".to_owned(),
-        ServiceId::HELLO => "Hello".to_owned(),
-        ServiceId(other) => format!("service {other}"),
-    };
+    let service = service(pdu.service_id).map_or_else(|| format!("service {}", pdu.service_id.0), str::to_owned);
     let mut line = format!("DCP {service}");
     match pdu.service_type {
         ServiceType::REQUEST if pdu.service_id == ServiceId::HELLO => {}
@@ -188,7 +185,19 @@ fn dcp(payload: &[u8]) -> String {
     line
 }
 
-fn element(element: wire::profinet::dcp::Element) -> String {
+/// What people call a service of DCP; none where it has no name.
+pub(super) fn service(id: ServiceId) -> Option<&'static str> {
+    Some(match id {
+        ServiceId::GET => "Get",
+        ServiceId::SET => "Set",
+        ServiceId::IDENTIFY => "Identify",
+        ServiceId::HELLO => "Hello",
+        _ => return None,
+    })
+}
+
+/// The word of an element of DCP, or its two numbers.
+pub(super) fn element(element: wire::profinet::dcp::Element) -> String {
     element.word().map_or_else(|| format!("{}/{}", element.option, element.suboption), str::to_owned)
 }
 
@@ -246,15 +255,7 @@ fn rpc(pdu: &Pdu<'_>) -> String {
     if header.interface == Uuid::ENDPOINT_MAPPER {
         return format!("RPC endpoint mapper {kind}");
     }
-    let service = match header.opnum {
-        Opnum::CONNECT => "Connect".to_owned(),
-        Opnum::RELEASE => "Release".to_owned(),
-        Opnum::READ => "Read".to_owned(),
-        Opnum::WRITE => "Write".to_owned(),
-        Opnum::CONTROL => "Control".to_owned(),
-        Opnum::READ_IMPLICIT => "Read implicit".to_owned(),
-        Opnum(other) => format!("operation {other}"),
-    };
+    let service = operation(header.opnum).map_or_else(|| format!("operation {}", header.opnum.0), str::to_owned);
     let head = match header.packet_type {
         PacketType::REQUEST | PacketType::RESPONSE if header.opnum.0 > 1 && header.opnum.0 < 6 => {
             format!("PNIO {service}")
@@ -277,6 +278,19 @@ fn rpc(pdu: &Pdu<'_>) -> String {
         Ok(detail) => format!("{head} {detail}"),
         Err(error) => format!("{head}: {error}"),
     }
+}
+
+/// What people call an operation; none where it is none of PROFINET.
+pub(super) fn operation(opnum: Opnum) -> Option<&'static str> {
+    Some(match opnum {
+        Opnum::CONNECT => "Connect",
+        Opnum::RELEASE => "Release",
+        Opnum::READ => "Read",
+        Opnum::WRITE => "Write",
+        Opnum::CONTROL => "Control",
+        Opnum::READ_IMPLICIT => "Read implicit",
+        _ => return None,
+    })
 }
 
 fn request(header: &Header, body: &[u8]) -> wire::Result<String> {

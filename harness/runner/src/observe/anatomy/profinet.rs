@@ -1,10 +1,11 @@
 //! Ethernet frames: RT, alarms, DCP, calls in RPC, and the heads of what else comes by.
 
 use super::Parts;
+use crate::observe::describe::{element, operation, service, stream_of};
 use crate::observe::{Ar, Direction, escaped};
 use wire::ethernet::{EtherType, Mac};
 use wire::profinet::blocks::BlockType;
-use wire::profinet::dcp::Element;
+use wire::profinet::dcp::{Element, ServiceId};
 use wire::profinet::rpc::{Header, NdrRequest, Opnum, PacketType, Pdu};
 use wire::profinet::rt::{ApduStatus, DataStatus, FrameId, FrameKind, IoxS};
 use wire::profinet::status::PnioStatus;
@@ -55,16 +56,7 @@ fn real_time(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>) {
 
 /// The data area by submodules, then the padding and what stands at the end.
 fn cyclic(parts: &mut Parts<'_>, ars: &[Ar], way: Option<(Mac, Mac)>, id: FrameId) {
-    let found = ars.iter().rev().find_map(|ar| {
-        let (device, controller) = (ar.device.mac(), ar.controller.mac());
-        if way == Some((device, controller)) && ar.inputs.frame_id == id.0 {
-            Some((ar, Direction::ToController))
-        } else if way == Some((controller, device)) && ar.outputs.frame_id == id.0 {
-            Some((ar, Direction::ToDevice))
-        } else {
-            None
-        }
-    });
+    let found = way.and_then(|way| stream_of(ars, way, id));
     let begin = parts.at;
     if let Some((ar, direction)) = found {
         let mut spots: Vec<(usize, usize, String)> = Vec::new();
@@ -145,24 +137,16 @@ fn alarm(parts: &mut Parts<'_>) {
 }
 
 fn status(parts: &mut Parts<'_>) {
-    parts.number(4, "PNIO status", |number| {
-        let status = PnioStatus::from(number as u32);
-        Some(status.sentence().map_or_else(|| status.to_string(), |words| format!("{status}: {words}")))
-    });
+    parts.number(4, "PNIO status", |number| Some(words(PnioStatus::from(number as u32))));
+}
+
+fn words(status: PnioStatus) -> String {
+    status.sentence().map_or_else(|| status.to_string(), |words| format!("{status}: {words}"))
 }
 
 fn dcp(parts: &mut Parts<'_>) {
-    let service = parts.left().first_chunk::<2>().copied();
-    parts.number(1, "service", |number| {
-        let word = match number {
-            3 => "Get",
-            4 => "Set",
-            5 => "Identify",
-            6 => "Hello",
-            _ => return None,
-        };
-        Some(word.to_owned())
-    });
+    let kind = parts.left().first_chunk::<2>().copied();
+    parts.number(1, "service", |number| service(ServiceId(number as u8)).map(str::to_owned));
     parts.number(1, "service type", |number| {
         Some(match number {
             0 => "request".to_owned(),
@@ -175,19 +159,19 @@ fn dcp(parts: &mut Parts<'_>) {
     let length = parts.left().first_chunk().map_or(0, |octets| usize::from(u16::from_be_bytes(*octets)));
     parts.number(2, "length", |_| None);
     let end = (parts.at + length).min(parts.octets.len());
-    if service == Some([3, 0]) {
+    if kind == Some([3, 0]) {
         while parts.at < end {
-            parts.take(2, "element asked for", element);
+            parts.take(2, "element asked for", option);
         }
     }
     while parts.at + 4 <= end {
         let at = parts.at;
-        let name = parts.octets.get(at..at + 2).map(element).unwrap_or_default();
+        let name = parts.octets.get(at..at + 2).map(option).unwrap_or_default();
         let length = parts.octets.get(at + 2..at + 4).map_or(0, |of| usize::from(of[0]) << 8 | usize::from(of[1]));
-        parts.take(2, "option", element);
+        parts.take(2, "option", option);
         parts.number(2, "length", |_| None);
         let behind = (parts.at + length).min(end);
-        match service {
+        match kind {
             Some([4, 0]) => parts.number(2, "block qualifier", |_| None),
             Some([3 | 5, 1] | [6, _]) => parts.number(2, "block info", |_| None),
             _ => {}
@@ -201,10 +185,9 @@ fn dcp(parts: &mut Parts<'_>) {
     parts.rest("padding of Ethernet");
 }
 
-fn element(octets: &[u8]) -> String {
-    let [option, suboption] = octets else { return String::new() };
-    let element = Element { option: *option, suboption: *suboption };
-    element.word().map_or_else(|| format!("{option}/{suboption}"), str::to_owned)
+fn option(octets: &[u8]) -> String {
+    let &[option, suboption] = octets else { return String::new() };
+    element(Element { option, suboption })
 }
 
 /// Octets as a text, where they are one.
@@ -261,7 +244,7 @@ fn call(parts: &mut Parts<'_>, pdu: &Pdu<'_>, end: usize) {
     parts.plain(4, "server boot time");
     parts.plain(4, "interface version");
     parts.plain(4, "sequence number");
-    parts.take(2, "operation", |_| operation(header.opnum));
+    parts.take(2, "operation", |_| operation(header.opnum).map_or_else(|| header.opnum.0.to_string(), str::to_owned));
     parts.until(begin + Header::LENGTH, "hints, length, fragment");
     let is_pnio = header.opnum.0 <= Opnum::READ_IMPLICIT.0;
     match packet {
@@ -272,27 +255,13 @@ fn call(parts: &mut Parts<'_>, pdu: &Pdu<'_>, end: usize) {
                     wire::octets::Order::Big => u32::from_be_bytes(of),
                     wire::octets::Order::Little => u32::from_le_bytes(of),
                 });
-                let status = PnioStatus::from(number.unwrap_or_default());
-                status.sentence().map_or_else(|| status.to_string(), |words| format!("{status}: {words}"))
+                words(PnioStatus::from(number.unwrap_or_default()))
             });
             parts.plain(NdrRequest::LENGTH - 4, "NDR lengths");
         }
         _ => return,
     }
     blocks(parts, end);
-}
-
-fn operation(opnum: Opnum) -> String {
-    let word = match opnum {
-        Opnum::CONNECT => "Connect",
-        Opnum::RELEASE => "Release",
-        Opnum::READ => "Read",
-        Opnum::WRITE => "Write",
-        Opnum::CONTROL => "Control",
-        Opnum::READ_IMPLICIT => "Read implicit",
-        Opnum(other) => return other.to_string(),
-    };
-    word.to_owned()
 }
 
 /// Blocks of PROFINET one behind the other: type, length, what they hold.
