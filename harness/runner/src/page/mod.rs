@@ -10,7 +10,7 @@ mod timeline;
 pub use html::html;
 pub use timeline::{Lane, Mark, Phase, Shape, Span, Timeline};
 
-use std::ops::Range;
+use crate::observe::Part;
 
 /// How something is to be taken; each tone has a colour and a word of its own, so that no meaning hangs on colour alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -79,20 +79,9 @@ pub struct Packet {
     /// Its octets.
     pub octets: Vec<u8>,
     /// What they are, in the order in which they stand.
-    pub parts: Vec<PacketPart>,
+    pub parts: Vec<Part>,
     /// The octet that matters, counted from 0, and the bit in it, 0 being the lowest.
     pub mark: Option<(usize, Option<u8>)>,
-}
-
-/// Octets of a packet that belong together.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PacketPart {
-    /// Where they stand.
-    pub octets: Range<usize>,
-    /// What they are.
-    pub name: String,
-    /// What they say.
-    pub value: String,
 }
 
 /// A list of one line each.

@@ -6,8 +6,8 @@ fn page() -> Page {
         head: "packet 7".into(),
         octets: vec![0xC0, 0x01, 0x80],
         parts: vec![
-            PacketPart { octets: 0..2, name: "frame id".into(), value: "0xC001".into() },
-            PacketPart { octets: 2..3, name: "IOPS".into(), value: "<good>".into() },
+            Part { octets: 0..2, name: "frame id".into(), value: "0xC001".into() },
+            Part { octets: 2..3, name: "IOPS".into(), value: "<good>".into() },
         ],
         mark: Some((2, Some(7))),
     };

@@ -2,7 +2,7 @@
 
 use crate::judge::image::Image;
 use crate::observe::{Ar, ArId, Direction, Part, anatomy};
-use crate::page::{Packet, PacketPart};
+use crate::page::Packet;
 use crate::replay::speaks_to;
 use crate::suite::device::{Bus, Device};
 use crate::suite::model::Manual;
@@ -87,7 +87,6 @@ impl Packets {
                 parts = with_signals(parts, &manual.device, &image, seen, &kept.octets);
             }
         }
-        let parts = parts.into_iter().map(|Part { octets, name, value }| PacketPart { octets, name, value }).collect();
         let head = format!("Packet {number}, {:.6} s, {} octets", kept.seconds, kept.octets.len());
         Some(Packet { head, octets: kept.octets.clone(), parts, mark })
     }
