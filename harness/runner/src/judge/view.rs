@@ -363,7 +363,7 @@ fn set_bits(number: i128, fields: &[Field]) -> String {
 }
 
 /// The number in some bits of a signal.
-fn bits(number: u64, low: u32, width: u32, signed: bool) -> i128 {
+pub(crate) fn bits(number: u64, low: u32, width: u32, signed: bool) -> i128 {
     let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
     let number = number.checked_shr(low).unwrap_or(0) & mask;
     let negative = signed && width > 0 && number >> (width - 1) & 1 == 1;

@@ -162,6 +162,11 @@ impl Watch for Keeper<'_> {
     }
 }
 
+/// A number whose most significant octet stands first; of more than eight octets the last ones.
+fn unsigned(octets: &[u8]) -> u64 {
+    octets.iter().fold(0, |sum, octet| sum << 8 | u64::from(*octet))
+}
+
 fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> Entry {
     let (tone, word) = match finding.severity {
         Severity::Error => (Tone::Bad, "error"),

@@ -1,8 +1,11 @@
 //! The packets that findings name, cut into their parts: those that every frame has, then the signals of the manual.
 
+use super::unsigned;
 use crate::judge::image::Image;
+use crate::judge::view::bits;
 use crate::observe::{Ar, ArId, Direction, Part, anatomy};
 use crate::page::Packet;
+use crate::replay::events::seconds;
 use crate::replay::speaks_to;
 use crate::suite::device::{Bus, Device};
 use crate::suite::model::Manual;
@@ -47,7 +50,7 @@ impl Packets {
     pub fn keep(&mut self, number: u64, time: Time, link: LinkType, octets: &[u8]) -> bool {
         let first = *self.first.get_or_insert(time);
         let Some(kept) = self.wanted.get_mut(&number) else { return false };
-        let seconds = (i128::from(time.as_nanos()) - i128::from(first.as_nanos())) as f64 / 1e9;
+        let seconds = seconds(Some(first), time);
         *kept = Some(Kept { seconds, link, octets: octets.to_vec(), carries: None });
         true
     }
@@ -126,15 +129,14 @@ fn with_signals(parts: Vec<Part>, device: &Device, image: &Image, seen: Seen, oc
 /// A signal as hexadecimal number, its bit groups and the bits that are set.
 fn value(device: &Device, signal: usize, octets: &[u8]) -> String {
     let signal = &device.signals[signal];
-    let all = octets.iter().fold(0u64, |sum, octet| sum << 8 | u64::from(*octet));
+    let all = unsigned(octets);
     let mut text = format!("0x{all:0width$X}", width = octets.len() * 2);
     if signal.fields.is_empty() {
         text += &format!(" ({all})");
     }
     for field in &signal.fields {
-        let mask = u64::MAX >> (64 - field.width.clamp(1, 64));
-        let number = all.checked_shr(field.low).unwrap_or(0) & mask;
-        let word = field.words.iter().find(|(_, value)| *value == i128::from(number)).map(|(word, _)| word.as_str());
+        let number = bits(all, field.low, field.width, false);
+        let word = field.words.iter().find(|(_, value)| *value == number).map(|(word, _)| word.as_str());
         match (field.width, number, word) {
             (_, 0, None) => {}
             (1, _, _) => text += &format!(", {}", field.name),

@@ -1,7 +1,9 @@
 //! The signals of one connection: where they lie, what they are called, what they were.
 
+use super::super::unsigned;
 use super::series::Series;
 use crate::judge::image::Image;
+use crate::judge::view::bits;
 use crate::observe::{Ar, CyclicStatus, Direction};
 use crate::page::{Lane, Shape};
 use crate::suite::device::Device;
@@ -112,13 +114,7 @@ impl Signals {
 
 /// Bits of octets, most significant octet first.
 fn number(octets: &[u8], low: u32, width: u32, signed: bool) -> f64 {
-    let all = octets.iter().fold(0u64, |sum, octet| sum << 8 | u64::from(*octet));
-    let width = width.clamp(1, 64);
-    let bits = all.checked_shr(low).unwrap_or(0) & (u64::MAX >> (64 - width));
-    match signed && bits >> (width - 1) & 1 == 1 {
-        true => (bits as i64 | (u64::MAX << (width - 1)) as i64) as f64,
-        false => bits as f64,
-    }
+    bits(unsigned(octets), low, width, signed) as f64
 }
 
 #[cfg(test)]

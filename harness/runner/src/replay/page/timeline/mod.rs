@@ -8,6 +8,7 @@ mod series;
 use crate::judge::image::Image;
 use crate::observe::{Ar, ArId, Direction, Observation};
 use crate::page::{Lane, Mark, Phase, Shape, Timeline};
+use crate::replay::events::seconds;
 use crate::replay::speaks_to;
 use crate::suite::model::Manual;
 use lanes::Signals;
@@ -110,8 +111,8 @@ impl<'a> Timelines<'a> {
     }
 
     fn seconds(&mut self, time: Time) -> f64 {
-        let first = *self.first.get_or_insert(time);
-        (i128::from(time.as_nanos()) - i128::from(first.as_nanos())) as f64 / 1e9
+        self.begin(time);
+        seconds(self.first, time)
     }
 
     /// Frames before the first observation count as well.
