@@ -1,6 +1,7 @@
 //! A page as one HTML file.
 
 use super::{Chapter, Entry, Packet, Page, Table, Tone};
+use crate::report::steers;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
@@ -33,7 +34,7 @@ pub fn html(page: &Page) -> String {
 
 /// Text that may stand in HTML, in an attribute too; what no terminal should see is escaped as well.
 pub(super) fn escape(text: &str) -> Cow<'_, str> {
-    let is_special = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || c.is_control() && c != '\n';
+    let is_special = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || steers(c) && c != '\n';
     if !text.contains(is_special) {
         return Cow::Borrowed(text);
     }

@@ -35,7 +35,7 @@ fn page() -> Page {
         steady: String::new(),
     };
     let chapter = Chapter {
-        heading: "capture\u{1b}[31m".into(),
+        heading: "capture\u{1b}[31m\u{202e}gpj".into(),
         entries: vec![entry],
         timelines: vec![timeline],
         ..Chapter::default()
@@ -43,7 +43,7 @@ fn page() -> Page {
     Page { title: "t".into(), verdict: (Tone::Bad, "1 finding".into()), chapters: vec![chapter] }
 }
 
-/// What a station chose is shown and never acts; control characters do not pass either.
+/// What a station chose is shown and never acts; characters that control or turn the direction of writing do not pass either.
 #[test]
 fn texts_are_escaped() {
     let text = html(&page());
@@ -52,6 +52,10 @@ fn texts_are_escaped() {
     assert!(text.contains("3.2 &amp; 3.3"));
     assert!(text.contains("&lt;good&gt;"));
     assert!(!text.contains('\u{1b}'));
+    assert!(
+        !text.contains('\u{202e}') && text.contains("\\u{202e}gpj"),
+        "the direction of writing is not turned: {text}"
+    );
     assert!(text.contains("&quot;here&quot;"));
 }
 

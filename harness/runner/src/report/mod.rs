@@ -19,6 +19,7 @@ pub use junit::junit;
 pub use status::{ExitStatus, Light, light, reasons, status};
 pub use tap::tap;
 pub use text::text;
+pub(crate) use words::steers;
 pub use words::{count, finding, level, printable, reproduce};
 
 use crate::result::RunResult;

@@ -14,7 +14,7 @@ pub fn level(level: Level) -> &'static str {
 }
 
 /// Whether a character could steer a terminal or turn the direction of writing.
-fn steers(c: char) -> bool {
+pub(crate) fn steers(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
