@@ -24,8 +24,8 @@ pub(super) struct AgainstArgs {
     /// Find the shortest case that fails on the device of `--dut` and passes on the healthy reference device
     #[arg(long)]
     shrink: bool,
-    /// With `--shrink`: the device that differs, model:MANUAL/VARIANT with `--bug`, or a bench file; without it what the capture
-    /// depends on is written as a case that nobody has confirmed
+    /// With `--shrink`: the device that differs, model:MANUAL/VARIANT with `--bug`, or a bench file; with `--against` in its place
+    /// what the capture depends on is written as a case that nobody has confirmed
     #[arg(long, value_name = "DUT", requires = "shrink")]
     dut: Option<String>,
     /// Tell the reference device to have this bug; may be given several times

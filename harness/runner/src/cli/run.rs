@@ -32,9 +32,9 @@ pub struct RunArgs {
     /// The filter is the whole id
     #[arg(long, requires = "filter")]
     exact: bool,
-    /// The device under test: model:MANUAL[/VARIANT], a bench file of a live device, nic:INTERFACE or socket:ADDRESS for one
-    /// without a bench file, or null:KIND for a device that is none (absent, silent, reflector, babbler, wrong-identity,
-    /// dies-after-N); every reference device by default; may be repeated
+    /// The device under test: model:MANUAL[/VARIANT], a bench file of a live device, nic:INTERFACE, socket:ADDRESS or
+    /// serial:TTY for one without a bench file, or null:KIND for a device that is none (absent, silent, reflector, babbler,
+    /// wrong-identity, dies-after-N); every reference device by default; may be repeated
     #[arg(long, value_name = "DUT")]
     dut: Vec<String>,
     /// What the device under test claims to be
