@@ -1,4 +1,4 @@
-//! Conformance and interoperability tests for absolute encoders on PROFINET.
+//! Conformance and interoperability tests for absolute encoders on PROFINET and PROFIBUS DP.
 //!
 //! The rooms of the runner, from the text of a suite to a verdict:
 //!
@@ -15,7 +15,7 @@
 //! | [`report`] | results as text, and what they come to | suites, engines, files |
 //! | [`ledger`], [`lock`] | known failures; one process for each device | how it is shown |
 //! | [`bench_file`] | the bench file: what a device under test claims to be and what may be done to it | links, frames |
-//! | [`gsdml`] | a vendor's description, and where it differs from the manual | how the device is driven |
+//! | [`gsdml`], [`gsd`] | a vendor's description, and where it differs from the manual | how the device is driven |
 //! | [`live`] | benches with real wires: preflight, stand, journal, the served reference device | suites, how anything is judged |
 //! | [`cli`] | the command line | how anything is judged |
 
