@@ -188,32 +188,40 @@ impl<'a> Run<'a> {
         let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         self.world.scene.notebook_mut().answers =
             startup::replies(&self.world.manual.device, start, &outcome, &records);
+        let mut replies = outcome.records.iter().map(|outcome| startup::record(outcome, true));
+        let refused = replies.find(|reply| *reply != Reply::Accepted);
+        let refused = refused.map(|reply| format!("A start-up record was not taken: {reply}."));
+        let stands = match (outcome.standing, outcome.failed) {
+            (true, _) => Ok(refused),
+            (false, failed) => Err(failed.map(|failed| failed.to_string())),
+        };
+        self.started(stands, answer, second)
+    }
+
+    /// What follows a start-up on either bus: the first data of the own connection are awaited, then `answer` is judged. Without
+    /// one the connection has to stand and nothing may be refused; `stands` says what was, or why it does not stand.
+    pub(super) fn started(
+        &mut self,
+        stands: Result<Option<String>, Option<String>>,
+        answer: Option<&'a Answer>,
+        second: bool,
+    ) -> Done {
         if !second {
             self.may_end = false;
         }
-        if outcome.standing && !second {
+        if stands.is_ok() && !second {
             let until = self.world.now() + NO_SAMPLE;
             self.world.run(until, |world| world.samples > 0 || world.lost.is_some());
         }
-        match answer {
-            Some(answer) => self.judge_answer(answer),
-            None if outcome.standing => {
-                let refused = {
-                    let mut replies = outcome.records.iter().map(|outcome| startup::record(outcome, true));
-                    replies.find(|reply| *reply != Reply::Accepted)
-                };
-                match refused {
-                    None => Ok(()),
-                    Some(reply) => {
-                        Err(Trouble::device(format!("A start-up record was not taken: {reply}."), Vec::new()))
-                    }
-                }
+        let what = match (answer, stands) {
+            (Some(answer), _) => return self.judge_answer(answer),
+            (None, Ok(None)) => return Ok(()),
+            (None, Ok(Some(refused))) => refused,
+            (None, Err(why)) => {
+                format!("The connection did not come about: {}.", why.as_deref().unwrap_or("it ended"))
             }
-            None => {
-                let why = outcome.failed.map_or_else(|| "it ended".to_owned(), |failed| failed.to_string());
-                Err(Trouble::device(format!("The connection did not come about: {why}."), Vec::new()))
-            }
-        }
+        };
+        Err(Trouble::device(what, Vec::new()))
     }
 
     /// Ends the own connection, if there is one.

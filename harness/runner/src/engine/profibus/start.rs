@@ -1,6 +1,5 @@
 //! Start-ups of a slave: from `start` of a suite to what our master sends, and from its outcome to replies.
 
-use super::super::looks::NO_SAMPLE;
 use super::super::startup;
 use super::super::trial::{Done, Run, Trouble};
 use super::{reply, unexpected};
@@ -53,30 +52,15 @@ impl<'a> Run<'a> {
         }
         let own = self.place.line.masters[usize::from(second)];
         self.world.scene.notebook_mut().answers = replies(&self.world.manual.device, &outcome, own);
-        if !second {
-            self.may_end = false;
-        }
-        if outcome.standing && !second {
-            let until = self.world.now() + NO_SAMPLE;
-            self.world.run(until, |world| world.samples > 0 || world.lost.is_some());
-        }
-        match answer {
-            Some(answer) => self.judge_answer(answer),
-            None if outcome.standing => {
-                let stages = [("Set_Prm", &outcome.set_prm), ("Chk_Cfg", &outcome.chk_cfg)];
-                let mut replies = stages.into_iter().filter_map(|(stage, said)| Some((stage, reply(said.as_ref()?))));
-                match replies.find(|(_, reply)| *reply != Reply::Accepted) {
-                    None => Ok(()),
-                    Some((stage, reply)) => {
-                        Err(Trouble::device(format!("{stage} was not taken: {reply}."), Vec::new()))
-                    }
-                }
-            }
-            None => {
-                let why = outcome.failed.map_or_else(|| "it ended".to_owned(), |failed| failed.to_string());
-                Err(Trouble::device(format!("The connection did not come about: {why}."), Vec::new()))
-            }
-        }
+        let stages = [("Set_Prm", &outcome.set_prm), ("Chk_Cfg", &outcome.chk_cfg)];
+        let mut replies = stages.into_iter().filter_map(|(stage, said)| Some((stage, reply(said.as_ref()?))));
+        let refused = replies.find(|(_, reply)| *reply != Reply::Accepted);
+        let refused = refused.map(|(stage, reply)| format!("{stage} was not taken: {reply}."));
+        let stands = match (outcome.standing, outcome.failed) {
+            (true, _) => Ok(refused),
+            (false, failed) => Err(failed.map(|failed| failed.to_string())),
+        };
+        self.started(stands, answer, second)
     }
 }
 
