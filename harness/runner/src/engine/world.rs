@@ -363,7 +363,7 @@ impl<'a> World<'a> {
         // Rules are judged on connections; announcements and diagnoses also come without one.
         let is_beside = matches!(self.scene.follower.image.happening, Happening::Lldp(_) | Happening::Diagnosis);
         if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
-            self.judges.rules.tick(&view);
+            self.judges.rules.tick(&view, None);
         }
         let counted = self.judges.blocks.iter_mut().fold(false, |counted, block| block.tick(&view) | counted);
         let expected = self.judges.expecting.as_mut();

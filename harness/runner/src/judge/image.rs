@@ -118,6 +118,8 @@ pub struct Image {
     version: u64,
     /// The version at which the layout of the connection was taken over.
     layout: u64,
+    /// The version at which the start parameters were others the last time.
+    parameters: u64,
     /// What the last thing that was taken over changed, where that was a cyclic frame like the one before it.
     changed: Option<(Direction, bool)>,
     changed_bits: Vec<u64>,
@@ -173,6 +175,7 @@ impl Image {
             cycle: None,
             version: 0,
             layout: 0,
+            parameters: 0,
             changed: None,
             changed_bits: Vec::new(),
             diagnosis: None,
@@ -184,7 +187,8 @@ impl Image {
     /// Takes over the layout of a connection that the device has just accepted.
     pub fn open(&mut self, device: &Device, ar: &Ar) {
         let version = self.version + 1;
-        *self = Image { version, layout: version, diagnosis: ar.slave.as_deref().and_then(told), ..Image::new(device) };
+        let diagnosis = ar.slave.as_deref().and_then(told);
+        *self = Image { version, layout: version, parameters: version, diagnosis, ..Image::new(device) };
         self.stands = true;
         self.cycle = Some(ar.outputs.cycle).filter(|cycle| !cycle.is_zero());
         if let Some(told) = &ar.slave {
@@ -272,6 +276,7 @@ impl Image {
     /// Ends the connection: nothing that it carried has a value any more.
     pub fn close(&mut self) {
         self.took_over(None);
+        self.parameters = self.version;
         self.stands = false;
         self.module = None;
         self.pending = None;
@@ -289,6 +294,7 @@ impl Image {
         if let Some(known) = found.and_then(|found| self.records.get_mut(found)) {
             *known = accepted.then(|| data.to_vec());
             self.took_over(None);
+            self.parameters = self.version;
         }
     }
 
@@ -305,6 +311,11 @@ impl Image {
     /// A number that is another one for each connection.
     pub fn layout(&self) -> u64 {
         self.layout
+    }
+
+    /// A number that is another one wherever a start parameter is.
+    pub fn parameters(&self) -> u64 {
+        self.parameters
     }
 
     /// What the last version changed, where that was nothing but bits of the cyclic data.

@@ -1,9 +1,9 @@
 //! The judge: conditions and rules over a stream of frames and events, three-valued.
 //!
 //! It is the same for a virtual trial, a live device and a capture. It knows names and their values ([`image`]), windows of
-//! time ([`window`]) and rules ([`rule`], [`rule_set`]), which are looked at anew only where something changed ([`steady`])
-//! and, in a recording, not believed on one frame alone ([`witness`]). It must not
-//! know who sends the frames, and it sends none.
+//! time ([`window`]) and rules ([`rule`], [`rule_set`]), which are looked at anew only where something changed that they asked
+//! for ([`steady`], [`settled`]) and, in a recording, not believed on one frame alone ([`witness`]). It must not know who sends
+//! the frames, and it sends none.
 
 pub mod answer;
 pub mod condition;
@@ -15,6 +15,7 @@ pub mod place;
 pub mod rule;
 pub mod rule_set;
 pub mod scene;
+pub mod settled;
 pub mod steady;
 pub mod view;
 pub mod window;

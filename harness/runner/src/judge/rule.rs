@@ -4,7 +4,7 @@ use super::condition::Memory;
 use super::image::Happening;
 use super::place::{Spot, decisive, is_input, place_of};
 use super::steady::{self, Steady};
-use super::view::View;
+use super::view::{Reads, View};
 use super::window::{Outcome, Stay, Window};
 use super::witness::{self, Blip, Evidence, Suspicion, Verdict};
 use super::{Tick, TickKind, Truth};
@@ -63,9 +63,13 @@ pub struct RuleWatch<'a> {
     closed: bool,
     last: Option<Tick>,
     decided: Decided,
-    violation: Option<Violation>,
+    violation: Option<Box<Violation>>,
     watchdog: Duration,
     steady: Steady<Known>,
+    /// The names that its programs ask for.
+    reads: Reads,
+    /// Whether the condition looks back.
+    looks_back: bool,
     /// There where somebody else recorded the frames, so that one frame is no proof.
     suspicion: Option<Box<Suspicion>>,
     /// Whether the frame at hand alone shows the rule to be broken.
@@ -86,6 +90,7 @@ pub(super) struct Known {
 impl<'a> RuleWatch<'a> {
     /// A rule that has seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
     pub fn new(body: &'a RuleBody, watchdog: Duration) -> RuleWatch<'a> {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = body;
         RuleWatch {
             body,
             premise: State::default(),
@@ -98,6 +103,8 @@ impl<'a> RuleWatch<'a> {
             violation: None,
             watchdog,
             steady: Steady::default(),
+            reads: Reads::default(),
+            looks_back: witness::looks_back(condition),
             suspicion: None,
             is_in_doubt: false,
             is_news: false,
@@ -117,7 +124,7 @@ impl<'a> RuleWatch<'a> {
 
     /// The first time it was broken.
     pub fn violation(&self) -> Option<&Violation> {
-        self.violation.as_ref()
+        self.violation.as_deref()
     }
 
     /// The first time that one frame alone showed it to be broken, where it was not proven to be.
@@ -143,12 +150,30 @@ impl<'a> RuleWatch<'a> {
         }
         let waits = self.is_waiting() || self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open());
         match (waits, self.steady.kept(place), self.body) {
-            (true, ..) | (_, None, _) => false,
+            (true, ..) => false,
+            // Frames to the device are not judged.
+            (_, None, RuleBody::Always(_)) => place == steady::OUTPUT && !self.looks_back,
+            (_, None, RuleBody::When { .. }) => false,
             (_, Some(known), RuleBody::Always(_)) => {
                 place == steady::OUTPUT || matches!(known.truth, Some(Truth::True | Truth::Unknown))
             }
             (_, Some(known), RuleBody::When { .. }) => matches!(known.premise, Some(None | Some(false))),
         }
+    }
+
+    /// Whether a look at this frame would come to what is kept of the last one of its kind, and remember nothing else.
+    pub(super) fn stays_as_kept(&self, place: usize, view: &View<'_>) -> bool {
+        let Some(kept) = self.steady.kept(place).filter(|_| self.violation.is_none()) else { return true };
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        let is_true_as_kept = kept.truth.is_none_or(|truth| truth == self.condition.truth(condition, view));
+        let begins_as_kept = match self.body {
+            RuleBody::Always(_) => true,
+            RuleBody::When { premise, .. } => {
+                let remembered = !self.premise.clone().advance(premise, view);
+                remembered && kept.premise.is_none_or(|begins| begins == premise.truth(view, &self.premise))
+            }
+        };
+        is_true_as_kept && begins_as_kept && !self.condition.clone().advance(condition, view)
     }
 
     /// Counts frames of a kind that came to the same as the last one, so that nobody had to look.
@@ -188,10 +213,15 @@ impl<'a> RuleWatch<'a> {
         self.decided.looked_at += 1;
         let before = self.steady.known(self.body, view);
         let mut known = before.unwrap_or_default();
-        let speaks = self.judge(view, &mut known);
+        let mut reads = std::mem::take(&mut self.reads);
+        let noted = View { reads: Some(&reads), ..*view };
+        let speaks = self.judge(&noted, &mut known);
         // What is remembered stays as well where neither what is seen nor what is remembered has changed.
-        let moved = before.is_none() && self.advance(view);
+        let moved = before.is_none() && self.advance(&noted);
         self.steady.keep(view, known, moved);
+        self.steady.asked(reads.names());
+        reads.names().clear();
+        self.reads = reads;
         if std::mem::take(&mut self.is_in_doubt) {
             self.forget();
         }
@@ -212,11 +242,10 @@ impl<'a> RuleWatch<'a> {
                     Truth::False => {
                         self.decided.premises += 1;
                         let parts = self.condition.parts(condition, view);
-                        let evidence =
-                            match witness::speaks_of_events(condition, view) || witness::looks_back(condition) {
-                                true => Evidence::Once,
-                                false => Evidence::Frame,
-                            };
+                        let evidence = match witness::speaks_of_events(condition, view) || self.looks_back {
+                            true => Evidence::Once,
+                            false => Evidence::Frame,
+                        };
                         self.break_with("it does not hold", view, (view.tick, None), parts, evidence);
                     }
                 }
@@ -309,7 +338,7 @@ impl<'a> RuleWatch<'a> {
             let evidence = match trigger.kind == TickKind::Event || witness::speaks_of_events(then, view) {
                 true => Evidence::Once,
                 false if samples > 1 => Evidence::Frames,
-                false if witness::looks_back(then) => Evidence::Once,
+                false if self.looks_back => Evidence::Once,
                 false => Evidence::Frame,
             };
             self.break_with(how, view, (at, Some(trigger)), parts, evidence);
@@ -360,7 +389,7 @@ impl<'a> RuleWatch<'a> {
     fn take(&mut self, verdict: Verdict) -> bool {
         match verdict {
             Verdict::Proven(violation) => {
-                self.violation = Some(*violation);
+                self.violation = Some(violation);
                 self.is_news = true;
             }
             Verdict::Alone => {
@@ -422,7 +451,7 @@ impl<'a> RuleWatch<'a> {
         let violation = Violation { tick, trigger, how: how.to_owned(), parts, names, place };
         match &mut self.suspicion {
             None => {
-                self.violation = Some(violation);
+                self.violation = Some(Box::new(violation));
                 self.is_news = true;
             }
             Some(suspicion) => {

@@ -1,12 +1,13 @@
-//! The rules of a variant at work: at each frame only those are looked at that depend on what it changed, the others are counted.
+//! The rules of a variant at work: at each frame only those are looked at that asked at their last look for what it changed, the
+//! others are counted.
 //!
 //! It must not know what a rule says; each says itself what it depends on and whether it waits for something.
 
 use super::image::Change;
-use super::rule::RuleWatch;
-use super::steady;
+use super::rule::{Known, RuleWatch};
+use super::steady::{self, Steady};
 use super::view::View;
-use super::witness::Blips;
+use super::witness::Blip;
 use crate::observe::Direction;
 use crate::suite::model::Rule;
 use station::{Duration, Time};
@@ -21,10 +22,10 @@ pub struct RuleSet<'a> {
     watches: Vec<RuleWatch<'a>>,
     /// Whether a window is open.
     is_waiting: bool,
+    /// Whether somebody else recorded the frames.
+    is_recorded: bool,
     /// Whether a rule was broken since somebody asked.
     is_newly_broken: bool,
-    /// There where somebody else recorded the frames.
-    blips: Option<Box<Blips>>,
     /// Frames of each kind so far, and those up to which each rule was counted.
     frames: [u64; 3],
     counted: Vec<[u64; 3]>,
@@ -33,7 +34,7 @@ pub struct RuleSet<'a> {
     version: (u64, u64),
 }
 
-/// Which rules depend on what, on one connection.
+/// Which rules depend on what, on one connection, by what each asked for at its last look.
 #[derive(Debug)]
 struct Index {
     layout: u64,
@@ -66,18 +67,25 @@ impl Index {
             let steady = watch.steady();
             index.elapsed |= if steady.sees_elapsed() { bit } else { 0 };
             index.clock |= if steady.sees_the_clock() { bit } else { 0 };
-            steady.each_octet(&mut |direction, octet| {
-                let of = match direction {
-                    Direction::ToController => &mut index.to_controller,
-                    Direction::ToDevice => &mut index.to_device,
-                };
-                if of.len() <= octet {
-                    of.resize(octet + 1, 0);
-                }
-                of[octet] |= bit;
-            });
+            index.list(place, steady);
         }
         Some(index)
+    }
+
+    /// Writes down on which octets a rule depends now.
+    fn list(&mut self, rule: usize, steady: &mut Steady<Known>) {
+        let bit = 1 << rule;
+        self.to_controller.iter_mut().chain(&mut self.to_device).for_each(|rules| *rules &= !bit);
+        steady.list_octets(&mut |direction, octet| {
+            let of = match direction {
+                Direction::ToController => &mut self.to_controller,
+                Direction::ToDevice => &mut self.to_device,
+            };
+            if of.len() <= octet {
+                of.resize(octet + 1, 0);
+            }
+            of[octet] |= bit;
+        });
     }
 
     /// The rules that depend on what a frame of a kind changed.
@@ -110,7 +118,7 @@ impl<'a> RuleSet<'a> {
             watches,
             is_waiting: false,
             is_newly_broken: false,
-            blips: None,
+            is_recorded: false,
             frames,
             counted,
             index: None,
@@ -123,24 +131,28 @@ impl<'a> RuleSet<'a> {
     #[must_use]
     pub fn recorded(self) -> RuleSet<'a> {
         let watches = self.watches.into_iter().map(RuleWatch::recorded).collect();
-        RuleSet { watches, blips: Some(Box::default()), ..self }
+        RuleSet { watches, is_recorded: true, ..self }
     }
 
-    /// Looks at a frame or an event; a rule that names a signal which the module in use lacks is not judged.
-    pub fn tick(&mut self, view: &View<'_>) {
+    /// Looks at a frame or an event; a rule that names a signal which the module in use lacks is not judged. In a recording the
+    /// frame may take back what the one before it showed.
+    pub fn tick(&mut self, view: &View<'_>, blip: Option<&Blip<'_>>) {
         let Some(module) = view.image.module() else { return };
         let (image, notebook) = (view.image.version(), view.notebook.version());
         let before = std::mem::replace(&mut self.version, (image, notebook));
         let follows = before == (image.wrapping_sub(1), notebook);
         let is_of = |index: &&mut Index| (index.layout, index.module) == (view.image.layout(), module);
         let place = steady::place(view.tick.kind);
-        let is_recorded = self.blips.is_some();
-        let blip = self.blips.as_mut().and_then(|blips| blips.take(view));
+        let is_recorded = self.is_recorded;
         if let (Some(place), true, Some(change), Some(index)) =
             (place, follows, view.image.change(), self.index.as_mut().filter(is_of))
         {
             let mut meant = index.meant(place, &change);
             self.frames[place] += 1;
+            debug_assert_eq!(left_out_wrongly(index, &self.watches, place, meant, view), None);
+            if meant == 0 {
+                return;
+            }
             while meant != 0 {
                 let rule = meant.trailing_zeros() as usize;
                 meant &= meant - 1;
@@ -149,17 +161,21 @@ impl<'a> RuleSet<'a> {
                 counted[place] += 1;
                 settle(watch, counted, self.frames);
                 watch.steady().stays_until(image.wrapping_sub(1), notebook);
-                if let Some(blip) = &blip {
+                if let Some(blip) = blip {
                     watch.take_back(blip);
                 }
                 look(watch, view, is_recorded);
                 self.is_newly_broken |= watch.is_news;
+                if watch.steady().is_listed_otherwise() {
+                    index.list(rule, watch.steady());
+                }
                 for (place, restless) in index.restless.iter_mut().enumerate() {
                     let bit = 1 << rule;
                     *restless = if watch.is_idle(place) { *restless & !bit } else { *restless | bit };
                 }
             }
-            self.is_waiting = index.restless != [0; 3] && self.watches.iter().any(RuleWatch::is_waiting);
+            // In a recording time goes by with the frames, so that nobody asks.
+            self.is_waiting = !is_recorded && self.watches.iter().any(RuleWatch::is_waiting);
             return;
         }
         settle_all(self.index.as_ref(), &mut self.watches, &mut self.counted, self.frames);
@@ -172,7 +188,7 @@ impl<'a> RuleSet<'a> {
             if !rule.modules.contains(&module) {
                 continue;
             }
-            if let Some(blip) = &blip {
+            if let Some(blip) = blip {
                 watch.take_back(blip);
             }
             look(watch, view, is_recorded);
@@ -191,7 +207,7 @@ impl<'a> RuleSet<'a> {
 
     /// Lets time go by without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
-        if self.is_waiting && self.blips.is_none() {
+        if self.is_waiting && !self.is_recorded {
             for watch in &mut self.watches {
                 watch.time(view, now);
                 self.is_newly_broken |= watch.is_news;
@@ -216,9 +232,6 @@ impl<'a> RuleSet<'a> {
     pub fn cut(&mut self) {
         self.settle();
         self.is_waiting = false;
-        if let Some(blips) = &mut self.blips {
-            blips.forget();
-        }
         for watch in &mut self.watches {
             watch.cut();
             self.is_newly_broken |= watch.is_news;
@@ -237,6 +250,19 @@ impl<'a> RuleSet<'a> {
     pub fn settle(&mut self) {
         settle_all(self.index.as_ref(), &mut self.watches, &mut self.counted, self.frames);
     }
+}
+
+/// The rule among those that are left out at a frame which should not have been; another one is looked at with each frame.
+fn left_out_wrongly(
+    index: &Index,
+    watches: &[RuleWatch<'_>],
+    place: usize,
+    meant: Rules,
+    view: &View<'_>,
+) -> Option<usize> {
+    let rule = usize::try_from(view.image.version()).ok()? % watches.len().max(1);
+    let is_left_out = (index.judged & !meant) >> rule & 1 == 1;
+    (is_left_out && !watches.get(rule)?.stays_as_kept(place, view)).then_some(rule)
 }
 
 fn settle_all(index: Option<&Index>, watches: &mut [RuleWatch<'_>], counted: &mut [[u64; 3]], frames: [u64; 3]) {

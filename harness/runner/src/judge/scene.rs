@@ -42,7 +42,7 @@ impl<'a> Scene<'a> {
     /// The names at an instant.
     pub fn view(&self, tick: Tick) -> View<'_> {
         let Scene { device, variant, follower, notebook } = self;
-        View { device, variant, image: &follower.image, notebook, tick }
+        View { device, variant, image: &follower.image, notebook, tick, reads: None, settled: None }
     }
 
     /// The names at a time at which no frame came.

@@ -17,6 +17,16 @@ pub struct Steady<K> {
     /// What it came to at the last frame of each kind; an event is like no other.
     known: [Option<K>; 3],
     inputs: Inputs,
+    /// The inputs of each name, where somebody says which names were asked for.
+    leaves: Vec<(NameId, Inputs)>,
+    /// The inputs that were asked for since it last forgot; what was not asked for decides nothing.
+    read: Option<Inputs>,
+    /// The names of these inputs, as they were asked for.
+    asked: Vec<NameId>,
+    /// Whether they are from before it last forgot.
+    is_outdated: bool,
+    /// Whether they are others than those that somebody wrote down.
+    is_listed_otherwise: bool,
     /// The layout of the connection for which the inputs were looked up.
     layout: Option<u64>,
     image: u64,
@@ -53,6 +63,14 @@ impl Mask {
         }
         let word = self.near.iter_mut().chain(&mut self.far).nth(word);
         word.into_iter().for_each(|word| *word |= u64::from(bits) << (octet % 8 * 8));
+    }
+
+    fn unite(&mut self, other: &Mask) {
+        if self.far.len() < other.far.len() {
+            self.far.resize(other.far.len(), 0);
+        }
+        self.near.iter_mut().zip(&other.near).for_each(|(own, other)| *own |= other);
+        self.far.iter_mut().zip(&other.far).for_each(|(own, other)| *own |= other);
     }
 
     fn meets(&self, changed: &[u64]) -> bool {
@@ -128,7 +146,18 @@ impl Sees for (&Condition, &Hold) {
 impl<K> Default for Steady<K> {
     fn default() -> Steady<K> {
         let known = [None, None, None];
-        Steady { known, inputs: Inputs::default(), layout: None, image: 0, notebook: 0 }
+        Steady {
+            known,
+            inputs: Inputs::default(),
+            leaves: Vec::new(),
+            read: None,
+            asked: Vec::new(),
+            is_outdated: false,
+            is_listed_otherwise: false,
+            layout: None,
+            image: 0,
+            notebook: 0,
+        }
     }
 }
 
@@ -175,10 +204,38 @@ impl<K: Copy> Steady<K> {
         (self.image, self.notebook) = (image, notebook);
     }
 
-    /// Visits the octets of the data areas that are looked at.
-    pub(super) fn each_octet(&self, visit: &mut dyn FnMut(Direction, usize)) {
+    /// Takes in the names that were asked for at this look; before the first of these calls all inputs count.
+    pub(super) fn asked(&mut self, names: &[NameId]) {
+        let Steady { inputs, leaves, read, asked, is_outdated, is_listed_otherwise, .. } = self;
+        let is_outdated = std::mem::take(is_outdated);
+        let is_nothing_else = if is_outdated { asked == names } else { names.is_empty() };
+        if read.is_some() && is_nothing_else {
+            return;
+        }
+        let read = read.get_or_insert_default();
+        if is_outdated {
+            asked.clear();
+            read.clear();
+        }
+        asked.extend_from_slice(names);
+        for name in names {
+            let leaf = leaves.iter().find(|(known, _)| known == name);
+            read.unite(leaf.map_or(inputs, |(_, leaf)| leaf));
+        }
+        *is_listed_otherwise = true;
+    }
+
+    /// Whether other octets count than those that somebody wrote down.
+    pub(super) fn is_listed_otherwise(&self) -> bool {
+        self.is_listed_otherwise
+    }
+
+    /// Visits the octets of the data areas that count, for somebody who writes them down.
+    pub(super) fn list_octets(&mut self, visit: &mut dyn FnMut(Direction, usize)) {
+        self.is_listed_otherwise = false;
+        let counting = self.counting();
         for direction in [Direction::ToController, Direction::ToDevice] {
-            let mask = self.inputs.of_direction(direction);
+            let mask = counting.of_direction(direction);
             for (place, word) in mask.near.iter().chain(&mask.far).enumerate() {
                 let octets = (0..8).filter(|octet| word >> (octet * 8) & 0xFF != 0);
                 octets.for_each(|octet| visit(direction, place * 8 + octet));
@@ -204,6 +261,12 @@ impl<K: Copy> Steady<K> {
     /// Forgets what was kept, where something else is remembered now.
     pub fn forget(&mut self) {
         self.known = [None; 3];
+        self.is_outdated = true;
+    }
+
+    /// The inputs on which what is kept depends.
+    fn counting(&self) -> &Inputs {
+        self.read.as_ref().unwrap_or(&self.inputs)
     }
 
     fn is_unchanged(&mut self, sees: &impl Sees, view: &View<'_>) -> bool {
@@ -215,15 +278,40 @@ impl<K: Copy> Steady<K> {
         if self.layout != Some(view.image.layout()) {
             self.layout = Some(view.image.layout());
             self.inputs = Inputs::of(sees, view);
+            self.leaves.clear();
+            self.read = None;
+            self.asked.clear();
+            sees.names(&mut |name| leaves(name, view, &mut self.leaves));
             return false;
         }
         if before != (image.wrapping_sub(1), notebook) || self.inputs.clock {
             return false;
         }
         let Some(change) = view.image.change() else { return false };
-        let mask = self.inputs.of_direction(change.direction);
-        !(mask.meets(change.bits) || self.inputs.elapsed && change.elapsed)
+        let counting = self.counting();
+        !(counting.of_direction(change.direction).meets(change.bits) || counting.elapsed && change.elapsed)
     }
+}
+
+/// Adds a name and those that it is made of, each with the inputs that are its own.
+fn leaves(name: NameId, view: &View<'_>, list: &mut Vec<(NameId, Inputs)>) {
+    if list.iter().any(|(known, _)| *known == name) {
+        return;
+    }
+    let mut own = Inputs::default();
+    let parts = match view.variant.names.get(name.0 as usize) {
+        Some(NameKind::Signal { signal, low, width, circle, .. }) => {
+            own.add_signal(*signal, *low, *width, view.image);
+            circle.as_ref()
+        }
+        Some(NameKind::Derived(index)) => view.variant.derived.get(*index).map(|(_, program)| program),
+        _ => {
+            own.add(name, view);
+            None
+        }
+    };
+    list.push((name, own));
+    parts.into_iter().flat_map(Program::names).for_each(|name| leaves(name, view, list));
 }
 
 impl Inputs {
@@ -232,6 +320,21 @@ impl Inputs {
         sees.programs(&mut |program| inputs.clock |= program.looks_at_the_clock());
         sees.names(&mut |name| inputs.add(name, view));
         inputs
+    }
+
+    fn unite(&mut self, other: &Inputs) {
+        self.to_controller.unite(&other.to_controller);
+        self.to_device.unite(&other.to_device);
+        self.elapsed |= other.elapsed;
+        self.clock |= other.clock;
+    }
+
+    fn clear(&mut self) {
+        for mask in [&mut self.to_controller, &mut self.to_device] {
+            mask.near = [0; NEAR];
+            mask.far.clear();
+        }
+        (self.elapsed, self.clock) = (false, false);
     }
 
     fn of_direction(&self, direction: Direction) -> &Mask {

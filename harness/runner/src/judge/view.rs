@@ -3,13 +3,15 @@
 use super::answer::Reply;
 use super::diagnosis;
 use super::image::{Happening, Image};
+use super::settled::Settled;
 use super::{Tick, TickKind};
 use crate::observe::Direction;
 use crate::suite::device::{BenchName, Bus, Device, DiagnosisName, EventName, Field, NameId, NameKind};
-use crate::suite::expr::{Env, Number, Shown, State, Type, Value};
+use crate::suite::expr::{Env, Number, Program, Shown, State, Type, Value};
 use crate::suite::model::{AnswerPart, Variant};
 use crate::suite::words;
 use station::{Duration, Time};
+use std::cell::RefCell;
 use std::net::Ipv4Addr;
 
 /// What a trial knows besides its connection: saved values, answers, what the stand shows. Empty on a capture.
@@ -101,6 +103,25 @@ pub struct View<'a> {
     pub notebook: &'a Notebook,
     /// The instant.
     pub tick: Tick,
+    /// Where the names are noted that somebody asks for, if anybody wants to know.
+    pub reads: Option<&'a Reads>,
+    /// What is worked out once for many frames, if anybody keeps it.
+    pub settled: Option<&'a Settled>,
+}
+
+/// The names that somebody asked for, in the order of asking.
+#[derive(Debug, Default)]
+pub struct Reads(RefCell<Vec<NameId>>);
+
+impl Reads {
+    fn note(&self, name: NameId) {
+        self.0.borrow_mut().push(name);
+    }
+
+    /// The names so far.
+    pub fn names(&mut self) -> &mut Vec<NameId> {
+        self.0.get_mut()
+    }
 }
 
 impl View<'_> {
@@ -192,6 +213,12 @@ impl View<'_> {
         }
     }
 
+    /// What the program of a name comes to: the circle of a signal, or what is derived.
+    fn work_out(&self, name: NameId, program: &Program) -> Value {
+        let now = || program.eval(self, &State::default());
+        self.settled.map_or_else(now, |settled| settled.value(name, program, self, now))
+    }
+
     /// The value that an asked name was last read with.
     fn read(&self, name: NameId) -> Option<&Value> {
         self.notebook.read.iter().find(|(read, _)| *read == name).map(|(_, value)| value)
@@ -204,7 +231,7 @@ impl View<'_> {
                 let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
                 let Some(number) = steps(number, *shift) else { return Some(fraction(number, *shift)) };
                 match circle {
-                    Some(circle) => Value::place(number, circle.eval(self, &State::default()).as_whole()),
+                    Some(circle) => Value::place(number, self.work_out(name, circle).as_whole()),
                     None => typed(number, field),
                 }
             }
@@ -236,7 +263,7 @@ impl View<'_> {
                     (true, _) => Value::whole(number),
                 }
             }
-            NameKind::Derived(index) => self.variant.derived.get(*index)?.1.eval(self, &State::default()),
+            NameKind::Derived(index) => self.work_out(name, &self.variant.derived.get(*index)?.1),
             NameKind::Saved(index) => self.notebook.saved.get(*index)?.clone(),
             NameKind::Elapsed => {
                 let direction = match self.tick.kind {
@@ -380,10 +407,16 @@ fn typed(number: i128, field: Option<&Field>) -> Value {
 
 impl Env for View<'_> {
     fn value(&self, name: NameId) -> Value {
+        if let Some(reads) = self.reads {
+            reads.note(name);
+        }
         self.known(name).unwrap_or(Value::Unknown)
     }
 
     fn truth(&self, name: NameId) -> Option<bool> {
+        if let Some(reads) = self.reads {
+            reads.note(name);
+        }
         // The way of most names in conditions: a bit of a signal needs no number.
         if let Some(NameKind::Signal { signal, low, width: 1, field: Some(field), circle: None, shift: 0, .. }) =
             self.kind(name)
@@ -393,6 +426,23 @@ impl Env for View<'_> {
             return Some(self.image.signal(*signal)?.checked_shr(*low).unwrap_or(0) & 1 == 1);
         }
         self.value(name).truth()
+    }
+
+    fn whole(&self, name: NameId) -> Option<Option<i128>> {
+        let whole = match self.kind(name)? {
+            NameKind::Signal { signal, low, width, signed, field: None, shift, .. } => {
+                match self.image.signal(*signal) {
+                    Some(number) => Some(steps(bits(number, *low, *width, *signed), *shift)?),
+                    None => None,
+                }
+            }
+            NameKind::Derived(_) => self.settled?.whole(name, self)?,
+            _ => return None,
+        };
+        if let Some(reads) = self.reads {
+            reads.note(name);
+        }
+        Some(whole)
     }
 
     fn fresh(&self, name: NameId) -> bool {

@@ -50,14 +50,14 @@ pub struct Blip<'a> {
 }
 
 impl Blips {
-    /// Takes in the frame of `view`.
-    pub fn take(&mut self, view: &View<'_>) -> Option<Blip<'_>> {
-        let change = view.image.change()?;
+    /// Takes in what frame number `frame` changed.
+    pub fn take(&mut self, image: &Image, frame: u64) -> Option<Blip<'_>> {
+        let change = image.change()?;
         let past = match change.direction {
             Direction::ToController => &mut self.to_controller,
             Direction::ToDevice => &mut self.to_device,
         };
-        let found = past.take(change.bits, view.tick.frame);
+        let found = past.take(change.bits, frame);
         found.then_some(Blip { frame: past.back_frame, direction: change.direction, bits: &past.back })
     }
 

@@ -7,7 +7,9 @@ use crate::judge::follow::{Change, Follower};
 use crate::judge::image::Happening;
 use crate::judge::rule::{RuleWatch, Violation};
 use crate::judge::rule_set::RuleSet;
+use crate::judge::settled::Settled;
 use crate::judge::view::{Notebook, View};
+use crate::judge::witness::Blips;
 use crate::judge::{Tick, TickKind};
 use crate::observe::{Address, Ar, ArId, BusTracker, Observation};
 use crate::result::Decided;
@@ -72,6 +74,7 @@ struct OfVariant<'a> {
     variant: &'a Variant,
     rules: RuleSet<'a>,
     unseen: Unseen,
+    settled: Settled,
 }
 
 /// Judges the rules of some variants of a manual on the connections between one controller and one device, one after the other.
@@ -82,6 +85,8 @@ pub struct RuleJudge<'a> {
     /// What is known besides: nothing on a capture.
     notebook: Notebook,
     variants: Vec<OfVariant<'a>>,
+    /// There where somebody else recorded the frames.
+    blips: Option<Box<Blips>>,
     /// The connection of the last frame or event.
     ar: Option<ArId>,
 }
@@ -92,17 +97,19 @@ impl<'a> RuleJudge<'a> {
         let device: &Device = &manual.device;
         let of = |variant: &'a Variant| {
             let rules = RuleSet::new(&variant.rules, WATCHDOG);
-            OfVariant { variant, rules, unseen: Unseen::new(variant) }
+            OfVariant { variant, rules, unseen: Unseen::new(variant), settled: Settled::default() }
         };
         let (follower, notebook) = (Follower::new(device), Notebook::default());
-        RuleJudge { device, follower, notebook, variants: variants.into_iter().map(of).collect(), ar: None }
+        let variants = variants.into_iter().map(of).collect();
+        RuleJudge { device, follower, notebook, variants, blips: None, ar: None }
     }
 
     /// The same over frames that somebody else recorded, of which some may be missing or damaged.
     #[must_use]
     pub fn recorded(self) -> RuleJudge<'a> {
         let recorded = |of: OfVariant<'a>| OfVariant { rules: of.rules.recorded(), ..of };
-        RuleJudge { variants: self.variants.into_iter().map(recorded).collect(), ..self }
+        let variants = self.variants.into_iter().map(recorded).collect();
+        RuleJudge { variants, blips: Some(Box::default()), ..self }
     }
 
     /// Takes in an observation of a connection that is judged, or of none.
@@ -124,15 +131,20 @@ impl<'a> RuleJudge<'a> {
     }
 
     fn cut(&mut self) {
+        if let Some(blips) = &mut self.blips {
+            blips.forget();
+        }
         self.variants.iter_mut().for_each(|of| of.rules.cut());
     }
 
     fn tick(&mut self, tick: Tick) {
-        let RuleJudge { device, follower, notebook, variants, .. } = self;
-        for OfVariant { variant, rules, unseen } in variants {
-            let view = View { device, variant, image: &follower.image, notebook, tick };
+        let RuleJudge { device, follower, notebook, variants, blips, .. } = self;
+        let blip = blips.as_mut().and_then(|blips| blips.take(&follower.image, tick.frame));
+        for OfVariant { variant, rules, unseen, settled } in variants {
+            let (image, settled) = (&follower.image, Some(&*settled));
+            let view = View { device, variant, image, notebook, tick, reads: None, settled };
             unseen.tick(&view);
-            rules.tick(&view);
+            rules.tick(&view, blip.as_ref());
         }
         // An event is true at one instant only.
         if tick.kind == TickKind::Event {
@@ -144,8 +156,9 @@ impl<'a> RuleJudge<'a> {
     pub fn time(&mut self, now: Time, frame: u64) {
         let RuleJudge { device, follower, notebook, variants, .. } = self;
         let tick = Tick { time: now, frame, kind: TickKind::Event };
-        for OfVariant { variant, rules, .. } in variants {
-            rules.time(&View { device, variant, image: &follower.image, notebook, tick }, now);
+        for OfVariant { variant, rules, settled, .. } in variants {
+            let (image, settled) = (&follower.image, Some(&*settled));
+            rules.time(&View { device, variant, image, notebook, tick, reads: None, settled }, now);
         }
     }
 

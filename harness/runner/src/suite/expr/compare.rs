@@ -64,7 +64,8 @@ pub fn order(sign: Order, left: &Value, right: &Value, noise: u32) -> Option<boo
 }
 
 impl Order {
-    fn holds(self, order: Ordering) -> bool {
+    /// Whether two sides that stand in this order do as the sign says.
+    pub(super) fn holds(self, order: Ordering) -> bool {
         match self {
             Order::Less => order == Ordering::Less,
             Order::LessEqual => order != Ordering::Greater,

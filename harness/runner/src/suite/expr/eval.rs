@@ -101,11 +101,19 @@ impl<'a> Machine<'a> {
             Expr::And(parts) => all(parts.iter().map(|part| self.truth(part))),
             Expr::Or(parts) => any(parts.iter().map(|part| self.truth(part))),
             Expr::Equal(compare) => {
+                if let (None, Some(wholes)) =
+                    (&compare.tolerance, self.wholes(&compare.left, &compare.right, compare.noisy))
+                {
+                    return wholes.map(|(left, right)| (left == right) != compare.negated);
+                }
                 let (left, right) = (self.value(&compare.left), self.value(&compare.right));
                 let equal = self.equal(&left, &right, compare.tolerance.as_ref(), compare.noisy)?;
                 Some(equal != compare.negated)
             }
             Expr::Order(compare) => {
+                if let Some(wholes) = self.wholes(&compare.left, &compare.right, compare.noisy) {
+                    return wholes.map(|(left, right)| compare.sign.holds(left.cmp(&right)));
+                }
                 let (left, right) = (self.value(&compare.left), self.value(&compare.right));
                 order(compare.sign, &left, &right, self.noise(compare.noisy))
             }
@@ -152,6 +160,21 @@ impl<'a> Machine<'a> {
             Value::Cycles(cycles) => part(cycles).map_or(Value::Unknown, Value::Cycles),
             _ => Value::Unknown,
         }
+    }
+
+    /// The numbers or places on both sides, or `Some(None)` where one is unknown; `None` where there is noise or something to work
+    /// out.
+    fn wholes(&self, left: &Expr, right: &Expr, noisy: bool) -> Option<Option<(i128, i128)>> {
+        let whole = |expr: &Expr| match expr {
+            Expr::Const(Value::Number(number)) => number.as_whole().map(Some),
+            Expr::Name(name) => self.env.whole(*name),
+            _ => None,
+        };
+        if self.noise(noisy) > 0 {
+            return None;
+        }
+        let (left, right) = (whole(left)?, whole(right)?);
+        Some(left.zip(right))
     }
 
     fn noise(&self, noisy: bool) -> u32 {

@@ -52,6 +52,14 @@ pub trait Env {
         self.value(name).truth()
     }
 
+    /// The whole number, or the place on a circle, that `name` is; `Some(None)` while it has no value, `None` where it is something
+    /// else, or nobody has worked it out yet.
+    ///
+    /// It is the short way of comparisons without noise and tolerance, and never another answer than [`value`](Self::value).
+    fn whole(&self, _name: NameId) -> Option<Option<i128>> {
+        None
+    }
+
     /// Whether this very observation carries `name`: an input in a received image, an output in a sent one.
     ///
     /// `prev` counts by this: between two images the value before the present one stays the same.
