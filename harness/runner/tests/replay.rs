@@ -276,6 +276,25 @@ fn a_broken_rule_is_a_finding_with_its_requirement_and_frame() {
     }
 }
 
+/// Bit 12 of G1_ZSW rises, and the capture ends before it is known how long it stays.
+#[test]
+fn a_rule_that_came_up_and_was_not_decided_is_inconclusive() {
+    let mut line = encoder();
+    line.start();
+    for g1_zsw in [0x2000, 0x2000, 0x3000] {
+        // Two consumer status octets, STW2_ENC with Control by PLC, G1_STW with the preset request, and their status.
+        line.pass(made::CYCLE).cyclic(false, &[0x80, 0x80, 0x04, 0, 0x10, 0, 0x80, 0x80]);
+        line.cyclic(true, &inputs(g1_zsw, 77));
+    }
+    let report = capture("cut short", &line.capture()[..], &manual()).expect("a capture");
+    let of = |id: &str| report.rules.iter().find(|rule| rule.id.ends_with(id)).cloned().expect("the rule");
+    let stays = of("rules/acknowledgement-stays-with-request");
+    assert_eq!((stays.verdict, stays.premises, stays.undecided), ("inconclusive", 0, 1));
+    let reason = "it came up once, and its frames ended or were missing before it was decided";
+    assert_eq!(stays.reason.as_deref(), Some(reason));
+    assert_eq!(of("rules/error-waits-for-acknowledgement").verdict, "not-run", "no error came up");
+}
+
 #[test]
 fn another_device_is_not_judged() {
     let mut line = encoder();

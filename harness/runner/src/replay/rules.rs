@@ -40,13 +40,30 @@ pub struct RuleOutcome {
 
 impl RuleOutcome {
     /// `fail` where it was broken, `inconclusive` where one frame alone says so or where it was never decided since the frames do
-    /// not show what it asks for, `not-run` where it was never decided otherwise, else `pass`.
+    /// not show what it asks for or ended too early, `not-run` where it never came up, else `pass`.
     pub fn verdict(&self) -> Verdict {
-        match (&self.violation, &self.alone, self.decided.premises, &self.unseen) {
+        match (&self.violation, &self.alone, self.decided.premises) {
             (Some(_), ..) => Verdict::Fail,
-            (None, Some(_), ..) | (None, None, 0, Some(_)) => Verdict::Inconclusive,
-            (None, None, 0, None) => Verdict::NotRun,
-            (None, None, ..) => Verdict::Pass,
+            (None, Some(_), _) => Verdict::Inconclusive,
+            (None, None, 0) if self.unseen.is_some() || self.decided.undecided > 0 => Verdict::Inconclusive,
+            (None, None, 0) => Verdict::NotRun,
+            (None, None, _) => Verdict::Pass,
+        }
+    }
+
+    /// Why it is inconclusive.
+    fn undecided(&self) -> String {
+        match (&self.alone, &self.unseen, self.decided.undecided) {
+            (Some(violation), ..) => {
+                format!("only frame {} shows it broken, and the capture or the line may be at fault", violation.frame())
+            }
+            (None, Some(unseen), _) => unseen.clone(),
+            (None, None, 1) => "it came up once, and its frames ended or were missing before it was decided".to_owned(),
+            (None, None, times) => {
+                format!(
+                    "it came up {times} times, and each time its frames ended or were missing before it was decided"
+                )
+            }
         }
     }
 
@@ -410,13 +427,7 @@ fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<Rul
     let same = of.len() == manual.variants.len() && of.iter().all(|(_, _, other)| other.verdict() == first.verdict());
     let (verdict, reason) = match (same, first.verdict()) {
         (true, Verdict::NotRun) => (Verdict::NotRun, Some("its premise never came up".to_owned())),
-        (true, Verdict::Inconclusive) => {
-            let alone = first.alone.as_ref().map(|violation| {
-                let why = "and the capture or the line may be at fault";
-                format!("only frame {} shows it broken, {why}", violation.frame())
-            });
-            (Verdict::Inconclusive, alone.or_else(|| first.unseen.clone()))
-        }
+        (true, Verdict::Inconclusive) => (Verdict::Inconclusive, Some(first.undecided())),
         (true, verdict) => (verdict, None),
         (false, _) => {
             let each: Vec<String> =
