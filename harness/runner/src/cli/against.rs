@@ -40,6 +40,11 @@ pub(super) struct AgainstArgs {
 }
 
 impl AgainstArgs {
+    /// Whether a device is driven, for which the cases of the manuals are needed.
+    pub fn drives(&self) -> bool {
+        self.against.is_some() || self.shrink || self.dut.is_some()
+    }
+
     /// Does what is asked; true where a device differs.
     pub fn hold(&self, suites: &Suites, manuals: &[Manual], report: &mut ReplayReport) -> Result<bool, Stop> {
         let Some(asked) = self.against.as_ref().or(self.dut.as_ref()) else {

@@ -3,11 +3,12 @@
 use super::dut::claim;
 use super::progress::Reading;
 use super::run::{open, write};
-use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show};
+use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show, sources};
 use crate::observe::{ProfibusWords, Tracker, describe};
 use crate::page::html;
 use crate::replay::{self, CaptureReport, ReplayReport, Severity};
 use crate::report::{ExitStatus, printable};
+use crate::suite::load;
 use crate::suite::model::Manual;
 use bench::CaptureReader;
 use bench::capture::{Item, LinkType};
@@ -17,9 +18,12 @@ use std::path::Path;
 
 /// The manuals to judge by: all, one, or one variant of one.
 fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
-    let Some(device) = args.device.as_deref() else { return args.suites.load_one(None) };
-    let name = device.split_once('/').map_or(device, |(name, _)| name);
-    let mut manuals = args.suites.load_one(Some(name))?;
+    let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
+    let sources = sources(args.suites.folder.as_deref())?;
+    // Who only judges runs no case.
+    let sources = if args.against.drives() { sources } else { sources.for_rules() };
+    let mut manuals = load(&sources, name)?;
+    let Some(device) = args.device.as_deref() else { return Ok(manuals) };
     let claimed = claim(device, &manuals).map_err(Stop::usage)?;
     let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
     for manual in &mut manuals {

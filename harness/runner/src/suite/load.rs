@@ -6,7 +6,7 @@ use super::device_yaml::Described;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
 use super::lists;
 use super::masks::{self, MASKS, MaskList};
-use super::model::{Bug, Manual, Variant};
+use super::model::{Bug, Manual, Trial, Variant};
 use super::names::{Names, Used};
 use super::source::{Files, Sources};
 use super::step::Ground;
@@ -188,7 +188,10 @@ fn compile(described: &Described, variant: usize, topics: &[Topic<'_>], ground: 
         if ground.mistakes.enough() {
             break;
         }
-        let Compiled { trials: more, rules: others } = topic.compile(ground, &names);
+        let Compiled { trials: mut more, rules: others } = topic.compile(ground, &names);
+        if ground.sources.is_for_rules {
+            more.iter_mut().for_each(Trial::forget_steps);
+        }
         trials.extend(more);
         rules.extend(others);
     }

@@ -28,6 +28,8 @@ pub struct Sources {
     pub(super) times: BenchTimes,
     /// Files that stand elsewhere than their path below `suites` says, by that path.
     elsewhere: BTreeMap<String, PathBuf>,
+    /// Whether nobody is going to run the cases, so that their steps need not be kept.
+    pub(super) is_for_rules: bool,
 }
 
 /// Times of a bench that stand in the place of those of the suites.
@@ -54,7 +56,7 @@ impl Sources {
     /// The suites that the binary carries.
     pub fn embedded() -> Sources {
         let files = EMBEDDED.iter().map(|&(path, text)| (path.to_owned(), Cow::Borrowed(text))).collect();
-        Sources { shown: PathBuf::from("suites"), files, times: BenchTimes::default(), elsewhere: BTreeMap::new() }
+        Sources { files, ..Sources::none() }
     }
 
     /// No suites at all; [`Sources::with`] adds files.
@@ -64,6 +66,7 @@ impl Sources {
             files: BTreeMap::new(),
             times: BenchTimes::default(),
             elsewhere: BTreeMap::new(),
+            is_for_rules: false,
         }
     }
 
@@ -106,7 +109,15 @@ impl Sources {
                 }
             }
         }
-        Ok(Sources { shown: path.to_owned(), files, times: BenchTimes::default(), elsewhere: BTreeMap::new() })
+        Ok(Sources { shown: path.to_owned(), files, ..Sources::none() })
+    }
+
+    /// The same suites for somebody who judges by their rules and runs no case: the steps of the cases are looked at and not kept,
+    /// which takes half the memory.
+    #[must_use]
+    pub fn for_rules(mut self) -> Sources {
+        self.is_for_rules = true;
+        self
     }
 
     /// The same suites with the text of one file replaced or added; `path` is below `suites`, with `/`.

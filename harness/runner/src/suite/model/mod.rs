@@ -162,6 +162,11 @@ impl Trial {
     pub fn case(&self) -> &str {
         self.id.split('[').next().unwrap_or(&self.id)
     }
+
+    /// Keeps what it is about, and nothing of how it is run.
+    pub(in crate::suite) fn forget_steps(&mut self) {
+        (self.given, self.steps, self.finally, self.start) = (Vec::new(), Vec::new(), Vec::new(), None);
+    }
 }
 
 /// A connection to be made.
