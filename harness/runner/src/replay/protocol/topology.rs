@@ -72,10 +72,23 @@ impl Topology {
             told.add(TOPOLOGY_CHANGED.finding(severity, Blame::Network, frame, text));
         };
         let Some(begun) = self.begun else { return };
+        // When any port was heard last, and any of another station.
+        let mut latest: [Option<(Mac, Now)>; 2] = [None; 2];
+        for ((mac, _), port) in &self.ports {
+            let later = |than: Option<(Mac, Now)>| than.is_none_or(|(_, than)| port.last.time > than.time);
+            match latest[0] {
+                Some((first, _)) if first == *mac && later(latest[0]) => latest[0] = Some((*mac, port.last)),
+                Some((first, _)) if first == *mac => {}
+                first if later(first) => latest = [Some((*mac, port.last)), first],
+                _ if later(latest[1]) => latest[1] = Some((*mac, port.last)),
+                _ => {}
+            }
+        }
         for ((mac, name), port) in &self.ports {
-            let of_mac = |(other, _): &(&(Mac, String), &Port)| other.0 == *mac && other.1 != *name;
+            let of_station = || self.ports.range((*mac, String::new())..).take_while(|((other, _), _)| other == mac);
+            let of_mac = |(other, _): &(&(Mac, String), &Port)| other.1 != *name;
             // Another name of the same port, which came when this one was heard no more.
-            let became = self.ports.iter().filter(of_mac).filter(|(_, other)| other.first.frame > port.last.frame);
+            let became = of_station().filter(of_mac).filter(|(_, other)| other.first.frame > port.last.frame);
             let became = became.min_by_key(|(_, other)| other.first.frame);
             if let Some(((_, after), other)) = became {
                 // The port is the same, its station was given another name.
@@ -87,8 +100,8 @@ impl Topology {
                 continue;
             }
             // Another port that was heard later shows that the capture still had LLDP then.
-            let others = self.ports.iter().filter(|((other, _), _)| other != mac);
-            let heard_later = others.map(|(_, other)| other.last.time.since(port.last.time)).max().unwrap_or_default();
+            let others = latest.into_iter().flatten().find(|(other, _)| other != mac);
+            let heard_later = others.map(|(_, last)| last.time.since(port.last.time)).unwrap_or_default();
             if port.said_goodbye {
                 tell(Severity::Warning, port.last.frame, format!("{name} ({mac}) says that it goes"));
             } else if heard_later > port.time_to_live && sight.now.since(port.last).is_some() {
@@ -99,7 +112,7 @@ impl Topology {
                 );
             }
             // Who announces himself only later came later: announcements come several times within the time they hold.
-            let was_other = self.ports.iter().any(|of| of_mac(&of));
+            let was_other = of_station().any(|of| of_mac(&of));
             let late = port.first.time.since(begun);
             if !was_other
                 && late > port.time_to_live
