@@ -207,8 +207,12 @@ impl<'a> Events<'a> {
     pub fn end(mut self, tracker: &Tracker, slaves: &DpTracker) -> Vec<Event> {
         for ar in tracker.ars().iter().filter(|ar| ar.stage == Stage::Asked) {
             let (Some(frame), Some(time)) = (ar.connect_frame, ar.connect_time) else { continue };
-            let text =
-                format!("nobody answers {}, who asks for a connection to {}", name(&ar.controller), name(&ar.device));
+            // Who goes on has an answer, whether the capture shows it or not; what ends with the capture is open.
+            let text = format!(
+                "no answer follows in the capture to {}, who asks for a connection to {}",
+                name(&ar.controller),
+                name(&ar.device)
+            );
             self.now = (frame, time);
             self.add(EventKind::ConnectUnanswered, text);
         }

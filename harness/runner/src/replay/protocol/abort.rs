@@ -97,6 +97,11 @@ impl Aborts {
             Some(AbortReason::RELEASE_RECEIVED) if ar.release_frame.is_some() => {
                 (Severity::Info, own, "; this is the ordinary end of a connection")
             }
+            Some(AbortReason::RELEASE_RECEIVED) => (
+                Severity::Info,
+                Blame::Capture,
+                "; this is the ordinary end of a connection, whose Release is not in the capture",
+            ),
             Some(AbortReason::CONSUMER_TIMEOUT) if in_time => (
                 Severity::Error,
                 Blame::Network,

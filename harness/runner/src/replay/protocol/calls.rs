@@ -71,7 +71,7 @@ impl Calls {
                     let (first, last) = (now, now);
                     let call = Pending { ar, service, source, destination, first, last, again: 0, working: false };
                     if *service == "Connect" {
-                        self.give_up(now, source, destination);
+                        self.give_up(now, ars, ar, source, destination);
                     } else if let Some(ar) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == Stage::Asked)) {
                         self.went_on(now, ar);
                     }
@@ -129,11 +129,13 @@ impl Calls {
         }
     }
 
-    /// A new Connect shows that the calls before are not waited for any more.
-    fn give_up(&mut self, now: Now, source: Mac, destination: Mac) {
+    /// A new Connect to the same device of a station shows that the calls before are not waited for any more.
+    fn give_up(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, source: Mac, destination: Mac) {
         let given_up = &mut self.given_up;
+        let ids = |ar: Option<ArId>| ar.and_then(|ar| of(ars, ar)).and_then(|ar| ar.device.ids);
         self.pending.retain(|_, call| {
-            let is = (call.source, call.destination) == (source, destination) && !call.working;
+            let is =
+                (call.source, call.destination) == (source, destination) && !call.working && ids(call.ar) == ids(ar);
             let waited = now.since(call.first).is_some() && call.again > 0;
             if is && waited && given_up.len() < MOST {
                 given_up.push(*call);
@@ -187,8 +189,8 @@ impl Calls {
         }
         for ((source, destination), (frame, ar)) in &self.lossy {
             let text = format!(
-                "the connection of {source} and {destination} goes on although no answer to its Connect is in the capture: it \
-                 does not show all frames of these two, so that no answer is missed"
+                "the connection of {source} and {destination} goes on although no answer to its Connect follows in the \
+                 capture: it does not show all frames of these two, or not in their order, so that no answer is missed"
             );
             told.add(one(CAPTURE_GAP.finding(Severity::Info, Blame::Capture, *frame, text), *ar));
         }

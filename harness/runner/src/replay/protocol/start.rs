@@ -4,17 +4,19 @@ use super::sight::{Now, Sight, Told};
 use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
 use super::words::{of, sender, span, status, times};
 use crate::observe::{Ar, ArId, CallPart, Direction, Observation, Role, Traffic};
-use crate::replay::finding::{Blame, Severity};
+use crate::replay::finding::{Blame, Finding, Severity};
 use station::Duration;
 use std::collections::BTreeMap;
 use wire::ethernet::Mac;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState};
-use wire::profinet::status::PnioStatus;
+use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// A step that takes longer than this is slow.
 const SLOW: Duration = Duration::from_secs(5);
 /// A start-up that stands still for so long has come to its end.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// No controller waits longer for ApplicationReady: who exchanges data after so long has received it.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
 /// What comes closer together than this may have been swapped by the recorder.
 const SWAPPED: Duration = Duration::from_millis(1);
 /// So many connections of one pair that broke are worth knowing.
@@ -66,7 +68,18 @@ impl Step {
 struct Start {
     asked: Now,
     steps: BTreeMap<u8, Now>,
-    over: bool,
+    /// The frames to the device and to the controller at the last step, and how many were missing.
+    seen: [(u64, u64); 2],
+}
+
+/// How a connection came to its end.
+enum End {
+    /// The controller released it, or asked for another one.
+    Left(&'static str),
+    /// Who sent an ERR-RTA, and why.
+    Aborted(Direction, PnioStatus),
+    /// Whose frames did not come any more.
+    Silent(Direction),
 }
 
 impl Start {
@@ -77,6 +90,15 @@ impl Start {
     /// The last step that was taken.
     fn last(&self) -> Option<(Step, Now)> {
         Step::ALL.into_iter().rev().find_map(|step| Some((step, self.at(step)?)))
+    }
+
+    /// Whether the capture shows this side without a hole since the last step, so that another step of it would be there too.
+    fn shows(&self, ar: &Ar, direction: Direction, waited: Duration) -> bool {
+        let stream = ar.stream(direction);
+        let (frames, lost) = self.seen[direction as usize];
+        let come = u32::try_from(stream.frames.saturating_sub(frames)).unwrap_or(u32::MAX);
+        // Half of them allow for a cycle that is kept badly, and for the time before the first one.
+        come > 0 && stream.lost == lost && !stream.unsure && stream.cycle.saturating_mul(come) >= waited / 2
     }
 
     /// When the controller asked for it, and how long each step took.
@@ -92,18 +114,38 @@ impl Start {
     }
 }
 
-/// Refusals that are alike: the first connection, how often, the first and the last frame.
-type Refusals = (ArId, u64, u64, u64);
+/// Refusals that are alike: the first connection, how often, the first and the last frame; the Connect of another connection of
+/// the same two that had not been released, and where that was.
+#[derive(Clone, Copy, Debug)]
+struct Refusals {
+    id: ArId,
+    count: u64,
+    first: u64,
+    last: u64,
+    held: Option<(u64, u64)>,
+}
+
+/// Who connects to whom: a station may have several devices, which their vendor and device ID tell apart.
+type Pair = (Mac, Mac, Option<(u16, u16)>);
+
+fn pair(ar: &Ar) -> Pair {
+    (ar.controller.mac(), ar.device.mac(), ar.device.ids)
+}
 
 /// The start-ups of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Starts {
+    /// Those that have not come to their end.
     known: BTreeMap<ArId, Start>,
     /// The refusals by controller, device and status: the first connection, how often, the last frame.
     refused: BTreeMap<(Mac, Mac, u32), Refusals>,
     /// How often a connection of a pair broke, and where first.
-    broken: BTreeMap<(Mac, Mac), (u32, ArId, u64)>,
-    pairs: BTreeMap<(Mac, Mac), ArId>,
+    broken: BTreeMap<Pair, (u32, ArId, u64)>,
+    /// How often a pair connected anew although its connection had not come to an end, where first and where last.
+    renewed: BTreeMap<Pair, (u32, ArId, u64, u64)>,
+    /// The last connection of a pair, and the last one that was accepted.
+    pairs: BTreeMap<Pair, ArId>,
+    accepted: BTreeMap<Pair, (ArId, Now)>,
 }
 
 impl Starts {
@@ -119,23 +161,31 @@ impl Starts {
                     if !self.refused.contains_key(&key) {
                         told.note(now.frame);
                     }
-                    let of = self.refused.entry(key).or_insert((*id, 0, now.frame, now.frame));
-                    (of.1, of.3) = (of.1 + 1, now.frame);
+                    let held = self.accepted.get(&pair(ar)).filter(|(_, when)| now.since(*when).is_some());
+                    let held = held.and_then(|(held, _)| of(ars, *held)).filter(|held| held.stage.stands());
+                    let (id, frame) = (*id, now.frame);
+                    let first = Refusals { id, count: 0, first: frame, last: frame, held: None };
+                    if self.refused.len() < MOST || self.refused.contains_key(&key) {
+                        let alike = self.refused.entry(key).or_insert(first);
+                        (alike.count, alike.last) = (alike.count + 1, now.frame);
+                        alike.held = alike.held.or(held.and_then(|held| Some((held.connect_frame?, frame))));
+                    }
                 }
                 self.known.remove(id);
             }
-            Observation::Released { ar } => self.over(now, ars, *ar, "the controller released it", None, told),
-            Observation::Aborted { ar, direction, .. } => {
+            Observation::Connected { ar } => self.accepted(now, ars, *ar),
+            Observation::Released { ar } => {
+                self.over(now, ars, *ar, &End::Left("the controller released it"), told);
+            }
+            Observation::Aborted { ar, direction, status } => {
                 let Some(known) = of(ars, *ar) else { return };
-                let how = format!("{} ended it by an ERR-RTA", sender(known, *direction));
                 self.broke(known, *ar, now);
-                self.over(now, ars, *ar, &how, Some(*direction), told);
+                self.over(now, ars, *ar, &End::Aborted(*direction, *status), told);
             }
             Observation::Starved { ar, direction } => {
                 let Some(known) = of(ars, *ar) else { return };
-                let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(known, *direction));
                 self.broke(known, *ar, now);
-                self.over(now, ars, *ar, &how, Some(*direction), told);
+                self.over(now, ars, *ar, &End::Silent(*direction), told);
             }
             _ => {}
         }
@@ -143,23 +193,34 @@ impl Starts {
 
     fn broke(&mut self, ar: &Ar, id: ArId, now: Now) {
         if ar.connect_frame.is_some() && self.broken.len() < MOST {
-            self.broken.entry((ar.controller.mac(), ar.device.mac())).or_insert((0, id, now.frame)).0 += 1;
+            self.broken.entry(pair(ar)).or_insert((0, id, now.frame)).0 += 1;
+        }
+    }
+
+    /// A device accepted a connection: where the one before still stands nothing of its end was seen.
+    fn accepted(&mut self, now: Now, ars: &[Ar], id: ArId) {
+        let connected = of(ars, id).filter(|ar| ar.role == Role::Exchange && ar.connect_frame.is_some());
+        let Some(ar) = connected.filter(|_| self.accepted.len() < MOST) else { return };
+        let before = self.accepted.insert(pair(ar), (id, now));
+        let Some((before, when)) = before.filter(|(before, _)| *before != id) else { return };
+        if of(ars, before).is_some_and(|before| before.stage.stands()) && now.since(when).is_some() {
+            let renewed = self.renewed.entry(pair(ar)).or_insert((0, id, now.frame, now.frame));
+            (renewed.0, renewed.3) = (renewed.0 + 1, now.frame);
         }
     }
 
     fn call(&mut self, now: Now, ars: &[Ar], id: ArId, service: &str, part: CallPart, told: &mut Told) {
         let Some(ar) = of(ars, id).filter(|ar| ar.role == Role::Exchange) else { return };
         if (service, part) == ("Connect", CallPart::Asked) {
-            let pair = (ar.controller.mac(), ar.device.mac());
-            if let Some(before) = self.pairs.insert(pair, id) {
-                self.over(now, ars, before, "the controller asked for another connection", None, told);
+            if let Some(before) = self.pairs.insert(pair(ar), id) {
+                self.over(now, ars, before, &End::Left("the controller asked for another connection"), told);
             }
             if self.known.len() < MOST {
                 self.known.insert(id, Start { asked: now, ..Start::default() });
             }
             return;
         }
-        let Some(start) = self.known.get_mut(&id).filter(|start| !start.over) else { return };
+        let Some(start) = self.known.get_mut(&id) else { return };
         let step = match (service, part) {
             ("Connect", CallPart::Answered) => Step::Connected,
             ("Write", CallPart::Answered) if start.at(Step::EndAsked).is_none() => Step::Parameters,
@@ -170,6 +231,10 @@ impl Starts {
             _ => return,
         };
         start.steps.insert(step as u8, now);
+        start.seen = [Direction::ToDevice, Direction::ToController].map(|direction| {
+            let stream = ar.stream(direction);
+            (stream.frames, stream.lost)
+        });
         let early = match step {
             // A frame that is out of its place by itself was swapped by the recorder.
             Step::EndAsked if start.at(Step::ReadyAnswered).is_some() => {
@@ -189,68 +254,107 @@ impl Starts {
             told.add(START_ORDER.finding(Severity::Error, Blame::Device, before.frame, text).ar(id));
         }
         if start.at(Step::ReadyAnswered).is_some() && start.at(Step::EndAsked).is_some() {
-            start.over = true;
             slow(ar, id, start, told);
+            self.known.remove(&id);
         }
     }
 
-    /// A connection came to its end; `by` is whose frame or silence ended it.
-    fn over(&mut self, now: Now, ars: &[Ar], id: ArId, how: &str, by: Option<Direction>, told: &mut Told) {
-        let Some(start) = self.known.get_mut(&id).filter(|start| !start.over) else { return };
-        start.over = true;
+    /// A connection came to its end.
+    fn over(&mut self, now: Now, ars: &[Ar], id: ArId, end: &End, told: &mut Told) {
+        let Some(start) = self.known.remove(&id) else { return };
         let Some(ar) = of(ars, id) else { return };
         // Where the answer to Connect was not seen nothing of that side was.
         let Some((last, at)) = start.last().filter(|_| start.at(Step::Connected).is_some()) else { return };
         let (Some((owes, missing)), Some(waited)) = (last.next(), now.since(at)) else { return };
+        // Who says himself what he has missed is believed.
+        let missed = matches!(end, End::Aborted(_, status) if status.abort_reason().is_some_and(is_of_start));
         // Who exchanges data has come to the end of the start-up, whether the capture shows it or not.
-        if ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE {
+        if ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE && !missed {
             return;
         }
-        // Who had no time to take the next step did not owe it.
-        let blame = match by {
-            Some(Direction::ToDevice) if waited < SLOW => Blame::Controller,
-            Some(Direction::ToController) if waited < SLOW => Blame::Device,
-            None if waited < SLOW => Blame::Controller,
-            _ => owes,
+        let (how, mut severity, mut blame) = match end {
+            End::Left(how) => ((*how).to_owned(), Severity::Info, owes),
+            End::Aborted(by, _) => (format!("{} ended it by an ERR-RTA", sender(ar, *by)), Severity::Error, owes),
+            // Whether it lost its supply or its cable looks the same.
+            End::Silent(by) => {
+                let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
+                (how, Severity::Warning, Blame::Network)
+            }
         };
-        let severity = if by.is_some() { Severity::Error } else { Severity::Info };
-        let text = format!(
+        // Who had no time to take the next step did not owe it.
+        if waited < SLOW {
+            blame = match end {
+                End::Left(_) | End::Aborted(Direction::ToDevice, _) => Blame::Controller,
+                End::Aborted(Direction::ToController, _) => Blame::Device,
+                End::Silent(_) => Blame::Network,
+            };
+        }
+        let own = matches!(
+            (owes, end),
+            (Blame::Device, End::Aborted(Direction::ToController, _))
+                | (Blame::Controller, End::Left(_) | End::Aborted(Direction::ToDevice, _))
+        );
+        let seen = missed || own || matches!(end, End::Silent(_)) || start.shows(ar, sends(owes), waited);
+        let mut text = format!(
             "the start-up of {} by {} never came to {missing}: {how} {} after the last step; {}",
             sender(ar, Direction::ToController),
             sender(ar, Direction::ToDevice),
             span(waited),
             start.phases()
         );
-        told.add(START_INCOMPLETE.finding(severity, blame, now.frame, text).ar(id).expected(missing));
+        if !seen {
+            (severity, blame) = (Severity::Info, Blame::Capture);
+            text += &unseen(ar, owes, missing);
+        }
+        told.add(incomplete(severity, blame, now.frame, text).ar(id).expected(missing));
     }
 
     pub fn end(self, sight: &Sight, ars: &[Ar], told: &mut Told) {
-        for (id, start) in self.known.iter().filter(|(_, start)| !start.over) {
+        for (id, start) in &self.known {
             let last = start.last().filter(|_| start.at(Step::Connected).is_some());
             let (Some(ar), Some((last, at))) = (of(ars, *id), last) else { continue };
             let (Some((owes, missing)), Some(waited)) = (last.next(), sight.now.since(at)) else { continue };
-            if waited < PATIENCE || !ar.stage.stands() {
+            let exchanges = ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE;
+            if waited < PATIENCE || !ar.stage.stands() || exchanges && waited > LONGEST_WAIT {
                 continue;
             }
-            let text = format!(
+            let mut text = format!(
                 "the start-up of {} by {} stands still: {missing} did not come in the {} up to the end of the capture; {}",
                 sender(ar, Direction::ToController),
                 sender(ar, Direction::ToDevice),
                 span(waited),
                 start.phases()
             );
-            told.add(START_INCOMPLETE.finding(Severity::Warning, owes, at.frame, text).ar(*id).expected(missing));
+            let (mut severity, mut blame) = (Severity::Warning, owes);
+            if !start.shows(ar, sends(owes), waited) {
+                (severity, blame) = (Severity::Info, Blame::Capture);
+                text += &unseen(ar, owes, missing);
+            }
+            told.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
         }
-        for ((_, _, code), (id, count, first, last)) in self.refused {
+        for ((_, _, code), Refusals { id, count, first, last, held }) in self.refused {
             let Some(ar) = of(ars, id) else { continue };
             let why = status(&PnioStatus::from(code));
-            let text = format!(
+            let mut text = format!(
                 "{} refuses {}: {why}{}",
                 sender(ar, Direction::ToController),
                 sender(ar, Direction::ToDevice),
                 times(count, last)
             );
+            if let Some((made, frame)) = held {
+                text += &format!(
+                    "; in frame {frame} the connection of these two that was asked for in frame {made} was not released"
+                );
+            }
             let finding = START_REFUSED.finding(Severity::Error, Blame::Controller, first, text).ar(id);
+            let finding = match held {
+                Some((made, _)) => finding
+                    .cause(format!(
+                        "The device still holds the connection of frame {made}, until its watchdog has run out."
+                    ))
+                    .next("Look at why the controller left that connection without a Release or an ERR-RTA."),
+                None => finding,
+            };
             told.add(finding.expected("a connection").seen(why));
         }
         for (count, id, frame) in self.broken.into_values().filter(|(count, ..)| *count >= MANY) {
@@ -262,6 +366,44 @@ impl Starts {
             );
             told.add(START_AGAIN.finding(Severity::Warning, Blame::Network, frame, text).ar(id));
         }
+        for (count, id, first, last) in self.renewed.into_values().filter(|(count, ..)| *count >= MANY) {
+            let Some(ar) = of(ars, id) else { continue };
+            let text = format!(
+                "{} connected anew to {} {count} times (last in frame {last}) although the capture shows no end of the connection \
+                 before",
+                sender(ar, Direction::ToDevice),
+                sender(ar, Direction::ToController)
+            );
+            told.add(START_AGAIN.finding(Severity::Warning, Blame::Network, first, text).ar(id));
+        }
+    }
+}
+
+/// Whether a reason says that a step of the start-up did not come.
+fn is_of_start(reason: AbortReason) -> bool {
+    [AbortReason::CMI_TIMEOUT, AbortReason::APPLICATION_READY_TIMEOUT].contains(&reason)
+}
+
+/// The direction in which somebody sends.
+fn sends(blame: Blame) -> Direction {
+    if blame == Blame::Device { Direction::ToController } else { Direction::ToDevice }
+}
+
+/// Why a step that the capture does not show may have been taken.
+fn unseen(ar: &Ar, owes: Blame, missing: &str) -> String {
+    format!(
+        "; the capture does not show all frames of {} in that time, so that {missing} may have come",
+        sender(ar, sends(owes))
+    )
+}
+
+fn incomplete(severity: Severity, blame: Blame, frame: u64, text: String) -> Finding {
+    let finding = START_INCOMPLETE.finding(severity, blame, frame, text);
+    match blame {
+        Blame::Capture => finding
+            .cause("The capture lost the step, or it never came.")
+            .next("Capture again with a tap or less load; if the connection works, nothing is wrong."),
+        _ => finding,
     }
 }
 
