@@ -11,6 +11,9 @@ use made::{CYCLE, Line};
 use rstest::rstest;
 use station::Duration;
 use std::fs;
+use wire::profinet::diagnosis::{
+    AlarmItem, Change, ChannelDiagnosis, ChannelErrorType, ChannelProperties, DiagnosisData, ExtChannelDiagnosis,
+};
 use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus};
 
@@ -192,8 +195,36 @@ fn an_answer_that_is_not_in_the_capture_is_not_said_to_be_missing() {
     assert!(!event.text.contains("nobody"), "{}", event.text);
 }
 
+#[test]
+fn a_diagnosis_that_is_read_from_a_record_is_told() {
+    let properties = ChannelProperties(0x0800);
+    assert_eq!(properties.change(), Change::Appears);
+    let entry = |error: u16| {
+        let channel = ChannelDiagnosis { channel: 0x8000, properties, error_type: ChannelErrorType(error) };
+        ExtChannelDiagnosis { channel, ext_error_type: 0x8000, add_value: 0 }
+    };
+    for (error, blame) in [(0x8001, Blame::Network), (0x0006, Blame::Device)] {
+        let mut record = Vec::new();
+        let (api, item) = (Some(0), AlarmItem::ExtChannel(vec![entry(error)]));
+        DiagnosisData { api, slot: 0, subslot: 0x8001, channel: 0x8000, properties, item }.write(&mut record);
+        let mut line = Line::new();
+        let first = line.read(0x800C, Ok(&record), true);
+        line.read(0x800C, Ok(&record), true);
+        let finding = one(&line, "PN-ALARM-DIAGNOSIS");
+        assert_eq!((finding.frame, finding.severity, finding.blame), (first as u64, Severity::Warning, blame));
+        assert!(finding.text.contains("subslot 0x8001") && finding.text.contains("0x800C"), "{}", finding.text);
+        assert_eq!(report(&line).findings.len(), 1);
+        // A record without a diagnosis, and one that is not a record of diagnoses.
+        let mut line = Line::new();
+        line.read(0x800C, Ok(&[]), true);
+        line.read(0xAFF0, Ok(&record), true);
+        assert_eq!(report(&line).findings, []);
+    }
+}
+
 /// The frames are those that tshark shows.
 #[rstest]
+#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 12)])]
 #[case("one-ar-life.pcapng", &[("PN-START-MODULES", Blame::Controller, 2), ("PN-START-INCOMPLETE", Blame::Capture, 9)])]
 fn captures_of_strangers(#[case] name: &str, #[case] expected: &[(&str, Blame, u64)]) {
     let Some(path) = shared_file(&format!("captures/profinet/{name}")) else { return };

@@ -1,14 +1,16 @@
-//! Alarms: which were not acknowledged, which were refused, and which faults still stand.
+//! Alarms: which were not acknowledged, which were refused, and which faults still stand, or stand in a record that was read.
 
 use super::sight::{Now, Sight, Told};
 use super::table::{ALARM_DIAGNOSIS, ALARM_REFUSED, ALARM_UNACKNOWLEDGED};
 use super::words::{of, sender, span, status, times};
-use crate::observe::{Ar, ArId, Direction, Observation, Traffic};
+use crate::observe::{Ar, ArId, CallPart, Direction, Observation, Traffic};
 use crate::replay::finding::{Blame, Severity};
 use station::Duration;
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use wire::ethernet::Mac;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmType, RtaKind};
-use wire::profinet::diagnosis::Change;
+use wire::profinet::diagnosis::{Change, ChannelDiagnosis, DiagnosisData};
 
 /// The transport acknowledges within so long, repetitions included.
 const TRANSPORT: Duration = Duration::from_secs(2);
@@ -33,11 +35,34 @@ struct Sent {
 /// Where a fault is: slot, subslot, channel, error.
 type Place = (ArId, u16, u16, u16, u16);
 
+/// Where a diagnosis stands in a record: who tells it, slot, subslot, channel, error.
+type Written = (Mac, u16, u16, u16, u16);
+
+/// A diagnosis that was read: how often, the first and the last frame, the record, the connection, in words.
+#[derive(Debug)]
+struct Read {
+    count: u64,
+    first: u64,
+    last: u64,
+    index: u16,
+    ar: Option<ArId>,
+    text: String,
+}
+
+/// The records whose contents are diagnoses: of a subslot, a slot, an AR, an API, a device; see [`DiagnosisData`].
+const RECORDS: [u16; 13] =
+    [0x800A, 0x800B, 0x800C, 0xC00A, 0xC00B, 0xC00C, 0xE00A, 0xE00B, 0xE00C, 0xF00A, 0xF00B, 0xF00C, 0xF80C];
+/// What a device reports of its link, its neighbours or its clock, which others may be to blame for.
+const OF_THE_NETWORK: RangeInclusive<u16> = 0x8000..=0x800F;
+
 /// The alarms of a capture.
 #[derive(Debug, Default)]
 pub(super) struct Alarms {
     sent: BTreeMap<(ArId, AlarmPriority, bool), Sent>,
     faults: BTreeMap<Place, (u64, u64, Option<u64>, String)>,
+    /// Who sent the last answer to a call.
+    answers: Option<Mac>,
+    read: BTreeMap<Written, Read>,
     unacknowledged: BTreeMap<(ArId, bool), (u64, u64, u64, u32)>,
 }
 
@@ -73,6 +98,14 @@ impl Alarms {
                 }
             }
             Observation::Alarm { ar, notification, .. } => self.alarm(now, *ar, notification),
+            Observation::Traffic(Traffic::Call { part: CallPart::Answered, source, .. }) => {
+                self.answers = Some(*source)
+            }
+            Observation::Record { ar, written: false, target: (.., index), data, status }
+                if status.is_ok() && RECORDS.contains(index) =>
+            {
+                self.record(now, *ar, *index, data, told);
+            }
             Observation::AlarmAcknowledged { ar: id, status: code } => {
                 for priority in [AlarmPriority::Low, AlarmPriority::High] {
                     if let Some(sent) = self.sent.get_mut(&(*id, priority, false)) {
@@ -109,6 +142,25 @@ impl Alarms {
         }
     }
 
+    /// Takes in a record of diagnoses.
+    fn record(&mut self, now: Now, ar: Option<ArId>, index: u16, data: &[u8], told: &mut Told) {
+        let (Some(station), Ok(blocks)) = (self.answers, DiagnosisData::parse_record(data)) else { return };
+        for block in &blocks {
+            for channel in block.item.channels() {
+                let key = (station, block.slot, block.subslot, channel.channel, channel.error_type.0);
+                if self.read.len() >= MOST && !self.read.contains_key(&key) {
+                    continue;
+                }
+                let (first, last, text) = (now.frame, now.frame, words(&channel));
+                let read = self.read.entry(key).or_insert(Read { count: 0, first, last, index, ar, text });
+                if read.count == 0 {
+                    told.note(now.frame);
+                }
+                (read.count, read.last) = (read.count + 1, now.frame);
+            }
+        }
+    }
+
     fn alarm(&mut self, now: Now, ar: ArId, alarm: &AlarmNotification) {
         if alarm.alarm_type == AlarmType::PULL && self.faults.len() < MOST {
             let place = (ar, alarm.slot, alarm.subslot, 0, 0);
@@ -124,12 +176,7 @@ impl Alarms {
             let place = (ar, alarm.slot, alarm.subslot, channel.channel, channel.error_type.0);
             match channel.properties.change() {
                 Change::Appears if self.faults.len() < MOST => {
-                    let word = channel.error_type.word();
-                    let word = word
-                        .map_or_else(|| format!("error 0x{:04X}", channel.error_type.0), |word| word.replace('_', " "));
-                    let text =
-                        format!("{word} ({}), channel 0x{:04X}", channel.properties.severity().word(), channel.channel);
-                    let fault = self.faults.entry(place).or_insert((0, now.frame, None, text));
+                    let fault = self.faults.entry(place).or_insert((0, now.frame, None, words(&channel)));
                     (fault.0, fault.2) = (fault.0 + 1, None);
                 }
                 Change::Appears => {}
@@ -185,7 +232,22 @@ impl Alarms {
             );
             told.add(ALARM_UNACKNOWLEDGED.finding(Severity::Error, blame, first, text).ar(id).expected("RTA ACK"));
         }
-        for ((id, slot, subslot, ..), (count, first, gone, what)) in self.faults {
+        for ((station, slot, subslot, _, error), read) in self.read {
+            let who = read.ar.and_then(|ar| of(ars, ar)).map(|ar| sender(ar, Direction::ToController));
+            let text = format!(
+                "{} has a diagnosis for slot {slot} subslot 0x{subslot:04X}: {}, as record 0x{:04X} tells{}",
+                who.unwrap_or_else(|| format!("device {station}")),
+                read.text,
+                read.index,
+                times(read.count, read.last)
+            );
+            let finding = ALARM_DIAGNOSIS.finding(Severity::Warning, blame(error), read.first, text);
+            told.add(match read.ar {
+                Some(ar) => finding.ar(ar),
+                None => finding,
+            });
+        }
+        for ((id, slot, subslot, _, error), (count, first, gone, what)) in self.faults {
             let Some(ar) = of(ars, id) else { continue };
             let (severity, until) = match gone {
                 Some(frame) => (Severity::Info, format!("it went in frame {frame}")),
@@ -196,7 +258,19 @@ impl Alarms {
                 sender(ar, Direction::ToController),
                 if count > 1 { format!(", {count} times") } else { String::new() }
             );
-            told.add(ALARM_DIAGNOSIS.finding(severity, Blame::Device, first, text).ar(id));
+            told.add(ALARM_DIAGNOSIS.finding(severity, blame(error), first, text).ar(id));
         }
     }
+}
+
+/// What is wrong with a channel.
+fn words(channel: &ChannelDiagnosis) -> String {
+    let error = channel.error_type;
+    let word = error.word().map_or_else(|| format!("error 0x{:04X}", error.0), |word| word.replace('_', " "));
+    format!("{word} ({}), channel 0x{:04X}", channel.properties.severity().word(), channel.channel)
+}
+
+/// Who is to blame for an error of a channel.
+fn blame(error: u16) -> Blame {
+    if OF_THE_NETWORK.contains(&error) { Blame::Network } else { Blame::Device }
 }

@@ -100,7 +100,7 @@ checks! {
     ABORTED "PN-ABORT" "A connection was ended by an ERR-RTA."
         "The sender gives the reason."
         "Follow the reason to the frames before this one.";
-    ALARM_DIAGNOSIS "PN-ALARM-DIAGNOSIS" "A device reported a fault."
+    ALARM_DIAGNOSIS "PN-ALARM-DIAGNOSIS" "A device reported a fault, by an alarm or in a record that was read."
         "What the diagnosis names."
         "Look up the error number in the manual of the device.";
     ALARM_UNACKNOWLEDGED "PN-ALARM-UNACKNOWLEDGED" "An alarm was not acknowledged."
