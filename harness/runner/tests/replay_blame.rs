@@ -1,5 +1,5 @@
 //! What a capture cannot prove is held against nobody, and what it does show is not passed over: hand-made frames of connections
-//! that the capture shows in part, of stations with several devices, of connections that are made again and again.
+//! that the capture shows in part, of stations with several devices, of connections that are made again and again, of names.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -7,16 +7,20 @@ mod made;
 
 use bench::shared_file;
 use encspec::replay::{Blame, CaptureReport, Finding, Severity, capture};
-use made::{CYCLE, Line};
+use made::{CONTROLLER, CYCLE, DEVICE, Line};
 use rstest::rstest;
 use station::Duration;
 use std::fs;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::{Block, BlockInfo, BlockQualifier, Dcp, Value};
 use wire::profinet::diagnosis::{
     AlarmItem, Change, ChannelDiagnosis, ChannelErrorType, ChannelProperties, DiagnosisData, ExtChannelDiagnosis,
 };
 use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus};
 
+const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
+const EVERYBODY: Mac = Mac([0x01, 0x0E, 0xCF, 0, 0, 0]);
 const OUT_OF_ARS: PnioStatus =
     PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
@@ -195,6 +199,95 @@ fn an_answer_that_is_not_in_the_capture_is_not_said_to_be_missing() {
     assert!(!event.text.contains("nobody"), "{}", event.text);
 }
 
+fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
+    let mut frame = Vec::new();
+    pdu.write_frame(destination, source, &mut frame);
+    line.push(frame)
+}
+
+fn search(line: &mut Line, xid: u32, name: &[u8]) -> usize {
+    dcp(line, CONTROLLER, EVERYBODY, &Dcp::identify(xid, 1, vec![Value::NameOfStation(name.to_vec())]))
+}
+
+/// A station answers an Identify of the controller with its name.
+fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
+    let response = Dcp::identify(xid, 1, vec![Value::AllSelector])
+        .response(vec![Block { word: Some(BlockInfo(0).0), value: Value::NameOfStation(name.to_vec()) }]);
+    dcp(line, station, CONTROLLER, &response)
+}
+
+#[test]
+fn a_name_that_was_asked_for_once_is_mentioned_where_others_were_answered() {
+    let asked = |others: bool, given: bool| {
+        let mut line = Line::new();
+        if others {
+            search(&mut line, 1, b"enc-1");
+            identified(&mut line, 1, DEVICE, b"enc-1");
+        }
+        search(&mut line, 2, b"enc-9");
+        line.pass(Duration::from_secs(4));
+        if given {
+            // Whether the name was free was asked before it was given.
+            let word = Some(BlockQualifier::PERMANENT.0);
+            let set = Dcp::set(7, vec![Block { word, value: Value::NameOfStation(b"enc-9".to_vec()) }]);
+            dcp(&mut line, CONTROLLER, DEVICE, &set);
+        }
+        line.cyclic(true, &[]);
+        line
+    };
+    let finding = one(&asked(true, false), "PN-NAME-UNKNOWN");
+    assert_eq!((finding.frame, finding.severity), (3, Severity::Info));
+    assert!(finding.text.contains("once") && finding.text.contains("enc-9"), "{}", finding.text);
+    assert_eq!(found(&asked(false, false), "PN-NAME-UNKNOWN"), []);
+    assert_eq!(found(&asked(true, true), "PN-NAME-UNKNOWN"), []);
+}
+
+#[test]
+fn of_two_stations_with_one_name_both_frames_are_named() {
+    let mut line = Line::new();
+    let first = identified(&mut line, 1, DEVICE, b"enc-1");
+    let second = identified(&mut line, 1, OTHER, b"enc-1");
+    let text = one(&line, "PN-NAME-DUPLICATE").text;
+    for (mac, frame) in [(DEVICE, first), (OTHER, second)] {
+        assert!(text.contains(&format!("{mac} (frame {frame})")), "{text}");
+    }
+}
+
+#[rstest]
+#[case(b"enc-1", true)]
+#[case(b"enc-1.line-2.plant", true)]
+#[case(b"plcxb1.profinet-schnittstellexb15ee1", true)]
+#[case(b"Enc_1", false)]
+#[case(b"%n%n%n ", false)]
+#[case(b"enc 1", false)]
+#[case(b"-enc", false)]
+#[case(b"enc-.a", false)]
+#[case(b"enc..a", false)]
+#[case(b"192.168.0.1", false)]
+#[case(b"port-001", false)]
+#[case(b"port-001-00002", false)]
+#[case(b"portal-1", true)]
+#[case(b"enc-1\0\0", false)]
+fn a_name_that_no_controller_can_find_is_told(#[case] name: &[u8], #[case] is_right: bool) {
+    let mut line = Line::new();
+    let frame = identified(&mut line, 1, DEVICE, name);
+    identified(&mut line, 2, DEVICE, name);
+    if is_right {
+        assert_eq!(report(&line).findings, []);
+        return;
+    }
+    let finding = one(&line, "PN-NAME-INVALID");
+    assert_eq!((finding.frame, finding.severity, finding.blame), (frame as u64, Severity::Warning, Blame::Controller));
+}
+
+#[test]
+fn a_name_that_is_filled_up_with_zeros_stays_readable() {
+    let mut line = Line::new();
+    identified(&mut line, 1, DEVICE, &[b"enc-1".to_vec(), vec![0; 200]].concat());
+    let text = one(&line, "PN-NAME-INVALID").text;
+    assert!(text.contains("'enc-1\\x00..'") && text.len() < 150, "{text}");
+}
+
 #[test]
 fn a_diagnosis_that_is_read_from_a_record_is_told() {
     let properties = ChannelProperties(0x0800);
@@ -225,6 +318,7 @@ fn a_diagnosis_that_is_read_from_a_record_is_told() {
 /// The frames are those that tshark shows.
 #[rstest]
 #[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 12)])]
+#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Blame::Controller, 2)])]
 #[case("one-ar-life.pcapng", &[("PN-START-MODULES", Blame::Controller, 2), ("PN-START-INCOMPLETE", Blame::Capture, 9)])]
 fn captures_of_strangers(#[case] name: &str, #[case] expected: &[(&str, Blame, u64)]) {
     let Some(path) = shared_file(&format!("captures/profinet/{name}")) else { return };

@@ -503,11 +503,12 @@ fn the_watchdog_is_that_of_the_connect() {
 #[case("duplicate-station-name.pcap", &[("PN-NAME-DUPLICATE", Severity::Error, 19)])]
 #[case("one-ar-life.pcapng", &[("PN-START-MODULES", Severity::Warning, 2), ("PN-START-INCOMPLETE", Severity::Info, 9)])]
 #[case("office-noise-versamax.pcap", &[("PN-START-MODULES", Severity::Warning, 18), ("PN-START-INCOMPLETE", Severity::Info, 27),
-    ("PN-CAPTURE-ONE-SIDED", Severity::Info, 58), ("PN-START-MODULES", Severity::Warning, 489), ("PN-ABORT", Severity::Info, 584)])]
+    ("PN-CAPTURE-ONE-SIDED", Severity::Info, 58), ("PN-NAME-UNKNOWN", Severity::Info, 467), ("PN-NAME-UNKNOWN", Severity::Info, 469),
+    ("PN-START-MODULES", Severity::Warning, 489), ("PN-ABORT", Severity::Info, 584)])]
 #[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Severity::Warning, 6), ("PN-ALARM-DIAGNOSIS", Severity::Warning, 6),
     ("PN-ALARM-DIAGNOSIS", Severity::Warning, 12)])]
 #[case("implicit-reads-ns.pcapng", &[])]
-#[case("odd-station-name.pcap", &[])]
+#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Severity::Warning, 2)])]
 #[case("dcp-name-ip-reset.pcap", &[])]
 #[case("zero-timestamps.pcap", &[])]
 fn captures_of_strangers(#[case] name: &str, #[case] expected: &[(&str, Severity, u64)]) {

@@ -289,8 +289,16 @@ impl Observation<'_> {
 /// Most octets of a text of a station that are shown.
 const LONGEST_TEXT: usize = 240;
 
-/// A text that a station chose, safe to show: what is not printable ASCII is escaped, and it ends after 240 octets.
+/// Zeros at the end of a text from which on only the first is shown.
+const MANY_ZEROS: usize = 4;
+
+/// A text that a station chose, safe to show: what is not printable ASCII is escaped, it ends after 240 octets, and of many zeros at
+/// its end one is shown.
 pub fn escaped(octets: &[u8]) -> String {
+    let text = octets.len() - octets.iter().rev().take_while(|octet| **octet == 0).count();
+    if octets.len() - text >= MANY_ZEROS && text < LONGEST_TEXT {
+        return format!("{}..", octets.get(..=text).unwrap_or_default().escape_ascii());
+    }
     match octets.get(..LONGEST_TEXT) {
         Some(begin) if octets.len() > LONGEST_TEXT => format!("{}..", begin.escape_ascii()),
         _ => octets.escape_ascii().to_string(),

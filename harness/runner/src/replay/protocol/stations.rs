@@ -3,7 +3,8 @@
 
 use super::sight::{Now, Sight, Told};
 use super::table::{
-    ADDRESS_DUPLICATE, DCP_REFUSED, DCP_UNANSWERED, NAME_DUPLICATE, NAME_UNKNOWN, ONE_SIDED, RESET_RUNNING, SET_RUNNING,
+    ADDRESS_DUPLICATE, DCP_REFUSED, DCP_UNANSWERED, NAME_DUPLICATE, NAME_INVALID, NAME_UNKNOWN, ONE_SIDED,
+    RESET_RUNNING, SET_RUNNING,
 };
 use super::words::{party, times};
 use crate::observe::{Ar, ArId, Observation, escaped};
@@ -64,8 +65,12 @@ pub(super) struct Stations {
     /// Requests since the last answer of a station, by who asks whom to be told or set.
     asked: BTreeMap<(Mac, Mac, bool), Asked>,
     refused: BTreeMap<(Mac, String, u8), Refusals>,
-    /// Whose names were set, so that another claims the old one by right.
-    touched: BTreeSet<Mac>,
+    /// Names that were given to a station: whether they are free is asked before.
+    given: BTreeSet<String>,
+    /// Who asked for a station and had an answer.
+    answered: BTreeSet<Mac>,
+    /// Names that are none, by who has them.
+    wrong: BTreeSet<(Mac, String)>,
 }
 
 impl Stations {
@@ -78,8 +83,8 @@ impl Stations {
     }
 
     fn address(&mut self, now: Now, mac: Mac, ip: Ipv4Addr, told: &mut Told) {
-        if let Some(other) = claim(&mut self.addresses, ip, mac, now) {
-            let text = format!("{mac} and {other} both have the address {ip}");
+        if let Some((other, frame)) = claim(&mut self.addresses, ip, mac, now) {
+            let text = format!("{mac} (frame {}) and {other} (frame {frame}) both have the address {ip}", now.frame);
             told.add(ADDRESS_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
         }
     }
@@ -98,7 +103,7 @@ impl Stations {
                 }
                 for block in pdu.blocks() {
                     match &block.value {
-                        Value::NameOfStation(name) if !name.is_empty() => self.name(now, source, escaped(name), told),
+                        Value::NameOfStation(name) if !name.is_empty() => self.name(now, source, name, told),
                         Value::IpParameter(ip) | Value::FullIpSuite(ip, _) if !ip.address.is_unspecified() => {
                             self.address(now, source, ip.address, told);
                         }
@@ -130,10 +135,20 @@ impl Stations {
         }
     }
 
-    fn name(&mut self, now: Now, mac: Mac, name: String, told: &mut Told) {
-        if let Some(other) = claim(&mut self.names, name.clone(), mac, now) {
-            let text =
-                format!("{mac} and {other} both say that they are '{name}': a controller will find neither safely");
+    fn name(&mut self, now: Now, mac: Mac, octets: &[u8], told: &mut Told) {
+        let name = escaped(octets);
+        if let Some(why) = wrong_name(octets).filter(|_| self.wrong.len() < MOST)
+            && self.wrong.insert((mac, name.clone()))
+        {
+            let text = format!("{mac} says that it is '{name}', which is no name of a station: {why}");
+            told.add(NAME_INVALID.finding(Severity::Warning, Blame::Controller, now.frame, text));
+        }
+        if let Some((other, frame)) = claim(&mut self.names, name.clone(), mac, now) {
+            let text = format!(
+                "{mac} (frame {}) and {other} (frame {frame}) both say that they are '{name}': a controller will find neither \
+                 safely",
+                now.frame
+            );
             told.add(NAME_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
         }
     }
@@ -152,6 +167,9 @@ impl Stations {
     }
 
     fn found(&mut self, requester: Mac, xid: u32) {
+        if self.answered.len() < MOST {
+            self.answered.insert(requester);
+        }
         if let Some(name) = self.numbers.get(&(requester, xid))
             && let Some(search) = self.searches.get_mut(&(requester, name.clone()))
         {
@@ -161,7 +179,13 @@ impl Stations {
 
     /// Somebody tells a station something that ends a connection which it has.
     fn touch(&mut self, now: Now, ars: &[Ar], (source, station): (Mac, Mac), pdu: &Dcp, told: &mut Told) {
-        self.touched.insert(station);
+        for block in pdu.blocks() {
+            if let Value::NameOfStation(name) = &block.value
+                && self.given.len() < MOST
+            {
+                self.given.insert(escaped(name));
+            }
+        }
         let stands = |ar: &&(usize, &Ar)| ar.1.stage.stands() && ar.1.device.mac() == station;
         let Some((index, ar)) = ars.iter().enumerate().rfind(|of| stands(&of)) else { return };
         if ar.controller.mac() == source {
@@ -203,15 +227,25 @@ impl Stations {
     }
 
     pub fn end(self, sight: &Sight, told: &mut Told) {
-        let mut blind: BTreeMap<Mac, (u64, u64)> = BTreeMap::new();
+        let mut blind: BTreeMap<Mac, (u64, u64, &str)> = BTreeMap::new();
         for ((source, name), search) in self.searches.iter().filter(|(_, search)| !search.answered) {
             let waited = sight.now.since(search.last).is_some_and(|waited| waited >= PATIENCE);
-            if name.is_empty() || !(waited && search.count >= OFTEN) {
+            if name.is_empty() || !waited {
+                continue;
+            }
+            if search.count < OFTEN {
+                // Who asks once may ask whether the name is free; the answer may be what the capture has lost.
+                if self.answered.contains(source) && !self.given.contains(name) {
+                    let text = format!(
+                        "{source} asks once for the station '{name}', and no answer is in the capture, while others answered"
+                    );
+                    told.add(NAME_UNKNOWN.finding(Severity::Info, Blame::Network, search.first.frame, text));
+                }
                 continue;
             }
             if !sight.shows_to(*source) {
-                let of = blind.entry(*source).or_insert((0, search.first.frame));
-                *of = (of.0 + 1, of.1.min(search.first.frame));
+                let of = blind.entry(*source).or_insert((0, search.first.frame, name));
+                *of = (of.0 + 1, of.1.min(search.first.frame), of.2);
                 continue;
             }
             let text = format!(
@@ -220,11 +254,11 @@ impl Stations {
             );
             told.add(NAME_UNKNOWN.finding(Severity::Warning, Blame::Network, search.first.frame, text));
         }
-        for (source, (count, frame)) in blind {
-            let names = if count == 1 { "a name".to_owned() } else { format!("{count} names") };
+        for (source, (count, frame, name)) in blind {
+            let more = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
             let text = format!(
-                "{source} asks for {names}, and the capture has no frame at all to {source}: whether anybody answers cannot \
-                 be told"
+                "{source} asks for the station '{name}'{more}, and the capture has no frame at all to {source}: whether anybody \
+                 answers cannot be told (a station that asks for its own name gets no answer where all is well)"
             );
             told.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, frame, text));
         }
@@ -253,8 +287,41 @@ impl Stations {
     }
 }
 
-/// Notes that a station claims something; the other station, once, where both are there: at the same time, or in turns.
-fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac: Mac, now: Now) -> Option<Mac> {
+/// Why this is no name of a station (IEC 61158-6-10): labels of 1 to 63 small letters, digits and hyphens, apart by dots.
+fn wrong_name(octets: &[u8]) -> Option<&'static str> {
+    let is_label = |label: &[u8]| label.iter().all(|of| matches!(of, b'a'..=b'z' | b'0'..=b'9' | b'-'));
+    let hyphen = |label: &[u8]| label.first() == Some(&b'-') || label.last() == Some(&b'-');
+    let digits = |label: &[u8], count: usize| label.len() == count && label.iter().all(u8::is_ascii_digit);
+    let mut labels = octets.split(|of| *of == b'.');
+    let first = labels.clone().next().unwrap_or_default();
+    let is_port = first.strip_prefix(b"port-").is_some_and(|port| match port.split_at_checked(3) {
+        Some((port, b"")) => digits(port, 3),
+        Some((port, [b'-', slot @ ..])) => digits(port, 3) && digits(slot, 5),
+        _ => false,
+    });
+    let is_number = |label: &[u8]| !label.is_empty() && label.iter().all(u8::is_ascii_digit);
+    if octets.iter().any(u8::is_ascii_uppercase) {
+        Some("it has capital letters")
+    } else if octets.contains(&0) {
+        Some("it is filled up with zeros")
+    } else if !labels.clone().all(is_label) {
+        Some("it has other characters than small letters, digits, hyphens and dots")
+    } else if octets.len() > 240 || labels.clone().any(|label| label.is_empty() || label.len() > 63) {
+        Some("it, or a part of it between dots, is empty or too long")
+    } else if labels.clone().any(hyphen) {
+        Some("a part of it begins or ends with a hyphen")
+    } else if labels.clone().count() == 4 && labels.all(is_number) {
+        Some("it looks like an IP address")
+    } else if is_port {
+        Some("it is the name of a port")
+    } else {
+        None
+    }
+}
+
+/// Notes that a station claims something; the other station and its frame, once, where both are there: at the same time, or in
+/// turns.
+fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac: Mac, now: Now) -> Option<(Mac, u64)> {
     if claims.len() >= MOST && !claims.contains_key(&key) {
         return None;
     }
@@ -270,5 +337,5 @@ fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac:
     claim.last = (mac, now);
     let new = (together || in_turns) && !claim.told;
     claim.told |= new;
-    new.then_some(other.0)
+    new.then_some((other.0, other.1.frame))
 }

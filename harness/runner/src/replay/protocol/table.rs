@@ -115,6 +115,9 @@ checks! {
     ADDRESS_DUPLICATE "PN-ADDRESS-DUPLICATE" "Two stations have the same IP address."
         "An address was given twice by hand, or a DHCP server gives addresses that the controller uses too."
         "Find both by their MAC addresses and change one.";
+    NAME_INVALID "PN-NAME-INVALID" "A station has a name that PROFINET does not allow."
+        "Somebody named it by a tool that does not check, or its maker gave it this name."
+        "Give it a name of small letters, digits, hyphens and dots; a controller may not find it by this one.";
     NAME_UNKNOWN "PN-NAME-UNKNOWN" "Nobody answers to a name."
         "The device is off, not connected, or has another name."
         "List the stations by DCP; give the device this name.";
