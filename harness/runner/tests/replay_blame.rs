@@ -315,6 +315,20 @@ fn a_diagnosis_that_is_read_from_a_record_is_told() {
     }
 }
 
+#[test]
+fn a_capture_of_something_else_is_no_good_capture() {
+    let of = |ether_type: [u8; 2]| {
+        let mut line = Line::new();
+        for _ in 0..5 {
+            line.push([&DEVICE.0[..], &CONTROLLER.0, &ether_type, &[0; 46]].concat());
+        }
+        line
+    };
+    let finding = one(&of([0x86, 0xDD]), "PN-CAPTURE-NOTHING");
+    assert_eq!((finding.severity, finding.blame), (Severity::Warning, Blame::Capture));
+    assert_eq!(found(&of([0x88, 0x92]), "PN-CAPTURE-NOTHING"), []);
+}
+
 /// The frames are those that tshark shows.
 #[rstest]
 #[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 6), ("PN-ALARM-DIAGNOSIS", Blame::Network, 12)])]

@@ -58,7 +58,10 @@ impl<'a> Events<'a> {
         if !self.kinds.contains_key(&EventKind::OtherLink) {
             self.add(
                 EventKind::OtherLink,
-                format!("packets of link type {link} are no Ethernet frames and are not read"),
+                format!(
+                    "packets of link type {link}{} are no Ethernet frames and are not read; capture at an Ethernet interface",
+                    link_word(link)
+                ),
             );
         }
     }
@@ -236,6 +239,18 @@ impl<'a> Events<'a> {
         }
         self.list.sort_by_key(|event| event.frame);
         self.list
+    }
+}
+
+/// The link types that people capture by mistake.
+fn link_word(link: u16) -> &'static str {
+    match link {
+        0 => " (loopback)",
+        101 | 228 | 229 => " (IP without Ethernet)",
+        105 | 127 => " (wireless LAN)",
+        113 | 276 => " (Linux cooked, as of the interface `any`)",
+        189 | 220 | 249 => " (USB)",
+        _ => "",
     }
 }
 

@@ -20,7 +20,7 @@ pub mod table;
 mod topology;
 mod words;
 
-use super::finding::Finding;
+use super::finding::{Blame, Finding, Severity};
 use crate::observe::{Ar, DpTracker, Observation, Tracker};
 use crate::suite::device::Bus;
 use sight::{Sight, Told};
@@ -129,6 +129,20 @@ impl Protocol {
         self.slaves.end(sight.now, slaves.ars(), &mut told);
         self.diagnosis.end(slaves.ars(), &mut told);
         self.bus.end(slaves.counts(), &mut told);
+        let counts = tracker.counts();
+        // Neighbours and addresses can be judged without a frame of PROFINET.
+        if told.is_empty()
+            && counts.frames > 0
+            && counts.profinet == 0
+            && counts.rpc.is_empty()
+            && slaves.counts().frames == 0
+        {
+            let text = format!(
+                "none of the {} Ethernet frames is of PROFINET: no device and no controller can be judged by them",
+                counts.frames
+            );
+            told.add(table::NOTHING.finding(Severity::Warning, Blame::Capture, sight.now.frame, text));
+        }
         told.end()
     }
 }

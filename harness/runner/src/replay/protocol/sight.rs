@@ -119,6 +119,11 @@ impl Told {
         }
     }
 
+    /// Whether nothing was found so far.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
     /// All findings; the last one of a check says how many more there were.
     pub fn end(mut self) -> Vec<Finding> {
         for (seen, last, place) in self.seen.into_values().filter(|(seen, ..)| *seen > MOST_OF_A_CHECK) {

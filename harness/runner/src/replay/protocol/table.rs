@@ -142,6 +142,9 @@ checks! {
     CAPTURE_GAP "PN-CAPTURE-GAP" "The capture has a gap, or does not show all frames."
         "The recorder or the mirror port did not keep up, or the link of both was interrupted."
         "Capture again with a tap or less load; what lies in the gap is not judged.";
+    NOTHING "PN-CAPTURE-NOTHING" "The capture has no frame of PROFINET and none of PROFIBUS."
+        "It was taken at another interface, behind a switch that does not mirror the port, or with a filter."
+        "Capture at a mirror port of the switch next to the device, or with a tap, and without a filter.";
     DP_LEFT "DP-SLAVE-LEFT" "A slave left the data exchange."
         "It lost its parameters by a reset, its watchdog, or a short loss of power."
         "Look at its supply and at its diagnosis right behind this frame.";
