@@ -8,7 +8,7 @@ use bench::capture::Item;
 use bench::{CaptureReader, shared_file};
 use encspec::observe::Tracker;
 use encspec::replay::{
-    Blame, CaptureReport, Event, EventKind, ReplayReport, Severity, capture, judge_rules, speaks_to, text,
+    Blame, CaptureReport, Event, EventKind, ReplayReport, Severity, capture, files, judge_rules, speaks_to, text,
 };
 use encspec::suite::model::Manual;
 use encspec::suite::{Sources, load};
@@ -18,6 +18,7 @@ use rstest::rstest;
 use station::Duration;
 use std::collections::BTreeMap;
 use std::fs;
+use std::path::Path;
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// The octets of a shared capture; `None`, after saying so, where there is none.
@@ -346,4 +347,22 @@ fn the_json_contract_holds() {
 #[case::text(b"hello", "is neither pcap nor pcapng: it begins with 68 65 6C 6C")]
 fn what_is_no_capture_is_refused_in_one_sentence(#[case] octets: &[u8], #[case] why: &str) {
     assert_eq!(capture("a file", octets, &[]).unwrap_err().to_string(), why);
+}
+
+#[rstest]
+#[case::a_pdf("notes.pdf", Some(&b"%PDF-1.4"[..]), "save it as pcapng")]
+#[case::nothing_was_recorded("empty.pcapng", Some(&b""[..]), "before its first packet")]
+#[case::a_folder("captures", None, "name the captures in it")]
+fn who_names_no_capture_is_told_what_to_do(#[case] name: &str, #[case] octets: Option<&[u8]>, #[case] hint: &str) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-captures");
+    let path = folder.join(name);
+    match octets {
+        Some(octets) => {
+            fs::create_dir_all(&folder).unwrap();
+            fs::write(&path, octets).unwrap();
+        }
+        None => fs::create_dir_all(&path).unwrap(),
+    }
+    let error = files(&[path.to_string_lossy().into_owned()], &[]).unwrap_err().to_string();
+    assert!(error.contains(name) && error.contains(hint), "{error}");
 }

@@ -23,12 +23,22 @@ const MOST_AT_ONCE: usize = 4;
 
 /// Why a file cannot be replayed at all.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}: {why}")]
+#[error("{file}: {why}{}", next(.why))]
 pub struct CannotReplay {
     /// The file as it was named.
     pub file: String,
     /// Why.
     pub why: NotACapture,
+}
+
+/// What to do about it.
+fn next(why: &NotACapture) -> &'static str {
+    match why {
+        NotACapture::OtherFormat(_) => "; if Wireshark opens it, save it as pcapng there",
+        NotACapture::Empty => "; the recording ended before its first packet, or the file was not copied",
+        NotACapture::Unreadable(error) if error.kind() == io::ErrorKind::IsADirectory => "; name the captures in it",
+        NotACapture::Unreadable(_) => "",
+    }
 }
 
 /// What was read since the last time that it was told, of whichever file.
