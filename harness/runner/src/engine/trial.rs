@@ -355,19 +355,23 @@ impl<'a> Run<'a> {
     }
 
     /// A failure of the device, unless the line broke, the run was interrupted or we were late ourselves: then nothing can be
-    /// said about it.
+    /// said about it. Where a precondition broke for that reason it is told as well.
     fn not_ours(&mut self, decided: (Verdict, Failure)) -> (Verdict, Failure) {
         let (verdict, mut failure) = decided;
-        if verdict != Verdict::Fail {
+        if !matches!(verdict, Verdict::Fail | Verdict::Inconclusive) {
             return (verdict, failure);
         }
         match self.not_the_device() {
-            Some(why) => {
+            Some(why) if verdict == Verdict::Fail => {
                 failure.what = format!("Nothing can be said, because {why}. What was seen: {}", failure.what);
                 failure.blame = Blame::Environment;
                 (Verdict::Inconclusive, failure)
             }
-            None => (verdict, failure),
+            Some(why) if !failure.what.contains(&why) => {
+                failure.what = format!("{} Besides, {why}.", failure.what);
+                (verdict, failure)
+            }
+            _ => (verdict, failure),
         }
     }
 
