@@ -2,11 +2,13 @@
 //!
 //! The slot time is far longer than on a real bus: a pseudoterminal has no bit times, and a loaded machine is slow.
 
+use crate::tests;
 use std::io::{Read, Write};
 use std::thread;
 
 use controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
 use encspec::live::fdl::FdlFrames;
+use libtest_mimic::Trial;
 use link::serial::pty;
 use link::{Heard, Serial, SerialBus, SerialSettings, Step};
 use reference_devices::{Line, Setup, build};
@@ -18,6 +20,10 @@ const BAUD: BaudRate = BaudRate(1_500_000);
 const SLOT: BitTimes = BitTimes(300_000);
 /// AMT58 HM, class 2, 65536 steps in each of 16384 revolutions; no watchdog.
 const SET_PRM: [u8; 21] = [0x80, 1, 1, 0x0B, 0x16, 0x55, 0, 0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];
+
+pub fn trials() -> Vec<Trial> {
+    tests![data_are_exchanged_over_a_serial_line, a_bus_with_a_master_on_it_is_refused]
+}
 
 /// Two ends of one line: what goes in at one comes out at the other.
 fn line() -> (SerialBus, SerialBus) {
@@ -65,7 +71,6 @@ fn master() -> Master {
     Master::new(Settings { slot_time: SLOT, token_pause: BitTimes(30_000), ..Settings::new(2, BAUD) })
 }
 
-#[test]
 fn data_are_exchanged_over_a_serial_line() {
     let (mut bus, other) = line();
     serve(other);
@@ -94,7 +99,6 @@ fn data_are_exchanged_over_a_serial_line() {
     assert_eq!((master.inputs(), damaged), (&[0x00, 0x00, 0x13, 0x88][..], 0));
 }
 
-#[test]
 fn a_bus_with_a_master_on_it_is_refused() {
     let (mut bus, mut other) = line();
     thread::spawn(move || {

@@ -3,15 +3,15 @@
 //!
 //! The line is a pseudoterminal. Where a test looks at the octets, it stands between our master and the slave itself.
 
-mod served;
-
+use crate::patience::again;
+use crate::served::{Serving, socket_path};
+use crate::{table, tests};
 use controllers::profibus_dp::{Master, Settings};
 use encspec::live::fdl::FdlFrames;
+use libtest_mimic::Trial;
 use link::serial::pty;
 use link::{Serial, SerialBus, SerialSettings};
-use rstest::rstest;
 use serde_json::Value;
-use served::{Serving, socket_path};
 use station::Time;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -26,6 +26,36 @@ const EVERYTHING: &str =
     "consent: { set_address: true, nvm_write: 10000, position_reference: true, factory_reset: true, set_name: true }";
 const AMT58: (&str, &str, u8) = ("datalogic-amt58-profibus", "hm5816-16384", 8);
 const A3M60: (&str, &str, u8) = ("sick-a3m60-profibus", "a3m60", 5);
+
+pub fn trials() -> Vec<Trial> {
+    let mut trials = table![a_live_slave_comes_to_the_verdicts_of_the_virtual_bus:
+        telegrams_first_half(A3M60, "/telegrams/", "1/2"),
+        telegrams_second_half(A3M60, "/telegrams/", "2/2"),
+        parameters(AMT58, "/set-prm/", "1/1"),
+    ];
+    trials.extend(table![but_for_tokens_questions_and_global_control_everything_goes_to_the_device:
+        first_third("1/3"),
+        second_third("2/3"),
+        last_third("3/3"),
+    ]);
+    trials.extend(table![a_bus_that_is_not_as_the_bench_says_is_refused:
+        nobody("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; say in a bench file"),
+        master("line: { address: 2 }", "the device has the address 2 of one of our masters"),
+        ours_is_taken("line: { address: 9, masters: [1, 8] }", "has the address 8 of our second master"),
+    ]);
+    trials.extend(table![what_has_no_consent_is_not_done:
+        address("consent: { nvm_write: 100 }", "the bench gives no consent to set_address"),
+        memory("consent: { set_address: true }", "the bench gives no consent to nvm_write"),
+    ]);
+    trials.extend(tests![
+        an_answer_that_comes_late_says_nothing_about_the_device,
+        noise_on_the_line_says_nothing_about_the_device,
+        what_counts_bits_is_not_applicable,
+        a_bus_with_another_master_is_left_alone,
+        the_link_has_to_be_one_of_the_bus,
+    ]);
+    trials
+}
 
 /// What each case and rule came to, with the reason.
 type Cases = BTreeMap<String, (String, String)>;
@@ -56,21 +86,21 @@ impl Bench {
         Serving::start(&[&model, place[0], place[1], "--address", &self.address, "--control", &control])
     }
 
-    /// Runs the cases of `filter` at the line `link`, with further lines in the bench file.
-    fn run(&self, link: &str, more: &str, filter: &str) -> (Option<i32>, Cases, String) {
+    /// Runs the cases that the arguments `what` name at the line `link`, with further lines in the bench file.
+    fn run(&self, link: &str, more: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
         let suites = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites").join(self.manual);
         let gsd = std::fs::read_dir(suites).expect("the suite").flatten().map(|entry| entry.path());
         let gsd = gsd.filter(|path| path.extension().is_some_and(|end| end == "gsd"));
         let gsd = gsd.map(|path| path.display().to_string()).find(|path| path.contains(self.variant)).expect("its GSD");
         let text = format!("device: {}/{}\nlink: serial:{link}\ngsd: {gsd}\n{more}\n", self.manual, self.variant);
         std::fs::write(self.folder.join("bench.yaml"), text).expect("the bench file");
-        self.call(&["run", "--dut", "bench.yaml", filter])
+        self.call(&[&["run", "--dut", "bench.yaml"], what].concat())
     }
 
     /// The same with everything that may be done, and a stand that can do everything.
-    fn run_free(&self, link: &str, filter: &str) -> (Option<i32>, Cases, String) {
+    fn run_free(&self, link: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
         let stand = format!("stand: {{ control: {}, shaft: [position(±0), speed(±0)] }}", self.path("control"));
-        self.run(link, &format!("{stand}\n{EVERYTHING}"), filter)
+        self.run(link, &format!("{stand}\n{EVERYTHING}"), what)
     }
 
     fn call(&self, arguments: &[&str]) -> (Option<i32>, Cases, String) {
@@ -99,68 +129,55 @@ impl Drop for Bench {
     }
 }
 
-/// The verdicts without their reasons.
-fn verdicts(cases: &Cases) -> BTreeMap<&str, &str> {
-    cases.iter().map(|(id, (verdict, _))| (id.as_str(), verdict.as_str())).collect()
-}
-
-/// So often a case is run again that this machine has spoilt by being late.
-const LOOKS: usize = 4;
-
-#[rstest]
-#[case::parameters(AMT58, "/set-prm/")]
-#[case::telegrams(A3M60, "/telegrams/")]
+/// A verdict that is another one is looked at again where this machine halted, as the harness or the slave may have been late.
 fn a_live_slave_comes_to_the_verdicts_of_the_virtual_bus(
-    #[case] device: (&'static str, &'static str, u8),
-    #[case] filter: &str,
+    device: (&'static str, &'static str, u8),
+    filter: &str,
+    part: &str,
 ) {
     let bench = Bench::new(device);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let model = format!("model:{}/{}", bench.manual, bench.variant);
-    let (_, mut expected, _) = bench.call(&["run", "--dut", &model, filter]);
-    assert!(expected.len() > 10, "{expected:?}");
-    let (_, mut live, said) = bench.run_free(&line, filter);
-    assert_eq!(live.len(), expected.len(), "{said}");
-    // What counts bits stays on the virtual bus.
-    live.retain(|_, (_, why)| why != "link cannot time bits");
-    assert!(live.len() > 10 && live.len() + 5 > expected.len(), "{live:?}");
-    expected.retain(|id, _| live.contains_key(id));
-    for _ in 0..LOOKS {
-        let late: Vec<String> =
-            live.iter().filter(|(_, case)| case.0 == "inconclusive").map(|(id, _)| id.clone()).collect();
-        for id in late {
-            let (_, again, _) = bench.run_free(&line, id.split_once('/').expect("a manual").1);
-            live.extend(again.into_iter().filter(|(of, _)| *of == id));
-        }
-    }
-    assert_eq!(verdicts(&live), verdicts(&expected), "{live:#?}");
+    let what = [filter, "--part", part];
+    let (_, expected, _) = bench.call(&[&["run", "--dut", &model], &what[..]].concat());
+    assert!(expected.len() > 5, "{expected:?}");
+    let mut open: BTreeMap<&String, &(String, String)> = expected.iter().collect();
+    let mut not_timed = 0;
+    again(|| {
+        let (_, seen, said) = bench.run_free(&line, &what);
+        let mut is_as_expected = |id: &String, expected: &(String, String)| match seen.get(id) {
+            // What counts bits stays on the virtual bus.
+            Some((_, why)) if why == "link cannot time bits" => {
+                not_timed += 1;
+                true
+            }
+            Some((verdict, _)) => *verdict == expected.0,
+            None => false,
+        };
+        open.retain(|id, expected| !is_as_expected(id, expected));
+        if open.is_empty() { Ok(()) } else { Err(format!("{open:#?} are wanted, seen is {seen:#?}: {said}")) }
+    });
+    assert!(not_timed < 5, "{not_timed} cases count bits");
 }
 
-#[test]
-fn what_has_no_consent_is_not_done() {
+fn what_has_no_consent_is_not_done(consent: &str, reason: &str) {
     let bench = Bench::new(AMT58);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
     let stand = format!("stand: {{ control: {} }}", bench.path("control"));
-    for (consent, reason) in [
-        ("consent: { nvm_write: 100 }", "the bench gives no consent to set_address"),
-        ("consent: { set_address: true }", "the bench gives no consent to nvm_write"),
-    ] {
-        let (status, cases, _) = bench.run(&line, &format!("{stand}\n{consent}"), "slave-address/not-taken");
-        assert_eq!(status, Some(1), "nothing passed, so it is not green");
-        assert!(cases.len() >= 3, "{cases:?}");
-        let expected = ("not-applicable".to_owned(), reason.to_owned());
-        assert!(cases.values().all(|case| *case == expected), "{cases:?}");
-    }
+    let (status, cases, said) = bench.run(&line, &format!("{stand}\n{consent}"), &["slave-address/not-taken"]);
+    assert_eq!(status, Some(1), "nothing passed, so it is not green: {said}");
+    assert!(cases.len() >= 3, "{cases:?}");
+    let expected = ("not-applicable".to_owned(), reason.to_owned());
+    assert!(cases.values().all(|case| *case == expected), "{cases:?}");
 }
 
-#[test]
 fn what_counts_bits_is_not_applicable() {
     let bench = Bench::new(A3M60);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
-    let (_, cases, _) = bench.run_free(&line, "slave-start-up/rate-of-the-bus");
+    let (_, cases, _) = bench.run_free(&line, &["slave-start-up/rate-of-the-bus"]);
     assert!(!cases.is_empty());
     let expected = ("not-applicable".to_owned(), "link cannot time bits".to_owned());
     assert!(cases.values().all(|case| *case == expected), "{cases:?}");
@@ -226,14 +243,19 @@ fn unchanged() -> Change {
     Box::new(|octets| Passed::Now(octets.to_vec()))
 }
 
-/// The answer of Data_Exchange that is disturbed: one of the first trial, behind its start-up.
+/// The answer of Data_Exchange that is disturbed: one of each trial, behind its start-up.
 const DISTURBED: usize = 8;
 
-/// Passes everything on as it is but for one answer of Data_Exchange: without access points, to our first master.
+/// Passes everything on as it is but for one answer of Data_Exchange in each trial: without access points, to our first master.
 fn disturbed(disturb: fn(&[u8]) -> Passed) -> Change {
     let mut exchanged = 0;
     Box::new(move |octets| {
-        exchanged += usize::from(matches!(octets, [0x68, _, _, 0x68, 1, 8, ..]));
+        match octets {
+            [0x68, _, _, 0x68, 1, 8, ..] => exchanged += 1,
+            // The slave takes parameters and configuration, or has no service.
+            [0xE5] => exchanged = 0,
+            _ => {}
+        }
         if exchanged == DISTURBED {
             exchanged += 1;
             return disturb(octets);
@@ -246,12 +268,11 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("UTF-8")
 }
 
-#[test]
-fn but_for_tokens_questions_and_global_control_everything_goes_to_the_device() {
+fn but_for_tokens_questions_and_global_control_everything_goes_to_the_device(part: &str) {
     let bench = Bench::new(AMT58);
     let line = between(unchanged());
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
-    let (_, cases, said) = bench.run_free(text(&line.ours), "/diagnosis/");
+    let (_, cases, said) = bench.run_free(text(&line.ours), &["/diagnosis/", "--part", part]);
     assert!(cases.len() > 10, "{said}");
     let mut splitter = Splitter::new();
     splitter.push(&line.sent.lock().expect("a log"));
@@ -274,30 +295,31 @@ fn but_for_tokens_questions_and_global_control_everything_goes_to_the_device() {
     assert!(counted["device"] > 100 && counted["token"] > 100 && counted["control"] > 0, "{counted:?}");
 }
 
-#[test]
 fn an_answer_that_comes_late_says_nothing_about_the_device() {
     let bench = Bench::new(AMT58);
     // One answer comes when the request was sent again and answered, too.
     let line = between(disturbed(|_| Passed::Later));
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
-    let (status, cases, said) = bench.run_free(text(&line.ours), "preset/binary-value");
+    let (status, cases, said) = bench.run_free(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
-    assert!(cases.values().any(|(verdict, _)| verdict == "inconclusive"), "{cases:#?}");
+    let says_so =
+        |(verdict, why): &(String, String)| verdict == "inconclusive" && why.contains("which may have come late");
+    assert!(cases.values().any(says_so), "{cases:#?}");
     assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
 }
 
-#[test]
 fn noise_on_the_line_says_nothing_about_the_device() {
     let bench = Bench::new(AMT58);
     let line = between(disturbed(|octets| Passed::Now([&[0xFF, 0x00, 0xFF], octets].concat())));
     let _serving = bench.serve(["--serial", text(&line.theirs)]);
-    let (status, cases, said) = bench.run_free(text(&line.ours), "preset/binary-value");
+    let (status, cases, said) = bench.run_free(text(&line.ours), &["preset/binary-value"]);
     assert_eq!(status, Some(1), "{said}");
-    assert!(cases.values().any(|(verdict, _)| verdict == "inconclusive"), "{cases:#?}");
+    let says_so =
+        |(verdict, why): &(String, String)| verdict == "inconclusive" && why.contains("the line is disturbed");
+    assert!(cases.values().any(says_so), "{cases:#?}");
     assert!(cases.values().all(|(verdict, _)| verdict != "fail"), "{cases:#?}");
 }
 
-#[test]
 fn a_bus_with_another_master_is_left_alone() {
     let bench = Bench::new(AMT58);
     let line = between(unchanged());
@@ -308,27 +330,22 @@ fn a_bus_with_another_master_is_left_alone() {
         let mut master = Master::new(Settings::new(4, BaudRate(1_500_000)));
         while bus.step(&mut [&mut master], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}
     });
-    let (status, cases, said) = bench.run(text(&line.ours), "", "preset/binary-value");
+    let (status, cases, said) = bench.run(text(&line.ours), "", &["preset/binary-value"]);
     assert_eq!((status, cases.len()), (Some(3), 0), "{said}");
     assert!(said.contains("is in use: a token from station 4 to station 4 was heard"), "{said}");
     let sent = line.sent.lock().expect("a log");
     assert!(sent.is_empty(), "nothing may be sent there: {sent:02X?}");
 }
 
-#[rstest]
-#[case::nobody("line: { address: 9 }", "no slave answers at station 9; there are stations at 8; say in a bench file")]
-#[case::master("line: { address: 2 }", "the device has the address 2 of one of our masters")]
-#[case::ours_is_taken("line: { address: 9, masters: [1, 8] }", "has the address 8 of our second master")]
-fn a_bus_that_is_not_as_the_bench_says_is_refused(#[case] more: &str, #[case] why: &str) {
+fn a_bus_that_is_not_as_the_bench_says_is_refused(more: &str, why: &str) {
     let bench = Bench::new(AMT58);
     let line = bench.path("line");
     let _serving = bench.serve(["--pty", &line]);
-    let (status, cases, said) = bench.run(&line, more, "preset/binary-value");
+    let (status, cases, said) = bench.run(&line, more, &["preset/binary-value"]);
     assert_eq!((status, cases.len()), (Some(3), 0), "{said}");
     assert!(said.contains(why), "{said}");
 }
 
-#[test]
 fn the_link_has_to_be_one_of_the_bus() {
     let bench = Bench::new(AMT58);
     let device = format!("{}/{}", bench.manual, bench.variant);

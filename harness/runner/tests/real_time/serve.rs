@@ -1,14 +1,13 @@
 //! Served reference devices, met over real sockets: network interfaces in a network of the test, Unix sockets, TCP.
 
-mod served;
-
-use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Target};
-use link::lines::Client;
-use link::{FrameSocket, Nic, Wire};
-use rstest::rstest;
-use served::{
+use crate::served::{
     MODEL, Serving, ask, assert_standing, connection, controller, private_network, run, socket_path, started,
 };
+use crate::{table, tests};
+use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Target};
+use libtest_mimic::Trial;
+use link::lines::Client;
+use link::{FrameSocket, Nic, Wire};
 use station::Duration;
 use std::net::Ipv4Addr;
 use std::path::Path;
@@ -19,6 +18,30 @@ const FIRST: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
 const SECOND: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 11);
 /// How long anything may take that has to come about.
 const PATIENCE: Duration = Duration::from_secs(60);
+
+pub fn trials() -> Vec<Trial> {
+    let mut trials = tests![devices_at_an_interface_and_the_hands_at_them, the_stations_of_a_segment];
+    trials.extend(table![a_device_at_a_socket_survives_its_peer: unix(true), tcp(false)]);
+    trials.extend(table![a_mistake_ends_at_once:
+        no_port(&["serve", MODEL], 2, "--nic <IF>|--socket <ADDRESS>"),
+        two_ports(&["serve", MODEL, "--nic", "a", "--socket", "b:1"], 2, "cannot be used with"),
+        kind(&["serve", "lika-xac77-profinet", "--nic", "a"], 2, "write model:MANUAL[/VARIANT]"),
+        manual(&["serve", "model:lika-xac78-profinet", "--nic", "a"], 2, "did you mean `lika-xac77-profinet`?"),
+        variant(&["serve", "model:lika-xac77-profinet/xac7719", "--nic", "a"], 2, "did you mean `xac7718`?"),
+        bug(&["serve", MODEL, "--nic", "a", "--bug", "preset-on-fallling-edge"], 2, "did you mean `preset-on-falling-edge`?"),
+        address(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0"], 2, "`192.168.0` is no IP address"),
+        prefix(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0.1/33"], 2, "from 1 to 32"),
+        mac(&["serve", MODEL, "--nic", "a", "--mac", "02:00"], 2, "six pairs of hexadecimal digits"),
+        socket(&["serve", MODEL, "--socket", "nowhere"], 2, "`nowhere` is no address of a socket"),
+        line_of_a_network(&["serve", MODEL, "--nic", "a", "--baud", "9600"], 2, "<--serial <TTY>|--pty <LINK>>"),
+        other_bus(&["serve", MODEL, "--pty", "/nowhere/line"], 2, "serve it with --nic or --socket"),
+        absent_folder(&["serve", "model:datalogic-amt58-profibus", "--pty", "/nowhere/line"], 3, "the link /nowhere/line cannot be made"),
+        absent_nic(&["serve", MODEL, "--nic", "encspec-none"], 3, "encspec-none"),
+        absent_peer(&["discover", "--socket", "/nowhere/at-all"], 3, "/nowhere/at-all"),
+        discover_nothing(&["discover"], 2, "--nic <IF>|--socket <ADDRESS>"),
+    ]);
+    trials
+}
 
 fn encspec(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_encspec")).args(arguments).stdin(Stdio::null()).output().expect("the binary")
@@ -74,7 +97,6 @@ fn exchange(wire: &mut Wire, controllers: &mut [Controller], time: Duration) {
     run(wire, controllers, time, &mut |_| false, &mut |_, _| {});
 }
 
-#[test]
 fn devices_at_an_interface_and_the_hands_at_them() {
     if !private_network() {
         return;
@@ -136,10 +158,7 @@ fn devices_at_an_interface_and_the_hands_at_them() {
     assert!(!hand(1).exists() && !hand(2).exists(), "the control sockets go with the process");
 }
 
-#[rstest]
-#[case::unix(true)]
-#[case::tcp(false)]
-fn a_device_at_a_socket_survives_its_peer(#[case] unix: bool) {
+fn a_device_at_a_socket_survives_its_peer(unix: bool) {
     let path = socket_path("frames");
     let address = if unix {
         path.display().to_string()
@@ -163,7 +182,6 @@ fn a_device_at_a_socket_survives_its_peer(#[case] unix: bool) {
     assert!(said.contains("is gone") && said.contains("back at"), "{said}");
 }
 
-#[test]
 fn the_stations_of_a_segment() {
     if !private_network() {
         return;
@@ -206,24 +224,7 @@ fn the_stations_of_a_segment() {
     assert_eq!(json["remarks"].as_array().map(Vec::len), Some(2));
 }
 
-#[rstest]
-#[case::no_port(&["serve", MODEL], 2, "--nic <IF>|--socket <ADDRESS>")]
-#[case::two_ports(&["serve", MODEL, "--nic", "a", "--socket", "b:1"], 2, "cannot be used with")]
-#[case::kind(&["serve", "lika-xac77-profinet", "--nic", "a"], 2, "write model:MANUAL[/VARIANT]")]
-#[case::manual(&["serve", "model:lika-xac78-profinet", "--nic", "a"], 2, "did you mean `lika-xac77-profinet`?")]
-#[case::variant(&["serve", "model:lika-xac77-profinet/xac7719", "--nic", "a"], 2, "did you mean `xac7718`?")]
-#[case::bug(&["serve", MODEL, "--nic", "a", "--bug", "preset-on-fallling-edge"], 2, "did you mean `preset-on-falling-edge`?")]
-#[case::address(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0"], 2, "`192.168.0` is no IP address")]
-#[case::prefix(&["serve", MODEL, "--nic", "a", "--ip", "192.168.0.1/33"], 2, "from 1 to 32")]
-#[case::mac(&["serve", MODEL, "--nic", "a", "--mac", "02:00"], 2, "six pairs of hexadecimal digits")]
-#[case::socket(&["serve", MODEL, "--socket", "nowhere"], 2, "`nowhere` is no address of a socket")]
-#[case::line_of_a_network(&["serve", MODEL, "--nic", "a", "--baud", "9600"], 2, "<--serial <TTY>|--pty <LINK>>")]
-#[case::other_bus(&["serve", MODEL, "--pty", "/nowhere/line"], 2, "serve it with --nic or --socket")]
-#[case::absent_folder(&["serve", "model:datalogic-amt58-profibus", "--pty", "/nowhere/line"], 3, "the link /nowhere/line cannot be made")]
-#[case::absent_nic(&["serve", MODEL, "--nic", "encspec-none"], 3, "encspec-none")]
-#[case::absent_peer(&["discover", "--socket", "/nowhere/at-all"], 3, "/nowhere/at-all")]
-#[case::discover_nothing(&["discover"], 2, "--nic <IF>|--socket <ADDRESS>")]
-fn a_mistake_ends_at_once(#[case] arguments: &[&str], #[case] status: i32, #[case] says: &str) {
+fn a_mistake_ends_at_once(arguments: &[&str], status: i32, says: &str) {
     let output = encspec(arguments);
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{said}");
