@@ -1,5 +1,7 @@
 //! One letter of every word of the shipped suites is changed in turn: each change is a mistake that the loader finds.
 //!
+//! The same word at the same place of the language, told by the keys above it, is changed once in each file, and the last word of
+//! each entry besides, since an entry might not be read at all.
 //! Free text and labels are left out, and so is what stands in quotes. A definition that nothing uses may be called
 //! anything; it is in the list of those that nothing uses. Ids of requirements are such definitions until a case names them.
 
@@ -15,27 +17,48 @@ const FREE: [&str; 10] =
 /// Keys of mappings whose values are free text.
 const FREE_VALUES: [&str; 6] = ["faults", "buttons", "counters", "omit", "finding", "masks"];
 
+/// What stands for the key in a list in brackets.
+const LIST: &str = "-";
+
 /// A text that is loaded with one word changed, and the words in it that are changed.
 struct Piece {
     path: String,
     text: String,
-    words: Vec<Range<usize>>,
+    words: Vec<Word>,
 }
 
-/// The words of a line that mean something: not in quotes, not in a comment, not after a key of free text.
-fn words(line: &str, start: usize, words_out: &mut Vec<Range<usize>>) {
+/// A word that means something, and the keys that it stands under.
+struct Word {
+    at: Range<usize>,
+    under: String,
+}
+
+/// The words of a line that mean something: not in quotes, not in a comment, not after a key of free text. It stands under the keys
+/// `above`, and begins at `start`; the key that the line ends with is given back.
+fn words(line: &str, start: usize, above: &str, words_out: &mut Vec<Word>) -> Option<String> {
     let bytes = line.as_bytes();
     let (mut at, mut free) = (0, false);
+    // The key of the line, and that of each mapping in braces that is open behind it.
+    let mut keys: Vec<&str> = vec![""];
     let free_values = FREE_VALUES.iter().any(|key| line.trim_start().starts_with(&format!("{key}: {{")));
     while at < bytes.len() {
         let octet = bytes[at];
         match octet {
-            b'#' if at == 0 || bytes[at - 1] == b' ' => return,
+            b'#' if at == 0 || bytes[at - 1] == b' ' => break,
             b'"' | b'\'' => {
                 at = bytes[at + 1..].iter().position(|&other| other == octet).map_or(bytes.len(), |end| at + end + 2);
             }
             b',' | b'}' | b']' => {
                 free = false;
+                at += 1;
+                match keys.as_mut_slice() {
+                    [_, .., _] if octet != b',' => drop(keys.pop()),
+                    [_, .., last] if *last != LIST => *last = "",
+                    _ => {}
+                }
+            }
+            b'{' | b'[' => {
+                keys.push(if octet == b'[' { LIST } else { "" });
                 at += 1;
             }
             _ if octet.is_ascii_alphanumeric() || octet == b'_' => {
@@ -45,12 +68,16 @@ fn words(line: &str, start: usize, words_out: &mut Vec<Range<usize>>) {
                 let word = line[at..end].trim_end_matches('-');
                 let is_key = line[end..].starts_with(':');
                 if !free && octet.is_ascii_alphabetic() {
-                    words_out.push(start + at..start + at + word.len());
+                    let under = format!("{above}/{}", keys.join("/"));
+                    words_out.push(Word { at: start + at..start + at + word.len(), under });
+                }
+                if let Some(last) = keys.last_mut().filter(|_| is_key) {
+                    *last = word;
                 }
                 if is_key && (FREE.contains(&word) || free_values && !FREE_VALUES.contains(&word)) {
                     // Outside of braces the text goes on to the end of the line, commas and all.
                     if !line.contains('{') {
-                        return;
+                        break;
                     }
                     free = true;
                 }
@@ -59,19 +86,30 @@ fn words(line: &str, start: usize, words_out: &mut Vec<Range<usize>>) {
             _ => at += 1,
         }
     }
+    keys.first().filter(|key| !key.is_empty()).map(|key| (*key).to_owned())
 }
 
 fn piece(path: &str, text: String, part: Range<usize>) -> Piece {
     let (mut list, mut start) = (Vec::new(), 0);
     // How far a mapping of free texts is indented that has a line for each of them.
     let mut free: Option<usize> = None;
+    // The keys that the lines to come may stand under, each with its indentation.
+    let mut above: Vec<(usize, String)> = Vec::new();
     for line in text.split_inclusive('\n') {
         let indent = line.len() - line.trim_start().len();
         free = free.filter(|outer| indent > *outer || line.trim().is_empty());
-        if part.contains(&start) {
-            let is_text = free.is_some();
-            let end = if is_text { line.find(':').unwrap_or(line.len()) } else { line.len() };
-            words(&line[..end], start, &mut list);
+        let is_text = free.is_some();
+        let end = if is_text { line.find(':').unwrap_or(line.len()) } else { line.len() };
+        if !line.trim().is_empty() {
+            above.retain(|(outer, _)| *outer < indent);
+        }
+        let path: Vec<&str> = above.iter().map(|(_, key)| key.as_str()).collect();
+        let before = list.len();
+        if let Some(key) = words(&line[..end], start, &path.join("/"), &mut list) {
+            above.push((indent, key));
+        }
+        if !part.contains(&start) {
+            list.truncate(before);
         }
         if FREE_VALUES.iter().any(|key| line.trim_end().trim_start() == format!("{key}:")) {
             free = Some(indent);
@@ -111,7 +149,15 @@ fn pieces(path: &str, text: &str) -> Vec<Piece> {
         let part = head.len()..text.len();
         piece(path, text, part)
     });
-    [head_words].into_iter().chain(rest).collect()
+    let mut pieces: Vec<Piece> = [head_words].into_iter().chain(rest).collect();
+    let mut known = BTreeSet::new();
+    for Piece { text, words, .. } in &mut pieces {
+        let last = words.last().map(|word| word.at.start);
+        words.retain(|Word { at, under }| {
+            known.insert((under.clone(), text[at.clone()].to_owned())) || Some(at.start) == last
+        });
+    }
+    pieces
 }
 
 /// The word with its middle letter changed.
@@ -132,7 +178,7 @@ fn unnoticed(readers: &[Reader<'_>], piece: &Piece) -> Vec<String> {
             return vec![format!("{} by itself: {errors}", piece.path)];
         }
     }
-    let unseen = piece.words.iter().filter(|word| {
+    let unseen = piece.words.iter().map(|word| &word.at).filter(|word| {
         let old = &piece.text[(*word).clone()];
         let text = format!("{}{}{}", &piece.text[..word.start], misspelt(old), &piece.text[word.end..]);
         readers
