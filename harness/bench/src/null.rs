@@ -83,9 +83,11 @@ impl Babbler {
             _ => (&[], 2 + random.below(1_490)),
         };
         octets.extend_from_slice(head);
-        for _ in 0..rest {
-            octets.push(random.octet());
+        let end = octets.len() + rest as usize;
+        while octets.len() < end {
+            octets.extend_from_slice(&random.below(1 << 48).to_le_bytes()[..6]);
         }
+        octets.truncate(end);
     }
 }
 

@@ -205,7 +205,15 @@ fn a_part_of_the_suite_does_not_pass_either(#[case] filter: &str) {
     };
     assert!(MANUALS.iter().any(|manual| has_it(&manual)), "no suite has anything like {filter}");
     for nobody in ["absent", "reflector", "babbler"] {
-        for manual in MANUALS.iter().filter(has_it) {
+        // The rules alone need every trial, and to look at the babbler in all of them takes long: a manual for each bus will do.
+        let takes_long = nobody == "babbler" && filter == "rules/";
+        let size = |manual: &&Manual| manual.variants.iter().map(|variant| variant.trials.len()).sum::<usize>();
+        let smallest = [Bus::Profinet, Bus::Profibus].map(|bus| {
+            let of_bus = MANUALS.iter().filter(has_it).filter(|manual| manual.device.bus == bus);
+            of_bus.min_by_key(size).map(|manual| &manual.device.name)
+        });
+        let is_asked = |manual: &&Manual| !takes_long || smallest.contains(&Some(&manual.device.name));
+        for manual in MANUALS.iter().filter(has_it).filter(is_asked) {
             let request = Request {
                 duts: vec![format!("null:{nobody}")],
                 device: Some(manual.device.name.clone()),
