@@ -32,6 +32,17 @@ def told(case):
     return lines
 
 
+def is_the_same(case, wanted):
+    """Whether a case came to what is approved.
+
+    What is wrong with a device for seconds on end cannot be seen without a halt where there is one every few seconds: where all that
+    was wanted and seen is what is approved as a failure, and only our being late kept it from being called so, it is the same.
+    """
+    first, *parts = told(case)
+    is_late = case["verdict"] == "inconclusive" and "the harness itself was" in (case["reason"] or "")
+    return [first, *parts] == wanted or bool(is_late and parts and wanted and wanted[0].startswith("fail ") and parts == wanted[1:])
+
+
 # So often a case is looked at again.
 LOOKS = 6
 
@@ -63,12 +74,17 @@ def main():
     before = path.read_text() if path.exists() else ""
     wanted = approved_of(before)
     for _ in range(LOOKS):
-        other = [case for case in cases.values() if case["kind"] == "case" and told(case) != wanted.get(case["id"])]
+        other = [case for case in cases.values() if case["kind"] == "case" and not is_the_same(case, wanted.get(case["id"]))]
         if os.environ.get("APPROVE") == "1":
             other = [case for case in other if case["verdict"] == "inconclusive"]
         for case in other:
             cases[case["id"]] = suite([*command, case["id"], "--exact"])[case["id"]]
-    lines = [line for case in cases.values() for line in told(case)]
+    if os.environ.get("APPROVE") != "1":
+        late = [case["id"] for case in cases.values() if is_the_same(case, wanted.get(case["id"])) and told(case) != wanted[case["id"]]]
+        for id in late:
+            print(f"# the approved failure was seen while we were late: {id}")
+    lines = [line for case in cases.values()
+             for line in (wanted[case["id"]] if is_the_same(case, wanted.get(case["id"])) else told(case))]
     text = "\n".join(lines) + "\n"
     if os.environ.get("APPROVE") == "1":
         path.write_text(text)
