@@ -124,7 +124,7 @@ fn read(
     }
     let used = Used::default();
     let ground = base.ground(sources, files, mistakes);
-    let variants = variants(&base, &base.common, &nodes, &ground, &used);
+    let variants = variants(&base, &base.common, &nodes.iter().collect::<Vec<_>>(), &ground, &used);
     if mistakes.count() > 0 {
         return None;
     }
@@ -141,7 +141,7 @@ fn read(
 fn variants(
     base: &Base,
     common: &[(String, Node)],
-    nodes: &[(String, Node)],
+    nodes: &[&(String, Node)],
     ground: &Ground<'_>,
     used: &Used,
 ) -> Vec<Variant> {
@@ -169,7 +169,7 @@ fn parse(sources: &Sources, folder: &str, files: &mut Files, mistakes: &Mistakes
 fn topics(
     base: &Base,
     suites: &[(String, Node)],
-    nodes: &[(String, Node)],
+    nodes: &[&(String, Node)],
     ground: &Ground<'_>,
     used: &Used,
 ) -> Vec<Variant> {
@@ -255,12 +255,12 @@ impl Checker {
             lists::bugs(&[(opened.0, opened.1)], &self.base.index, &files, &mistakes);
         } else if folder == self.folder && is_topic(name) {
             if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
-                self.compile(&self.base.common, &[(name.to_owned(), node)], &files, &mistakes);
+                self.compile(&self.base.common, &[&(name.to_owned(), node)], &files, &mistakes);
             }
         } else if folder == COMMON && name != "procedures" {
             let node = mistakes.keep(yaml::parse(opened.0, &opened.1).and_then(|node| common_suite(node, name)));
             let using = |(_, node): &&(String, Node)| node.get("use").and_then(Node::scalar) == Some(name);
-            let using: Vec<(String, Node)> = self.nodes.iter().filter(using).cloned().collect();
+            let using: Vec<&(String, Node)> = self.nodes.iter().filter(using).collect();
             if let Some(node) = node {
                 self.compile(&[(name.to_owned(), node)], &using, &files, &mistakes);
             }
@@ -268,7 +268,7 @@ impl Checker {
             && let Some(base) = self.base_with(name, opened.0, &opened.1, &mistakes)
         {
             let ground = base.ground(&self.sources, &files, &mistakes);
-            variants(&base, &self.base.common, &self.nodes, &ground, &Used::default());
+            variants(&base, &self.base.common, &self.likely_first(path, text), &ground, &Used::default());
         } else if mistakes.count() == 0 {
             files = Files::default();
             let sources = self.sources.clone().with(path, text);
@@ -308,7 +308,7 @@ impl Checker {
         let mut variants = Vec::new();
         if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
             let ground = self.base.ground(&self.sources, &files, &mistakes);
-            variants = topics(&self.base, &self.base.common, &[(name.to_owned(), node)], &ground, &Used::default());
+            variants = topics(&self.base, &self.base.common, &[&(name.to_owned(), node)], &ground, &Used::default());
         }
         if mistakes.count() > 0 {
             return Err(files.errors(&mistakes));
@@ -316,6 +316,15 @@ impl Checker {
         let Base { described: Described { device, .. }, requirements, bugs, .. } = &self.base;
         let (device, requirements, bugs) = (Arc::new(device.clone()), requirements.clone(), bugs.clone());
         Ok(Manual { device, requirements, bugs, variants, unused: Vec::new() })
+    }
+
+    /// The topic files, first those that name what is no longer in the text of `path`: there a mistake is found soonest.
+    fn likely_first(&self, path: &str, text: &str) -> Vec<&(String, Node)> {
+        let file = |path: &str| self.sources.files().find(|(of, _)| *of == path).map_or("", |(_, text)| text);
+        let gone = gone(file(path), text);
+        let mut nodes: Vec<&(String, Node)> = self.nodes.iter().collect();
+        nodes.sort_by_key(|(name, _)| !file(&format!("{}/{name}.yaml", self.folder)).contains(gone));
+        nodes
     }
 
     /// What everything stands on with this text of the file `name`, the file number `file`; none where all is to be read anew.
@@ -331,7 +340,34 @@ impl Checker {
         self.base.with(&self.sources, device, &procedures, mistakes)
     }
 
-    fn compile(&self, suites: &[(String, Node)], nodes: &[(String, Node)], files: &Files, mistakes: &Mistakes) {
+    fn compile(&self, suites: &[(String, Node)], nodes: &[&(String, Node)], files: &Files, mistakes: &Mistakes) {
         topics(&self.base, suites, nodes, &self.base.ground(&self.sources, files, mistakes), &Used::default());
+    }
+}
+
+/// What stands in `before` where `after` has something else, out to the ends of its words.
+fn gone<'a>(before: &'a str, after: &str) -> &'a str {
+    let same = before.char_indices().zip(after.chars()).find(|((_, old), new)| old != new);
+    let from = same.map_or(before.len(), |((at, _), _)| at);
+    let tail = before.chars().rev().zip(after.chars().rev()).take_while(|(old, new)| old == new);
+    let to = before.len() - tail.map(|(old, _)| old.len_utf8()).sum::<usize>();
+    let is_edge = |letter: char| !letter.is_alphanumeric() && letter != '_';
+    let edge = before[..from].char_indices().rev().find(|(_, letter)| is_edge(*letter));
+    let begin = edge.map_or(0, |(at, letter)| at + letter.len_utf8());
+    let to = to.max(from);
+    let end = before[to..].find(is_edge).map_or(before.len(), |at| to + at);
+    &before[begin..end]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_changed_word_is_gone_as_a_whole() {
+        assert_eq!(gone("a: home_position }", "a: home_pqsition }"), "home_position");
+        assert_eq!(gone("a: b", "a: b"), "b");
+        assert_eq!(gone("±word±", "±wqrd±"), "word");
+        assert_eq!(gone("a: bc d", "a: c d"), "bc");
     }
 }

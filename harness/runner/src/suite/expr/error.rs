@@ -65,6 +65,10 @@ impl<'w> Nearest<'w> {
     }
 
     pub(super) fn offer(&mut self, candidate: &str) {
+        // A word with one change cannot be nearer but by being the same, and nobody looks for what is known.
+        if self.distance <= 1 {
+            return;
+        }
         // Each letter more or less is a change, and most candidates are told apart by that.
         if self.word.len().abs_diff(candidate.len()) >= self.distance && self.word.is_ascii() && candidate.is_ascii() {
             return;
