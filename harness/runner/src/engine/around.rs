@@ -52,6 +52,7 @@ pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, exclude
         rules: vec![unseen; variant.rules.len()],
         findings: Vec::new(),
         identity: None,
+        disturbed: None,
         trace: Trace::new(),
     }
 }

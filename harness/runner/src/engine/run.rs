@@ -199,6 +199,8 @@ pub struct TrialOutcome {
     pub findings: Vec<Finding>,
     /// What the device said it is.
     pub identity: Option<String>,
+    /// Why what was seen says nothing about a live device: the line, the end of the run, or we ourselves were late.
+    pub disturbed: Option<String>,
     /// Every frame.
     pub trace: Trace,
 }
@@ -361,7 +363,8 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
 }
 
 fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
-    let disturbed = !run.world.segment.is_model() && run.is_disturbed();
+    let why = if run.world.segment.is_model() { None } else { run.not_the_device() };
+    let disturbed = why.is_some();
     let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
     let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
     let repeat = format!("--dut {dut}{}{bugs}", persona.unwrap_or_default());
@@ -448,7 +451,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     };
     let case = super::evidence::keep(case, run.world.manual, run.world.variant, &run.world.trace, options);
     let identity = run.identity.as_ref().map(identity).or_else(|| run.slave.identity());
-    TrialOutcome { case, rules, findings, identity, trace: run.world.trace }
+    TrialOutcome { case, rules, findings, identity, disturbed: why, trace: run.world.trace }
 }
 
 fn identity(station: &StationSeen) -> String {

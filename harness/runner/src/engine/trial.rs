@@ -329,7 +329,7 @@ impl<'a> Run<'a> {
     }
 
     /// Why nothing can be said about the device, whatever was seen: the line, the end of the run, or ourselves.
-    fn not_the_device(&self) -> Option<String> {
+    pub fn not_the_device(&self) -> Option<String> {
         let (late, slack) = (self.world.segment.lateness(), self.slack);
         let too_late = || {
             (late > slack)
@@ -347,11 +347,6 @@ impl<'a> Run<'a> {
             })
         };
         self.world.halted().or_else(held_back).or_else(too_late).or_else(answered_late)
-    }
-
-    /// Whether what was seen in this trial says nothing about the device.
-    pub fn is_disturbed(&self) -> bool {
-        self.not_the_device().is_some()
     }
 
     /// A failure of the device, unless the line broke, the run was interrupted or we were late ourselves: then nothing can be
