@@ -53,7 +53,7 @@ pub struct Difference {
 
 /// Which instant of one side is which of the other.
 #[derive(Debug)]
-struct Clock(Vec<(Time, Time)>);
+pub(super) struct Clock(Vec<(Time, Time)>);
 
 impl Clock {
     fn of(pairs: impl Iterator<Item = (Time, Time)>) -> Clock {
@@ -66,8 +66,15 @@ impl Clock {
         Clock(anchors)
     }
 
+    /// The clock of two conversations.
+    pub fn between(first: &Conversation, second: &Conversation) -> Clock {
+        let (pairs, _) = pair(&first.asked, &second.asked);
+        let both = pairs.iter().filter_map(|&(i, j)| Some((first.asked.get(i)?, second.asked.get(j)?)));
+        Clock::of(both.flat_map(|(a, b)| [(a.at, b.at), (a.done, b.done)]))
+    }
+
     /// The instant of the other side; none before the first step that both took.
-    fn there(&self, time: Time) -> Option<Time> {
+    pub fn there(&self, time: Time) -> Option<Time> {
         let behind = self.0.partition_point(|(here, _)| *here <= time);
         let (here, there) = *self.0.get(behind.checked_sub(1)?)?;
         let on = there + time.since(here);
@@ -78,6 +85,19 @@ impl Clock {
 
 /// The differences between two conversations, in the order in which they show on the first side, at most [`MOST`].
 pub fn compare(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<Difference> {
+    firsts(every(first, second, masks))
+}
+
+/// Of one name in one step the first difference is enough, and [`MOST`] of them are.
+pub fn firsts(mut found: Vec<Difference>) -> Vec<Difference> {
+    let mut told = BTreeSet::new();
+    found.retain(|difference| told.insert((difference.step, difference.kind, difference.name.clone())));
+    found.truncate(MOST);
+    found
+}
+
+/// All differences between two conversations, in the order in which they show on the first side.
+pub fn every(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<Difference> {
     let cycle = first.cycle.or(second.cycle).unwrap_or_default();
     let tolerance = masks.tolerance(cycle);
     let (pairs, alone) = pair(&first.asked, &second.asked);
@@ -101,7 +121,7 @@ pub fn compare(first: &Conversation, second: &Conversation, masks: &Masks) -> Ve
     for name in names.into_iter().filter(|name| !masks.hides(name)) {
         let (one, other) = (first.tracks.get(name).unwrap_or(&none), second.tracks.get(name).unwrap_or(&none));
         let ends = (first.end, second.end);
-        track(name, one, other, &there, ends, tolerance, masks, &mut |change, seen, time| {
+        track(name, one, other, &there, ends, tolerance, (masks, true), &mut |change, seen, time| {
             found.push(difference(
                 Kind::Input,
                 name,
@@ -111,7 +131,7 @@ pub fn compare(first: &Conversation, second: &Conversation, masks: &Masks) -> Ve
                 (time, seen.frame),
             ));
         });
-        track(name, other, one, &here, (ends.1, ends.0), tolerance, masks, &mut |change, seen, time| {
+        track(name, other, one, &here, (ends.1, ends.0), tolerance, (masks, false), &mut |change, seen, time| {
             let at = Change { at: time, ..seen.clone() };
             let there = (change.at, change.frame);
             found.push(difference(Kind::Input, name, &at, seen.value.clone(), change.value.clone(), there));
@@ -125,10 +145,6 @@ pub fn compare(first: &Conversation, second: &Conversation, masks: &Masks) -> Ve
             difference.step = before;
         }
     }
-    // Of one name in one step the first is enough.
-    let mut told = BTreeSet::new();
-    found.retain(|difference| told.insert((difference.step, difference.kind, difference.name.clone())));
-    found.truncate(MOST);
     found
 }
 
@@ -145,13 +161,13 @@ fn difference(
 }
 
 /// A step that only one side has.
-enum Alone {
+pub(super) enum Alone {
     First(usize),
     Second(usize),
 }
 
 /// The steps that both sides took, and those that only one did.
-fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, Vec<Alone>) {
+pub(super) fn pair(first: &[Asked], second: &[Asked]) -> (Vec<(usize, usize)>, Vec<Alone>) {
     let (mut pairs, mut alone) = (Vec::new(), Vec::new());
     let (mut i, mut j) = (0, 0);
     while i < first.len() || j < second.len() {
@@ -264,11 +280,10 @@ fn track(
     clock: &Clock,
     ends: (Time, Time),
     tolerance: Duration,
-    masks: &Masks,
+    (masks, is_first): (&Masks, bool),
     tell: &mut dyn FnMut(&Change, &Change, Time),
 ) {
-    let noise = if one.measured || other.measured { masks.noise.into() } else { 0 };
-    for change in &one.changes {
+    for (place, change) in one.changes.iter().enumerate() {
         let (Some(value), Some(time)) = (&change.value, clock.there(change.at)) else { continue };
         // What comes with the end of either side may be missing on the other.
         if change.at + tolerance > ends.0 || time + tolerance > ends.1 {
@@ -277,15 +292,36 @@ fn track(
         let (from, to) =
             (Time::from_nanos(time.as_nanos().saturating_sub(tolerance.as_nanos() as u64)), time + tolerance);
         let begin = other.changes.partition_point(|of| of.at <= from).saturating_sub(1);
-        let window: Vec<&Change> = other.changes.iter().skip(begin).take_while(|of| of.at <= to).collect();
-        let known: Vec<&Value> = window.iter().filter_map(|of| of.value.as_ref()).collect();
-        if known.is_empty() || (window.len() > known.len() && name != "connection") {
+        let recorded = if is_first { change.at } else { time };
+        // A shaft that turns is at every place between two samples.
+        let beyond = usize::from(one.measured && masks.turns(recorded, tolerance));
+        let end = other.changes.partition_point(|of| of.at <= to) + beyond;
+        let window: Vec<&Change> = other.changes.iter().take(end).skip(begin).collect();
+        let mut known: Vec<&Value> = window.iter().filter_map(|of| of.value.as_ref()).collect();
+        if window.len() > known.len() && name != "connection" {
+            // Right behind the begin of a connection a value counts if it stays.
+            let begun = window.iter().rposition(|of| of.value.is_none()).and_then(|none| window.get(none + 1));
+            let Some(until) = begun.map(|begun| begun.at + tolerance * 2) else { continue };
+            let stays = one.changes.get(place + 1).map_or(ends.0, |next| next.at).since(change.at);
+            if stays <= until.since(time) + tolerance || until + tolerance > ends.1 {
+                continue;
+            }
+            known = other.at(until).and_then(|of| of.value.as_ref()).into_iter().collect();
+        }
+        if known.is_empty() {
             continue;
         }
+        let noise = if one.measured || other.measured { masks.noise(recorded, tolerance) } else { 0 };
         let numbers = || known.iter().filter_map(|of| of.number);
+        let circle = masks.circle.filter(|_| noise > 0 && (one.is_place || other.is_place));
         let within = |number: i128| {
             let (low, high) = (numbers().min(), numbers().max());
-            low.is_some_and(|low| number >= low - noise) && high.is_some_and(|high| number <= high + noise)
+            let around = |of: i128, circle: i128| {
+                let way = (number - of).rem_euclid(circle.max(1));
+                way.min(circle - way) <= noise
+            };
+            (low.is_some_and(|low| number >= low - noise) && high.is_some_and(|high| number <= high + noise))
+                || circle.is_some_and(|circle| numbers().any(|of| around(of, circle)))
         };
         let fits = match value.number.filter(|_| one.measured) {
             Some(number) => within(number),

@@ -10,10 +10,13 @@ use super::write_case::{TOPIC, Written, unjudged};
 use crate::engine::{BenchError, DutSpec, RunOptions, TrialOutcome, run_trial};
 use crate::suite::model::{Class, Manual};
 use crate::suite::{Checker, LoadErrors, Sources};
+use crate::verdict::Verdict;
 use std::time::Duration;
 
 /// What is waited behind the last step, so that its consequences are seen.
 pub const TAIL: Duration = Duration::from_millis(300);
+/// How often a live device is driven until nothing disturbs it.
+const TRIES: usize = 5;
 /// How the engine marks what it does after the last step.
 const CLEAN_UP: &str = "clean-up";
 
@@ -26,6 +29,9 @@ pub enum CannotDrive {
     /// The bench cannot be used.
     #[error(transparent)]
     Bench(#[from] BenchError),
+    /// The line broke, or we were late ourselves, however often it was tried.
+    #[error("{0}")]
+    Disturbed(String),
     /// The manual has no requirement or variant for it.
     #[error("{0}")]
     Nothing(String),
@@ -75,7 +81,8 @@ impl<'m> Bench<'m> {
         self.manual.device.variants.get(self.variant).map_or("", String::as_str)
     }
 
-    /// Drives a device with a script, and waits a little behind it.
+    /// Drives a device with a script, and waits a little behind it; a live one once more where the line or we ourselves came in
+    /// between.
     pub fn drive(&self, script: &[Ask], dut: &DutSpec) -> Result<Conversation, CannotDrive> {
         let mut script = script.to_vec();
         script.push(Ask::Wait(TAIL));
@@ -83,10 +90,10 @@ impl<'m> Bench<'m> {
             id: "drive".to_owned(),
             why: "The controller side of a capture.".to_owned(),
             variant: self.variant().to_owned(),
-            steps: unjudged(&script, &self.requirement),
+            steps: unjudged(&script, &self.requirement, &|name| self.is_read_only(name)),
             ..Written::default()
         };
-        let outcome = self.run(&written.yaml(), dut)?;
+        let outcome = self.settled(&written.yaml(), dut)?;
         if outcome.trace.is_empty() {
             let why = outcome.case.reason.unwrap_or_else(|| "no frame was seen".to_owned());
             return Err(CannotDrive::Nothing(format!("the device could not be driven: {why}")));
@@ -99,6 +106,30 @@ impl<'m> Bench<'m> {
             frames.push((frame.number as u64, frame.time, frame.octets));
         }
         Ok(listen(self.whom(), frames.into_iter()))
+    }
+
+    /// Runs a written case, on a live device until nothing disturbs it.
+    pub fn settled(&self, yaml: &str, dut: &DutSpec) -> Result<TrialOutcome, CannotDrive> {
+        let mut last = String::new();
+        for _ in 0..TRIES {
+            let outcome = self.run(yaml, dut)?;
+            let undecided =
+                (outcome.case.verdict == Verdict::Inconclusive).then(|| outcome.case.reason.clone()).flatten();
+            match outcome.disturbed.clone().or(undecided) {
+                Some(why) if dut.live().is_some() => last = why,
+                _ => return Ok(outcome),
+            }
+        }
+        Err(CannotDrive::Disturbed(format!(
+            "the device was driven {TRIES} times, and each time something came in between: {last}"
+        )))
+    }
+
+    /// Whether a name is a parameter, or an element of one, that can only be read.
+    fn is_read_only(&self, name: &str) -> bool {
+        let number = name.strip_prefix('P').and_then(|rest| rest.split('.').next()?.parse::<u16>().ok());
+        let known = number.and_then(|number| self.manual.device.parameters.iter().find(|of| of.number == number));
+        known.is_some_and(|parameter| !parameter.writable)
     }
 
     /// Loads a written case and runs it.

@@ -93,6 +93,33 @@ pub struct Track {
     pub measured: bool,
     /// Whether it is a place of the shaft.
     pub is_place: bool,
+    /// Where it stands in the frames that carry it.
+    pub stands: Option<Stands>,
+}
+
+/// Where a name of cyclic data stands in a frame: a number, most significant octet first, and which of its bits are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stands {
+    /// The first octet of the number, from 0 at the first one of the frame.
+    pub octet: usize,
+    /// How many octets the number has.
+    pub octets: usize,
+    /// The lowest bit that is meant, 0 is the least significant.
+    pub low: u32,
+    /// How many bits are meant.
+    pub width: u32,
+}
+
+impl Stands {
+    /// The octet and the bit of the highest bit in which two values differ; the bit only where a single one is meant.
+    pub fn differs(&self, one: Option<i128>, other: Option<i128>) -> (usize, Option<u8>) {
+        let mask = (1_i128 << self.width.min(64)) - 1;
+        let different = one.zip(other).map_or(mask, |(one, other)| (one ^ other) & mask);
+        let highest = self.low + (i128::BITS - 1).saturating_sub(different.leading_zeros());
+        let behind = (highest / 8) as usize;
+        let octet = self.octet + (self.octets.saturating_sub(1)).saturating_sub(behind);
+        (octet, (self.width == 1).then_some((highest % 8) as u8))
+    }
 }
 
 impl Track {
@@ -121,13 +148,24 @@ pub struct Event {
     pub said: Vec<(String, Value)>,
 }
 
-/// Something of the controller that the language has no step for, or that no manual knows.
+/// Something in a capture that cannot be done again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LeftOut {
     /// The frame.
     pub frame: u64,
     /// What it was.
     pub what: String,
+    /// From when on it may have changed what the device answers; none where it changes nothing.
+    pub since: Option<Time>,
+    /// Until when; none for the rest of the capture.
+    pub until: Option<Time>,
+}
+
+impl LeftOut {
+    /// Whether what the device answered at this time may come of it.
+    pub fn covers(&self, time: Time) -> bool {
+        self.since.is_some_and(|since| since <= time) && self.until.is_none_or(|until| time < until)
+    }
 }
 
 /// What was said between a controller and a device.

@@ -1,20 +1,27 @@
 //! A capture held against a device: heard, driven again, compared.
 
 use super::ask::Ask;
-use super::compare::compare;
+use super::compare::{Difference, Kind, compare, every, firsts};
 use super::drive::{Bench, CannotDrive};
-use super::heard::Conversation;
-use super::infer::{Shaft, shaft};
+use super::follows::{Follows, UNKNOWN};
+use super::heard::{Conversation, Value};
+use super::infer::{self, put};
 use super::listen::{Ear, Whom};
 use super::masks::Masks;
 use super::report::{AgainstReport, DifferenceReport, LeftOutReport};
-use super::script::script;
-use crate::engine::DutSpec;
+use super::timed::Timed;
+use super::turn::{Turning, follow};
+use crate::engine::{DutKind, DutSpec};
 use crate::suite::device::Bus;
 use bench::CaptureReader;
 use bench::capture::{Item, LinkType, NotACapture};
 use station::Time;
 use std::io::Read;
+
+/// Within so many tolerances a difference is the same one in two runs.
+const NEAR: u32 = 4;
+/// Differences of a turning shaft that are looked at one by one.
+const MOST_LOOKED_AT: usize = 5_000;
 
 /// What was heard in a capture, and when its first frame came.
 #[derive(Clone, Debug)]
@@ -70,24 +77,127 @@ pub fn hold(bench: &Bench<'_>, dut: &DutSpec, heard: &Heard, masks: &Masks) -> R
         report.masked = masks.names.clone();
         return Ok(report);
     }
-    let mut steps = script(&heard.said);
-    report.steps = steps.len();
-    let shaft = match dut.live() {
-        Some(_) => Shaft { ask: None, text: "unknown: a live device stands where it stands".to_owned(), name: None },
-        None => shaft(bench, dut, &heard.said, &steps)?,
-    };
+    let recorded = &heard.said;
     let mut masks = masks.clone();
-    if shaft.ask.is_none() {
-        let places = heard.said.tracks.iter().filter(|(_, track)| track.is_place);
-        masks.names.extend(places.map(|(name, _)| (name.clone(), "the place of the shaft is unknown".to_owned())));
-    }
-    steps.splice(0..0, shaft.ask);
-    let ours = bench.drive(&steps, dut)?;
-    let found = compare(&heard.said, &ours, &masks);
+    report.steps = Timed::new(recorded).script().len();
+    let found = match differences(bench, dut, recorded, &mut masks, &mut report.shaft) {
+        Ok(found) => found,
+        Err(CannotDrive::Disturbed(why)) => {
+            report.inconclusive = Some(why);
+            Vec::new()
+        }
+        Err(error) => return Err(error),
+    };
+    // What only our own controller asked says nothing about a device, and nothing does behind what could not be done again.
+    let depends = |of: &&Difference| recorded.left_out.iter().any(|left| left.covers(of.at));
+    let is_theirs = |of: &&Difference| of.kind != Kind::Step || of.first.is_some();
     let whom = bench.whom();
-    report.differences =
-        found.iter().map(|of| DifferenceReport::new(whom.manual, whom.variant, heard.begin, of)).collect();
-    report.shaft = shaft.text;
+    report.differences = found
+        .iter()
+        .filter(|of| is_theirs(of) && !depends(of))
+        .map(|of| DifferenceReport::new(whom, heard, of))
+        .collect();
     report.masked = masks.names;
     Ok(report)
+}
+
+/// In what the device differs, with the shaft as it was found out; `shaft` takes what became of it.
+fn differences(
+    bench: &Bench<'_>,
+    dut: &DutSpec,
+    recorded: &Conversation,
+    masks: &mut Masks,
+    shaft: &mut String,
+) -> Result<Vec<Difference>, CannotDrive> {
+    let mut timed = Timed::new(recorded);
+    let plain = timed.script();
+    if dut.live().is_some() {
+        "unknown: nobody moves the shaft of a live device as it was moved; it is taken to stand where it stood"
+            .clone_into(shaft);
+        return without(bench, dut, recorded, masks, &plain);
+    }
+    let found = infer::shaft(bench, dut, recorded, &plain, None)?;
+    *shaft = found.text;
+    let Some((name, place)) = found.put else { return without(bench, dut, recorded, masks, &plain) };
+    let connect = plain.iter().position(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
+    let mut begin = vec![put(place)];
+    begin.extend(plain.iter().take(connect + 1).cloned());
+    match Turning::of(bench, dut, recorded, (&name, place), &begin)? {
+        Err(why) => {
+            *shaft = format!("unknown: {why}");
+            without(bench, dut, recorded, masks, &plain)
+        }
+        Ok(None) => {
+            let mut steps = plain;
+            steps.insert(0, put(place));
+            Ok(compare(recorded, &bench.drive(&steps, dut)?, masks))
+        }
+        Ok(Some(mut turning)) => {
+            let again = infer::shaft(bench, dut, recorded, &plain, Some(&turning.first()))?;
+            turning.put(again.put.map_or(place, |(_, place)| place));
+            follow(bench, dut, recorded, &mut turning, &mut timed)?;
+            shaft.push_str(&turning.to_string());
+            turned(bench, dut, recorded, &turning, &timed, masks)
+        }
+    }
+}
+
+/// The differences where nobody knows the place of the shaft: what follows from it is not compared.
+fn without(
+    bench: &Bench<'_>,
+    dut: &DutSpec,
+    recorded: &Conversation,
+    masks: &mut Masks,
+    steps: &[Ask],
+) -> Result<Vec<Difference>, CannotDrive> {
+    let healthy = DutSpec { kind: DutKind::Model { bugs: Vec::new() }, ..dut.clone() };
+    let follows = Follows::of(bench, &healthy, recorded, steps)?;
+    masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
+    let mut found = compare(recorded, &bench.drive(steps, dut)?, masks);
+    found.retain(|of| !follows.explains(of, recorded));
+    Ok(found)
+}
+
+/// The differences where the shaft turned: it is turned in time, a little early and a little late, and what one of these answers as
+/// it was recorded, or the two around it, depends on when exactly the shaft was where.
+fn turned(
+    bench: &Bench<'_>,
+    dut: &DutSpec,
+    recorded: &Conversation,
+    turning: &Turning,
+    timed: &Timed,
+    masks: &mut Masks,
+) -> Result<Vec<Difference>, CannotDrive> {
+    masks.turned.clone_from(&turning.turned);
+    masks.circle = turning.circle();
+    let tolerance = masks.tolerance(recorded.cycle.unwrap_or_default());
+    let window = tolerance * NEAR;
+    let tolerance = i64::try_from(tolerance.as_nanos()).unwrap_or(i64::MAX);
+    let mut found = every(recorded, &bench.drive(&turning.script(timed, 0), dut)?, masks);
+    found.truncate(MOST_LOOKED_AT);
+    if found.is_empty() {
+        return Ok(found);
+    }
+    let mut others = Vec::new();
+    for ahead in [tolerance, -tolerance] {
+        others.push(every(recorded, &bench.drive(&turning.script(timed, ahead), dut)?, masks));
+    }
+    found.retain(|of| {
+        // With another timing it may show before or behind another step.
+        let same = |other: &&Difference| (other.kind, &other.name) == (of.kind, &of.name);
+        let apart = |other: &&Difference| other.at.since(of.at).max(of.at.since(other.at));
+        let near = |other: &&Difference| apart(other) <= window;
+        let nearest = |found: &'_ Vec<Difference>| found.iter().filter(same).filter(near).min_by_key(apart).cloned();
+        let Some(others) = others.iter().map(nearest).collect::<Option<Vec<_>>>() else {
+            return false;
+        };
+        let number = |value: &Option<Value>| value.as_ref().and_then(|value| value.number);
+        let shown: Option<Vec<i128>> = others.iter().chain([of]).map(|of| number(&of.second)).collect();
+        let between = number(&of.first).zip(shown).is_some_and(|(recorded, shown)| {
+            let (low, high) = (shown.iter().min(), shown.iter().max());
+            low.is_some_and(|low| *low <= recorded) && high.is_some_and(|high| recorded <= *high)
+        });
+        !between
+    });
+    Ok(firsts(found))
 }

@@ -16,29 +16,32 @@ const BEGIN: i128 = 0x2_0000;
 /// What was found about the shaft.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shaft {
-    /// What puts it there, before everything else; none where it is unknown.
-    pub ask: Option<Ask>,
+    /// The name of the place by which it was found, and the raw place of the shaft; none where it is unknown.
+    pub put: Option<(String, i128)>,
     /// The same as a sentence.
     pub text: String,
-    /// The name of the place by which it was found.
-    pub name: Option<String>,
 }
 
 /// The first place that a telegram shows, by name.
 fn place(heard: &Conversation) -> Option<(&String, i128)> {
     let first = |track: &Track| track.changes.iter().find_map(|change| change.value.as_ref()?.number);
-    let mut places = heard.tracks.iter().filter(|(_, track)| track.is_place);
-    places.find_map(|(name, track)| Some((name, first(track).filter(|place| *place != 0)?)))
+    let places = heard.tracks.iter().filter(|(_, track)| track.is_place);
+    let mut places: Vec<(&String, i128)> = places.filter_map(|(name, track)| Some((name, first(track)?))).collect();
+    // A place that is only shown on request is 0 as long as nobody asks.
+    places.sort_by_key(|(_, place)| *place == 0);
+    places.into_iter().next()
 }
 
-/// Finds where the shaft has to stand at the begin of `script` so that a model shows the place that was recorded.
+/// Finds where the shaft has to stand at the begin of `script` so that a model shows the place that was recorded; `speed` is
+/// how it turns from the begin on.
 pub fn shaft(
     bench: &Bench<'_>,
     model: &DutSpec,
     recorded: &Conversation,
     script: &[Ask],
+    speed: Option<&Ask>,
 ) -> Result<Shaft, CannotDrive> {
-    let unknown = |why: &str| Shaft { ask: None, text: format!("unknown: {why}"), name: None };
+    let unknown = |why: &str| Shaft { put: None, text: format!("unknown: {why}") };
     let Some((name, wanted)) = place(recorded) else {
         return Ok(unknown("no telegram of the capture shows a place"));
     };
@@ -47,6 +50,7 @@ pub fn shaft(
     let begin: Vec<Ask> = script.iter().take(connect + 1).cloned().collect();
     let shows = |counts: i128| -> Result<Option<i128>, CannotDrive> {
         let mut script = vec![put(counts)];
+        script.extend(speed.cloned());
         script.extend(begin.iter().cloned());
         let heard = bench.drive(&script, model)?;
         Ok(heard
@@ -60,7 +64,7 @@ pub fn shaft(
         let Some(seen) = shows(counts)? else { return Ok(unknown("the model shows no place after this start-up")) };
         if seen == wanted {
             let text = format!("put where {name} is {wanted} at first, as recorded");
-            return Ok(Shaft { ask: Some(put(counts)), text, name: Some(name.clone()) });
+            return Ok(Shaft { put: Some((name.clone(), counts)), text });
         }
         let left = wanted - seen;
         // Hardware steps for each step of the telegram, as the last move has shown.
@@ -77,6 +81,7 @@ pub fn shaft(
     Ok(unknown(&format!("no place of the shaft was found at which {name} is {wanted}")))
 }
 
-fn put(counts: i128) -> Ask {
+/// What puts the shaft at a raw place.
+pub fn put(counts: i128) -> Ask {
     Ask::Set(vec![("shaft.counts".to_owned(), counts.to_string())])
 }

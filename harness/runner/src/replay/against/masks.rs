@@ -3,6 +3,7 @@
 //! Each manual may have a file `masks.yaml`; another one can be named on the command line. This room must not know what is compared.
 
 use crate::suite::MaskList;
+use station::Time;
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -18,11 +19,15 @@ pub struct Masks {
     pub cycles: u64,
     /// By how many steps a measured number may differ.
     pub noise: u32,
+    /// When the shaft turned, by the clock of the capture: a place may differ by one step there.
+    pub turned: Vec<(Time, Time)>,
+    /// The steps of the circle on which that place lies, where it is known.
+    pub circle: Option<i128>,
 }
 
 impl Default for Masks {
     fn default() -> Masks {
-        Masks { names: BTreeMap::new(), cycles: TOLERANCE, noise: 0 }
+        Masks { names: BTreeMap::new(), cycles: TOLERANCE, noise: 0, turned: Vec::new(), circle: None }
     }
 }
 
@@ -32,6 +37,8 @@ impl From<MaskList> for Masks {
             names: list.names.into_iter().collect(),
             cycles: list.tolerance.unwrap_or(TOLERANCE),
             noise: list.noise.unwrap_or_default(),
+            turned: Vec::new(),
+            circle: None,
         }
     }
 }
@@ -43,6 +50,16 @@ impl Masks {
             name.strip_prefix(mask.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         self.names.keys().any(is_part)
+    }
+
+    /// By how many steps a measured number may differ at an instant of the capture, or a little before or after.
+    pub fn noise(&self, at: Time, tolerance: Duration) -> i128 {
+        i128::from(self.noise.max(u32::from(self.turns(at, tolerance))))
+    }
+
+    /// Whether the shaft turned at an instant of the capture, or a little before or after.
+    pub fn turns(&self, at: Time, tolerance: Duration) -> bool {
+        self.turned.iter().any(|(from, to)| *from <= at + tolerance && at <= *to + tolerance)
     }
 
     /// By how much a value may come earlier or later.

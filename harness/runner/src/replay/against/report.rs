@@ -2,9 +2,11 @@
 
 use super::compare::{Difference, Kind};
 use super::heard::{LeftOut, Value};
+use super::hold::Heard;
+use super::listen::Whom;
+use crate::suite::device::Bus;
 use crate::suite::model::Manual;
 use serde::Serialize;
-use station::Time;
 use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
@@ -32,6 +34,12 @@ pub struct AgainstReport {
 pub struct DifferenceReport {
     /// The packet of the capture, from 1; 0 where the capture has none, since only the other device did something.
     pub frame: u64,
+    /// The octet of the packet, from 0; none where the name is no cyclic data, or the capture has no packet of it.
+    pub octet: Option<usize>,
+    /// The bit of that octet where a single one is meant, 0 is the least significant.
+    pub bit: Option<u8>,
+    /// A Wireshark display filter that finds the packet; none on PROFIBUS, which Wireshark does not read.
+    pub filter: Option<String>,
     /// Seconds since the first frame of the capture.
     pub at: f64,
     /// The name in the words of the manual, or the request.
@@ -53,23 +61,35 @@ pub struct LeftOutReport {
     pub frame: u64,
     /// What it was.
     pub what: String,
+    /// Whether what the device answers may come of it, so that it is not compared.
+    pub matters: bool,
 }
 
 impl From<&LeftOut> for LeftOutReport {
     fn from(of: &LeftOut) -> LeftOutReport {
-        LeftOutReport { frame: of.frame, what: of.what.clone() }
+        LeftOutReport { frame: of.frame, what: of.what.clone(), matters: of.since.is_some() }
     }
 }
 
 impl DifferenceReport {
-    /// A difference whose first side is the capture, which began at `begin`.
-    pub fn new(manual: &Manual, variant: usize, begin: Time, difference: &Difference) -> DifferenceReport {
+    /// A difference whose first side is the capture.
+    pub fn new(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> DifferenceReport {
+        let Whom { manual, variant } = whom;
         let text = |value: &Option<Value>| value.as_ref().map(ToString::to_string);
+        let number = |value: &Option<Value>| value.as_ref().and_then(|value| value.number);
         let requirement = related(manual, variant, &difference.name);
         let requirement = requirement.and_then(|index| manual.requirements.get(index)).map(|of| of.id.clone());
+        let has_frame = difference.frame > 0;
+        let track = heard.said.tracks.get(&difference.name).filter(|_| difference.kind == Kind::Input && has_frame);
+        let stands = track.and_then(|track| track.stands);
+        let place = stands.map(|stands| stands.differs(number(&difference.first), number(&difference.second)));
+        let filter = || format!("frame.number == {}", difference.frame);
         DifferenceReport {
             frame: difference.frame,
-            at: difference.at.since(begin).as_secs_f64(),
+            octet: place.map(|(octet, _)| octet),
+            bit: place.and_then(|(_, bit)| bit),
+            filter: (has_frame && manual.device.bus == Bus::Profinet).then(filter),
+            at: difference.at.since(heard.begin).as_secs_f64(),
             name: difference.name.clone(),
             kind: match difference.kind {
                 Kind::Answer => "answer",
@@ -103,7 +123,8 @@ impl fmt::Display for AgainstReport {
         writeln!(out, "\n  against {}: {} steps of the controller driven again", self.against, self.steps)?;
         writeln!(out, "    shaft: {}", self.shaft)?;
         for left in &self.left_out {
-            writeln!(out, "    not driven: frame {}: {}", left.frame, left.what)?;
+            let so = if left.matters { "; what the device answers from there on is not compared" } else { "" };
+            writeln!(out, "    not driven: frame {}: {}{so}", left.frame, left.what)?;
         }
         for (name, why) in &self.masked {
             writeln!(out, "    not compared: {name}: {why}")?;
@@ -121,12 +142,17 @@ impl fmt::Display for AgainstReport {
         }
         let nothing = || "nothing".to_owned();
         for of in &self.differences {
+            let place = match (of.octet, of.bit) {
+                (Some(octet), Some(bit)) => format!(" [octet {octet} bit {bit}]"),
+                (Some(octet), None) => format!(" [octet {octet}]"),
+                _ => String::new(),
+            };
             let requirement = of.requirement.as_ref().map_or(String::new(), |id| format!(" (see {id})"));
             let (recorded, ours) =
                 (of.recorded.clone().unwrap_or_else(nothing), of.ours.clone().unwrap_or_else(nothing));
             writeln!(
                 out,
-                "  {:>7} {:>14.6}  {}: recorded {recorded}, the device shows {ours}{requirement}",
+                "  {:>7} {:>14.6}  {}{place}: recorded {recorded}, the device shows {ours}{requirement}",
                 of.frame, of.at, of.name
             )?;
         }

@@ -7,7 +7,7 @@ use super::heard::Conversation;
 use std::time::Duration;
 
 /// Shorter waits than this are how long our own steps take.
-const SHORTEST: Duration = Duration::from_millis(3);
+pub(super) const SHORTEST: Duration = Duration::from_millis(3);
 /// Longer waits are cut to this where time does not matter.
 pub const LONGEST: Duration = Duration::from_secs(60);
 

@@ -7,6 +7,7 @@ use super::ask::{Ask, Connection};
 use super::checks::{self, Checks};
 use super::compare::{Difference, Kind, compare};
 use super::drive::{Bench, CannotDrive};
+use super::follows::{Follows, UNKNOWN};
 use super::heard::Conversation;
 use super::hold::nothing_to_drive;
 use super::masks::Masks;
@@ -65,6 +66,12 @@ pub enum Shrunk {
 /// Shrinks the controller side of a capture.
 pub fn shrink(bench: &Bench<'_>, pair: &Pair<'_>, heard: &Conversation, masks: &Masks) -> Result<Shrunk, CannotDrive> {
     let whole = script(heard);
+    let mut masks = masks.clone();
+    if pair.dut.live().is_some() && nothing_to_drive(heard).is_none() {
+        let follows = Follows::of(bench, pair.healthy, heard, &whole)?;
+        masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
+    }
+    let masks = &masks;
     if nothing_to_drive(heard).is_some() {
         return Ok(Shrunk::Same { steps: whole.len() });
     }
@@ -197,6 +204,9 @@ impl Work<'_, '_> {
     ///
     /// Where it depends on the place of the shaft, that is said first.
     fn case(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
+        if self.pair.dut.live().is_some() {
+            return self.case_of(script, target);
+        }
         let mut placed = vec![Ask::Set(vec![("shaft.counts".to_owned(), SHAFT.to_string())])];
         placed.extend(script.iter().cloned());
         for script in [script, &placed] {
@@ -226,7 +236,7 @@ impl Work<'_, '_> {
     fn is_confirmed(&mut self, case: &Written) -> Result<bool, CannotDrive> {
         let yaml = case.yaml();
         self.runs += 1;
-        let healthy = match self.bench.run(&yaml, self.pair.healthy) {
+        let healthy = match self.bench.settled(&yaml, self.pair.healthy) {
             Ok(outcome) => outcome.case.verdict,
             Err(CannotDrive::NotUnderstood(_)) => return Ok(false),
             Err(error) => return Err(error),
@@ -235,7 +245,7 @@ impl Work<'_, '_> {
             return Ok(false);
         }
         self.runs += 1;
-        Ok(self.bench.run(&yaml, self.pair.dut)?.case.verdict == Verdict::Fail)
+        Ok(self.bench.settled(&yaml, self.pair.dut)?.case.verdict == Verdict::Fail)
     }
 
     /// Leaves out lines of a case that it does not need.

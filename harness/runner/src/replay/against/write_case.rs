@@ -85,11 +85,15 @@ fn quoted(text: &str) -> String {
 }
 
 /// The steps of a script with nothing judged: whatever the device answers, the next step follows. `covers` is any requirement
-/// that applies, since a check with requirements of its own does not end a trial.
-pub fn unjudged(script: &[Ask], covers: &str) -> Vec<Line> {
+/// that applies, since a check with requirements of its own does not end a trial; a write to what can only be read is not taken
+/// without a word on its answer.
+pub fn unjudged(script: &[Ask], covers: &str, is_read_only: &dyn Fn(&str) -> bool) -> Vec<Line> {
     let line = |ask: &Ask| {
         let line = Line::new(ask.yaml());
         match ask {
+            Ask::Write(entries) if entries.iter().any(|(name, _)| is_read_only(name)) => {
+                line.with("answer: { refused: read_only }").with(format!("covers: [{covers}]"))
+            }
             Ask::Connect(_) => line.with("answer: { connection: data }").with(format!("covers: [{covers}]")),
             _ if ask.is_answered() => line.with(format!("covers: [{covers}]")),
             _ => line,

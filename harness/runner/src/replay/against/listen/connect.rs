@@ -44,14 +44,18 @@ impl Listener<'_> {
 
     /// A stage of the start-up was reached; with the end of the parameters it is known which records there were.
     pub(super) fn stage(&mut self, ars: &[Ar], id: ArId, stage: &str) {
-        let Some((place, open)) = self.open else { return };
+        let stood = self.open.is_none();
+        let Some((place, open)) = self.open.or(self.stood) else { return };
         let Some(ar) = ars.get(id.0 as usize).filter(|_| open == id) else { return };
         if stage != "application_ready" {
             self.parameters(place, ar);
         }
         let (now, frame) = self.now;
         if let Some(asked) = self.heard.asked.get_mut(place) {
-            (asked.done, asked.frame) = (now, frame);
+            // Good data may come before the call that says so.
+            if !stood {
+                (asked.done, asked.frame) = (now, frame);
+            }
             if !stage.is_empty() {
                 asked.answer.push((stage.to_owned(), Value::word("accepted")));
             }

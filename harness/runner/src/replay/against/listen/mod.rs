@@ -4,6 +4,7 @@
 //! trace the first one is followed that speaks as the manual has it. This room must not know who will say all this again.
 
 mod connect;
+mod others;
 mod outputs;
 mod parts;
 mod requests;
@@ -14,7 +15,7 @@ use super::heard::{Asked, Conversation, Event, LeftOut, Value};
 use crate::judge::follow::{Change, Ending, Follower};
 use crate::judge::image::{AlarmSeen, Happening, Image};
 use crate::judge::{Tick, TickKind};
-use crate::observe::{Address, Ar, ArId, BusTracker, Direction, Observation, Role, Stage};
+use crate::observe::{Address, Ar, ArId, BusTracker, Direction, Observation, Role, Stage, Traffic};
 use crate::replay::speaks_to;
 use crate::suite::device::{Bus, Device, From};
 use crate::suite::model::Manual;
@@ -23,13 +24,13 @@ use outputs::Outputs;
 use parts::{Part, carried, parts};
 use requests::Target;
 use slave::StartUp;
-use station::{Duration, Time};
+use station::Time;
+use wire::ethernet::Mac;
 use wire::profidrive::Request;
-use wire::profinet::dcp::{Dcp, ServiceId, ServiceType, Value as DcpValue};
 use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
 
-/// A connection that was ended for longer than this before the next was ended on purpose.
-const RECONNECT: Duration = Duration::from_secs(2);
+/// So many cycles without a connection before the next one belong to making that one.
+const RECONNECT: u32 = 3;
 
 /// Who is listened to: a variant of a manual.
 #[derive(Clone, Copy, Debug)]
@@ -92,8 +93,16 @@ struct Listener<'m> {
     pair: Option<(Address, Address)>,
     /// The Connect that has not come to an end yet: its place among what was asked, and its connection.
     open: Option<(usize, ArId)>,
+    /// The same of the last one that came to good data.
+    stood: Option<(usize, ArId)>,
     /// A parameter request that waits for its answer.
     pending: Option<(Target, Vec<u8>, Time, u64)>,
+    /// What was set by DCP before it was known which device is listened to, and by which transaction.
+    early: Vec<(Mac, u32, Asked)>,
+    /// The last thing that was set by DCP and is not answered yet: its transaction and its place among what was asked.
+    unanswered: Option<(u32, usize)>,
+    /// An alarm of the device that nobody has acknowledged yet.
+    alarm: Option<(Time, u64)>,
     /// What a slave was told before its connection stood.
     start_up: StartUp,
     /// When outputs were seen last.
@@ -118,7 +127,11 @@ impl<'m> Listener<'m> {
             heard: Conversation::default(),
             pair: None,
             open: None,
+            stood: None,
             pending: None,
+            early: Vec::new(),
+            unanswered: None,
+            alarm: None,
             start_up: StartUp::default(),
             last_output: None,
             paused: false,
@@ -132,8 +145,14 @@ impl<'m> Listener<'m> {
         self.heard.asked.push(Asked { ask, at, done, frame, answer });
     }
 
+    /// What cannot be done again and changes nothing.
     fn left_out(&mut self, what: impl Into<String>) {
-        self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into() });
+        self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into(), since: None, until: None });
+    }
+
+    /// What cannot be done again and changes what the device answers, until somebody says that it is over.
+    fn left_open(&mut self, since: Time, what: impl Into<String>) {
+        self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into(), since: Some(since), until: None });
     }
 
     /// Whether a connection is one between the two that are listened to; the first that fits says who they are.
@@ -143,6 +162,7 @@ impl<'m> Listener<'m> {
             Some(known) => known == pair,
             None if ar.role == Role::Exchange && speaks_to(self.manual, ar) => {
                 self.pair = Some(pair);
+                self.early();
                 true
             }
             None => false,
@@ -157,6 +177,7 @@ impl<'m> Listener<'m> {
         if let Some(ar) = observation.ar() {
             let Some(seen) = ars.get(ar.0 as usize) else { return };
             if !self.is_ours(seen) {
+                self.somebody_else(seen, observation);
                 return;
             }
         }
@@ -197,13 +218,20 @@ impl<'m> Listener<'m> {
                     last.answer.push((service.replace(' ', "_"), value));
                 }
             }
-            Observation::Dcp { destination, pdu, .. } => self.dcp(*destination, pdu),
+            Observation::Dcp { source, destination, pdu } => self.dcp(*source, *destination, pdu),
+            Observation::Traffic(Traffic::Rta { direction, kind, .. }) => self.alarm_channel(*direction, *kind),
             _ => {}
         }
     }
 
     fn record(&mut self, written: bool, target: Target, data: &[u8], status: &PnioStatus) {
         let (time, frame) = self.now;
+        if let Some(api) = requests::other_api(self.device, target) {
+            return self.left_out(format!(
+                "a request for index 0x{:04X} in API 0x{api:X}, where the device has another",
+                target.3
+            ));
+        }
         if requests::is_parameter_access(self.device, target) {
             if written {
                 self.flush();
@@ -251,32 +279,6 @@ impl<'m> Listener<'m> {
         self.heard.asked.push(Asked { ask, at, done: at, frame, answer });
     }
 
-    fn dcp(&mut self, destination: wire::ethernet::Mac, pdu: &Dcp) {
-        let to_device = self.pair.is_none_or(|(_, device)| device == Address::Mac(destination));
-        if (pdu.service_id, pdu.service_type) != (ServiceId::SET, ServiceType::REQUEST) || !to_device {
-            return;
-        }
-        for block in pdu.blocks() {
-            match &block.value {
-                DcpValue::ResetToFactory | DcpValue::FactoryReset => {
-                    let mode = match &block.value {
-                        DcpValue::FactoryReset => Some("factory"),
-                        _ => block.qualifier().reset_mode().word(),
-                    };
-                    match mode {
-                        Some(mode) => {
-                            let fields = format!("{{ mode: {mode} }}");
-                            let ask = Ask::Send { service: "dcp_reset".to_owned(), fields, answered: true };
-                            self.ask(self.now.0, ask, Vec::new());
-                        }
-                        None => self.left_out("a reset by DCP whose mode has no word"),
-                    }
-                }
-                _ => {}
-            }
-        }
-    }
-
     fn tick(&mut self, tick: Tick) {
         match tick.kind {
             TickKind::Output => self.output(tick),
@@ -321,6 +323,7 @@ impl<'m> Listener<'m> {
             let value = part.number(image).map(|number| part.value(number));
             let track = self.heard.tracks.entry(part.path.clone()).or_default();
             (track.measured, track.is_place) = (part.measured, part.is_place);
+            track.stands = part.stands(image).or(track.stands);
             track.take(tick.time, tick.frame, value);
         }
         if tick.kind == TickKind::Sample {
@@ -332,6 +335,7 @@ impl<'m> Listener<'m> {
     fn stands(&mut self, tick: Tick) {
         let connection = self.heard.tracks.entry("connection".to_owned()).or_default();
         connection.take(tick.time, tick.frame, Some(Value::word("data")));
+        self.stood = self.open.or(self.stood);
         if let Some((place, _)) = self.open.take()
             && let Some(asked) = self.heard.asked.get_mut(place)
         {
@@ -352,6 +356,7 @@ impl<'m> Listener<'m> {
     fn closed(&mut self, tick: Tick, ending: Ending) {
         self.flush();
         self.open = None;
+        self.alarm_ends(tick.time);
         self.start_up.stands = false;
         for (name, track) in &mut self.heard.tracks {
             let none = (name == "connection").then(|| Value::word("none"));
@@ -387,6 +392,7 @@ impl<'m> Listener<'m> {
 
     fn end(mut self, ars: &[Ar]) -> Conversation {
         self.flush();
+        self.alarm_ends(self.now.0);
         self.slave_end();
         if let Some((_, ar)) = self.open {
             self.stage(ars, ar, "");
@@ -398,7 +404,8 @@ impl<'m> Listener<'m> {
             let next = heard.asked.get(place + 1);
             let ends = heard.asked[place].ask == Ask::Disconnect;
             let made_again = next.is_none_or(|next| {
-                matches!(next.ask, Ask::Connect(_)) && next.at.since(heard.asked[place].done) < RECONNECT
+                let cycle = heard.cycle.unwrap_or_default();
+                matches!(next.ask, Ask::Connect(_)) && next.at.since(heard.asked[place].done) <= cycle * RECONNECT
             });
             if ends && made_again {
                 if next.is_none() {

@@ -2,7 +2,7 @@
 
 use crate::judge::image::Image;
 use crate::observe::Direction;
-use crate::replay::against::heard::Value;
+use crate::replay::against::heard::{Stands, Value};
 use crate::suite::device::{Device, From};
 
 /// A name of cyclic data.
@@ -31,6 +31,13 @@ impl Part {
         let number = i128::try_from(bits).ok()?;
         let negative = self.signed && number >> (self.width - 1) != 0;
         Some(if negative { number - (1_i128 << self.width) } else { number })
+    }
+
+    /// Where it stands in the frame that brought it.
+    pub fn stands(&self, image: &Image) -> Option<Stands> {
+        let (_, octet) = image.place_of(self.signal)?;
+        let (_, octets) = image.octets_of_signal(self.signal)?;
+        Some(Stands { octet, octets: octets.len(), low: self.low, width: self.width })
     }
 
     /// A number of it as a value.

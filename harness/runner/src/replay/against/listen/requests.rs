@@ -145,6 +145,13 @@ fn plain_text(text: &str) -> Option<Value> {
     (is_plain && !text.starts_with('=')).then(|| Value::word(format!("'{text}'")))
 }
 
+/// The API of a request for a submodule that the manual has in another one.
+pub(super) fn other_api(device: &Device, (api, slot, subslot, _): Target) -> Option<u32> {
+    let known = || device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot));
+    let differs = device.bus == Bus::Profinet && known().next().is_some() && known().all(|of| of.api != api);
+    differs.then_some(api)
+}
+
 /// The record of the manual at a place.
 pub(super) fn record(device: &Device, target: Target) -> Option<&Record> {
     let (_, slot, subslot, index) = target;

@@ -1,0 +1,107 @@
+//! Captures held against the reference device: a shaft that turned is turned again, what cannot be done again is left out and said.
+
+use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::replay::against::drive::Bench;
+use encspec::replay::against::hold::{Heard, hold};
+use encspec::replay::against::listen::listen;
+use encspec::replay::against::report::AgainstReport;
+use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite::{Sources, load};
+use rstest::rstest;
+use station::Time;
+
+fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
+    let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
+    DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { bugs } }
+}
+
+/// Records a trial with these bugs, and holds the recording against the healthy reference device.
+fn held(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[&str]) -> AgainstReport {
+    let bench = Bench::new(&Sources::embedded(), manual, &variant.name).expect("the manual loads");
+    let masks = bench.masks(None).expect("the masks load");
+    let dut = spec(manual, variant, bugs);
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+    let frames = outcome.trace.iter().map(|frame| (frame.number as u64, frame.time, frame.octets));
+    let heard = Heard { said: listen(bench.whom(), frames), begin: Time::ZERO };
+    hold(&bench, &spec(manual, variant, &[]), &heard, &masks).expect("a model can be driven")
+}
+
+/// The first trial whose id contains `part`, with its variant.
+fn trial<'m>(manual: &'m Manual, part: &str) -> (&'m Variant, &'m Trial) {
+    let found = |variant: &'m Variant| Some((variant, variant.trials.iter().find(|trial| trial.id.contains(part))?));
+    manual.variants.iter().find_map(found).unwrap_or_else(|| panic!("{part} is a trial"))
+}
+
+/// A device that counts the wrong way shows the same places as one whose shaft turns the other way, and that is said.
+#[test]
+fn which_way_a_shaft_turned_is_in_no_capture() {
+    let manuals = load(&Sources::embedded(), Some("lika-xac77-profinet")).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], "position/code-sequence[clockwise]");
+    let report = held(&manuals[0], variant, trial, &["direction-reversed"]);
+    assert!(report.shaft.contains("which way the shaft itself turned is not in a capture"), "{report}");
+    assert!(report.differences.is_empty(), "{report}");
+}
+
+/// A second master has no step, so what is answered behind it is not compared, and the report says so.
+#[test]
+fn what_cannot_be_done_again_is_left_out_and_said() {
+    let manuals = load(&Sources::embedded(), Some("datalogic-amt58-profibus")).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], "diagnosis/address-of-the-master");
+    let report = held(&manuals[0], variant, trial, &[]);
+    assert!(report.left_out.iter().any(|left| left.matters && left.what.contains("master 2")), "{report}");
+    assert!(report.differences.is_empty(), "{report}");
+    assert!(report.to_string().contains("what the device answers from there on is not compared"), "{report}");
+}
+
+/// What is set by DCP while a connection stands, or before it, is set again.
+#[rstest]
+#[case("lika-xac77-profinet", "station/renamed-in-data-exchange")]
+#[case("profinet-io", "protocol-discovery")]
+fn what_is_set_by_dcp_is_set_again(#[case] name: &str, #[case] part: &str) {
+    let manuals = load(&Sources::embedded(), Some(name)).expect("the shipped suites load");
+    let trials =
+        manuals[0].variants.iter().flat_map(|variant| variant.trials.iter().map(move |trial| (variant, trial)));
+    let mut driven = 0;
+    for (variant, trial) in trials.filter(|(_, trial)| trial.id.contains(part)) {
+        let report = held(&manuals[0], variant, trial, &[]);
+        assert!(report.differences.is_empty(), "{}: {report}", trial.id);
+        driven += usize::from(report.inconclusive.is_none());
+    }
+    assert!(driven > 0, "{name}");
+}
+
+/// A difference in cyclic data names the packet, the octet and the bit, and how to find it.
+#[test]
+fn a_difference_says_where_it_stands() {
+    let manuals = load(&Sources::embedded(), Some("lika-xac77-profinet")).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], "parking/stays-parked");
+    let report = held(&manuals[0], variant, trial, &["parking-ignored"]);
+    let parked = report.differences.iter().find(|of| of.name == "G1_ZSW.parked").expect("it is not parked");
+    // Behind 14 octets of Ethernet, the frame id, and the status of the slot 0: ZSW2_ENC, then G1_ZSW, whose bit 14 is bit 6 of
+    // its first octet.
+    assert_eq!(parked.bit, Some(6), "{report}");
+    let sign = report.to_string();
+    assert!(sign.contains("bit 6]"), "{sign}");
+    assert_eq!(parked.filter.as_deref(), Some(format!("frame.number == {}", parked.frame).as_str()));
+    let json = serde_json::to_value(&report).expect("JSON");
+    assert!(json["differences"][0]["octet"].is_u64() && json["differences"][0]["filter"].is_string(), "{json:#}");
+}
+
+/// A recording of a healthy encoder that turned differs in nothing; with a bug that the movement shows it does.
+#[rstest]
+#[case("lika-xac77-profinet", "velocity/sign-of-the-movement[counterclockwise-forward]", "speed-ignores-code-sequence")]
+#[case("lika-xac77-profinet", "position/revolutions-of-a-range", "range-ignored")]
+#[case("sick-afx60-profinet", "velocity/scaled-velocity[counterclockwise]", "speed-ignores-code-sequence")]
+#[case("kuebler-sendix58xx-profinet", "telegrams/velocity-at-the-end[mantel860-backward]", "speed-without-sign")]
+#[case("sick-a3m60-profibus", "velocity/sign[io-counterclockwise]", "speed-ignores-code-sequence")]
+#[case("datalogic-amt58-profibus", "velocity/sign[counterclockwise-forward]", "speed-ignores-code-sequence")]
+fn a_shaft_that_turned_is_turned_again(#[case] name: &str, #[case] part: &str, #[case] bug: &str) {
+    let manuals = load(&Sources::embedded(), Some(name)).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], part);
+    let healthy = held(&manuals[0], variant, trial, &[]);
+    assert_eq!(healthy.inconclusive, None);
+    assert!(healthy.shaft.contains("turned along with"), "{healthy}");
+    assert!(healthy.differences.is_empty(), "{healthy}");
+    let wrong = held(&manuals[0], variant, trial, &[bug]);
+    assert!(!wrong.differences.is_empty(), "{bug}: {wrong}");
+}
