@@ -109,7 +109,7 @@ impl AgainstArgs {
             let case = slice(bench, &healthy, heard, masks).map_err(stop)?;
             let Some(case) = case else {
                 complain(
-                    "no case was written: nothing differs from the healthy reference device but what depends on the place of its shaft",
+                    "no case was written: nothing differs from the healthy reference device but what depends on a shaft whose place is unknown or that turned",
                 );
                 return Ok(false);
             };

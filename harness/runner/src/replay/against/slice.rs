@@ -11,6 +11,7 @@ use super::hold::Heard;
 use super::masks::Masks;
 use super::report::related;
 use super::script::script;
+use super::turn::{Standing, standing};
 use super::write_case::Written;
 use crate::engine::DutSpec;
 use crate::verdict::Verdict;
@@ -41,11 +42,17 @@ pub fn slice(
     heard: &Heard,
     masks: &Masks,
 ) -> Result<Option<Written>, CannotDrive> {
-    let whole = script(&heard.said);
+    let mut whole = script(&heard.said);
+    let place = match standing(bench, healthy, &heard.said, &whole)? {
+        Standing::At(place) => Some(place),
+        Standing::Turns | Standing::Unknown => None,
+    };
+    // Where the shaft stood belongs to every case of a place.
+    whole.splice(0..0, place.clone());
     let ours = bench.drive(&whole, healthy)?;
     let found = compare(&ours, &heard.said, masks);
-    let known = ours.tracks.iter().filter(|(_, track)| track.is_place).map(|(name, _)| name.clone());
-    let places: Vec<String> = known.collect();
+    let known = ours.tracks.iter().filter(|(_, track)| track.is_place && place.is_none());
+    let places: Vec<String> = known.map(|(name, _)| name.clone()).collect();
     let whom = bench.whom();
     for difference in found.iter().filter(|of| of.kind != Kind::Step && !places.contains(&of.name)) {
         let Some(asked) = difference.step.and_then(|step| ours.asked.get(step)) else { continue };
