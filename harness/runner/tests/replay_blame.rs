@@ -325,7 +325,7 @@ fn a_capture_of_something_else_is_no_good_capture() {
         line
     };
     let finding = one(&of([0x86, 0xDD]), "PN-CAPTURE-NOTHING");
-    assert_eq!((finding.severity, finding.blame), (Severity::Warning, Blame::Capture));
+    assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Capture), "it must not end well");
     assert_eq!(found(&of([0x88, 0x92]), "PN-CAPTURE-NOTHING"), []);
 }
 

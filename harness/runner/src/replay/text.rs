@@ -95,7 +95,11 @@ fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
 
 /// A finding in full: what, where, against which clause, the frames around it, what to do.
 fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
-    write!(out, "  {:<7} {} in frame {}", finding.severity.word().to_uppercase(), finding.id, finding.frame)?;
+    write!(out, "  {:<7} {}", finding.severity.word().to_uppercase(), finding.id)?;
+    // A capture without frames is a finding as a whole.
+    if finding.frame > 0 {
+        write!(out, " in frame {}", finding.frame)?;
+    }
     match (finding.octet, finding.bit) {
         (Some(octet), Some(bit)) => write!(out, ", octet {octet} bit {bit}")?,
         (Some(octet), None) => write!(out, ", octet {octet}")?,

@@ -27,7 +27,7 @@ pub struct Finding {
     pub clause: Option<String>,
     /// How bad it is.
     pub severity: Severity,
-    /// Where it shows: the number of the packet in the capture, from 1.
+    /// Where it shows: the number of the packet in the capture, from 1; 0 for a capture that has no frame.
     pub frame: u64,
     /// The octet of the frame, from 0 at the first one that was captured.
     pub octet: Option<usize>,
@@ -101,7 +101,7 @@ impl Finding {
             frame,
             octet: None,
             bit: None,
-            filter: Some(format!("frame.number == {frame}")),
+            filter: (frame > 0).then(|| format!("frame.number == {frame}")),
             ar: None,
             text: text.into(),
             expected: None,

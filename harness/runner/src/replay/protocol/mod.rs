@@ -130,18 +130,16 @@ impl Protocol {
         self.diagnosis.end(slaves.ars(), &mut told);
         self.bus.end(slaves.counts(), &mut told);
         let counts = tracker.counts();
-        // Neighbours and addresses can be judged without a frame of PROFINET.
-        if told.is_empty()
-            && counts.frames > 0
-            && counts.profinet == 0
-            && counts.rpc.is_empty()
-            && slaves.counts().frames == 0
-        {
-            let text = format!(
-                "none of the {} Ethernet frames is of PROFINET: no device and no controller can be judged by them",
-                counts.frames
-            );
-            told.add(table::NOTHING.finding(Severity::Warning, Blame::Capture, sight.now.frame, text));
+        let shows_nothing = counts.profinet == 0 && counts.rpc.is_empty() && slaves.counts().frames == 0;
+        // Neighbours and addresses can be judged without a frame of PROFINET. Silence must not look like a good device.
+        if told.is_empty() && shows_nothing {
+            let text = match counts.frames {
+                0 => "no frame is of Ethernet or PROFIBUS: no device and no controller can be judged".to_owned(),
+                frames => format!(
+                    "none of the {frames} Ethernet frames is of PROFINET: no device and no controller can be judged by them"
+                ),
+            };
+            told.add(table::NOTHING.finding(Severity::Error, Blame::Capture, sight.now.frame, text));
         }
         told.end()
     }
