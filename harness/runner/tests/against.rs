@@ -53,6 +53,25 @@ fn what_cannot_be_done_again_is_left_out_and_said() {
     assert!(report.to_string().contains("what the device answers from there on is not compared"), "{report}");
 }
 
+/// Slaves follow the clock of the bus again. Where it fails, or the sign of life of the master does, the very cycle matters: what
+/// is answered behind that is not compared, and the report says so.
+#[rstest]
+#[case("isochronous/synchronised", "never-synchronised", None)]
+#[case("isochronous/bus-cycles[8ms]", "never-synchronised", None)]
+#[case("isochronous/clock-lost", "never-synchronised", Some("the clock of isochronous mode did not come"))]
+#[case("isochronous/life-sign-lost", "never-synchronised", Some("the sign of life of the master did not count on"))]
+fn a_clock_of_the_bus_runs_again(#[case] part: &str, #[case] bug: &str, #[case] left: Option<&str>) {
+    let manuals = load(&Sources::embedded(), Some("sick-a3m60-profibus")).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], part);
+    let report = held(&manuals[0], variant, trial, &[]);
+    assert!(report.differences.is_empty(), "{report}");
+    let found = report.left_out.iter().find(|of| of.matters).map(|of| of.what.as_str());
+    assert_eq!(found.is_some(), left.is_some(), "{report}");
+    assert!(found.zip(left).is_none_or(|(found, left)| found.contains(left)), "{report}");
+    let report = held(&manuals[0], variant, trial, &[bug]);
+    assert!(!report.differences.is_empty(), "{bug} shows");
+}
+
 /// What is set by DCP while a connection stands, or before it, is set again.
 #[rstest]
 #[case("lika-xac77-profinet", "station/renamed-in-data-exchange")]

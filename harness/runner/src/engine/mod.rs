@@ -37,6 +37,7 @@ pub use dut::{DutKind, DutSpec, Nobody};
 pub use live::LiveDevice;
 pub use ours::Ours;
 pub use probe::Kept;
+pub use profibus::{ISOCHRONOUS_GROUP, isochronous_times};
 pub use run::{
     BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, line, run, run_trial, run_trial_on, selects,
 };

@@ -552,7 +552,7 @@ fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
 }
 
 /// The octets of Set_Prm that the fields of the manual lie in: behind those of DP-V1, out of their block where they have one.
-fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
+pub fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
     let behind = if layout.dpv1.is_some() { prm.behind_dpv1() } else { &prm.user };
     let blocks = prm.dpv1().filter(|_| layout.dpv1.is_some());
     if !blocks.is_some_and(|dpv1| dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE)) {

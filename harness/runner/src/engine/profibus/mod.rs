@@ -10,6 +10,7 @@ mod services;
 mod start;
 
 pub use life::SlaveAt;
+pub use start::{ISOCHRONOUS_GROUP, isochronous_times};
 
 use super::trial::{Run, Trouble};
 use crate::judge::answer::{Refusal, Reply};

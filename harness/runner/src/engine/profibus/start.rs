@@ -19,7 +19,7 @@ use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBl
 /// Microseconds of one T_BASE_DP, and the number that stands for it in twelfths.
 const T_BASE: (u64, u32) = (125, 1_500);
 /// The group of slaves that follow the clock of the bus.
-const ISOCHRONOUS_GROUP: u8 = 0x80;
+pub const ISOCHRONOUS_GROUP: u8 = 0x80;
 /// The watchdog of connections that say none, and its two factors of 10 ms as masters have them.
 const USUAL_WATCHDOG: (Duration, (u8, u8)) = (Duration::from_secs(1), (20, 5));
 
@@ -171,14 +171,14 @@ fn user_octets(device: &Device, start: &Start) -> Vec<u8> {
     }
     if let Some(cycle) = start.isochronous {
         let mut data = Vec::new();
-        isochronous(cycle).write(&mut data);
+        isochronous_times(cycle).write(&mut data);
         block(PrmBlockType::ISOCHRONOUS, data).write(&mut user);
     }
     user
 }
 
 /// The times of isochronous mode for a cycle: actual values are taken one base before its end, set points take effect half way.
-fn isochronous(cycle: Duration) -> Isochronous {
+pub fn isochronous_times(cycle: Duration) -> Isochronous {
     let (micros, base) = T_BASE;
     let t_dp = u16::try_from(cycle.as_micros() / u128::from(micros)).unwrap_or(u16::MAX);
     Isochronous {

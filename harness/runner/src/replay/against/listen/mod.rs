@@ -3,6 +3,7 @@
 //! The connections come from the tracker, the layout of the data from the image that rules are judged on. Of several devices in a
 //! trace the first one is followed that speaks as the manual has it. This room must not know who will say all this again.
 
+mod clock;
 mod connect;
 mod others;
 mod outputs;
@@ -289,7 +290,11 @@ impl<'m> Listener<'m> {
 
     fn output(&mut self, tick: Tick) {
         self.last_output = Some(tick.time);
+        let stumbles = self.outputs.stumble(&self.follower.image);
         let mut set = self.outputs.frame(&self.follower.image);
+        if stumbles {
+            self.out_of_step(tick.time, "in isochronous mode the sign of life of the master did not count on");
+        }
         if std::mem::take(&mut self.paused) {
             set.push(("io.cyclic".to_owned(), "running".to_owned()));
         }
@@ -358,6 +363,7 @@ impl<'m> Listener<'m> {
         self.open = None;
         self.alarm_ends(tick.time);
         self.start_up.stands = false;
+        self.start_up.clock = None;
         for (name, track) in &mut self.heard.tracks {
             let none = (name == "connection").then(|| Value::word("none"));
             track.take(tick.time, tick.frame, none);

@@ -50,6 +50,14 @@ impl Outputs {
         }
         set
     }
+
+    /// Whether a sign of life that has begun does not go on by one in this frame, which is still to be taken in.
+    pub fn stumble(&self, image: &Image) -> bool {
+        carried(&self.parts, image, Direction::ToDevice).any(|(index, part)| {
+            let last = self.counters[index].last.filter(|last| *last != 0);
+            part.counts.is_some() && last.is_some_and(|last| part.next(last) != part.number(image))
+        })
+    }
 }
 
 impl Counter {

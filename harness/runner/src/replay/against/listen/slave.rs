@@ -1,9 +1,11 @@
 //! The same on PROFIBUS: a start-up is Set_Prm, Chk_Cfg and what comes of them; a diagnosis is asked for or fetched by itself.
 
+use super::clock::{Clock, isochronous};
 use super::requests::{field_value, fields};
 use super::{Listener, speaks_to};
+use crate::engine::{ISOCHRONOUS_GROUP, isochronous_times};
 use crate::judge::diagnosis;
-use crate::judge::image::field_number;
+use crate::judge::image::{field_number, user_octets};
 use crate::observe::{Address, Ar, CyclicStatus, Dp, Observation};
 use crate::replay::against::ask::{Ask, Connection, span};
 use crate::replay::against::heard::{Asked, Value, hex};
@@ -11,7 +13,7 @@ use crate::suite::device::{DiagnosisName, Module, UserParameters};
 use crate::suite::expr;
 use station::{Duration, Time};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
-use wire::profibus::prm::{Dpv1, Dpv1Status1, SetPrm, StationStatus};
+use wire::profibus::prm::{Dpv1, Dpv1Status1, Dpv1Status3, SetPrm, StationStatus};
 
 /// The watchdog of a slave where nothing else is said.
 const USUAL_WATCHDOG: Duration = Duration::from_secs(1);
@@ -25,6 +27,8 @@ pub(super) struct StartUp {
     /// Whether the last answer of Data_Exchange had high priority, so that the master fetches a diagnosis by itself.
     pending: bool,
     pub stands: bool,
+    /// The clock that the connection follows.
+    pub clock: Option<Clock>,
 }
 
 #[derive(Debug)]
@@ -41,6 +45,7 @@ impl Listener<'_> {
     pub(super) fn slave(&mut self, ars: &[Ar], observation: &Observation<'_>) {
         let is_pair =
             |of: &Listener<'_>, master: u8, station: u8| of.pair == Some((Address::Fdl(master), Address::Fdl(station)));
+        self.clock_is_missed();
         match observation {
             Observation::Dp { event, .. } => match *event {
                 Dp::Parameters { master, station, octets } => {
@@ -164,8 +169,9 @@ impl Listener<'_> {
         ];
         let set = bits.iter().filter(|(_, bit)| control.command.0 & bit.0 != 0);
         let mut fields: Vec<String> = set.map(|(word, _)| format!("{word}: 1")).collect();
+        // The clock of isochronous mode commands nothing.
         if fields.is_empty() {
-            return;
+            return self.clock_came();
         }
         if control.groups != 0 {
             fields.push(format!("group: {}", control.groups));
@@ -184,6 +190,8 @@ impl Listener<'_> {
             return;
         };
         let place = self.heard.asked.len();
+        let told = SetPrm::parse(&open.parameters).ok().as_ref().and_then(isochronous);
+        self.start_up.clock = told.map(|(_, cycle)| Clock::new(cycle, self.now.0));
         self.push(open, None);
         self.open = Some((place, crate::observe::ArId(0)));
     }
@@ -217,7 +225,8 @@ impl Listener<'_> {
         let layout = &device.slave.as_ref()?.set_prm;
         let usual = layout.dpv1;
         let own = prm.dpv1().filter(|_| usual.is_some());
-        let user = if usual.is_some() { prm.behind_dpv1() } else { &prm.user };
+        let clock = isochronous(&prm).filter(|_| usual.is_some());
+        let user = &user_octets(&prm, layout)[..];
         let record = device.records.get(UserParameters::RECORD);
         let known = record.and_then(|record| fields(record, user));
         let number = |field: usize| {
@@ -249,14 +258,15 @@ impl Listener<'_> {
         if prm.min_tsdr != USUAL_MIN_TSDR {
             instead("min_tsdr", prm.min_tsdr.to_string());
         }
-        if prm.groups != 0 {
+        if prm.groups != clock.map_or(0, |_| ISOCHRONOUS_GROUP) {
             instead("groups", prm.groups.to_string());
         }
         match (known, record) {
             (Some(known), Some(record)) => {
                 // The base of the watchdog follows from its time.
                 let fine = Dpv1Status1::WD_BASE_1MS.0;
-                let plain = |[first, second, third]: [u8; 3]| [first & !fine, second, third];
+                let blocks = if clock.is_some() { Dpv1Status3::PRM_STRUCTURE | Dpv1Status3::ISOCHRONOUS } else { 0 };
+                let plain = |[first, second, third]: [u8; 3]| [first & !fine, second, third & !blocks];
                 if let Some(sent) = own.map(Dpv1::octets).filter(|sent| usual.map(plain) != Some(plain(*sent))) {
                     instead("dpv1", format!("\"{}\"", hex(&sent)));
                 }
@@ -269,6 +279,12 @@ impl Listener<'_> {
                 }
             }
             _ => instead("user_octets", format!("\"{}\"", hex(&prm.user))),
+        }
+        if let Some((times, cycle)) = clock {
+            connection.settings.push(("isochronous".to_owned(), span(cycle)));
+            if times != isochronous_times(cycle) {
+                connection.instead.push(("user_octets".to_owned(), format!("\"{}\"", hex(&prm.user))));
+            }
         }
         let base = own.filter(|dpv1| dpv1.status_1.reserved() == 0).map_or(10, Dpv1::watchdog_base_ms);
         let watchdog = prm.status.has(StationStatus::WD_ON).then(|| prm.watchdog_ms(base)).flatten();
