@@ -22,6 +22,7 @@ use crate::suite::persona::Persona;
 use station::{Duration, Stand, StandAction, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wire::profinet::dcp::block::IpParameter;
 
@@ -54,6 +55,8 @@ struct Inner {
     findings: Vec<Finding>,
     notes: Vec<String>,
     hands: Mutex<Hands>,
+    /// How many calls asked for a number of their own, whoever has the hands.
+    calls: AtomicU64,
 }
 
 /// What only one trial at a time has its hands on.
@@ -66,7 +69,6 @@ struct Hands {
     frames_lost: u64,
     wrote_parameters: bool,
     saved: bool,
-    calls: u64,
     /// Trials in a row in which the device did not answer.
     unanswered: u32,
     /// The line did not come back, and why it went.
@@ -84,7 +86,6 @@ impl Hands {
             frames_lost: 0,
             wrote_parameters: false,
             saved: false,
-            calls: 0,
             unanswered: 0,
             lost: None,
         }
@@ -144,7 +145,8 @@ impl LiveDevice {
         let preflight::Prepared { line, found, journal, has_changed, passive, notes, .. } = prepared;
         let hands = Hands::new(&bench, line, journal, has_changed);
         let hands = Mutex::new(hands);
-        LiveDevice(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands }))
+        let calls = AtomicU64::new(0);
+        LiveDevice(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
     }
 
     /// A slave of PROFIBUS on a bench that was prepared, with the suite of what it claims to be.
@@ -165,7 +167,8 @@ impl LiveDevice {
         };
         let place = Place { line: dp, slack: prepared.slack, ..place(&bench) };
         let hands = Mutex::new(Hands::new(&bench, line, journal, false));
-        LiveDevice(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands }))
+        let calls = AtomicU64::new(0);
+        LiveDevice(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
     }
 
     /// The suite of what it claims to be, with what its description says.
@@ -256,9 +259,7 @@ impl LiveDevice {
 
     /// A number that no call before had.
     pub fn next_call(&self) -> u64 {
-        let mut hands = self.hands();
-        hands.calls += 1;
-        hands.calls << 32
+        (self.0.calls.fetch_add(1, Ordering::Relaxed) + 1) << 32
     }
 
     /// Nothing more can be tested, and why.

@@ -250,6 +250,8 @@ pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
 /// Where the device is found, and in whose manner it is addressed.
 fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial: Option<&Trial>) -> Place {
     let mut place = dut.place();
+    // A trial that is run again asks anew, else the device takes its requests for late ones of the time before.
+    place.seed = place.seed.wrapping_add(dut.live().map_or(0, LiveDevice::next_call));
     place.line = line(dut, manual, trial);
     place.persona = options.persona.clone().or(place.persona);
     if let (Some(persona), None) = (&place.persona, &place.bench) {
