@@ -89,6 +89,17 @@ fn what_is_set_by_dcp_is_set_again(#[case] name: &str, #[case] part: &str) {
     assert!(driven > 0, "{name}");
 }
 
+/// Who is asked for a module that it is not is asked for it again, and does not come to data again.
+#[rstest]
+#[case::in_the_head("device-identity/other-access-point[dap-1]")]
+#[case::behind_it("leds/wrong-module")]
+fn a_module_that_is_not_there_is_asked_for_again(#[case] part: &str) {
+    let manuals = load(&Sources::embedded(), Some("kuebler-sendix58xx-profinet")).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], part);
+    let report = held(&manuals[0], variant, trial, &[]);
+    assert!(report.differences.is_empty() && report.inconclusive.is_none() && report.steps > 0, "{report}");
+}
+
 /// A difference in cyclic data names the packet, the octet and the bit, and how to find it.
 #[test]
 fn a_difference_says_where_it_stands() {
