@@ -17,13 +17,18 @@ fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
 
 /// Records a trial with these bugs, and holds the recording against the healthy reference device.
 fn held(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[&str]) -> AgainstReport {
+    held_against(manual, variant, trial, [bugs, &[]])
+}
+
+/// Records a trial with some bugs, and holds the recording against a device with others.
+fn held_against(manual: &Manual, variant: &Variant, trial: &Trial, [bugs, others]: [&[&str]; 2]) -> AgainstReport {
     let bench = Bench::new(&Sources::embedded(), manual, &variant.name).expect("the manual loads");
     let masks = bench.masks(None).expect("the masks load");
     let dut = spec(manual, variant, bugs);
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let frames = outcome.trace.iter().map(|frame| (frame.number as u64, frame.time, frame.octets));
     let heard = Heard { said: listen(bench.whom(), frames), begin: Time::ZERO };
-    hold(&bench, &spec(manual, variant, &[]), &heard, &masks).expect("a model can be driven")
+    hold(&bench, &spec(manual, variant, others), &heard, &masks).expect("a model can be driven")
 }
 
 /// The first trial whose id contains `part`, with its variant.
@@ -87,6 +92,18 @@ fn what_is_set_by_dcp_is_set_again(#[case] name: &str, #[case] part: &str) {
         driven += usize::from(report.inconclusive.is_none());
     }
     assert!(driven > 0, "{name}");
+}
+
+/// A velocity that is measured once a second shows nothing where it was only measured at another time, and its sign all the same.
+#[test]
+fn a_velocity_may_be_measured_at_another_time() {
+    let manuals = load(&Sources::embedded(), Some("kuebler-sendix58xx-profinet")).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], "velocity/once-a-second[mantel860]");
+    let healthy = held(&manuals[0], variant, trial, &[]);
+    assert!(healthy.differences.is_empty() && healthy.inconclusive.is_none(), "{healthy}");
+    assert!(healthy.shaft.contains("velocity is measured anew every 1000 ms"), "{healthy}");
+    let inverted = held_against(&manuals[0], variant, trial, [&[], &["speed-sign-inverted"]]);
+    assert!(inverted.differences.iter().any(|of| of.name == "velocity"), "{inverted}");
 }
 
 /// Who is asked for a module that it is not is asked for it again, and does not come to data again.

@@ -174,6 +174,7 @@ key_sets! {
         "masks" must Map(&Text), "Names that are not compared with a capture, each with the reason.";
         "tolerance" may Number, "By how many cycles a value may come earlier or later than recorded, 5 by default.";
         "noise" may Number, "By how many steps a measured number may differ, 0 by default.";
+        "periods" may Map(&Duration), "Names that are measured anew only once in this time: while the shaft turns they may come so much earlier or later.";
     }
 
     DEVICE "device.yaml" {

@@ -2,11 +2,12 @@
 //!
 //! This room must not know captures.
 
-use super::device_yaml::whole;
+use super::device_yaml::{duration, whole};
 use super::error::{Mistake, Read};
 use super::keys::{self, Keyed};
 use super::names::Names;
 use super::yaml::Node;
+use std::time::Duration;
 
 /// The name of the file.
 pub(super) const MASKS: &str = "masks";
@@ -20,6 +21,8 @@ pub struct MaskList {
     pub tolerance: Option<u64>,
     /// By how many steps a measured number may differ, where it is said.
     pub noise: Option<u32>,
+    /// Names that are measured anew only once in a time, each with that time.
+    pub periods: Vec<(String, Duration)>,
 }
 
 /// Reads a file of masks; every name has to be one of the device.
@@ -27,18 +30,28 @@ pub(super) fn read(node: &Node, names: &Names<'_>) -> Read<MaskList> {
     let keyed = Keyed::new(node, &keys::MASKS)?;
     let mut list = MaskList::default();
     for (key, why) in keyed.must("masks")?.entries("masks")? {
-        let name = key.text("a name")?;
-        match names.find(name) {
-            Some(Ok(_)) => list.names.push((name.to_owned(), why.text("a reason")?.to_owned())),
-            Some(Err((message, _))) => return Err(key.wrong(message)),
-            None => {
-                let mut known: Vec<String> = Vec::new();
-                names.known(&mut |name| known.push(name.to_owned()));
-                return Err(Mistake::unknown(key.spot, "name", name, known.iter().map(String::as_str)));
-            }
+        list.names.push((known_name(key, names)?, why.text("a reason")?.to_owned()));
+    }
+    if let Some(periods) = keyed.get("periods") {
+        for (key, period) in periods.entries("periods")? {
+            list.periods.push((known_name(key, names)?, duration(period, "a period")?));
         }
     }
     list.tolerance = keyed.get("tolerance").map(|node| whole(node, "a number of cycles")).transpose()?;
     list.noise = keyed.get("noise").map(|node| whole(node, "a number of steps")).transpose()?;
     Ok(list)
+}
+
+/// A name of the device.
+fn known_name(key: &Node, names: &Names<'_>) -> Read<String> {
+    let name = key.text("a name")?;
+    match names.find(name) {
+        Some(Ok(_)) => Ok(name.to_owned()),
+        Some(Err((message, _))) => Err(key.wrong(message)),
+        None => {
+            let mut known: Vec<String> = Vec::new();
+            names.known(&mut |name| known.push(name.to_owned()));
+            Err(Mistake::unknown(key.spot, "name", name, known.iter().map(String::as_str)))
+        }
+    }
 }

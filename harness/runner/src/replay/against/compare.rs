@@ -121,6 +121,7 @@ pub fn every(first: &Conversation, second: &Conversation, masks: &Masks) -> Vec<
     for name in names.into_iter().filter(|name| !masks.hides(name)) {
         let (one, other) = (first.tracks.get(name).unwrap_or(&none), second.tracks.get(name).unwrap_or(&none));
         let ends = (first.end, second.end);
+        let tolerance = tolerance + masks.period(name);
         track(name, one, other, &there, ends, tolerance, (masks, true), &mut |change, seen, time| {
             found.push(difference(
                 Kind::Input,

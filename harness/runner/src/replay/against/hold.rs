@@ -137,6 +137,12 @@ fn differences(
             turning.put(again.put.map_or(place, |(_, place)| place));
             follow(bench, dut, recorded, &mut turning, &mut timed)?;
             shaft.push_str(&turning.to_string());
+            for (name, period) in masks.periods.iter().filter(|(name, _)| recorded.tracks.contains_key(*name)) {
+                shaft.push_str(&format!(
+                    "; {name} is measured anew every {} ms and compared within that",
+                    period.as_millis()
+                ));
+            }
             turned(bench, dut, recorded, &turning, &timed, masks)
         }
     }

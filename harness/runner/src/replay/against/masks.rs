@@ -19,6 +19,8 @@ pub struct Masks {
     pub cycles: u64,
     /// By how many steps a measured number may differ.
     pub noise: u32,
+    /// Names that are measured anew only once in a time, each with that time.
+    pub periods: BTreeMap<String, Duration>,
     /// When the shaft turned, by the clock of the capture: a place may differ by one step there.
     pub turned: Vec<(Time, Time)>,
     /// The steps of the circle on which that place lies, where it is known.
@@ -27,7 +29,14 @@ pub struct Masks {
 
 impl Default for Masks {
     fn default() -> Masks {
-        Masks { names: BTreeMap::new(), cycles: TOLERANCE, noise: 0, turned: Vec::new(), circle: None }
+        Masks {
+            names: BTreeMap::new(),
+            cycles: TOLERANCE,
+            noise: 0,
+            periods: BTreeMap::new(),
+            turned: Vec::new(),
+            circle: None,
+        }
     }
 }
 
@@ -37,6 +46,7 @@ impl From<MaskList> for Masks {
             names: list.names.into_iter().collect(),
             cycles: list.tolerance.unwrap_or(TOLERANCE),
             noise: list.noise.unwrap_or_default(),
+            periods: list.periods.into_iter().collect(),
             turned: Vec::new(),
             circle: None,
         }
@@ -60,6 +70,12 @@ impl Masks {
     /// Whether the shaft turned at an instant of the capture, or a little before or after.
     pub fn turns(&self, at: Time, tolerance: Duration) -> bool {
         self.turned.iter().any(|(from, to)| *from <= at + tolerance && at <= *to + tolerance)
+    }
+
+    /// By how much a name may come earlier or later than others since it is measured anew only now and then; only a shaft that
+    /// turned shows it.
+    pub fn period(&self, name: &str) -> Duration {
+        self.periods.get(name).filter(|_| !self.turned.is_empty()).copied().unwrap_or_default()
     }
 
     /// By how much a value may come earlier or later.
