@@ -298,7 +298,7 @@ fn track(
         let beyond = usize::from(one.measured && masks.turns(recorded, tolerance));
         let end = other.changes.partition_point(|of| of.at <= to) + beyond;
         let window: Vec<&Change> = other.changes.iter().take(end).skip(begin).collect();
-        let mut known: Vec<&Value> = window.iter().filter_map(|of| of.value.as_ref()).collect();
+        let mut known: Vec<&Change> = window.iter().filter(|of| of.value.is_some()).copied().collect();
         if window.len() > known.len() && name != "connection" {
             // Right behind the begin of a connection a value counts if it stays.
             let begun = window.iter().rposition(|of| of.value.is_none()).and_then(|none| window.get(none + 1));
@@ -307,13 +307,13 @@ fn track(
             if stays <= until.since(time) + tolerance || until + tolerance > ends.1 {
                 continue;
             }
-            known = other.at(until).and_then(|of| of.value.as_ref()).into_iter().collect();
+            known = other.at(until).filter(|of| of.value.is_some()).into_iter().collect();
         }
         if known.is_empty() {
             continue;
         }
         let noise = if one.measured || other.measured { masks.noise(recorded, tolerance) } else { 0 };
-        let numbers = || known.iter().filter_map(|of| of.number);
+        let numbers = || known.iter().filter_map(|of| of.value.as_ref()?.number);
         let circle = masks.circle.filter(|_| noise > 0 && (one.is_place || other.is_place));
         let within = |number: i128| {
             let (low, high) = (numbers().min(), numbers().max());
@@ -326,10 +326,10 @@ fn track(
         };
         let fits = match value.number.filter(|_| one.measured) {
             Some(number) => within(number),
-            None => known.contains(&value),
+            None => known.iter().any(|of| of.value.as_ref() == Some(value)),
         };
         if !fits {
-            let seen = window.iter().rev().find(|of| of.at <= time).or(window.first());
+            let seen = known.iter().rev().find(|of| of.at <= time).or(known.first());
             if let Some(seen) = seen {
                 tell(change, seen, time);
             }
