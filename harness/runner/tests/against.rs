@@ -121,6 +121,17 @@ fn a_module_that_is_not_there_is_asked_for_again(#[case] part: &str) {
     assert!(report.differences.is_empty() && report.inconclusive.is_none() && report.steps > 0, "{report}");
 }
 
+/// A request for parameters at a place where there are none is asked there again, and is refused there again.
+#[rstest]
+#[case("sick-afx60-profinet")]
+#[case("kuebler-sendix58xx-profinet")]
+fn a_request_at_another_place_is_asked_there_again(#[case] name: &str) {
+    let manuals = load(&Sources::embedded(), Some(name)).expect("the shipped suites load");
+    let (variant, trial) = trial(&manuals[0], "parameter-requests/other-places");
+    let report = held(&manuals[0], variant, trial, &[]);
+    assert!(report.differences.is_empty() && report.inconclusive.is_none(), "{report}");
+}
+
 /// A difference in cyclic data names the packet, the octet and the bit, and how to find it.
 #[test]
 fn a_difference_says_where_it_stands() {

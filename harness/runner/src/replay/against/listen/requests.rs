@@ -23,11 +23,18 @@ pub(super) fn whole(status: &PnioStatus) -> (String, Value) {
     ("answer".to_owned(), value)
 }
 
-/// Whether a record carries the base mode parameter access.
+/// Whether a record carries the base mode parameter access, where the manual says that it stands.
 pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
     let access = &device.parameter_access;
+    let mut starts = device.records.iter().filter(|record| record.start).map(|record| record.at);
+    let stands_at = |at: usize| {
+        device.submodules.get(at).is_some_and(|submodule| (submodule.slot, submodule.subslot) == (target.1, target.2))
+    };
     match device.bus {
-        Bus::Profinet => target.3 == access.index && !device.parameters.is_empty(),
+        Bus::Profinet => {
+            let is_there = access.at.map_or_else(|| starts.any(stands_at), stands_at);
+            target.3 == access.index && is_there && !device.parameters.is_empty()
+        }
         Bus::Profibus => {
             target.3 == access.index && target.1 == u16::from(access.slot) && !device.parameters.is_empty()
         }
