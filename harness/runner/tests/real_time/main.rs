@@ -4,6 +4,7 @@
 //! These tests mostly wait for the clock. So all of them are in one binary, and many of them run at once, however few processors
 //! there are. What takes longest comes first.
 
+mod against;
 mod line;
 mod nic;
 #[path = "../patience/mod.rs"]
@@ -24,7 +25,8 @@ const AT_ONCE: usize = 16;
 fn main() -> ExitCode {
     let mut arguments = Arguments::from_args();
     arguments.test_threads.get_or_insert(AT_ONCE);
-    let trials = [serial::trials(), nic::trials(), serve::trials(), profirust::trials(), line::trials()];
+    let trials =
+        [against::trials(), serial::trials(), nic::trials(), serve::trials(), profirust::trials(), line::trials()];
     libtest_mimic::run(&arguments, trials.into_iter().flatten().collect()).exit_code()
 }
 

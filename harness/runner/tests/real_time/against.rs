@@ -2,18 +2,33 @@
 //!
 //! The machine may stall whenever it likes: what came of that is told as inconclusive, and then it is tried again.
 
-mod patience;
-mod served;
-
+use crate::patience;
+use crate::served::{Serving, socket_path};
+use crate::table;
 use encspec::engine::{DutKind, DutSpec};
 use encspec::replay::against::drive::Bench as Drive;
 use encspec::suite::{Sources, load};
 use encspec::verdict::Verdict;
-use rstest::rstest;
+use libtest_mimic::Trial;
 use serde_json::Value;
-use served::{Serving, socket_path};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+pub fn trials() -> Vec<Trial> {
+    let mut trials = table![a_live_device_is_driven_as_the_recorded_one:
+        at_a_socket(XAC77, IDENTIFICATION),
+        at_a_pseudoterminal(AMT58, DIAGNOSIS),
+    ];
+    trials.extend(table![the_bug_of_a_live_device_becomes_a_case:
+        at_a_socket(XAC77, IDENTIFICATION),
+        at_a_pseudoterminal(AMT58, DIAGNOSIS),
+    ]);
+    trials.extend(table![what_has_no_consent_is_not_driven:
+        at_a_socket(XAC77, "preset/absolute", "no consent to position_reference"),
+        at_a_pseudoterminal(AMT58, "preset/every-class[class_2]", "no consent to position_reference"),
+    ]);
+    trials
+}
 
 /// So often a capture is driven again that this machine has spoilt by being late.
 const LOOKS: usize = 4;
@@ -127,10 +142,7 @@ const IDENTIFICATION: (&str, &str) = ("parameter-values/arrays-as-a-whole[p964]"
 const DIAGNOSIS: (&str, &str) = ("diagnosis/module-information", "own-address-as-master");
 
 /// A healthy recording differs in nothing from a healthy live device, and one with a bug does.
-#[rstest]
-#[case::at_a_socket(XAC77, IDENTIFICATION)]
-#[case::at_a_pseudoterminal(AMT58, DIAGNOSIS)]
-fn a_live_device_is_driven_as_the_recorded_one(#[case] of: Served, #[case] (case, bug): (&str, &str)) {
+fn a_live_device_is_driven_as_the_recorded_one(of: Served, (case, bug): (&str, &str)) {
     let bench = Bench::new(of);
     let (healthy, wrong) = (bench.record(case, &[]), bench.record(case, &[bug]));
     let _serving = bench.serve(&[], "consent: { alone: true }");
@@ -145,10 +157,7 @@ fn a_live_device_is_driven_as_the_recorded_one(#[case] of: Served, #[case] (case
 }
 
 /// The bug of a live device becomes a case that fails with this bug and passes without it.
-#[rstest]
-#[case::at_a_socket(XAC77, IDENTIFICATION)]
-#[case::at_a_pseudoterminal(AMT58, DIAGNOSIS)]
-fn the_bug_of_a_live_device_becomes_a_case(#[case] of: Served, #[case] (case, bug): (&str, &str)) {
+fn the_bug_of_a_live_device_becomes_a_case(of: Served, (case, bug): (&str, &str)) {
     let bench = Bench::new(of);
     let wrong = bench.record(case, &[bug]);
     let _serving = bench.serve(&[bug], "consent: { alone: true }");
@@ -174,10 +183,7 @@ fn the_bug_of_a_live_device_becomes_a_case(#[case] of: Served, #[case] (case, bu
 }
 
 /// Without consent nothing is done to a device, and it is said what is missing.
-#[rstest]
-#[case::at_a_socket(XAC77, "preset/absolute", "no consent to position_reference")]
-#[case::at_a_pseudoterminal(AMT58, "preset/every-class[class_2]", "no consent to position_reference")]
-fn what_has_no_consent_is_not_driven(#[case] of: Served, #[case] case: &str, #[case] why: &str) {
+fn what_has_no_consent_is_not_driven(of: Served, case: &str, why: &str) {
     let bench = Bench::new(of);
     let capture = bench.record(case, &[]);
     let _serving = bench.serve(&[], "consent: { alone: true }");
