@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use wire::ethernet::Mac;
+use wire::profinet::dcp::station_name::{NameProblem, check};
 
 /// The mask of a segment whose bench file says none.
 const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
@@ -234,15 +235,10 @@ fn link(node: &Node) -> Read<LinkSpec> {
 }
 
 /// Whether a text is a station name: labels of 1 to 63 small letters, digits and hyphens inside, dots between them, at most
-/// 240 octets in all.
+/// 240 octets in all. One that looks like an address or a port counts as well.
 pub fn is_station_name(text: &str) -> bool {
-    let label = |label: &str| {
-        (1..=63).contains(&label.len())
-            && label.bytes().all(|octet| octet.is_ascii_lowercase() || octet.is_ascii_digit() || octet == b'-')
-            && !label.starts_with('-')
-            && !label.ends_with('-')
-    };
-    text.len() <= 240 && text.split('.').all(label)
+    let found = check(text.as_bytes());
+    matches!(found, Ok(()) | Err(NameProblem::LikeAnAddress | NameProblem::LikeAPort))
 }
 
 fn station_name(node: &Node) -> Read<String> {

@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::net::Ipv4Addr;
 use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
+use wire::profinet::dcp::station_name::{self, NameProblem};
 use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
 
 /// Two stations that claim the same within so long are both there.
@@ -289,34 +290,17 @@ impl Stations {
 
 /// Why this is no name of a station (IEC 61158-6-10): labels of 1 to 63 small letters, digits and hyphens, apart by dots.
 fn wrong_name(octets: &[u8]) -> Option<&'static str> {
-    let is_label = |label: &[u8]| label.iter().all(|of| matches!(of, b'a'..=b'z' | b'0'..=b'9' | b'-'));
-    let hyphen = |label: &[u8]| label.first() == Some(&b'-') || label.last() == Some(&b'-');
-    let digits = |label: &[u8], count: usize| label.len() == count && label.iter().all(u8::is_ascii_digit);
-    let mut labels = octets.split(|of| *of == b'.');
-    let first = labels.clone().next().unwrap_or_default();
-    let is_port = first.strip_prefix(b"port-").is_some_and(|port| match port.split_at_checked(3) {
-        Some((port, b"")) => digits(port, 3),
-        Some((port, [b'-', slot @ ..])) => digits(port, 3) && digits(slot, 5),
-        _ => false,
-    });
-    let is_number = |label: &[u8]| !label.is_empty() && label.iter().all(u8::is_ascii_digit);
-    if octets.iter().any(u8::is_ascii_uppercase) {
-        Some("it has capital letters")
-    } else if octets.contains(&0) {
-        Some("it is filled up with zeros")
-    } else if !labels.clone().all(is_label) {
-        Some("it has other characters than small letters, digits, hyphens and dots")
-    } else if octets.len() > 240 || labels.clone().any(|label| label.is_empty() || label.len() > 63) {
-        Some("it, or a part of it between dots, is empty or too long")
-    } else if labels.clone().any(hyphen) {
-        Some("a part of it begins or ends with a hyphen")
-    } else if labels.clone().count() == 4 && labels.all(is_number) {
-        Some("it looks like an IP address")
-    } else if is_port {
-        Some("it is the name of a port")
-    } else {
-        None
-    }
+    Some(match station_name::check(octets).err()? {
+        _ if octets.iter().any(u8::is_ascii_uppercase) => "it has capital letters",
+        _ if octets.contains(&0) => "it is filled up with zeros",
+        NameProblem::Octet { .. } => "it has other characters than small letters, digits, hyphens and dots",
+        NameProblem::Empty | NameProblem::TooLong(_) | NameProblem::EmptyLabel(_) | NameProblem::LongLabel(_) => {
+            "it, or a part of it between dots, is empty or too long"
+        }
+        NameProblem::Hyphen(_) => "a part of it begins or ends with a hyphen",
+        NameProblem::LikeAnAddress => "it looks like an IP address",
+        NameProblem::LikeAPort => "it is the name of a port",
+    })
 }
 
 /// Notes that a station claims something; the other station and its frame, once, where both are there: at the same time, or in
