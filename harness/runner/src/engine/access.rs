@@ -252,13 +252,8 @@ impl<'a> Run<'a> {
         let device = &self.world.manual.device;
         let module = self.module.and_then(|module| device.modules.get(module));
         let access = device.parameter_access;
-        let starts = device.records.iter().filter(|record| record.start).map(|record| record.at);
-        let points: Vec<usize> = match access.at {
-            Some(at) => vec![at],
-            None => starts.collect(),
-        };
-        let inside = |index: &&usize| module.is_none_or(|module| module.submodules.contains(index));
-        let index = *points.iter().find(inside).or(points.first())?;
+        let inside = |index: &usize| module.is_none_or(|module| module.submodules.contains(index));
+        let index = device.parameter_points().find(inside).or_else(|| device.parameter_points().next())?;
         let at = device.submodules.get(index)?;
         Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
     }

@@ -100,9 +100,15 @@ impl Device {
             _ => None,
         })
     }
-}
 
-impl Device {
+    /// The submodules at which the base mode parameter access may stand (PROFINET), as indices into [`Device::submodules`]: the one
+    /// that the manual says, else those that the records of the start-up go to.
+    pub fn parameter_points(&self) -> impl Iterator<Item = usize> + '_ {
+        let said = self.parameter_access.at;
+        let starts = self.records.iter().filter(|record| record.start).map(|record| record.at);
+        said.into_iter().chain(starts.filter(move |_| said.is_none()))
+    }
+
     /// How suites call a part of the diagnosis, without `diag.`.
     pub fn diagnosis_name(&self, name: DiagnosisName) -> &str {
         match name {

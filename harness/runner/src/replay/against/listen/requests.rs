@@ -26,13 +26,10 @@ pub(super) fn whole(status: &PnioStatus) -> (String, Value) {
 /// Whether a record carries the base mode parameter access, where the manual says that it stands.
 pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
     let access = &device.parameter_access;
-    let mut starts = device.records.iter().filter(|record| record.start).map(|record| record.at);
-    let stands_at = |at: usize| {
-        device.submodules.get(at).is_some_and(|submodule| (submodule.slot, submodule.subslot) == (target.1, target.2))
-    };
     match device.bus {
         Bus::Profinet => {
-            let is_there = access.at.map_or_else(|| starts.any(stands_at), stands_at);
+            let mut points = device.parameter_points().filter_map(|at| device.submodules.get(at));
+            let is_there = points.any(|of| (of.slot, of.subslot) == (target.1, target.2));
             target.3 == access.index && is_there && !device.parameters.is_empty()
         }
         Bus::Profibus => {
