@@ -146,6 +146,22 @@ pub struct Setup<'a> {
     pub line: Line,
 }
 
+/// A device of nobody in particular: no bugs, no name, no addresses of its own.
+impl Default for Setup<'_> {
+    fn default() -> Self {
+        Setup {
+            mac: [2, 0, 0, 0, 1, 0],
+            bugs: &[],
+            shaft: 0,
+            station_name: "",
+            ip: [0; 4],
+            mask: [0; 4],
+            gateway: [0; 4],
+            line: Line::default(),
+        }
+    }
+}
+
 /// Why a device could not be built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BuildError {

@@ -1,7 +1,7 @@
 //! `encspec replay --against` and `--shrink`: a capture held against a device, and the shortest case that shows what is wrong.
 
 use super::{Stop, Suites, complain, dut, live, show, sources};
-use crate::engine::{DutKind, DutSpec, looked_after};
+use crate::engine::{DutSpec, looked_after};
 use crate::replay::ReplayReport;
 use crate::replay::against::drive::{Bench, CannotDrive};
 use crate::replay::against::hold::{Heard, hear, hold, nothing_to_drive};
@@ -104,7 +104,7 @@ impl AgainstArgs {
         if let Some(why) = nothing_to_drive(&heard.said) {
             return Err(Stop::bench(format!("nothing can be shrunk: {why}")));
         }
-        let healthy = DutSpec { kind: DutKind::Model { bugs: Vec::new() }, ..spec.clone() };
+        let healthy = spec.healthy();
         if self.dut.is_none() {
             let case = slice(bench, &healthy, heard, masks).map_err(stop)?;
             let Some(case) = case else {

@@ -140,6 +140,12 @@ impl DutSpec {
         }
     }
 
+    /// The reference device of the same variant, without a bug.
+    #[must_use]
+    pub fn healthy(&self) -> DutSpec {
+        DutSpec { kind: DutKind::Model { bugs: Vec::new() }, ..self.clone() }
+    }
+
     /// The live device, where it is one.
     pub fn live(&self) -> Option<&LiveDevice> {
         match &self.kind {
@@ -231,16 +237,7 @@ impl DutSpec {
 }
 
 fn setup(shaft: u64) -> Setup<'static> {
-    Setup {
-        mac: DEVICE.0.0,
-        bugs: &[],
-        shaft,
-        station_name: STATION_NAME,
-        ip: [0; 4],
-        mask: [0; 4],
-        gateway: [0; 4],
-        line: Line::default(),
-    }
+    Setup { mac: DEVICE.0.0, shaft, station_name: STATION_NAME, ..Setup::default() }
 }
 
 /// A raw place that depends on the id of the trial and is never 0 (FNV-1a, so that it is the same everywhere).

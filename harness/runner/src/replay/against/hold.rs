@@ -11,7 +11,7 @@ use super::masks::Masks;
 use super::report::{AgainstReport, DifferenceReport, LeftOutReport};
 use super::timed::Timed;
 use super::turn::{Turning, follow};
-use crate::engine::{DutKind, DutSpec};
+use crate::engine::DutSpec;
 use crate::suite::device::Bus;
 use bench::CaptureReader;
 use bench::capture::{Item, LinkType, NotACapture};
@@ -119,10 +119,7 @@ fn differences(
     let found = infer::shaft(bench, dut, recorded, &plain, None)?;
     *shaft = found.text;
     let Some((name, place)) = found.put else { return without(bench, dut, recorded, masks, &plain) };
-    let connect = plain.iter().position(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
-    let mut begin = vec![put(place)];
-    begin.extend(plain.iter().take(connect + 1).cloned());
-    match Turning::of(bench, dut, recorded, (&name, place), &begin)? {
+    match Turning::of(bench, dut, recorded, (&name, place), &plain)? {
         Err(why) => {
             *shaft = format!("unknown: {why}");
             without(bench, dut, recorded, masks, &plain)
@@ -156,7 +153,7 @@ fn without(
     masks: &mut Masks,
     steps: &[Ask],
 ) -> Result<Vec<Difference>, CannotDrive> {
-    let healthy = DutSpec { kind: DutKind::Model { bugs: Vec::new() }, ..dut.clone() };
+    let healthy = dut.healthy();
     let follows = Follows::of(bench, &healthy, recorded, steps)?;
     masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
     let mut found = compare(recorded, &bench.drive(steps, dut)?, masks);

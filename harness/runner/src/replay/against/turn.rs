@@ -40,13 +40,12 @@ pub struct Turning {
 fn gain(
     bench: &Bench<'_>,
     model: &DutSpec,
-    begin: &[Ask],
+    mut script: Vec<Ask>,
     name: &str,
     cycle: Duration,
 ) -> Result<Option<(f64, Option<f64>)>, CannotDrive> {
     let rpm = PART / cycle.as_secs_f64() * 60.0;
-    let mut script = begin.to_vec();
-    script.push(Ask::Set(vec![("shaft.speed".to_owned(), number(rpm))]));
+    script.push(speed(rpm));
     script.push(Ask::Wait(cycle * CYCLES));
     let heard = bench.drive(&script, model)?;
     let Some(track) = heard.tracks.get(name) else { return Ok(None) };
@@ -74,20 +73,23 @@ fn numbers(track: &Track) -> impl Iterator<Item = (Time, f64)> {
 }
 
 impl Turning {
-    /// How the shaft turned, by the place `name`; `put` is where it stood at first. None where it did not turn, an error in words
-    /// where it cannot be told how.
+    /// How the shaft turned, by the place `name`; `place` is where it stood at first, and `steps` are those of the controller.
+    /// None where it did not turn, an error in words where it cannot be told how.
     pub fn of(
         bench: &Bench<'_>,
         model: &DutSpec,
         recorded: &Conversation,
-        (name, put): (&str, i128),
-        begin: &[Ask],
+        (name, place): (&str, i128),
+        steps: &[Ask],
     ) -> Result<Result<Option<Turning>, String>, CannotDrive> {
         let changes = recorded.tracks.get(name).map_or(0, |track| numbers(track).count());
         if changes < 2 {
             return Ok(Ok(None));
         }
         let cycle = recorded.cycle.unwrap_or(Duration::from_millis(2));
+        let connect = steps.iter().position(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
+        let mut begin = vec![put(place)];
+        begin.extend(steps.iter().take(connect + 1).cloned());
         let Some((gain, circle)) = gain(bench, model, begin, name, cycle)? else {
             return Ok(Err(format!("{name} of the model does not follow its shaft")));
         };
@@ -100,14 +102,14 @@ impl Turning {
             return Ok(Err(format!("{name} moves too unsteadily to be followed")));
         }
         let mut turned: Vec<(Time, Time)> = Vec::new();
-        for (place, leg) in legs.iter().enumerate().filter(|(_, leg)| leg.rpm != 0.0) {
-            let end = legs.get(place + 1).map_or(recorded.end, |next| next.at);
+        for (index, leg) in legs.iter().enumerate().filter(|(_, leg)| leg.rpm != 0.0) {
+            let end = legs.get(index + 1).map_or(recorded.end, |next| next.at);
             match turned.last_mut().filter(|last| last.1 >= leg.at) {
                 Some(last) => last.1 = end,
                 None => turned.push((leg.at, end)),
             }
         }
-        Ok(Ok(Some(Turning { name: name.to_owned(), turned, legs, gain, circle, put })))
+        Ok(Ok(Some(Turning { name: name.to_owned(), turned, legs, gain, circle, put: place })))
     }
 
     /// The steps, with the shaft ahead by `ahead` nanoseconds of the capture.
@@ -118,7 +120,7 @@ impl Turning {
             timed.insert(Time::from_nanos(at), speed(leg.rpm));
         }
         let mut script = timed.script();
-        script.splice(0..0, [Ask::Set(vec![("shaft.counts".to_owned(), self.put.to_string())])]);
+        script.insert(0, put(self.put));
         script
     }
 
@@ -278,10 +280,7 @@ pub fn standing(
     let Some((name, place)) = infer::shaft(bench, healthy, recorded, steps, None)?.put else {
         return Ok(Standing::Unknown);
     };
-    let connect = steps.iter().position(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
-    let mut begin = vec![put(place)];
-    begin.extend(steps.iter().take(connect + 1).cloned());
-    Ok(match Turning::of(bench, healthy, recorded, (&name, place), &begin)? {
+    Ok(match Turning::of(bench, healthy, recorded, (&name, place), steps)? {
         Ok(None) => Standing::At(put(place)),
         Ok(Some(_)) => Standing::Turns,
         Err(_) => Standing::Unknown,
