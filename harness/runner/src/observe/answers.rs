@@ -25,9 +25,7 @@ impl Tracker {
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
-        let key = (header.activity, header.sequence);
-        let Some(asked) = self.calls.answer(key) else { return Ok(()) };
-        self.called(seen, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
+        let Some(asked) = self.answered(seen, header, sink) else { return Ok(()) };
         let (ndr, blocks) = NdrResponse::parse(header.order(), body)?;
         let blocks = blocks.get(..ndr.args_length as usize).unwrap_or(blocks);
         let outcome = match asked {
@@ -56,6 +54,14 @@ impl Tracker {
             Asked::Connect(None) | Asked::Nothing => Ok(()),
         };
         outcome.map_err(|error| error.behind(NdrResponse::LENGTH))
+    }
+
+    /// What a response answers, which is told; none where nobody asked.
+    fn answered(&mut self, seen: &Seen<'_>, header: &Header, sink: Sink<'_>) -> Option<Asked> {
+        let key = (header.activity, header.sequence);
+        let asked = self.calls.answer(key)?;
+        self.called(seen, key, (asked.service(), asked.ar()), CallPart::Answered, sink);
+        Some(asked)
     }
 
     fn connect_response(
@@ -158,10 +164,8 @@ impl Tracker {
         body: &[u8],
         sink: Sink<'_>,
     ) -> Result<(), WireError> {
-        let key = (header.activity, header.sequence);
-        let Some(asked) = self.calls.answer(key) else { return Ok(()) };
+        let Some(asked) = self.answered(seen, header, sink) else { return Ok(()) };
         let (service, ar) = (asked.service(), asked.ar());
-        self.called(seen, key, (service, ar), CallPart::Answered, sink);
         let status = RejectStatus::parse(header.order(), body)?;
         if service == "Connect"
             && let Some(ar) = ar.and_then(|ar| self.ars.get_mut(ar.0 as usize))
