@@ -132,6 +132,25 @@ pub struct Placed {
     pub output_consumer: Option<usize>,
 }
 
+impl Placed {
+    /// A submodule with its ident number at API, slot and subslot, of whose module and data nothing is known yet.
+    pub fn bare((api, slot, subslot): (u32, u16, u16), submodule_ident: u32) -> Placed {
+        Placed {
+            api,
+            slot,
+            subslot,
+            module_ident: 0,
+            submodule_ident,
+            input: None,
+            input_status: None,
+            input_consumer: None,
+            output: None,
+            output_status: None,
+            output_consumer: None,
+        }
+    }
+}
+
 /// A record that was written during the start-up.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StartRecord {

@@ -402,19 +402,7 @@ impl DpTracker {
 
 /// The whole configuration as one submodule.
 fn placed(lengths: Sums) -> Placed {
-    Placed {
-        api: 0,
-        slot: 1,
-        subslot: 1,
-        module_ident: 0,
-        submodule_ident: 0,
-        input: Some(0..lengths.inputs),
-        input_status: None,
-        input_consumer: None,
-        output: Some(0..lengths.outputs),
-        output_status: None,
-        output_consumer: None,
-    }
+    Placed { input: Some(0..lengths.inputs), output: Some(0..lengths.outputs), ..Placed::bare((0, 1, 1), 0) }
 }
 
 /// Whether the data link of the slave says that the service cannot be had.

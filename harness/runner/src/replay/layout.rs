@@ -196,19 +196,7 @@ fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
                 let mut submodules: Vec<Placed> = Vec::new();
                 let mut lengths: Vec<(usize, usize)> = Vec::new();
                 let mut put = |api, slot, subslot, ident, octets: (u16, u16)| {
-                    submodules.push(Placed {
-                        api,
-                        slot,
-                        subslot,
-                        module_ident: 0,
-                        submodule_ident: ident,
-                        input: None,
-                        input_status: None,
-                        input_consumer: None,
-                        output: None,
-                        output_status: None,
-                        output_consumer: None,
-                    });
+                    submodules.push(Placed::bare((api, slot, subslot), ident));
                     lengths.push((octets.0.into(), octets.1.into()));
                 };
                 if head > 0 {
