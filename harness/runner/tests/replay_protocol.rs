@@ -63,27 +63,12 @@ fn a_connection_in_order_has_no_findings() {
 /// The transport's ACK, then the application's acknowledgement with the ACK of the device.
 fn acknowledge(line: &mut Line, sequence: u16) {
     line.rta(false, RtaKind::ACK, 0xFFFF, RtaBody::Octets(Vec::new()));
-    let notification = match &wire_alarm(sequence) {
+    let notification = match &made::alarm(sequence) {
         RtaBody::Notification(notification) => notification.acknowledgement(PnioStatus::OK),
         _ => unreachable!(),
     };
     line.rta(false, RtaKind::DATA, 0, RtaBody::Acknowledgement(notification));
     line.rta(true, RtaKind::ACK, 0xFFFF, RtaBody::Octets(Vec::new()));
-}
-
-fn wire_alarm(sequence: u16) -> RtaBody {
-    use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmSpecifier, AlarmType};
-    RtaBody::Notification(AlarmNotification {
-        priority: AlarmPriority::Low,
-        alarm_type: AlarmType::DIAGNOSIS,
-        api: 0,
-        slot: 1,
-        subslot: 2,
-        module_ident: 5,
-        submodule_ident: 81,
-        specifier: AlarmSpecifier::new(sequence, 0),
-        items: Vec::new(),
-    })
 }
 
 const OUT_OF_ARS: PnioStatus =

@@ -407,23 +407,27 @@ impl Line {
     }
 
     pub fn alarm(&mut self, sequence: u16) -> usize {
-        let notification = AlarmNotification {
-            priority: AlarmPriority::Low,
-            alarm_type: AlarmType::DIAGNOSIS,
-            api: 0,
-            slot: 1,
-            subslot: 2,
-            module_ident: 5,
-            submodule_ident: 81,
-            specifier: AlarmSpecifier::new(sequence, 0),
-            items: Vec::new(),
-        };
-        self.rta(true, RtaKind::DATA, sequence, RtaBody::Notification(notification))
+        self.rta(true, RtaKind::DATA, sequence, alarm(sequence))
     }
 
     pub fn abort(&mut self, by_device: bool, status: PnioStatus) -> usize {
         self.rta(by_device, RtaKind::ERR, 0, RtaBody::Error { status, more: Vec::new() })
     }
+}
+
+/// A diagnosis alarm without items.
+pub fn alarm(sequence: u16) -> RtaBody {
+    RtaBody::Notification(AlarmNotification {
+        priority: AlarmPriority::Low,
+        alarm_type: AlarmType::DIAGNOSIS,
+        api: 0,
+        slot: 1,
+        subslot: 2,
+        module_ident: 5,
+        submodule_ident: 81,
+        specifier: AlarmSpecifier::new(sequence, 0),
+        items: Vec::new(),
+    })
 }
 
 /// A cyclic frame.
