@@ -4,7 +4,7 @@ mod served;
 
 use bench::VirtualWire;
 use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Outcome, Request, Target};
-use reference_devices::{Line, ReferenceDevice, Setup, build};
+use reference_devices::{ReferenceDevice, Setup, build};
 use served::{connection, controller};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;
@@ -21,13 +21,9 @@ fn device(number: u8) -> Box<dyn ReferenceDevice> {
     let station_name = name(number);
     let setup = Setup {
         mac: [2, 0, 0, 0, 1, number],
-        bugs: &[],
         shaft: 1000 + u64::from(number),
         station_name: &station_name,
-        ip: [0; 4],
-        mask: [0; 4],
-        gateway: [0; 4],
-        line: Line::default(),
+        ..Setup::default()
     };
     build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
 }

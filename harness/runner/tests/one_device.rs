@@ -119,10 +119,8 @@ fn in_each_others_way(
             bugs,
             shaft: 0x1234,
             station_name: dut::STATION_NAME,
-            ip: [0; 4],
-            mask: [0; 4],
-            gateway: [0; 4],
             line: Line { address: rate.station, baud: rate.baud },
+            ..Setup::default()
         };
         let mut kept = kept(&setup, &spec);
         let trials = variant.trials.iter().zip(&lines).filter(|(trial, line)| **line == rate && is_run(trial));

@@ -35,16 +35,7 @@ fn octets(text: &str) -> Vec<u8> {
 
 impl Rig {
     fn new(manual: &str, variant: &str, baud: BaudRate) -> Rig {
-        let setup = Setup {
-            mac: [2, 0, 0, 0, 1, 0],
-            bugs: &[],
-            shaft: 5_000,
-            station_name: "",
-            ip: [0; 4],
-            mask: [0; 4],
-            gateway: [0; 4],
-            line: Line { address: 3, baud },
-        };
+        let setup = Setup { shaft: 5_000, line: Line { address: 3, baud }, ..Setup::default() };
         let device = build(manual, variant, &setup).map_err(|error| error.to_string()).expect("it is known");
         let settings = Settings::new(2, baud);
         let bus = VirtualBus::new(baud, settings.slot_time);

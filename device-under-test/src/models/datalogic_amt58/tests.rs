@@ -31,16 +31,7 @@ const NOTHING: [u8; 4] = [0; 4];
 
 fn bench_with(variant: &str, shaft: u64, bugs: &[&str]) -> Bench<Any> {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
-    let setup = Setup {
-        mac: [2, 0, 0, 0, 1, 0],
-        bugs,
-        shaft,
-        station_name: "",
-        ip: [0; 4],
-        mask: [0; 4],
-        gateway: [0; 4],
-        line,
-    };
+    let setup = Setup { bugs, shaft, line, ..Setup::default() };
     Bench::new(Any(build_manual(&MANUAL, variant, &setup).expect("the variant is known")), 5)
 }
 

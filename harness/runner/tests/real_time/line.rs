@@ -51,16 +51,7 @@ fn line() -> (SerialBus, SerialBus) {
 /// Lets a reference device live at `bus` as long as its line does.
 fn serve(mut bus: SerialBus) {
     thread::spawn(move || {
-        let setup = Setup {
-            mac: [2, 0, 0, 0, 1, 0],
-            bugs: &[],
-            shaft: 0x1388,
-            station_name: "",
-            ip: [0; 4],
-            mask: [0; 4],
-            gateway: [0; 4],
-            line: Line { address: 3, baud: BAUD },
-        };
+        let setup = Setup { shaft: 0x1388, line: Line { address: 3, baud: BAUD }, ..Setup::default() };
         let built = build("datalogic-amt58-profibus", "hm5816-16384", &setup);
         let mut device = built.map_err(|error| error.to_string()).expect("it is known");
         while bus.step(&mut [&mut *device], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}

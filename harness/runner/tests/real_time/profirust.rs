@@ -164,16 +164,7 @@ impl Stranger {
         thread::spawn(move || {
             let mut bus = SerialBus::new(serial, Box::<FdlFrames>::default());
             let line = Place { address: SLAVE, baud: BAUD };
-            let setup = Setup {
-                mac: [2, 0, 0, 0, 1, 0],
-                bugs,
-                shaft,
-                station_name: "",
-                ip: [0; 4],
-                mask: [0; 4],
-                gateway: [0; 4],
-                line,
-            };
+            let setup = Setup { bugs, shaft, line, ..Setup::default() };
             let built = build(manual, variant, &setup);
             let mut device = built.map_err(|error| error.to_string()).expect("it is known");
             while bus.step(&mut [&mut *device], Time::MAX, &mut |_| true, &mut |_| ()).is_ok() {}

@@ -162,20 +162,15 @@ fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reference_devices::{Line, Setup, build};
+    use reference_devices::{Setup, build};
     use rstest::rstest;
 
     fn served() -> ServedDevice {
         let make = |made| {
             let setup = Setup {
-                mac: [2, 0, 0, 0, 1, 0],
-                bugs: &[],
                 shaft: 5,
                 station_name: if made == Made::Named { "encoder-under-test" } else { "" },
-                ip: [0; 4],
-                mask: [0; 4],
-                gateway: [0; 4],
-                line: Line::default(),
+                ..Setup::default()
             };
             build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
         };
