@@ -2,11 +2,11 @@
 
 mod dp;
 
-use bench::null::DiesAfter;
 use core::time::Duration;
 use dp::{IDENT, Rig, Say, Toy, bits, connection};
 use encspec_controllers::profibus_dp::{Answer, ClearOutputs, Clock, ConnectionEnd, ConnectionState, Outcome, Request};
 use encspec_controllers::profinet_io::{Counter, CounterMode};
+use virtual_wire::null::DiesAfter;
 use wire::profibus::fdl::{AnswerFunction, Frame};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 

@@ -2,14 +2,14 @@
 
 mod dp;
 
-use bench::VirtualBus;
-use bench::null::{DiesAfter, Silent};
 use core::time::Duration;
 use dp::{BAUD, Rig, SLAVE, Say, Toy, bits, connection, hex, settings};
 use encspec_controllers::profibus_dp::{
     AcyclicError, Answer, Broken, Master, Outcome, ParameterOutcome, RecordOutcome, Request, Settings, broken_frames,
 };
 use station::Time;
+use virtual_wire::VirtualBus;
+use virtual_wire::null::{DiesAfter, Silent};
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::fdl::{AnswerFunction, Frame, StationType};
 

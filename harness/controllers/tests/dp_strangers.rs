@@ -2,7 +2,6 @@
 
 mod dp;
 
-use bench::VirtualBus;
 use core::time::Duration;
 use dp::{BAUD, SLAVE, Toy, hex, settings};
 use encspec_controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
@@ -11,6 +10,7 @@ use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
 use profirust::time::Instant;
 use station::{Outbox, Station, Time};
+use virtual_wire::VirtualBus;
 use wire::profibus::fdl::BitTimes;
 
 /// How often the stranger looks at its line.
@@ -121,7 +121,7 @@ fn share(own: u8, other: u8) -> (Master, Stranger, Vec<String>) {
     master.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("nothing else is under way");
     let mut tokens = Vec::new();
     let mut run = |master: &mut Master, stranger: &mut Stranger, until: u64| {
-        let mut tap = |seen: bench::Seen<'_>| {
+        let mut tap = |seen: virtual_wire::Seen<'_>| {
             if seen.frame[0] == 0xDC {
                 tokens.push(hex(seen.frame));
             }

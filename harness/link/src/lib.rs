@@ -38,7 +38,8 @@ pub use nic::Nic;
 pub use port::Port;
 #[cfg(not(target_os = "linux"))]
 pub use portable::Nic;
-pub use serial::{Parity, Serial, SerialSettings};
+pub use serial::{Serial, SerialSettings};
 pub use serial_bus::{Heard, Piece, SerialBus, Split};
 pub use socket::FrameSocket;
+pub use station::Parity;
 pub use wire::{Local, Step, Wire};

@@ -13,7 +13,7 @@ use rustix::termios::{ControlModes, OptionalActions, QueueSelector, Termios};
 use crate::interfaces::escaped;
 use crate::sys::{For, pause, wait};
 use crate::{Clock, LinkError};
-use station::{Duration, Time};
+use station::{Duration, Parity, Time};
 
 /// Octets that are read at once.
 const SCRATCH: usize = 4096;
@@ -21,18 +21,6 @@ const SCRATCH: usize = 4096;
 const PATIENCE: Duration = Duration::from_secs(3);
 /// How often [`Serial::recover`] looks whether the line is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
-
-/// The parity bit of each octet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Parity {
-    /// The number of ones is even, as PROFIBUS has it.
-    #[default]
-    Even,
-    /// The number of ones is odd.
-    Odd,
-    /// There is none.
-    None,
-}
 
 /// How a serial line is driven.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Lines over a Unix socket, with both sides in one process.
 
-#[path = "../../runner/tests/patience/mod.rs"]
+#[path = "../../encspec/tests/patience/mod.rs"]
 mod patience;
 
 use patience::patiently;

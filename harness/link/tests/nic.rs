@@ -2,7 +2,7 @@
 #![cfg(target_os = "linux")]
 
 mod common;
-#[path = "../../runner/tests/patience/mod.rs"]
+#[path = "../../encspec/tests/patience/mod.rs"]
 mod patience;
 
 use patience::patiently;

@@ -1,6 +1,6 @@
 //! A serial line, against a peer that is played octet by octet at the controlling end of a pseudoterminal.
 
-#[path = "../../runner/tests/patience/mod.rs"]
+#[path = "../../encspec/tests/patience/mod.rs"]
 mod patience;
 
 use patience::patiently;

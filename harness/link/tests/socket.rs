@@ -1,7 +1,7 @@
 //! Frames over a stream, against a peer that is played octet by octet.
 
 mod common;
-#[path = "../../runner/tests/patience/mod.rs"]
+#[path = "../../encspec/tests/patience/mod.rs"]
 mod patience;
 
 use patience::patiently;

@@ -1,7 +1,7 @@
 //! Stations on a live wire: a port that is played by the test, and a virtual cable.
 
 mod common;
-#[path = "../../runner/tests/patience/mod.rs"]
+#[path = "../../encspec/tests/patience/mod.rs"]
 mod patience;
 
 use patience::patiently;

@@ -10,11 +10,13 @@
 extern crate alloc;
 
 mod outbox;
+mod parity;
 mod stand;
 mod time;
 
 pub use core::time::Duration;
 pub use outbox::Outbox;
+pub use parity::Parity;
 pub use stand::{Refusal, Stand, StandAction};
 pub use time::Time;
 

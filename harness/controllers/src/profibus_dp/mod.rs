@@ -15,6 +15,7 @@ mod master;
 mod medium;
 mod message;
 mod outcome;
+mod pace;
 mod request;
 mod ring;
 mod startup;
@@ -25,6 +26,7 @@ pub use outcome::{
     AcyclicError, Answer, ConnectionEnd, ConnectionState, Ended, Failure, FailureReason, Outcome, ParameterOutcome,
     RecordOutcome, Stage, StartUp,
 };
+pub use pace::Pace;
 pub use request::{Broken, Busy, Request, Settings, broken_frames};
 
 /// The slot of the outputs of a slave in [`Outputs`](crate::profinet_io::Outputs); a slave of DP has one image.

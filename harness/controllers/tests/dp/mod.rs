@@ -1,10 +1,10 @@
 //! A master under test and a toy slave on a virtual bus. The slave is written from the standard and uses the codec of frames only.
 #![allow(dead_code)]
 
-use bench::{Seen, VirtualBus};
 use core::time::Duration;
 use encspec_controllers::profibus_dp::{Connection, Master, Outcome, Request, Settings, StartUp};
 use station::{Outbox, Station, Time};
+use virtual_wire::{Seen, VirtualBus};
 use wire::profibus::fdl::{
     AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction,
     StationType,

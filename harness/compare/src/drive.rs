@@ -1,0 +1,148 @@
+//! Drives a device with a script: the script becomes a trial, the engine runs it, and the trace is listened to.
+//!
+//! This room must not know which kind of device that is, nor what is made of what it answered.
+
+use super::ask::Ask;
+use super::heard::Conversation;
+use super::listen::{Whom, listen};
+use super::masks::Masks;
+use super::write_case::{TOPIC, Written, unjudged};
+use engine::{BenchError, DutSpec, RunOptions, TrialOutcome, run_trial};
+use results::verdict::Verdict;
+use std::time::Duration;
+use suite::model::{Class, Manual};
+use suite::{Checker, LoadErrors, Sources};
+
+/// What is waited behind the last step, so that its consequences are seen.
+pub const TAIL: Duration = Duration::from_millis(300);
+/// How often a live device is driven until nothing disturbs it.
+const TRIES: usize = 5;
+/// How the engine marks what it does after the last step.
+const CLEAN_UP: &str = "clean-up";
+
+/// Why a script could not be driven.
+#[derive(Debug, thiserror::Error)]
+pub enum CannotDrive {
+    /// The written steps are not understood; each mistake with its line.
+    #[error("the steps that were made of the capture do not load:\n{0}")]
+    NotUnderstood(LoadErrors),
+    /// The bench cannot be used.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    /// The line broke, or we were late ourselves, however often it was tried.
+    #[error("{0}")]
+    Disturbed(String),
+    /// The manual has no requirement or variant for it.
+    #[error("{0}")]
+    Nothing(String),
+}
+
+/// Where scripts are driven: a variant of a manual.
+pub struct Bench<'m> {
+    manual: &'m Manual,
+    variant: usize,
+    checker: Checker,
+    requirement: String,
+}
+
+impl<'m> Bench<'m> {
+    /// Fails where the manual does not stand in `sources`, or has no such variant.
+    pub fn new(sources: &Sources, manual: &'m Manual, variant: &str) -> Result<Bench<'m>, CannotDrive> {
+        let name = &manual.device.name;
+        let place = manual.device.variants.iter().position(|known| known == variant);
+        let variant = place.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no variant {variant}")))?;
+        let applies = manual
+            .requirements
+            .iter()
+            .find(|requirement| requirement.class == Class::Testable && requirement.variants.contains(&variant));
+        let requirement =
+            applies.ok_or_else(|| CannotDrive::Nothing(format!("{name} has no requirements")))?.id.clone();
+        let checker = Checker::unchecked(sources, name).map_err(CannotDrive::NotUnderstood)?;
+        Ok(Bench { manual, variant, checker, requirement })
+    }
+
+    /// The manual.
+    pub fn manual(&self) -> &'m Manual {
+        self.manual
+    }
+
+    /// What is not compared: the text of a file and its name, else what the manual says.
+    pub fn masks(&self, named: Option<(&str, &str)>) -> Result<Masks, CannotDrive> {
+        self.checker.masks(named).map(Masks::from).map_err(CannotDrive::NotUnderstood)
+    }
+
+    /// Who is driven.
+    pub fn whom(&self) -> Whom<'m> {
+        Whom { manual: self.manual, variant: self.variant }
+    }
+
+    /// The variant by name.
+    pub fn variant(&self) -> &'m str {
+        self.manual.device.variants.get(self.variant).map_or("", String::as_str)
+    }
+
+    /// Drives a device with a script, and waits a little behind it; a live one once more where the line or we ourselves came in
+    /// between.
+    pub fn drive(&self, script: &[Ask], dut: &DutSpec) -> Result<Conversation, CannotDrive> {
+        let mut script = script.to_vec();
+        script.push(Ask::Wait(TAIL));
+        let written = Written {
+            id: "drive".to_owned(),
+            why: "The controller side of a capture.".to_owned(),
+            variant: self.variant().to_owned(),
+            steps: unjudged(&script, &self.requirement, &|name| self.is_read_only(name)),
+            ..Written::default()
+        };
+        let outcome = self.settled(&written.yaml(), dut)?;
+        if outcome.trace.is_empty() {
+            let why = outcome.case.reason.unwrap_or_else(|| "no frame was seen".to_owned());
+            return Err(CannotDrive::Nothing(format!("the device could not be driven: {why}")));
+        }
+        let mut frames = Vec::new();
+        for frame in outcome.trace.iter() {
+            if frame.comment.is_some_and(|comment| comment.lines().any(|line| line == CLEAN_UP)) {
+                break;
+            }
+            frames.push((frame.number as u64, frame.time, frame.octets));
+        }
+        Ok(listen(self.whom(), frames.into_iter()))
+    }
+
+    /// Runs a written case, on a live device until nothing disturbs it.
+    pub fn settled(&self, yaml: &str, dut: &DutSpec) -> Result<TrialOutcome, CannotDrive> {
+        let mut last = String::new();
+        for _ in 0..TRIES {
+            let outcome = self.run(yaml, dut)?;
+            let undecided =
+                (outcome.case.verdict == Verdict::Inconclusive).then(|| outcome.case.reason.clone()).flatten();
+            match outcome.disturbed.clone().or(undecided) {
+                Some(why) if dut.live().is_some() => last = why,
+                _ => return Ok(outcome),
+            }
+        }
+        Err(CannotDrive::Disturbed(format!(
+            "the device was driven {TRIES} times, and each time something came in between: {last}"
+        )))
+    }
+
+    /// Whether a name is a parameter, or an element of one, that can only be read.
+    fn is_read_only(&self, name: &str) -> bool {
+        let number = name.strip_prefix('P').and_then(|rest| rest.split('.').next()?.parse::<u16>().ok());
+        let known = number.and_then(|number| self.manual.device.parameters.iter().find(|of| of.number == number));
+        known.is_some_and(|parameter| !parameter.writable)
+    }
+
+    /// Loads a written case and runs it.
+    pub fn run(&self, yaml: &str, dut: &DutSpec) -> Result<TrialOutcome, CannotDrive> {
+        let path = format!("{}/{TOPIC}.yaml", self.manual.device.name);
+        let mut manual = self.checker.alone(&path, yaml).map_err(CannotDrive::NotUnderstood)?;
+        if let Some(live) = dut.live() {
+            // What the bench and the descriptions of the device say besides the manual.
+            manual.device.clone_from(&live.manual().device);
+        }
+        let nothing = || CannotDrive::Nothing(format!("the written case does not apply to {}", self.variant()));
+        let variant = manual.variants.get(self.variant).ok_or_else(nothing)?;
+        let trial = variant.trials.first().ok_or_else(nothing)?;
+        Ok(run_trial(&manual, variant, dut, trial, &RunOptions::default())?)
+    }
+}

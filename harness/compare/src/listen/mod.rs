@@ -1,0 +1,462 @@
+//! Frames to a conversation: what a controller asked of one device and what it answered, by the names of its manual.
+//!
+//! The connections come from the tracker, the layout of the data from the image that rules are judged on. Of several devices in a
+//! trace the first one is followed that speaks as the manual has it. This room must not know who will say all this again.
+
+mod clock;
+mod connect;
+mod others;
+mod outputs;
+mod parts;
+mod requests;
+mod slave;
+
+use super::ask::Ask;
+use super::heard::{Asked, Conversation, Event, LeftOut, Value};
+use judge::follow::{Change, Ending, Follower};
+use judge::image::{AlarmSeen, Happening, Image};
+use judge::observe::{Address, Ar, ArId, BusTracker, Direction, Observation, Role, Stage, Traffic};
+use judge::{Tick, TickKind};
+use outputs::Outputs;
+use parts::{Part, carried, parts};
+use replay::speaks_to;
+use requests::Target;
+use slave::StartUp;
+use station::Time;
+use suite::device::{Bus, Device, From};
+use suite::model::Manual;
+use suite::words;
+use wire::ethernet::Mac;
+use wire::profidrive::Request;
+use wire::profinet::status::{AbortReason, PnioStatus, RecordError};
+
+/// So many cycles without a connection before the next one belong to making that one.
+const RECONNECT: u32 = 3;
+
+/// Who is listened to: a variant of a manual.
+#[derive(Clone, Copy, Debug)]
+pub struct Whom<'m> {
+    /// The manual.
+    pub manual: &'m Manual,
+    /// The place of the variant among those of the device.
+    pub variant: usize,
+}
+
+/// Listens to frames: number from 1, time, octets.
+pub fn listen<'f>(whom: Whom<'_>, frames: impl Iterator<Item = (u64, Time, &'f [u8])>) -> Conversation {
+    let mut ear = Ear::new(whom);
+    for (number, time, octets) in frames {
+        ear.frame(number, time, octets);
+    }
+    ear.end()
+}
+
+/// Takes in frames one by one and holds no more of them than what was said.
+pub struct Ear<'m> {
+    tracker: BusTracker,
+    listener: Listener<'m>,
+}
+
+impl<'m> Ear<'m> {
+    /// Has heard nothing yet.
+    pub fn new(whom: Whom<'m>) -> Ear<'m> {
+        let tracker = match whom.manual.device.bus {
+            Bus::Profinet => BusTracker::Profinet(Box::default()),
+            Bus::Profibus => BusTracker::Profibus(Box::default()),
+        };
+        Ear { tracker, listener: Listener::new(whom) }
+    }
+
+    /// Takes in one frame of the bus of the manual; `number` counts from 1.
+    pub fn frame(&mut self, number: u64, time: Time, octets: &[u8]) {
+        let Ear { tracker, listener } = self;
+        listener.now = (time, number);
+        tracker.frame(number, time, octets, &mut |ars, observation| listener.observe(ars, &observation));
+    }
+
+    /// Everything that was said.
+    pub fn end(self) -> Conversation {
+        let ars = self.tracker.ars().to_vec();
+        self.listener.end(&ars)
+    }
+}
+
+/// Everything that is remembered between two frames.
+struct Listener<'m> {
+    manual: &'m Manual,
+    device: &'m Device,
+    variant: usize,
+    follower: Follower,
+    inputs: Vec<Part>,
+    outputs: Outputs,
+    heard: Conversation,
+    /// Controller and device, as soon as the first connection is seen.
+    pair: Option<(Address, Address)>,
+    /// The Connect that has not come to an end yet: its place among what was asked, and its connection.
+    open: Option<(usize, ArId)>,
+    /// The same of the last one that came to good data.
+    stood: Option<(usize, ArId)>,
+    /// A parameter request that waits for its answer.
+    pending: Option<(Target, Vec<u8>, Time, u64)>,
+    /// What was set by DCP before it was known which device is listened to, and by which transaction.
+    early: Vec<(Mac, u32, Asked)>,
+    /// The last thing that was set by DCP and is not answered yet: its transaction and its place among what was asked.
+    unanswered: Option<(u32, usize)>,
+    /// An alarm of the device that nobody has acknowledged yet.
+    alarm: Option<(Time, u64)>,
+    /// What a slave was told before its connection stood.
+    start_up: StartUp,
+    /// When outputs were seen last.
+    last_output: Option<Time>,
+    /// Whether the outputs are paused.
+    paused: bool,
+    /// Whether our outputs were good last, where they have been good.
+    output_good: Option<bool>,
+    now: (Time, u64),
+}
+
+impl<'m> Listener<'m> {
+    fn new(Whom { manual, variant }: Whom<'m>) -> Listener<'m> {
+        let device: &Device = &manual.device;
+        Listener {
+            manual,
+            device,
+            variant,
+            follower: Follower::new(device),
+            inputs: parts(device, variant, From::Device),
+            outputs: Outputs::new(parts(device, variant, From::Controller)),
+            heard: Conversation::default(),
+            pair: None,
+            open: None,
+            stood: None,
+            pending: None,
+            early: Vec::new(),
+            unanswered: None,
+            alarm: None,
+            start_up: StartUp::default(),
+            last_output: None,
+            paused: false,
+            output_good: None,
+            now: (Time::ZERO, 0),
+        }
+    }
+
+    fn ask(&mut self, at: Time, ask: Ask, answer: Vec<(String, Value)>) {
+        let (done, frame) = self.now;
+        self.heard.asked.push(Asked { ask, at, done, frame, answer });
+    }
+
+    /// What cannot be done again and changes nothing.
+    fn left_out(&mut self, what: impl Into<String>) {
+        self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into(), since: None, until: None });
+    }
+
+    /// What cannot be done again and changes what the device answers, until somebody says that it is over.
+    fn left_open(&mut self, since: Time, what: impl Into<String>) {
+        self.heard.left_out.push(LeftOut { frame: self.now.1, what: what.into(), since: Some(since), until: None });
+    }
+
+    /// Whether a connection is one between the two that are listened to; the first that fits says who they are.
+    fn is_ours(&mut self, ar: &Ar) -> bool {
+        let pair = (ar.controller.address, ar.device.address);
+        match self.pair {
+            Some(known) => known == pair,
+            None if ar.role == Role::Exchange && speaks_to(self.manual, ar) => {
+                self.pair = Some(pair);
+                self.early();
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+        self.heard.end = self.now.0;
+        if self.device.bus == Bus::Profibus {
+            self.slave(ars, observation);
+        }
+        if let Some(ar) = observation.ar() {
+            let Some(seen) = ars.get(ar.0 as usize) else { return };
+            if !self.is_ours(seen) {
+                self.somebody_else(seen, observation);
+                return;
+            }
+        }
+        self.before(ars, observation);
+        let pair = self.pair;
+        let ours = |ar: &Ar| Some((ar.controller.address, ar.device.address)) == pair;
+        let change = self.follower.observe(self.device, ars, ours, self.now, observation);
+        match change {
+            Some(Change::Opened) | None => {}
+            Some(Change::Tick(tick)) => self.tick(tick),
+            Some(Change::Closed(tick, ending)) => self.closed(tick, ending),
+        }
+    }
+
+    /// What there is to say before the image takes the observation in.
+    fn before(&mut self, ars: &[Ar], observation: &Observation<'_>) {
+        let seen = |ar: &ArId| ars.get(ar.0 as usize);
+        match observation {
+            Observation::Connected { ar } | Observation::ConnectRefused { ar, .. } => {
+                if let (Some(of), Bus::Profinet) = (seen(ar), self.device.bus) {
+                    self.connect(*ar, of, observation);
+                }
+            }
+            Observation::ParameterEnd { ar } => self.stage(ars, *ar, "parameter_end"),
+            Observation::ApplicationReady { ar } => self.stage(ars, *ar, "application_ready"),
+            Observation::Record { ar, written, target, data, status } => {
+                let starts = requests::record(self.device, *target).is_some_and(|record| record.start);
+                let in_start = self.device.bus == Bus::Profinet
+                    && ar.as_ref().and_then(seen).is_some_and(|ar| ar.stage == Stage::Connected)
+                    && (starts || (*written && !requests::is_parameter_access(self.device, *target)));
+                if ar.is_some() && !in_start {
+                    self.record(*written, *target, data, status);
+                }
+            }
+            Observation::CallFailed { service, why, ar: Some(_) } => {
+                let value = Value::word(format!("failed ({why})"));
+                if let Some(last) = self.open.and_then(|(place, _)| self.heard.asked.get_mut(place)) {
+                    last.answer.push((service.replace(' ', "_"), value));
+                }
+            }
+            Observation::Dcp { source, destination, pdu } => self.dcp(*source, *destination, pdu),
+            Observation::Traffic(Traffic::Rta { direction, kind, .. }) => self.alarm_channel(*direction, *kind),
+            _ => {}
+        }
+    }
+
+    fn record(&mut self, written: bool, target: Target, data: &[u8], status: &PnioStatus) {
+        let (time, frame) = self.now;
+        if let Some(api) = requests::other_api(self.device, target) {
+            return self.left_out(format!(
+                "a request for index 0x{:04X} in API 0x{api:X}, where the device has another",
+                target.3
+            ));
+        }
+        if requests::is_parameter_access(self.device, target) {
+            if written {
+                self.flush();
+                match status.is_ok() {
+                    true => self.pending = Some((target, data.to_vec(), time, frame)),
+                    false => {
+                        let ask = Request::parse(data).ok().and_then(|of| requests::parameter_ask(self.device, &of));
+                        let ask = ask.unwrap_or_else(|| requests::record_ask(self.device, target, Some(data)));
+                        self.ask(time, ask, vec![requests::whole(status)]);
+                    }
+                }
+                return;
+            }
+            // The answer may not be there yet, and is asked for again.
+            let waits = status.record_error() == Some(RecordError::STATE_CONFLICT);
+            if waits && self.pending.is_some() {
+                return;
+            }
+            let request =
+                self.pending.as_ref().and_then(|(_, octets, at, _)| Some((Request::parse(octets).ok()?, *at)));
+            let named = request.and_then(|(of, at)| Some((requests::parameter_ask(self.device, &of)?, of, at)));
+            if let Some((ask, request, at)) = named {
+                self.pending = None;
+                let answer = match status.is_ok() {
+                    true => requests::parameter_answer(self.device, &request, data),
+                    false => vec![requests::whole(status)],
+                };
+                return self.ask(at, ask, answer);
+            }
+            self.flush();
+        }
+        let ask = requests::record_ask(self.device, target, written.then_some(data));
+        let answer = match (status.is_ok(), written) {
+            (true, false) => requests::record_answer(self.device, target, data),
+            _ => vec![requests::whole(status)],
+        };
+        self.ask(time, ask, answer);
+    }
+
+    /// A parameter request whose answer nobody fetched, or that has no names: a record that was written.
+    fn flush(&mut self) {
+        let Some((target, octets, at, frame)) = self.pending.take() else { return };
+        let ask = requests::record_ask(self.device, target, Some(&octets));
+        let answer = vec![requests::whole(&PnioStatus::OK)];
+        self.heard.asked.push(Asked { ask, at, done: at, frame, answer });
+    }
+
+    fn tick(&mut self, tick: Tick) {
+        match tick.kind {
+            TickKind::Output => self.output(tick),
+            TickKind::Sample | TickKind::BadSample => self.sample(tick),
+            TickKind::Event => self.event(tick),
+        }
+    }
+
+    fn output(&mut self, tick: Tick) {
+        self.last_output = Some(tick.time);
+        let stumbles = self.outputs.stumble(&self.follower.image);
+        let mut set = self.outputs.frame(&self.follower.image);
+        if stumbles {
+            self.out_of_step(tick.time, "in isochronous mode the sign of life of the master did not count on");
+        }
+        if std::mem::take(&mut self.paused) {
+            set.push(("io.cyclic".to_owned(), "running".to_owned()));
+        }
+        let good = self.follower.image.output_status(None);
+        if self.output_good.is_some() && good.is_some() && self.output_good != good {
+            let word = words::word(words::STATUS, good.unwrap_or_default().into()).unwrap_or_default();
+            set.push(("io.output_status".to_owned(), word.to_owned()));
+        }
+        if good == Some(true) || self.output_good.is_some() {
+            self.output_good = good;
+        }
+        if !set.is_empty() {
+            self.ask(tick.time, Ask::Set(set), Vec::new());
+        }
+    }
+
+    fn sample(&mut self, tick: Tick) {
+        let image = &self.follower.image;
+        let statuses =
+            [("io.input_status", image.input_status(None)), ("io.consumer_status", image.consumer_status(None))];
+        for (name, status) in statuses {
+            let value = status.and_then(|good| words::word(words::STATUS, good.into())).map(Value::word);
+            self.heard.tracks.entry(name.to_owned()).or_default().take(tick.time, tick.frame, value);
+        }
+        if let Some(pending) = image.diagnosis_pending() {
+            let value = Some(Value::number(pending.into(), 1, false));
+            let track = self.heard.tracks.entry("io.diagnosis_pending".to_owned()).or_default();
+            track.take(tick.time, tick.frame, value);
+        }
+        for (_, part) in carried(&self.inputs, image, Direction::ToController) {
+            let value = part.number(image).map(|number| part.value(number));
+            let track = self.heard.tracks.entry(part.path.clone()).or_default();
+            (track.measured, track.is_place) = (part.measured, part.is_place);
+            track.stands = part.stands(image).or(track.stands);
+            track.take(tick.time, tick.frame, value);
+        }
+        if tick.kind == TickKind::Sample {
+            self.stands(tick);
+        }
+    }
+
+    /// The first good sample of a connection: it stands.
+    fn stands(&mut self, tick: Tick) {
+        let connection = self.heard.tracks.entry("connection".to_owned()).or_default();
+        connection.take(tick.time, tick.frame, Some(Value::word("data")));
+        self.stood = self.open.or(self.stood);
+        if let Some((place, _)) = self.open.take()
+            && let Some(asked) = self.heard.asked.get_mut(place)
+        {
+            asked.answer.push(("connection".to_owned(), Value::word("data")));
+            (asked.done, asked.frame) = (tick.time, tick.frame);
+        }
+        self.heard.cycle = self.follower.image.cycle().or(self.heard.cycle);
+    }
+
+    fn event(&mut self, tick: Tick) {
+        let said = match &self.follower.image.happening {
+            Happening::Alarm(alarm) => alarm_words(self.device, alarm),
+            Happening::Abort(_) | Happening::Lldp(_) | Happening::Diagnosis | Happening::Nothing => return,
+        };
+        self.heard.events.push(Event { at: tick.time, frame: tick.frame, said });
+    }
+
+    fn closed(&mut self, tick: Tick, ending: Ending) {
+        self.flush();
+        self.open = None;
+        self.alarm_ends(tick.time);
+        self.start_up.stands = false;
+        self.start_up.clock = None;
+        for (name, track) in &mut self.heard.tracks {
+            let none = (name == "connection").then(|| Value::word("none"));
+            track.take(tick.time, tick.frame, none);
+        }
+        let watched = self.last_output.filter(|last| {
+            let cycle = self.heard.cycle.unwrap_or_default();
+            tick.time.since(*last) > cycle * 3
+        });
+        let starved =
+            matches!(ending, Ending::Starved(Direction::ToDevice) | Ending::Aborted(Direction::ToController, _));
+        match ending {
+            Ending::Released => self.ask(tick.time, Ask::Disconnect, Vec::new()),
+            Ending::Aborted(Direction::ToDevice, _) => {
+                let ask = Ask::Send { service: "abort".to_owned(), fields: "{}".to_owned(), answered: false };
+                self.ask(tick.time, ask, Vec::new());
+            }
+            _ => {}
+        }
+        if let (true, Some(at), false) = (starved, watched, self.paused) {
+            self.paused = true;
+            let ask = Ask::Set(vec![("io.cyclic".to_owned(), "paused".to_owned())]);
+            let asked = Asked { ask, at, done: at, frame: tick.frame, answer: Vec::new() };
+            let place = self.heard.asked.partition_point(|asked| asked.at <= at);
+            self.heard.asked.insert(place, asked);
+        }
+        if let Ending::Aborted(Direction::ToController, code) = ending {
+            let word = abort_word(code);
+            let said = vec![("abort.code".to_owned(), word)];
+            self.heard.events.push(Event { at: tick.time, frame: tick.frame, said });
+        }
+    }
+
+    fn end(mut self, ars: &[Ar]) -> Conversation {
+        self.flush();
+        self.alarm_ends(self.now.0);
+        self.slave_end();
+        if let Some((_, ar)) = self.open {
+            self.stage(ars, ar, "");
+        }
+        let mut heard = self.heard;
+        // An end that is followed by the next connection at once is part of making it.
+        let mut place = 0;
+        while place < heard.asked.len() {
+            let next = heard.asked.get(place + 1);
+            let ends = heard.asked[place].ask == Ask::Disconnect;
+            let made_again = next.is_none_or(|next| {
+                let cycle = heard.cycle.unwrap_or_default();
+                matches!(next.ask, Ask::Connect(_)) && next.at.since(heard.asked[place].done) <= cycle * RECONNECT
+            });
+            if ends && made_again {
+                if next.is_none() {
+                    heard.end = heard.asked[place].at;
+                }
+                heard.asked.remove(place);
+            } else {
+                place += 1;
+            }
+        }
+        heard
+    }
+}
+
+/// An alarm by the names of the language.
+fn alarm_words(device: &Device, alarm: &AlarmSeen) -> Vec<(String, Value)> {
+    let table = |number: u8, table| {
+        let number = i64::from(number);
+        let value = words::word(table, number).map(|word| Value { text: word.to_owned(), number: Some(number.into()) });
+        value.unwrap_or_else(|| Value::number(number.into(), 8, false))
+    };
+    let mut said = Vec::new();
+    if let Some(error) = alarm.error {
+        let words = device.codes.iter().find(|(table, _)| table == "channel_error").map_or(&[][..], |(_, words)| words);
+        let word = words.iter().find(|(_, number)| *number == u32::from(error)).map(|(word, _)| word.clone());
+        let value = Value::number(error.into(), 16, false);
+        said.push(("alarm.error", word.map_or(value, |text| Value { text, number: Some(error.into()) })));
+    }
+    said.extend(alarm.change.map(|change| ("alarm.change", table(change, words::ALARM_CHANGE))));
+    said.extend(alarm.severity.map(|severity| ("alarm.severity", table(severity, words::ALARM_SEVERITY))));
+    said.push(("alarm.slot", Value::number(alarm.slot.into(), 16, false)));
+    said.push(("alarm.subslot", Value::number(alarm.subslot.into(), 16, false)));
+    said.extend(alarm.structure.map(|structure| ("alarm.structure", Value::number(structure.into(), 16, false))));
+    said.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+}
+
+/// The reason of an abort by its word.
+fn abort_word(code: u32) -> Value {
+    let reason = AbortReason(code as u8);
+    Value { text: reason.word().unwrap_or("any").to_owned(), number: Some(code.into()) }
+}
+
+/// What the image makes of the layout of a connection: the module that it is.
+fn module_of(device: &Device, ar: &Ar) -> Option<usize> {
+    let mut image = Image::new(device);
+    image.open(device, ar);
+    image.module()
+}

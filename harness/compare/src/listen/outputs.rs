@@ -1,0 +1,98 @@
+//! What a controller sets: the changes of its outputs, and of the signs of life that count by themselves.
+
+use super::parts::{Part, carried};
+use judge::image::Image;
+use judge::observe::Direction;
+
+/// Frames after which a sign of life that has never counted is one that stands still.
+const STANDS_STILL: u32 = 20;
+/// Equal numbers in a row of which the usual one is learnt.
+const LEARNT: usize = 4;
+
+/// What the outputs were last.
+#[derive(Debug)]
+pub(super) struct Outputs {
+    parts: Vec<Part>,
+    last: Vec<i128>,
+    counters: Vec<Counter>,
+}
+
+/// A field that counts by itself.
+#[derive(Clone, Debug, Default)]
+struct Counter {
+    last: Option<i128>,
+    /// Frames with this number so far.
+    run: u32,
+    /// The lengths of the last runs.
+    runs: Vec<u32>,
+    /// Whether it was said to stand still.
+    held: bool,
+}
+
+impl Outputs {
+    /// All outputs are 0 and all signs of life count, as a trial begins.
+    pub fn new(parts: Vec<Part>) -> Outputs {
+        Outputs { last: vec![0; parts.len()], counters: vec![Counter::default(); parts.len()], parts }
+    }
+
+    /// Takes in a frame of outputs and says what was set with it.
+    pub fn frame(&mut self, image: &Image) -> Vec<(String, String)> {
+        let Outputs { parts, last, counters } = self;
+        let mut set = Vec::new();
+        for (index, part) in carried(parts, image, Direction::ToDevice) {
+            let Some(number) = part.number(image) else { continue };
+            if part.counts.is_some() {
+                set.extend(counters[index].frame(part, number).map(|value| (part.path.clone(), value)));
+            } else if last[index] != number {
+                last[index] = number;
+                set.push((part.path.clone(), part.value(number).text));
+            }
+        }
+        set
+    }
+
+    /// Whether a sign of life that has begun does not go on by one in this frame, which is still to be taken in.
+    pub fn stumble(&self, image: &Image) -> bool {
+        carried(&self.parts, image, Direction::ToDevice).any(|(index, part)| {
+            let last = self.counters[index].last.filter(|last| *last != 0);
+            part.counts.is_some() && last.is_some_and(|last| part.next(last) != part.number(image))
+        })
+    }
+}
+
+impl Counter {
+    fn frame(&mut self, part: &Part, number: i128) -> Option<String> {
+        let Some(last) = self.last.replace(number) else {
+            self.run = 1;
+            return None;
+        };
+        if last == number {
+            self.run += 1;
+            let usual = self.usual();
+            if self.held || self.run <= usual.unwrap_or(STANDS_STILL) {
+                return None;
+            }
+            self.held = true;
+            return Some(if usual.is_some() { "held".to_owned() } else { part.value(number).text });
+        }
+        if !self.held {
+            self.runs.push(self.run);
+            if self.runs.len() > LEARNT {
+                self.runs.remove(0);
+            }
+        }
+        self.run = 1;
+        // The first number that counts follows on the 0 of outputs that were not sent yet.
+        if part.next(last) == Some(number) || last == 0 {
+            let was_held = std::mem::take(&mut self.held);
+            return was_held.then(|| "counting".to_owned());
+        }
+        self.held = true;
+        Some(part.value(number).text)
+    }
+
+    /// How many frames a number usually stands, where that is known.
+    fn usual(&self) -> Option<u32> {
+        self.runs.iter().copied().max().filter(|_| self.runs.len() >= LEARNT)
+    }
+}

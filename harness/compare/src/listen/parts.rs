@@ -1,0 +1,99 @@
+//! The names of cyclic data: which bits of which signal each one is, and what a value of it is called.
+
+use crate::heard::{Stands, Value};
+use judge::image::Image;
+use judge::observe::Direction;
+use suite::device::{Device, From};
+
+/// A name of cyclic data.
+#[derive(Clone, Debug)]
+pub(super) struct Part {
+    /// As suites write it.
+    pub path: String,
+    signal: usize,
+    low: u32,
+    width: u32,
+    signed: bool,
+    words: Vec<(String, i128)>,
+    /// The first and the last number that it counts through by itself.
+    pub counts: Option<(i128, i128)>,
+    /// Whether it is a measured number.
+    pub measured: bool,
+    /// Whether it is a place.
+    pub is_place: bool,
+}
+
+impl Part {
+    /// The number that it has now, if it has one.
+    pub fn number(&self, image: &Image) -> Option<i128> {
+        let raw = image.signal(self.signal)?;
+        let bits = u128::from(raw) >> self.low & ((1_u128 << self.width) - 1);
+        let number = i128::try_from(bits).ok()?;
+        let negative = self.signed && number >> (self.width - 1) != 0;
+        Some(if negative { number - (1_i128 << self.width) } else { number })
+    }
+
+    /// Where it stands in the frame that brought it.
+    pub fn stands(&self, image: &Image) -> Option<Stands> {
+        let (_, octet) = image.place_of(self.signal)?;
+        let (_, octets) = image.octets_of_signal(self.signal)?;
+        Some(Stands { octet, octets: octets.len(), low: self.low, width: self.width })
+    }
+
+    /// A number of it as a value.
+    pub fn value(&self, number: i128) -> Value {
+        Value::of_table(number, self.width, self.signed, &self.words)
+    }
+
+    /// The number after this one, where it counts by itself.
+    pub fn next(&self, number: i128) -> Option<i128> {
+        let (first, last) = self.counts?;
+        Some(if number >= last { first } else { number + 1 })
+    }
+}
+
+/// The names of all signals that a side sends: fields where a signal has them, else the signal as a whole.
+///
+/// Bits of a signal that are in no field have no name and are not looked at.
+pub(super) fn parts(device: &Device, variant: usize, from: From) -> Vec<Part> {
+    let mut parts = Vec::new();
+    for (index, signal) in device.signals.iter().enumerate().filter(|(_, signal)| signal.from == from) {
+        if signal.fields.is_empty() {
+            let shift = signal.shift.get(variant).copied().unwrap_or_default();
+            parts.push(Part {
+                path: signal.name.clone(),
+                signal: index,
+                low: shift,
+                width: signal.width - shift,
+                signed: signal.signed,
+                words: Vec::new(),
+                counts: None,
+                measured: signal.width >= 16,
+                is_place: signal.position_in.is_some(),
+            });
+        }
+        for field in &signal.fields {
+            parts.push(Part {
+                path: format!("{}.{}", signal.name, field.name),
+                signal: index,
+                low: field.low,
+                width: field.width,
+                signed: field.signed,
+                words: field.words.clone(),
+                counts: field.counts.map(|(first, last)| (first.into(), last.into())),
+                measured: field.words.is_empty() && field.width >= 8,
+                is_place: false,
+            });
+        }
+    }
+    parts
+}
+
+/// Those of the names that the connection in force carries.
+pub(super) fn carried<'p>(
+    parts: &'p [Part],
+    image: &'p Image,
+    direction: Direction,
+) -> impl Iterator<Item = (usize, &'p Part)> {
+    parts.iter().enumerate().filter(move |(_, part)| image.direction(part.signal) == Some(direction))
+}

@@ -1,0 +1,58 @@
+//! Differences and what was left out, as the report of a capture has them.
+
+use super::compare::{Difference, Kind};
+use super::heard::{LeftOut, Value};
+use super::hold::Heard;
+use super::listen::Whom;
+use replay::{DifferenceReport, LeftOutReport};
+use std::collections::BTreeMap;
+use suite::device::Bus;
+use suite::model::Manual;
+
+/// What was not done again, for the report.
+pub fn left_out(of: &LeftOut) -> LeftOutReport {
+    LeftOutReport { frame: of.frame, what: of.what.clone(), matters: of.since.is_some() }
+}
+
+/// A difference whose first side is the capture, for the report.
+pub fn difference(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> DifferenceReport {
+    let Whom { manual, variant } = whom;
+    let text = |value: &Option<Value>| value.as_ref().map(ToString::to_string);
+    let number = |value: &Option<Value>| value.as_ref().and_then(|value| value.number);
+    let requirement = related(manual, variant, &difference.name);
+    let requirement = requirement.and_then(|index| manual.requirements.get(index)).map(|of| of.id.clone());
+    let has_frame = difference.frame > 0;
+    let track = heard.said.tracks.get(&difference.name).filter(|_| difference.kind == Kind::Input && has_frame);
+    let stands = track.and_then(|track| track.stands);
+    let place = stands.map(|stands| stands.differs(number(&difference.first), number(&difference.second)));
+    let filter = || format!("frame.number == {}", difference.frame);
+    DifferenceReport {
+        frame: difference.frame,
+        octet: place.map(|(octet, _)| octet),
+        bit: place.and_then(|(_, bit)| bit),
+        filter: (has_frame && manual.device.bus == Bus::Profinet).then(filter),
+        at: difference.at.since(heard.begin).as_secs_f64(),
+        name: difference.name.clone(),
+        kind: match difference.kind {
+            Kind::Answer => "answer",
+            Kind::Input => "input",
+            Kind::Event => "event",
+            Kind::Step => "step",
+        },
+        recorded: text(&difference.first),
+        ours: text(&difference.second),
+        requirement,
+    }
+}
+
+/// The requirement that trials whose steps have this name cover most often; the first of several.
+pub fn related(manual: &Manual, variant: usize, name: &str) -> Option<usize> {
+    let mut counted: BTreeMap<usize, usize> = BTreeMap::new();
+    for trial in manual.variants.get(variant).map_or(&[][..], |variant| &variant.trials) {
+        let is_named = trial.steps.iter().any(|step| step.text.contains(name));
+        for covered in trial.covers.iter().filter(|_| is_named) {
+            *counted.entry(*covered).or_default() += 1;
+        }
+    }
+    counted.into_iter().max_by_key(|(index, count)| (*count, std::cmp::Reverse(*index))).map(|(index, _)| index)
+}

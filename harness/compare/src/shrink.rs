@@ -1,0 +1,334 @@
+//! The shortest script on which a device still differs from the healthy reference device, and the case that says so.
+//!
+//! Delta debugging over the steps (ddmin: Zeller and Hildebrandt, 2002), then over what is in each step. A case is handed out only
+//! after it was loaded, passed on the healthy device and failed on the other one. This room must not know frames.
+
+use super::ask::{Ask, Connection};
+use super::checks::{self, Checks};
+use super::compare::{Difference, Kind, compare};
+use super::drive::{Bench, CannotDrive};
+use super::follows::{Follows, UNKNOWN};
+use super::heard::Conversation;
+use super::hold::nothing_to_drive;
+use super::masks::Masks;
+use super::report::related;
+use super::script::script;
+use super::write_case::{Line, Written};
+use engine::DutSpec;
+use results::verdict::Verdict;
+use std::collections::{BTreeSet, HashMap};
+use std::time::Duration;
+use suite::model::Bug;
+
+/// Differences that are tried one after the other until one of them makes a case.
+const MOST_TARGETS: usize = 6;
+/// Where the shaft stands in a case that depends on it, in hardware steps.
+const SHAFT: u32 = 0x1_2345;
+/// Requirements that a written case covers at most.
+const MOST_COVERED: usize = 3;
+
+/// Whom a capture is shrunk against.
+pub struct Pair<'a> {
+    /// The healthy reference device.
+    pub healthy: &'a DutSpec,
+    /// The device that differs.
+    pub dut: &'a DutSpec,
+    /// The bug that it was told to have, where it is a model that was.
+    pub bug: Option<&'a Bug>,
+}
+
+/// What came of shrinking.
+#[derive(Clone, Debug)]
+pub enum Shrunk {
+    /// A case that passes on the healthy device and fails on the other one.
+    Confirmed {
+        /// The case.
+        case: Written,
+        /// The name in which they differ.
+        name: String,
+        /// How many steps the controller side of the capture has.
+        before: usize,
+        /// How many runs it took.
+        runs: usize,
+    },
+    /// The controller side alone does not make the device differ.
+    Same {
+        /// How many steps it has.
+        steps: usize,
+    },
+    /// The devices differ, and no case says so.
+    NoCase {
+        /// In what they differ.
+        differences: Vec<Difference>,
+    },
+}
+
+/// Shrinks the controller side of a capture.
+pub fn shrink(bench: &Bench<'_>, pair: &Pair<'_>, heard: &Conversation, masks: &Masks) -> Result<Shrunk, CannotDrive> {
+    let whole = script(heard);
+    let mut masks = masks.clone();
+    if pair.dut.live().is_some() && nothing_to_drive(heard).is_none() {
+        let follows = Follows::of(bench, pair.healthy, heard, &whole)?;
+        masks.names.extend(follows.names().map(|name| (name, UNKNOWN.to_owned())));
+    }
+    let masks = &masks;
+    if nothing_to_drive(heard).is_some() {
+        return Ok(Shrunk::Same { steps: whole.len() });
+    }
+    let mut work = Work { bench, pair, masks, runs: 0, known: HashMap::new() };
+    let (healthy, other) = work.both(&whole)?;
+    let differences = compare(&healthy, &other, masks);
+    if differences.is_empty() {
+        return Ok(Shrunk::Same { steps: whole.len() });
+    }
+    // What was recorded comes first.
+    let recorded: BTreeSet<String> = compare(heard, &healthy, masks).into_iter().map(|of| of.name).collect();
+    let mut targets: Vec<&Difference> = Vec::new();
+    let (known, new): (Vec<_>, Vec<_>) = differences.iter().partition(|of| recorded.contains(&of.name));
+    for difference in known.into_iter().chain(new) {
+        if !targets.iter().any(|of| (of.kind, &of.name) == (difference.kind, &difference.name)) {
+            targets.push(difference);
+        }
+    }
+    for target in targets.into_iter().take(MOST_TARGETS) {
+        let target = (target.kind, target.name.clone());
+        let small = work.smallest(whole.clone(), &target)?;
+        if let Some(case) = work.case(&small, &target)? {
+            let case = work.shorter(case)?;
+            return Ok(Shrunk::Confirmed { case, name: target.1, before: whole.len(), runs: work.runs });
+        }
+    }
+    Ok(Shrunk::NoCase { differences })
+}
+
+/// In what two devices differ: the kind and the name.
+type Target = (Kind, String);
+
+struct Work<'a, 'm> {
+    bench: &'a Bench<'m>,
+    pair: &'a Pair<'a>,
+    masks: &'a Masks,
+    runs: usize,
+    /// Whether a script still differs.
+    known: HashMap<String, bool>,
+}
+
+impl Work<'_, '_> {
+    fn both(&mut self, script: &[Ask]) -> Result<(Conversation, Conversation), CannotDrive> {
+        self.runs += 2;
+        Ok((self.bench.drive(script, self.pair.healthy)?, self.bench.drive(script, self.pair.dut)?))
+    }
+
+    /// Whether the devices differ in `target` on a script; one that is not understood does not.
+    fn differs(&mut self, script: &[Ask], target: &Target) -> Result<bool, CannotDrive> {
+        let key = format!("{target:?} {script:?}");
+        if let Some(known) = self.known.get(&key) {
+            return Ok(*known);
+        }
+        let differs = match self.both(script) {
+            Ok((healthy, other)) => {
+                let found = compare(&healthy, &other, self.masks);
+                found.iter().any(|of| (of.kind, &of.name) == (target.0, &target.1))
+            }
+            Err(CannotDrive::NotUnderstood(_)) => false,
+            Err(error) => return Err(error),
+        };
+        self.known.insert(key, differs);
+        Ok(differs)
+    }
+
+    fn smallest(&mut self, script: Vec<Ask>, target: &Target) -> Result<Vec<Ask>, CannotDrive> {
+        let script = self.fewer(script, &mut |work, steps| work.differs(steps, target))?;
+        let script = self.simpler(script, target)?;
+        self.fewer(script, &mut |work, steps| work.differs(steps, target))
+    }
+
+    /// ddmin: leaves out as much as can be left out while `still` says yes.
+    #[allow(clippy::type_complexity, reason = "a name for the question would say no more than its type")]
+    fn fewer<T: Clone>(
+        &mut self,
+        mut steps: Vec<T>,
+        still: &mut dyn FnMut(&mut Self, &[T]) -> Result<bool, CannotDrive>,
+    ) -> Result<Vec<T>, CannotDrive> {
+        let mut parts = 2;
+        while steps.len() >= 2 {
+            let size = steps.len().div_ceil(parts);
+            let mut reduced = None;
+            for begin in (0..steps.len()).step_by(size).rev() {
+                let mut rest = steps.clone();
+                rest.drain(begin..(begin + size).min(steps.len()));
+                if still(self, &rest)? {
+                    reduced = Some(rest);
+                    break;
+                }
+            }
+            match reduced {
+                Some(rest) => {
+                    steps = rest;
+                    parts = (parts - 1).max(2);
+                }
+                None if size == 1 => break,
+                None => parts = (parts * 2).min(steps.len()),
+            }
+        }
+        Ok(steps)
+    }
+
+    /// Leaves out what is in the steps: names, settings, time.
+    fn simpler(&mut self, mut script: Vec<Ask>, target: &Target) -> Result<Vec<Ask>, CannotDrive> {
+        for place in 0..script.len() {
+            loop {
+                let step = script.get(place).cloned();
+                let Some(smaller) = step.map(|step| smaller(&step)) else { break };
+                let mut taken = false;
+                for step in smaller {
+                    let mut trial = script.clone();
+                    if let Some(known) = trial.get_mut(place) {
+                        *known = step;
+                    }
+                    if self.differs(&trial, target)? {
+                        script = trial;
+                        taken = true;
+                        break;
+                    }
+                }
+                if !taken {
+                    break;
+                }
+            }
+        }
+        Ok(script)
+    }
+
+    /// The first of the ways to say the difference that passes on the healthy device and fails on the other one.
+    ///
+    /// Where it depends on the place of the shaft, that is said first.
+    fn case(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
+        if self.pair.dut.live().is_some() {
+            return self.case_of(script, target);
+        }
+        let mut placed = vec![Ask::Set(vec![("shaft.counts".to_owned(), SHAFT.to_string())])];
+        placed.extend(script.iter().cloned());
+        for script in [script, &placed] {
+            if let Some(case) = self.case_of(script, target)? {
+                return Ok(Some(case));
+            }
+        }
+        Ok(None)
+    }
+
+    fn case_of(&mut self, script: &[Ask], target: &Target) -> Result<Option<Written>, CannotDrive> {
+        let (healthy, other) = self.both(script)?;
+        let found = compare(&healthy, &other, self.masks);
+        let of_target = found.iter().filter(|of| (of.kind, &of.name) == (target.0, &target.1));
+        for difference in of_target.take(2) {
+            let Checks { ways } = checks::ways(script, &healthy, &other, difference);
+            for steps in ways {
+                let case = self.written(steps, difference);
+                if self.is_confirmed(&case)? {
+                    return Ok(Some(case));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn is_confirmed(&mut self, case: &Written) -> Result<bool, CannotDrive> {
+        let yaml = case.yaml();
+        self.runs += 1;
+        let healthy = match self.bench.settled(&yaml, self.pair.healthy) {
+            Ok(outcome) => outcome.case.verdict,
+            Err(CannotDrive::NotUnderstood(_)) => return Ok(false),
+            Err(error) => return Err(error),
+        };
+        if healthy != Verdict::Pass {
+            return Ok(false);
+        }
+        self.runs += 1;
+        Ok(self.bench.settled(&yaml, self.pair.dut)?.case.verdict == Verdict::Fail)
+    }
+
+    /// Leaves out lines of a case that it does not need.
+    fn shorter(&mut self, case: Written) -> Result<Written, CannotDrive> {
+        let steps = self.fewer(case.steps.clone(), &mut |work, steps: &[Line]| {
+            work.is_confirmed(&Written { steps: steps.to_vec(), ..case.clone() })
+        })?;
+        Ok(Written { steps, ..case })
+    }
+
+    fn written(&self, steps: Vec<Line>, difference: &Difference) -> Written {
+        let manual = self.bench.manual();
+        let (covers, source) = self.covers(&difference.name);
+        let shows =
+            |value: &Option<super::heard::Value>| value.as_ref().map_or("nothing".to_owned(), ToString::to_string);
+        let name = &difference.name;
+        Written {
+            comment: vec![
+                format!("Made by `encspec replay --shrink` for {}/{}.", manual.device.name, self.bench.variant()),
+                format!(
+                    "{name}: the reference device shows {}, the device {}.",
+                    shows(&difference.first),
+                    shows(&difference.second)
+                ),
+                source.to_owned(),
+            ],
+            id: "shrunk".to_owned(),
+            why: match self.pair.bug {
+                Some(bug) => bug.why.clone(),
+                None => format!("{} is as the reference device has it.", name.replace(['{', '}'], "")),
+            },
+            covers,
+            catches: self.pair.bug.iter().map(|bug| bug.name.clone()).collect(),
+            variant: self.bench.variant().to_owned(),
+            steps,
+        }
+    }
+
+    /// The requirements of a case: those that the bug breaks, else those that cases with the same name cover most.
+    fn covers(&self, name: &str) -> (Vec<String>, &'static str) {
+        let manual = self.bench.manual();
+        let place = manual.device.variants.iter().position(|of| of == self.bench.variant()).unwrap_or_default();
+        let applies = |index: &usize| {
+            manual.requirements.get(*index).filter(|of| of.variants.contains(&place)).map(|of| of.id.clone())
+        };
+        if let Some(bug) = self.pair.bug {
+            let covers: Vec<String> = bug.breaks.iter().filter_map(applies).take(MOST_COVERED).collect();
+            if !covers.is_empty() {
+                return (covers, "It covers what the bug breaks.");
+            }
+        }
+        let best = related(manual, place, name);
+        let any = || manual.requirements.iter().position(|of| of.variants.contains(&place));
+        let covers = best.or_else(any).as_ref().and_then(applies);
+        (covers.into_iter().collect(), "Which requirement it covers was guessed from the name: look at it.")
+    }
+}
+
+/// The same step with less in it, one thing at a time.
+fn smaller(step: &Ask) -> Vec<Ask> {
+    fn without<T: Clone>(list: &[T]) -> Vec<Vec<T>> {
+        let one_less = |leave: usize| {
+            let kept = list.iter().enumerate().filter(|(place, _)| *place != leave);
+            kept.map(|(_, item)| item.clone()).collect()
+        };
+        (0..list.len()).map(one_less).collect()
+    }
+    match step {
+        Ask::Set(entries) if entries.len() > 1 => without(entries).into_iter().map(Ask::Set).collect(),
+        Ask::Write(entries) if entries.len() > 1 => without(entries).into_iter().map(Ask::Write).collect(),
+        Ask::Read(names) if names.len() > 1 => {
+            // One alone first: a record has many.
+            let alone = names.iter().map(|name| Ask::Read(vec![name.clone()]));
+            alone.chain(without(names).into_iter().map(Ask::Read)).collect()
+        }
+        Ask::Connect(of) => {
+            let settings = without(&of.settings).into_iter().map(|settings| Connection { settings, ..of.clone() });
+            let instead = without(&of.instead).into_iter().map(|instead| Connection { instead, ..of.clone() });
+            settings.chain(instead).map(Ask::Connect).collect()
+        }
+        Ask::Wait(long) if *long > Duration::from_millis(20) => {
+            vec![Ask::Wait(Duration::from_millis(10)), Ask::Wait(Duration::from_millis((long.as_millis() / 2) as u64))]
+        }
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,93 @@
+//! The dependency slice: what a difference can depend on, where no device can be asked what it does depend on.
+//!
+//! Kept are the connection in force and, of what came before the difference, the steps that change something; reads and what came
+//! after are left out. Nobody has confirmed that the case fails anywhere, and it says so.
+
+use super::ask::Ask;
+use super::checks;
+use super::compare::{Kind, compare};
+use super::drive::{Bench, CannotDrive};
+use super::hold::Heard;
+use super::masks::Masks;
+use super::report::related;
+use super::script::script;
+use super::turn::{Standing, standing};
+use super::write_case::Written;
+use engine::DutSpec;
+use results::verdict::Verdict;
+
+/// The steps on which a step can depend: the last connection before it, and all changes since.
+fn cut(steps: &[Ask]) -> Vec<Ask> {
+    let connected = steps.iter().rposition(|ask| matches!(ask, Ask::Connect(_))).unwrap_or_default();
+    let lasting = |ask: &&Ask| match ask {
+        Ask::Set(_) | Ask::Write(_) | Ask::Turn { .. } => true,
+        Ask::Send { service, .. } => !service.contains("read"),
+        Ask::Connect(_) | Ask::Disconnect | Ask::Read(_) | Ask::Wait(_) => false,
+    };
+    let last = steps.len().saturating_sub(1);
+    let mut kept: Vec<Ask> = steps.iter().take(connected).filter(|ask| matches!(ask, Ask::Set(_))).cloned().collect();
+    let since = steps.iter().enumerate().skip(connected);
+    kept.extend(
+        since.filter(|(place, ask)| *place == connected || *place == last || lasting(ask)).map(|(_, ask)| ask.clone()),
+    );
+    kept
+}
+
+/// A case of the first difference between a capture and the healthy reference device; none where there is none.
+///
+/// It passes on the healthy reference device. That it fails on the recorded one is what nobody has confirmed.
+pub fn slice(
+    bench: &Bench<'_>,
+    healthy: &DutSpec,
+    heard: &Heard,
+    masks: &Masks,
+) -> Result<Option<Written>, CannotDrive> {
+    let mut whole = script(&heard.said);
+    let place = match standing(bench, healthy, &heard.said, &whole)? {
+        Standing::At(place) => Some(place),
+        Standing::Turns | Standing::Unknown => None,
+    };
+    // Where the shaft stood belongs to every case of a place.
+    whole.splice(0..0, place.clone());
+    let ours = bench.drive(&whole, healthy)?;
+    let found = compare(&ours, &heard.said, masks);
+    let known = ours.tracks.iter().filter(|(_, track)| track.is_place && place.is_none());
+    let places: Vec<String> = known.map(|(name, _)| name.clone()).collect();
+    let whom = bench.whom();
+    for difference in found.iter().filter(|of| of.kind != Kind::Step && !places.contains(&of.name)) {
+        let Some(asked) = difference.step.and_then(|step| ours.asked.get(step)) else { continue };
+        let Some(end) = whole.iter().rposition(|ask| *ask == asked.ask) else { continue };
+        let steps = cut(whole.get(..=end).unwrap_or_default());
+        let again = bench.drive(&steps, healthy)?;
+        let step = again.asked.iter().rposition(|of| of.ask == asked.ask);
+        // The difference as it would show behind the slice.
+        let since = difference.at.since(asked.done);
+        let at = step.and_then(|step| again.asked.get(step)).map_or(difference.at, |of| of.done + since);
+        let moved = super::compare::Difference { step, at, ..difference.clone() };
+        for steps in checks::ways(&steps, &again, &heard.said, &moved).ways {
+            let requirement = related(whom.manual, whom.variant, &difference.name);
+            let requirement = requirement.and_then(|index| whom.manual.requirements.get(index));
+            let Some(requirement) = requirement else { continue };
+            let recorded = difference.second.as_ref().map_or("nothing".to_owned(), ToString::to_string);
+            let case = Written {
+                comment: vec![
+                    "UNCONFIRMED: the steps on which the difference can depend; no device was asked whether it fails here.".to_owned(),
+                    format!("{}: recorded {recorded} in frame {}.", difference.name, difference.there.1),
+                    "Which requirement it covers was guessed from the name: look at it.".to_owned(),
+                ],
+                id: "unconfirmed".to_owned(),
+                why: "The reference device answers this otherwise than was recorded.".to_owned(),
+                covers: vec![requirement.id.clone()],
+                variant: bench.variant().to_owned(),
+                steps,
+                ..Written::default()
+            };
+            match bench.run(&case.yaml(), healthy) {
+                Ok(outcome) if outcome.case.verdict == Verdict::Pass => return Ok(Some(case)),
+                Ok(_) | Err(CannotDrive::NotUnderstood(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+    Ok(None)
+}

@@ -1,0 +1,66 @@
+//! How long a master waits on a bus whose other end is no simulation.
+
+use super::Settings;
+use wire::profibus::fdl::{BaudRate, BitTimes};
+
+/// The shortest slot time: no kernel hands an answer over sooner for certain, whatever the rate.
+const SHORTEST_SLOT_NANOS: u64 = 20_000_000;
+
+/// How long is waited on a live bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace {
+    /// How long an answer is waited for (TSL).
+    pub slot_time: BitTimes,
+    /// The longest that a slave takes to answer (max TSDR).
+    pub max_tsdr: BitTimes,
+}
+
+impl Pace {
+    /// The times of a bus at `baud`: as they are given, else those of the standard, but an answer is waited for 20 ms at least.
+    pub fn new(baud: BaudRate, slot_time: Option<BitTimes>, max_tsdr: Option<BitTimes>) -> Pace {
+        let usual = Settings::new(0, baud);
+        let shortest = u64::from(baud.0).saturating_mul(SHORTEST_SLOT_NANOS).div_ceil(1_000_000_000);
+        Pace {
+            slot_time: slot_time.unwrap_or(BitTimes(usual.slot_time.0.max(shortest))),
+            max_tsdr: max_tsdr.unwrap_or(usual.max_tsdr),
+        }
+    }
+
+    /// The settings of our master at `address`, where `highest` is the highest address of our masters.
+    ///
+    /// A bus on which another master speaks is refused, so that no masters are looked for but our own.
+    pub fn settings(self, address: u8, baud: BaudRate, highest: u8) -> Settings {
+        let usual = Settings::new(address, baud);
+        let slot = self.slot_time.0;
+        Settings {
+            slot_time: self.slot_time,
+            max_tsdr: self.max_tsdr,
+            token_pause: BitTimes(5 * slot),
+            rotation: BitTimes(usual.rotation.0.max(8 * slot)),
+            gap_factor: if address < highest { usual.gap_factor } else { 0 },
+            highest,
+            ..usual
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_is_waited_for_as_long_as_a_kernel_may_take() {
+        // 20 ms at 187.5 kbit/s, and what the bench says in any case.
+        assert_eq!(Pace::new(BaudRate(187_500), None, None).slot_time, BitTimes(3_750));
+        assert_eq!(Pace::new(BaudRate(187_500), Some(BitTimes(100)), None).slot_time, BitTimes(100));
+        assert_eq!(Pace::new(BaudRate(1_500_000), None, None).slot_time, BitTimes(30_000));
+    }
+
+    #[test]
+    fn nobody_is_looked_for_but_our_own_second_master() {
+        let pace = Pace::new(BaudRate(187_500), None, None);
+        let settings = |address, highest| pace.settings(address, BaudRate(187_500), highest);
+        assert_eq!((settings(1, 1).gap_factor, settings(2, 2).gap_factor), (0, 0));
+        assert_eq!((settings(1, 2).gap_factor, settings(1, 2).highest), (10, 2));
+    }
+}

@@ -1,0 +1,123 @@
+//! Where manual and GSD disagree. What is invented says nothing here.
+
+use super::model::{Field, FieldType, Gsd, Module};
+use results::outcome::{Finding, Severity};
+use suite::device::{Device, Origin, RecordField, Slave};
+
+/// Every disagreement of the manual (`device`, for the variant of this number) with a GSD, in an order that is the same on
+/// every run; nothing for a device that is not on PROFIBUS.
+pub fn compare(device: &Device, variant: usize, gsd: &Gsd) -> Vec<Finding> {
+    let Some(slave) = &device.slave else { return Vec::new() };
+    let mut work = Work { device, slave, variant, gsd, findings: Vec::new() };
+    work.ident();
+    work.modules();
+    work.diagnosis();
+    work.parameters();
+    work.findings
+}
+
+/// The octets in the manner of the suites: two capital digits each.
+pub(super) fn octets(octets: &[u8]) -> String {
+    let digits: Vec<String> = octets.iter().map(|octet| format!("{octet:02X}")).collect();
+    digits.join(" ")
+}
+
+/// The octets of Set_Prm between the first seven and the user octets whose fields the manual has.
+pub(super) fn before_the_fields(slave: &Slave) -> usize {
+    slave.set_prm.dpv1.map_or(0, |octets| octets.len())
+}
+
+/// Whether a field of a GSD lies where a field of the manual does.
+pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field) -> bool {
+    let place = before + field.octet == at;
+    place
+        && match (field.bits, known.kind) {
+            (None, FieldType::Octets { octets, .. }) => octets == field.octets,
+            (Some((low, width)), FieldType::Bits { low: first, high }) => {
+                low == u32::from(first) && width == u32::from(high - first) + 1
+            }
+            // A field of a whole octet may be told as its bits.
+            (None, FieldType::Bits { low, high }) => field.octets == 1 && low == 0 && high == 7,
+            (Some(_), FieldType::Octets { .. }) => false,
+        }
+}
+
+struct Work<'w> {
+    device: &'w Device,
+    slave: &'w Slave,
+    variant: usize,
+    gsd: &'w Gsd,
+    findings: Vec<Finding>,
+}
+
+impl<'w> Work<'w> {
+    fn differ(&mut self, id: &str, severity: Severity, subject: &str, manual: String, gsd: String) {
+        if manual == gsd {
+            return;
+        }
+        let text = format!("{subject}: the manual says {manual}, the GSD says {gsd}.");
+        let (manual, gsd) = (Some(manual), Some(gsd));
+        self.findings.push(Finding { id: id.into(), severity, text, manual, gsdml: None, gsd, device: None });
+    }
+
+    fn ident(&mut self) {
+        let identity = &self.device.identity;
+        if identity.device_id_origin == Origin::Manual {
+            let said = |ident: u16| format!("0x{ident:04X}");
+            let (manual, gsd) = (said(identity.device_id), said(self.gsd.ident));
+            self.differ("ident_number", Severity::Error, "Ident number", manual, gsd);
+        }
+    }
+
+    /// The modules of a GSD that have the identifiers of a module of the manual.
+    fn alike(&self, cfg: &[u8]) -> Vec<&'w Module> {
+        self.gsd.modules.iter().filter(|module| module.cfg == cfg).collect()
+    }
+
+    fn modules(&mut self) {
+        for module in self.device.modules.iter().filter(|module| module.ident_origin == Origin::Manual) {
+            if self.alike(&module.cfg).is_empty() {
+                let known: Vec<String> = self.gsd.modules.iter().map(|known| octets(&known.cfg)).collect();
+                let id = format!("{}.cfg", module.name);
+                let subject = format!("Identifiers of {}", module.name);
+                self.differ(&id, Severity::Warning, &subject, octets(&module.cfg), known.join(", "));
+            }
+        }
+    }
+
+    fn diagnosis(&mut self) {
+        if let (Some(manual), Some(gsd)) = (self.slave.diagnosis.lengths.last(), self.gsd.max_diagnosis) {
+            let (manual, gsd) = (format!("{manual} octets"), format!("{gsd} octets"));
+            self.differ("diagnosis.octets", Severity::Warning, "Longest diagnosis", manual, gsd);
+        }
+    }
+
+    /// The fields of the user octets: what the GSD has at their places, whatever it calls them.
+    fn parameters(&mut self) {
+        let Some(record) = self.device.records.first().filter(|record| record.origin == Origin::Manual) else { return };
+        let before = before_the_fields(self.slave);
+        let lengths: Vec<usize> =
+            self.gsd.modules.iter().map(|of| self.gsd.parameters.octets + of.parameters.octets).collect();
+        if !lengths.is_empty() && !lengths.contains(&(before + record.octets)) {
+            let said: Vec<String> = lengths.iter().map(ToString::to_string).collect();
+            let (manual, gsd) = (format!("{} octets", before + record.octets), format!("{} octets", said.join(", ")));
+            self.differ("set_prm.octets", Severity::Warning, "User octets of Set_Prm", manual, gsd);
+        }
+        for field in record.fields.iter().filter(|field| field.origin == Origin::Manual) {
+            let found = self.gsd.modules.iter().flat_map(|module| self.gsd.fields(module));
+            let Some((_, known)) = found.into_iter().find(|(at, known)| is_at(field, before, *at, known)) else {
+                continue;
+            };
+            let id = |what: &str| format!("{}.{what}", field.name);
+            let subject = |what: &str| format!("{what} of {} ({})", field.name, known.name.escape_debug());
+            if let Some(default) = field.default.get(self.variant).or(field.default.first()) {
+                let (manual, gsd) = (default.to_string(), known.default.to_string());
+                self.differ(&id("default"), Severity::Info, &subject("Default"), manual, gsd);
+            }
+            if let ((Some(low), Some(high)), Some((first, last))) = (field.range, known.range) {
+                let (manual, gsd) = (format!("{low} to {high}"), format!("{first} to {last}"));
+                self.differ(&id("range"), Severity::Warning, &subject("Range"), manual, gsd);
+            }
+        }
+    }
+}

@@ -1,0 +1,478 @@
+//! Where manual, GSDML and device disagree. What is invented says nothing here, and what was taken from a description is no
+//! word of the manual.
+
+use super::model::{AccessPoint, Gsdml, Submodule};
+use super::places::{self, Found, Match, Slotted, lengths};
+use super::says::{DeviceSays, Plugged};
+use results::outcome::{Finding, Severity};
+use suite::device::{self, Device, Origin};
+
+/// Every disagreement of the manual (`device`, for the variant of this number), the GSDML and the device itself, in an order
+/// that is the same on every run. Where a GSDML has several access points that the device can have, the one that disagrees
+/// least is meant.
+pub fn compare(device: &Device, variant: usize, gsdml: Option<&Gsdml>, says: Option<&DeviceSays>) -> Vec<Finding> {
+    let name = device.variants.get(variant).map_or("", String::as_str);
+    let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, name, says));
+    let with = |point: Option<&AccessPoint>| {
+        let mut work = Work { device, variant, gsdml, point, says, findings: Vec::new() };
+        work.identity();
+        work.apis();
+        work.modules();
+        work.plugged();
+        work.maintenance();
+        work.remarks();
+        work.findings
+    };
+    let weigh = |findings: &Vec<Finding>| findings.iter().filter(|of| of.severity == Severity::Error).count();
+    let all = points.into_iter().map(|point| with(Some(point)));
+    all.min_by_key(weigh).unwrap_or_else(|| with(None))
+}
+
+/// What manual, GSDML and device say about one thing.
+#[derive(Default)]
+pub(super) struct Three {
+    pub manual: Option<String>,
+    pub gsdml: Option<String>,
+    pub device: Option<String>,
+}
+
+pub(super) struct Work<'w> {
+    pub device: &'w Device,
+    pub variant: usize,
+    pub gsdml: Option<&'w Gsdml>,
+    pub point: Option<&'w AccessPoint>,
+    pub says: Option<&'w DeviceSays>,
+    findings: Vec<Finding>,
+}
+
+/// A number as idents are written.
+pub(super) fn hex(number: u32) -> String {
+    format!("0x{number:X}")
+}
+
+/// A place as people write it: the subslots of interface and ports are hexadecimal numbers.
+fn in_words(slot: u16, subslot: u16) -> String {
+    match subslot {
+        0x8000.. => format!("slot {slot}, subslot 0x{subslot:X}"),
+        _ => format!("slot {slot}, subslot {subslot}"),
+    }
+}
+
+/// A place as ids of findings have it.
+fn as_id(slot: u16, subslot: u16) -> String {
+    match subslot {
+        0x8000.. => format!("slot_{slot}.subslot_0x{subslot:x}"),
+        _ => format!("slot_{slot}.subslot_{subslot}"),
+    }
+}
+
+fn id(number: u16) -> String {
+    format!("0x{number:04X}")
+}
+
+/// A datum of the manual, if it is one of the manual.
+fn printed<T>(value: T, origin: Origin) -> Option<T> {
+    (origin == Origin::Manual).then_some(value)
+}
+
+/// Text of a device or a file that may be long or strange.
+pub(super) fn quoted(text: &str) -> String {
+    let short: String = text.chars().take(60).collect();
+    format!("`{}`", short.escape_debug())
+}
+
+impl<'w> Work<'w> {
+    /// Adds a finding, unless it is there already: submodules are shared by modules.
+    pub(super) fn find(&mut self, id: String, severity: Severity, text: String, three: Three) {
+        let Three { manual, gsdml, device } = three;
+        let finding = Finding { id, severity, text, manual, gsdml, gsd: None, device };
+        if !self.findings.contains(&finding) {
+            self.findings.push(finding);
+        }
+    }
+
+    /// Adds a finding if two of them say different things.
+    pub(super) fn differ(&mut self, id: String, severity: Severity, subject: &str, three: Three) {
+        let said: Vec<(&str, &String)> =
+            [("the manual", &three.manual), ("the GSDML", &three.gsdml), ("the device", &three.device)]
+                .into_iter()
+                .filter_map(|(who, what)| Some((who, what.as_ref()?)))
+                .collect();
+        if said.windows(2).all(|pair| pair[0].1 == pair[1].1) {
+            return;
+        }
+        let each: Vec<String> = said.iter().map(|(who, what)| format!("{who} says {what}")).collect();
+        let text = format!("{subject}: {}.", each.join(", "));
+        self.find(id, severity, text, three);
+    }
+
+    fn identity(&mut self) {
+        let identity = &self.device.identity;
+        let said = |of: fn((u16, u16)) -> u16| self.says.and_then(|says| says.ids).map(of).map(id);
+        let vendor = Three {
+            manual: Some(id(identity.vendor_id)),
+            gsdml: self.gsdml.map(|gsdml| id(gsdml.vendor_id)),
+            device: said(|ids| ids.0),
+        };
+        let device = Three {
+            manual: printed(id(identity.device_id), identity.device_id_origin),
+            gsdml: self.gsdml.map(|gsdml| id(gsdml.device_id)),
+            device: said(|ids| ids.1),
+        };
+        self.differ("vendor_id".into(), Severity::Error, "Vendor ID", vendor);
+        self.differ("device_id".into(), Severity::Error, "Device ID", device);
+    }
+
+    /// The submodules that a GSDML lets a device have, the access point's and those of the modules.
+    fn every_submodule(gsdml: &'w Gsdml, point: &'w AccessPoint) -> impl Iterator<Item = &'w Submodule> {
+        let modules = point.modules.iter().filter_map(|offered| gsdml.modules.get(offered.index));
+        let plugged = point.pluggable.iter().chain(modules.clone().flat_map(|module| &module.pluggable));
+        let plugged: Vec<&Submodule> = plugged.filter_map(|offered| gsdml.submodules.get(offered.index)).collect();
+        point.submodules.iter().chain(modules.flat_map(|module| &module.submodules)).chain(plugged)
+    }
+
+    /// The APIs, where the device says which ones it has.
+    fn apis(&mut self) {
+        let Some(said) = self.says.and_then(|says| says.apis.as_ref()) else { return };
+        let manual = || self.device.submodules.iter().map(|submodule| submodule.api);
+        let read: Option<Vec<u32>> = self
+            .gsdml
+            .zip(self.point)
+            .map(|(gsdml, point)| Self::every_submodule(gsdml, point).map(|submodule| submodule.api).collect());
+        let mut apis: Vec<u32> = manual().chain(read.iter().flatten().copied()).collect();
+        apis.sort_unstable();
+        apis.dedup();
+        let has = |is: bool| Some(if is { "has it" } else { "has it not" }.to_owned());
+        let mut found = Vec::new();
+        for api in apis.into_iter().filter(|api| !said.contains(api)) {
+            let three = Three {
+                manual: has(manual().any(|known| known == api)),
+                gsdml: read.as_ref().and_then(|read| has(read.contains(&api))),
+                device: has(false),
+            };
+            found.push((api, three));
+        }
+        for (api, three) in found {
+            let text = format!("The device does not list API {} among those that it has (record 0xF821).", hex(api));
+            self.find(format!("api_{}", hex(api).to_lowercase()), Severity::Warning, text, three);
+        }
+    }
+
+    /// What the manual has, in the GSDML.
+    fn modules(&mut self) {
+        let Some((gsdml, point)) = self.gsdml.zip(self.point) else { return };
+        let variant = self.device.variants.get(self.variant).map_or("", String::as_str);
+        for of in self.device.submodules.iter().filter(|of| of.slot == 0) {
+            self.of_access_point(point, of);
+        }
+        for (index, module) in self.device.modules.iter().enumerate() {
+            for (slot, submodules) in places::slots(self.device, index) {
+                let place = (index, slot, submodules.as_slice());
+                match places::find(gsdml, point, self.device, place, variant, self.says) {
+                    Match::One(slotted, found) => {
+                        self.module(&module.name, slot, &slotted, index, &submodules);
+                        for (index, found) in found {
+                            self.submodule(&slotted, index, found);
+                        }
+                    }
+                    Match::Several => {}
+                    Match::None => self.no_module(gsdml, point, &module.name, slot, &submodules),
+                }
+            }
+        }
+        super::records::compare(self, gsdml, point);
+    }
+
+    /// A submodule of slot 0, whose place says which one it is.
+    fn of_access_point(&mut self, point: &'w AccessPoint, of: &device::Submodule) {
+        let subject = |what: &str| format!("{what} of {} in slot 0", of.name);
+        let plugged = self.plugged_at(0, of.subslot);
+        let known = point.submodules.iter().find(|known| places::holds(&known.subslots, of.subslot));
+        let module = Three {
+            manual: printed(hex(of.module_ident(self.variant).unwrap_or(of.ident)), of.ident_origin),
+            gsdml: Some(hex(point.ident)),
+            device: plugged.map(|plugged| hex(plugged.module_ident)),
+        };
+        self.differ(format!("{}.module_ident", of.name), Severity::Error, &subject("Ident of the module"), module);
+        let own = Three {
+            manual: printed(hex(of.ident), of.ident_origin),
+            gsdml: known.map(|known| hex(known.ident)),
+            device: plugged.map(|plugged| hex(plugged.submodule_ident)),
+        };
+        self.differ(format!("{}.ident", of.name), Severity::Error, &subject("Ident"), own);
+        if let Some(known) = known {
+            self.shape(of, known, plugged);
+        }
+    }
+
+    fn module(&mut self, name: &str, slot: u16, slotted: &Slotted<'_>, index: usize, submodules: &[usize]) {
+        let three = Three {
+            manual: places::printed_module_ident(self.device, self.variant, index, submodules).map(hex),
+            gsdml: Some(hex(slotted.ident)),
+            device: None,
+        };
+        self.differ(
+            format!("{name}.module_ident"),
+            Severity::Error,
+            &format!("Ident of the module in slot {slot} for {name}"),
+            three,
+        );
+    }
+
+    fn submodule(&mut self, slotted: &Slotted<'_>, index: usize, found: Found<'_>) {
+        let Some(of) = self.device.submodules.get(index) else { return };
+        let known = match found {
+            Found::One(known) => known,
+            Found::Several => return,
+            Found::None => {
+                let there = slotted.in_subslot(of.subslot);
+                let three = Three { manual: Some(shape_of(of)), gsdml: Some(list(there.into_iter())), device: None };
+                let text = format!(
+                    "The GSDML has nothing like {} in subslot {} of the module {}.",
+                    of.name,
+                    of.subslot,
+                    quoted(&slotted.info.name)
+                );
+                self.find(of.name.clone(), Severity::Error, text, three);
+                return;
+            }
+        };
+        let plugged = self.plugged_at(of.slot, of.subslot).filter(|plugged| plugged.submodule_ident == known.ident);
+        let ident =
+            Three { manual: printed(hex(of.ident), of.ident_origin), gsdml: Some(hex(known.ident)), device: None };
+        self.differ(format!("{}.ident", of.name), Severity::Error, &format!("Ident of {}", of.name), ident);
+        self.shape(of, known, plugged);
+    }
+
+    /// API and lengths of a submodule.
+    fn shape(&mut self, of: &device::Submodule, known: &Submodule, plugged: Option<&Plugged>) {
+        let (input, output) = lengths(known);
+        let octets = |octets: u16| format!("{octets} octets");
+        let api = Three {
+            manual: Some(hex(of.api)),
+            gsdml: Some(hex(known.api)),
+            device: plugged.map(|plugged| hex(plugged.api)),
+        };
+        self.differ(format!("{}.api", of.name), Severity::Error, &format!("API of {}", of.name), api);
+        let said = plugged.and_then(|plugged| plugged.octets);
+        let sides = [
+            ("inputs", "Input data", of.input_octets, input, said.map(|(input, _)| input)),
+            ("outputs", "Output data", of.output_octets, output, said.map(|(_, output)| output)),
+        ];
+        for (word, what, manual, gsdml, device) in sides {
+            let three = Three { manual: Some(octets(manual)), gsdml: gsdml.map(octets), device: device.map(octets) };
+            self.differ(format!("{}.{word}", of.name), Severity::Error, &format!("{what} of {}", of.name), three);
+        }
+    }
+
+    fn no_module(&mut self, gsdml: &'w Gsdml, point: &'w AccessPoint, name: &str, slot: u16, submodules: &[usize]) {
+        let of = submodules.iter().filter_map(|&index| self.device.submodules.get(index));
+        let wanted: Vec<String> = of.map(|of| format!("{}: {}", of.name, shape_of(of))).collect();
+        let there = places::in_slot(gsdml, point, slot);
+        let names: Vec<String> = there.iter().take(8).map(|slotted| quoted(&slotted.info.name)).collect();
+        let three = Three {
+            manual: Some(wanted.join("; ")),
+            gsdml: Some(if names.is_empty() { "nothing in this slot".into() } else { names.join(", ") }),
+            device: None,
+        };
+        let text = format!("The GSDML has no module for slot {slot} that holds {name}.");
+        self.find(name.to_owned(), Severity::Error, text, three);
+    }
+
+    pub(super) fn plugged_at(&self, slot: u16, subslot: u16) -> Option<&'w Plugged> {
+        self.says?.plugged.iter().find(|of| (of.slot, of.subslot) == (slot, subslot))
+    }
+
+    /// What the device has plugged, in the GSDML and in the manual.
+    fn plugged(&mut self) {
+        let Some(says) = self.says else { return };
+        for plugged in &says.plugged {
+            let &Plugged { slot, subslot, .. } = plugged;
+            // Slot 0 was compared with the manual before, but without a GSDML nobody has.
+            if slot != 0
+                || self.point.is_none()
+                || self.device.submodules.iter().all(|of| (of.slot, of.subslot) != (0, subslot))
+            {
+                self.plugged_ident(plugged);
+            }
+        }
+        self.always_there(says);
+    }
+
+    fn plugged_ident(&mut self, plugged: &Plugged) {
+        let &Plugged { slot, subslot, module_ident, submodule_ident, .. } = plugged;
+        let here: Vec<&device::Submodule> =
+            self.device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot)).collect();
+        let is_printed = !here.is_empty() && here.iter().all(|of| of.ident_origin == Origin::Manual);
+        let idents: Vec<u32> = here.iter().map(|of| of.ident).collect();
+        let manual = is_printed.then(|| numbers(idents.iter().copied()));
+        let against_manual = is_printed && !idents.contains(&submodule_ident);
+        let place = as_id(slot, subslot);
+        let Some((gsdml, point)) = self.gsdml.zip(self.point) else {
+            if against_manual {
+                let text =
+                    format!("The manual has no submodule {} in {}.", hex(submodule_ident), in_words(slot, subslot));
+                let three = Three { manual, gsdml: None, device: Some(hex(submodule_ident)) };
+                self.find(place, Severity::Error, text, three);
+            }
+            return;
+        };
+        let modules = places::in_slot(gsdml, point, slot);
+        let Some(slotted) = modules.iter().find(|slotted| slotted.ident == module_ident) else {
+            let idents = modules.iter().map(|slotted| slotted.ident);
+            let three = Three { manual: None, gsdml: Some(numbers(idents)), device: Some(hex(module_ident)) };
+            let text = format!(
+                "The device has the module {} in slot {slot}, where the GSDML does not have it.",
+                hex(module_ident)
+            );
+            self.find(format!("slot_{slot}.module_ident"), Severity::Error, text, three);
+            return;
+        };
+        let there = slotted.in_subslot(subslot);
+        match there.iter().find(|known| known.ident == submodule_ident) {
+            None => {
+                let three = Three {
+                    manual,
+                    gsdml: Some(numbers(there.iter().map(|known| known.ident))),
+                    device: Some(hex(submodule_ident)),
+                };
+                let text = format!(
+                    "The device has the submodule {} in {}, where the GSDML does not have it.",
+                    hex(submodule_ident),
+                    in_words(slot, subslot)
+                );
+                self.find(place, Severity::Error, text, three);
+            }
+            Some(known) => {
+                let api = Three { manual: None, gsdml: Some(hex(known.api)), device: Some(hex(plugged.api)) };
+                let subject = format!("API in {}", in_words(slot, subslot));
+                self.differ(format!("{place}.api"), Severity::Error, &subject, api);
+                if against_manual {
+                    let three = Three { manual, gsdml: Some(hex(known.ident)), device: Some(hex(submodule_ident)) };
+                    self.differ(place, Severity::Error, &format!("Ident in {}", in_words(slot, subslot)), three);
+                }
+            }
+        }
+    }
+
+    /// Submodules that the GSDML says are built into a module, but the device does not have.
+    fn always_there(&mut self, says: &'w DeviceSays) {
+        let Some((gsdml, point)) = self.gsdml.zip(self.point) else { return };
+        let mut slots: Vec<(u16, u32)> = says.plugged.iter().map(|of| (of.slot, of.module_ident)).collect();
+        slots.sort_unstable();
+        slots.dedup();
+        for (slot, module_ident) in slots {
+            let modules = places::in_slot(gsdml, point, slot);
+            let Some(slotted) = modules.iter().find(|slotted| slotted.ident == module_ident) else { continue };
+            for known in slotted.submodules {
+                let Some(subslot) = known.subslots.first().map(|range| *range.start()) else { continue };
+                let is_there =
+                    says.plugged.iter().any(|of| of.slot == slot && places::holds(&known.subslots, of.subslot));
+                if !is_there {
+                    let manual = self.device.submodules.iter().find(|of| (of.slot, of.subslot) == (slot, subslot));
+                    let three = Three {
+                        manual: manual.map(|of| format!("{} is there", of.name)),
+                        gsdml: Some(format!("{} is built in", quoted(&known.info.name))),
+                        device: Some("nothing is there".into()),
+                    };
+                    let name = quoted(&known.info.name);
+                    let place = in_words(slot, subslot);
+                    let text = format!("The GSDML has {name} built into {place}, the device has nothing there.");
+                    self.find(as_id(slot, subslot), Severity::Warning, text, three);
+                }
+            }
+        }
+    }
+
+    /// I&M0 of the device and what the GSDML says of it.
+    fn maintenance(&mut self) {
+        let (Some(im0), Some(point)) = (self.says.and_then(|says| says.im0.as_ref()), self.point) else { return };
+        let gsdml = self.gsdml;
+        let order = String::from_utf8_lossy(&im0.order_id).trim_end().to_owned();
+        let called = [Some(&point.info), self.plugged_module(gsdml, point)].into_iter().flatten();
+        let numbers: Vec<&str> =
+            called.map(|info| info.order_number.as_str()).filter(|number| !number.is_empty()).collect();
+        if let Some(first) = numbers.first()
+            && !numbers.iter().any(|number| number.eq_ignore_ascii_case(&order))
+        {
+            let three = Three { manual: None, gsdml: Some(quoted(first)), device: Some(quoted(&order)) };
+            self.differ("order_number".into(), Severity::Warning, "Order number", three);
+        }
+        if im0.vendor_id != self.device.identity.vendor_id {
+            let three = Three {
+                manual: Some(id(self.device.identity.vendor_id)),
+                gsdml: gsdml.map(|gsdml| id(gsdml.vendor_id)),
+                device: Some(id(im0.vendor_id)),
+            };
+            self.differ("im0.vendor_id".into(), Severity::Error, "Vendor ID in I&M0", three);
+        }
+        let Some(gsdml) = gsdml else { return };
+        let all = Self::every_submodule(gsdml, point);
+        let mut claimed: Vec<u16> =
+            all.flat_map(|of| &of.writable_im).copied().filter(|n| (1..=15).contains(n)).collect();
+        claimed.sort_unstable();
+        claimed.dedup();
+        let lacking: Vec<String> =
+            claimed.iter().filter(|n| im0.im_supported & (1 << **n) == 0).map(|n| format!("I&M{n}")).collect();
+        if !lacking.is_empty() {
+            let three = Three {
+                manual: None,
+                gsdml: Some(format!("{} can be written", lacking.join(", "))),
+                device: Some(format!("I&M0 lists 0x{:04X}", im0.im_supported)),
+            };
+            let text = format!("The GSDML says that {} can be written, I&M0 does not list it.", lacking.join(", "));
+            self.find("writable_im".into(), Severity::Warning, text, three);
+        }
+    }
+
+    /// The module in the first slot after the access point's, which may carry the order number.
+    fn plugged_module(&self, gsdml: Option<&'w Gsdml>, point: &'w AccessPoint) -> Option<&'w super::ModuleInfo> {
+        let plugged = self.says?.plugged.iter().find(|of| of.slot != point.slot)?;
+        let modules = places::in_slot(gsdml?, point, plugged.slot);
+        modules.into_iter().find(|slotted| slotted.ident == plugged.module_ident).map(|slotted| slotted.info)
+    }
+
+    /// What is wrong in the GSDML itself.
+    fn remarks(&mut self) {
+        for remark in self.gsdml.map_or(&[][..], |gsdml| &gsdml.remarks) {
+            let three = Three { gsdml: Some(remark.clone()), ..Three::default() };
+            self.find(
+                "gsdml_file".into(),
+                Severity::Warning,
+                format!("The GSDML is not quite right: {remark}."),
+                three,
+            );
+        }
+    }
+}
+
+/// API and lengths as a person reads them.
+fn shape_of(of: &device::Submodule) -> String {
+    format!("subslot {}, API {}, {} octets in, {} out", of.subslot, hex(of.api), of.input_octets, of.output_octets)
+}
+
+fn numbers(idents: impl Iterator<Item = u32>) -> String {
+    let mut idents: Vec<u32> = idents.collect();
+    idents.sort_unstable();
+    idents.dedup();
+    let shown: Vec<String> = idents.into_iter().take(16).map(hex).collect();
+    if shown.is_empty() { "nothing".into() } else { shown.join(", ") }
+}
+
+fn list<'g>(submodules: impl Iterator<Item = &'g Submodule>) -> String {
+    let each: Vec<String> = submodules
+        .take(8)
+        .map(|known| {
+            let (input, output) = lengths(known);
+            let octets = |of: Option<u16>| of.map_or("?".into(), |of| of.to_string());
+            format!(
+                "{} (API {}, {} octets in, {} out)",
+                quoted(&known.info.name),
+                hex(known.api),
+                octets(input),
+                octets(output)
+            )
+        })
+        .collect();
+    if each.is_empty() { "nothing".into() } else { each.join(", ") }
+}

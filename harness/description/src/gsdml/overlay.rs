@@ -1,0 +1,328 @@
+//! Puts what no manual prints into the description of a device: idents, the device ID, layouts that a GSDML bears out.
+
+use super::model::{AccessPoint, Bits, DataType, Gsdml, Item};
+use super::places::{self, Found, Match};
+use super::says::{DeviceSays, Plugged};
+use std::fmt;
+use suite::device::{Bus, Device, Origin, RecordField};
+use suite::model::Start;
+
+/// What [`overlay`] did.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Overlay {
+    /// What was taken over and from where, as sentences.
+    pub taken: Vec<String>,
+    /// What is still invented, and why, as sentences.
+    pub missing: Vec<String>,
+}
+
+/// Where a datum was found.
+#[derive(Clone, Copy)]
+enum Source {
+    Gsdml,
+    Device,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Source::Gsdml => "the GSDML",
+            Source::Device => "the device",
+        })
+    }
+}
+
+/// Replaces the idents and the device ID that `device.yaml` marks as invented by those that the device says, else by those
+/// of the GSDML; a datum that is replaced is marked as taken from a description, and so are records that are marked as
+/// invented and that the GSDML has in the same layout. Nothing that the manual prints is touched.
+///
+/// `variant` is an index into `device.variants`. A GSDML that leaves several choices, and a device that does not decide
+/// between them, give nothing.
+pub fn overlay(device: &mut Device, variant: usize, gsdml: Option<&Gsdml>, says: Option<&DeviceSays>) -> Overlay {
+    let variant = device.variants.get(variant).cloned().unwrap_or_default();
+    let points = gsdml.map_or_else(Vec::new, |gsdml| places::access_points(gsdml, &variant, says));
+    let mut work = Work { device, variant, gsdml, points, says, settled: Vec::new(), done: Overlay::default() };
+    work.device_id();
+    work.access_point();
+    for index in 0..work.device.modules.len() {
+        work.module(index);
+    }
+    work.records();
+    work.done
+}
+
+struct Work<'w> {
+    device: &'w mut Device,
+    variant: String,
+    gsdml: Option<&'w Gsdml>,
+    points: Vec<&'w AccessPoint>,
+    says: Option<&'w DeviceSays>,
+    /// Submodules whose ident was taken over, by their index.
+    settled: Vec<usize>,
+    done: Overlay,
+}
+
+/// Idents that were found for a module of the manual.
+#[derive(Clone, Default, PartialEq, Eq)]
+struct Idents {
+    /// For each submodule (by its index) the ident of the module that it is in, and its own.
+    submodules: Vec<(usize, u32, u32)>,
+}
+
+impl Work<'_> {
+    fn taken(&mut self, what: &str, number: u32, from: Source) {
+        self.done.taken.push(format!("{what} is 0x{number:X}, as {from} says"));
+    }
+
+    fn device_id(&mut self) {
+        let identity = &mut self.device.identity;
+        if identity.device_id_origin != Origin::Invented {
+            return;
+        }
+        let said = self.says.and_then(|says| says.ids).map(|ids| (ids, Source::Device));
+        let read = self.gsdml.map(|gsdml| ((gsdml.vendor_id, gsdml.device_id), Source::Gsdml));
+        let of_vendor = [said, read].into_iter().flatten().find(|((vendor, _), _)| *vendor == identity.vendor_id);
+        match of_vendor {
+            Some(((_, id), from)) => {
+                (identity.device_id, identity.device_id_origin) = (id, Origin::Description);
+                self.taken("the device ID", id.into(), from);
+            }
+            None => self.done.missing.push("the device ID: nothing of this vendor says it".into()),
+        }
+    }
+
+    /// What is plugged in a place.
+    fn plugged(&self, slot: u16, subslot: u16) -> Option<&Plugged> {
+        self.says?.plugged.iter().find(|of| (of.slot, of.subslot) == (slot, subslot))
+    }
+
+    fn settle(&mut self, index: usize, module_ident: u32, ident: u32, from: Source) {
+        let number = self.device.variants.iter().position(|known| *known == self.variant).unwrap_or_default();
+        let Some(submodule) = self.device.submodules.get_mut(index) else { return };
+        submodule.ident = ident;
+        if let Some(known) = submodule.module_idents.as_mut().and_then(|idents| idents.get_mut(number)) {
+            *known = module_ident;
+        }
+        submodule.ident_origin = Origin::Description;
+        let name = submodule.name.clone();
+        self.settled.push(index);
+        self.taken(&format!("the ident of {name}"), ident, from);
+    }
+
+    /// The submodules of slot 0, which are there in every connection.
+    fn access_point(&mut self) {
+        for index in 0..self.device.submodules.len() {
+            let of = &self.device.submodules[index];
+            if of.slot != 0 || of.ident_origin != Origin::Invented {
+                continue;
+            }
+            let said = self.plugged(0, of.subslot).map(|of| (of.module_ident, of.submodule_ident, Source::Device));
+            let read = self.points.iter().map(|point| {
+                let found = point.submodules.iter().find(|known| places::holds(&known.subslots, of.subslot));
+                found.map(|known| (point.ident, known.ident))
+            });
+            let read = unanimous(read).map(|(module, ident)| (module, ident, Source::Gsdml));
+            match said.or(read) {
+                Some((module, ident, from)) => self.settle(index, module, ident, from),
+                None => self.done.missing.push(format!("the ident of {}: {}", of.name, self.why())),
+            }
+        }
+    }
+
+    /// Why nothing was found.
+    fn why(&self) -> String {
+        match (self.gsdml, self.points.len()) {
+            (None, _) => "there is no GSDML, and the device does not decide it".into(),
+            (Some(_), 1) => "the GSDML has nothing there that is like it".into(),
+            (Some(_), n) => format!("the GSDML has {n} access points, and the device has not said which of them it is"),
+        }
+    }
+
+    fn module(&mut self, index: usize) {
+        let module = &self.device.modules[index];
+        let lacks = |&index: &usize| self.device.submodules[index].ident_origin == Origin::Invented;
+        let shared = module.submodules.iter().any(|index| self.settled.contains(index));
+        let is_complete = module.ident_origin != Origin::Invented && !module.submodules.iter().any(lacks);
+        if is_complete && !shared {
+            return;
+        }
+        let read = self.points.iter().map(|point| self.read(point, index));
+        let found = unanimous(read).map(|idents| (idents, Source::Gsdml));
+        let found = found.or_else(|| Some((self.said(index)?, Source::Device)));
+        let Some((idents, from)) = found else {
+            // Its submodules alone may be known.
+            self.said_submodules(index);
+            let name = &self.device.modules[index].name;
+            self.done.missing.push(format!("the idents of {name}: {}", self.why()));
+            return;
+        };
+        let other_ident = |&&(index, _, ident): &&(usize, u32, u32)| {
+            self.settled.contains(&index) && self.device.submodules.get(index).is_some_and(|of| of.ident != ident)
+        };
+        if let Some((other, _, ident)) = idents.submodules.iter().find(other_ident) {
+            let (name, other) = (&self.device.modules[index].name, &self.device.submodules[*other]);
+            self.done.missing.push(format!(
+                "the idents of {name}: {} would be 0x{ident:X} there, but is 0x{:X} in another module",
+                other.name, other.ident
+            ));
+            return;
+        }
+        for &(submodule, module_ident, ident) in &idents.submodules {
+            if self.device.submodules[submodule].ident_origin == Origin::Invented {
+                self.settle(submodule, module_ident, ident, from);
+            }
+        }
+        if self.device.modules[index].ident_origin == Origin::Invented {
+            self.module_ident(index, &idents, from);
+        }
+    }
+
+    /// The ident that the manual's module has in all slots whose submodules say no other.
+    fn module_ident(&mut self, index: usize, idents: &Idents, from: Source) {
+        let of_module = |&&(index, ..): &&(usize, u32, u32)| {
+            self.device.submodules.get(index).is_some_and(|of| of.module_idents.is_none())
+        };
+        let used: Vec<u32> = idents.submodules.iter().filter(of_module).map(|(_, ident, _)| *ident).collect();
+        let module = &mut self.device.modules[index];
+        if used.is_empty() {
+            module.ident_origin = Origin::Description;
+            return;
+        }
+        match unanimous(used.into_iter().map(Some)) {
+            Some(ident) => {
+                (module.ident, module.ident_origin) = (ident, Origin::Description);
+                let what = format!("the ident of the module of {}", module.name);
+                self.taken(&what, ident, from);
+            }
+            None => {
+                let name = &module.name;
+                self.done.missing.push(format!("the ident of {name}: it has another one in each of its slots"));
+            }
+        }
+    }
+
+    /// The idents of a module as the GSDML has them.
+    fn read(&self, point: &AccessPoint, index: usize) -> Option<Idents> {
+        let gsdml = self.gsdml?;
+        let mut idents = Idents::default();
+        for (slot, submodules) in places::slots(self.device, index) {
+            let of = (index, slot, submodules.as_slice());
+            let Match::One(slotted, found) = places::find(gsdml, point, self.device, of, &self.variant, self.says)
+            else {
+                return None;
+            };
+            for (submodule, found) in found {
+                let Found::One(known) = found else { return None };
+                idents.submodules.push((submodule, slotted.ident, known.ident));
+            }
+        }
+        Some(idents)
+    }
+
+    /// The idents of a module as the device has it plugged, if it is certain that it is this module.
+    fn said(&self, index: usize) -> Option<Idents> {
+        let of_module = self.device.modules.get(index)?.submodules.iter();
+        let each = of_module.map(|&submodule| {
+            let plugged = self.certain(submodule)?;
+            Some((submodule, plugged.module_ident, plugged.submodule_ident))
+        });
+        Some(Idents { submodules: each.collect::<Option<_>>()? })
+    }
+
+    fn said_submodules(&mut self, index: usize) {
+        for submodule in self.device.modules[index].submodules.clone() {
+            let is_invented = self.device.submodules[submodule].ident_origin == Origin::Invented;
+            let plugged = self.certain(submodule).map(|of| (of.module_ident, of.submodule_ident));
+            if let Some((module, ident)) = plugged.filter(|_| is_invented) {
+                self.settle(submodule, module, ident, Source::Device);
+            }
+        }
+    }
+
+    /// What is plugged in the place of a submodule, if that can be no other submodule of the manual: it is the only one
+    /// there, or the only one there of these lengths.
+    fn certain(&self, index: usize) -> Option<&Plugged> {
+        let of = self.device.submodules.get(index)?;
+        let plugged = self.plugged(of.slot, of.subslot).filter(|plugged| plugged.api == of.api)?;
+        let rivals = self.device.submodules.iter().filter(|other| {
+            (other.slot, other.subslot, other.api) == (of.slot, of.subslot, of.api)
+                && plugged.octets.is_none_or(|octets| octets == (other.input_octets, other.output_octets))
+        });
+        let is_one = plugged.octets.is_none_or(|octets| octets == (of.input_octets, of.output_octets));
+        (is_one && rivals.count() == 1).then_some(plugged)
+    }
+
+    /// Records whose layout is invented and that the GSDML has in the same layout.
+    fn records(&mut self) {
+        let Some(gsdml) = self.gsdml else { return };
+        for index in 0..self.device.records.len() {
+            let record = &self.device.records[index];
+            let Some(at) = self.device.submodules.get(record.at) else { continue };
+            let slots = self.points.iter().flat_map(|point| places::in_slot(gsdml, point, at.slot));
+            let known = slots.flat_map(|slotted| slotted.in_subslot(at.subslot)).flat_map(|known| &known.records);
+            let same = |known: &&super::Record| known.index == u32::from(record.index) && known.octets == record.octets;
+            let Some(known) = known.clone().find(same) else { continue };
+            let has = |field: &RecordField| known.items.iter().any(|item| is_place_of(item, field));
+            let borne_out: Vec<bool> = record.fields.iter().map(has).collect();
+            let record = &mut self.device.records[index];
+            for (field, _) in record.fields.iter_mut().zip(&borne_out).filter(|(_, known)| **known) {
+                if field.origin == Origin::Invented {
+                    field.origin = Origin::Description;
+                    self.done.taken.push(format!("the place of {}.{} is that of the GSDML", record.name, field.name));
+                }
+            }
+            if record.origin == Origin::Invented && borne_out.iter().all(|known| *known) {
+                record.origin = Origin::Description;
+                self.done.taken.push(format!("the layout of {} is that of the GSDML", record.name));
+            }
+        }
+    }
+}
+
+/// Whether an item of a GSDML is where a field of the manual is.
+pub(super) fn is_place_of(item: &Item, field: &RecordField) -> bool {
+    let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
+    let place = match (&item.kind, item.bits) {
+        (_, Some(Bits { low, width })) => (low, width),
+        (DataType::Whole { octets, .. }, _) => (0, u32::from(*octets) * 8),
+        _ => (0, item.octets as u32 * 8),
+    };
+    item.octet == field.octet && place == (low, width)
+}
+
+/// What all say, if all say the same and there is at least one.
+fn unanimous<T: PartialEq>(mut all: impl Iterator<Item = Option<T>>) -> Option<T> {
+    let first = all.next()??;
+    all.all(|other| other.as_ref() == Some(&first)).then_some(first)
+}
+
+/// Why a live device cannot be started so: something that the start-up needs is invented for the reference device, and
+/// neither a GSDML nor the device has said what it is. None: nothing is missing.
+pub fn needs_description(device: &Device, start: &Start) -> Option<String> {
+    let module = device.modules.get(start.module)?;
+    let of_module = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
+    let access_point = device.submodules.iter().filter(|submodule| submodule.slot == 0);
+    let submodules: Vec<_> = access_point.chain(of_module).collect();
+    let with_place = |&(_, slot, subslot): &(_, u16, u16)| {
+        submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (slot, subslot))
+    };
+    let records = device.records.iter().filter(|record| record.start && record.origin == Origin::Invented);
+    let record = records
+        .filter_map(|record| device.submodules.get(record.at).map(|at| (record, at.slot, at.subslot)))
+        .find(with_place);
+    let invented = |origin: Origin| origin == Origin::Invented;
+    let what = match submodules.iter().find(|submodule| invented(submodule.ident_origin)) {
+        _ if invented(device.identity.device_id_origin) => "device ID".to_owned(),
+        Some(submodule) => format!("ident of {}", submodule.name),
+        None if invented(module.ident_origin) => format!("ident of {}", module.name),
+        None => format!("layout of {}", record?.0.name),
+    };
+    Some(match device.bus {
+        Bus::Profinet => format!(
+            "the manual prints no {what}, and neither a GSDML nor the device says it: name a GSDML in the bench file"
+        ),
+        Bus::Profibus => {
+            format!("the manual prints no {what}, and no GSD says it: name the vendor's in the bench file by `gsd`")
+        }
+    })
+}

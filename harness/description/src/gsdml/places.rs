@@ -1,0 +1,225 @@
+//! Which modules and submodules of a GSDML can be in a place, and which of them is the one that a manual means.
+
+use super::model::{AccessPoint, Gsdml, ModuleInfo, Offered, Submodule};
+use super::names::{likeness, same_numbers};
+use super::says::DeviceSays;
+use std::ops::RangeInclusive;
+use suite::device::{self, Device, Origin};
+
+/// A module in a slot, the access point's own included.
+#[derive(Clone, Copy)]
+pub(super) struct Slotted<'g> {
+    pub gsdml: &'g Gsdml,
+    pub id: &'g str,
+    pub info: &'g ModuleInfo,
+    pub ident: u32,
+    pub submodules: &'g [Submodule],
+    pub pluggable: &'g [Offered],
+}
+
+/// What a GSDML has in a slot for a module of a manual.
+pub(super) enum Match<'g> {
+    /// Nothing in that slot is like it.
+    None,
+    /// Several fit as well as each other.
+    Several,
+    /// This module, and what the submodules of the manual's module (by their indices) are here.
+    One(Slotted<'g>, Vec<(usize, Found<'g>)>),
+}
+
+/// What a GSDML has for a submodule of a manual.
+#[derive(Clone, Copy)]
+pub(super) enum Found<'g> {
+    /// Nothing in that subslot is like it.
+    None,
+    /// Several fit as well as each other.
+    Several,
+    /// This one.
+    One(&'g Submodule),
+}
+
+pub(super) fn holds(ranges: &[RangeInclusive<u16>], number: u16) -> bool {
+    ranges.iter().any(|range| range.contains(&number))
+}
+
+/// The access points that the device can have: the one that it says, else those that are called like the variant, else all.
+pub(super) fn access_points<'g>(gsdml: &'g Gsdml, variant: &str, says: Option<&DeviceSays>) -> Vec<&'g AccessPoint> {
+    let all = || gsdml.access_points.iter();
+    let said = |point: &&AccessPoint| {
+        let of_slot = says.and_then(|says| says.plugged.iter().find(|of| of.slot == point.slot));
+        of_slot.is_some_and(|plugged| plugged.module_ident == point.ident)
+    };
+    let best = called_like(gsdml, variant);
+    let called = |point: &&AccessPoint| best.is_some_and(|best| likeness_of(point, variant) == best);
+    let found: Vec<&AccessPoint> = all().filter(said).collect();
+    if !found.is_empty() {
+        return found;
+    }
+    let found: Vec<&AccessPoint> = all().filter(called).collect();
+    if found.is_empty() { all().collect() } else { found }
+}
+
+/// How well what an access point is called fits a variant.
+fn likeness_of(point: &AccessPoint, variant: &str) -> u32 {
+    likeness(variant, &[&point.info.name, &point.info.order_number])
+}
+
+/// How well the access point fits a variant that is called most like it; none where none has its numbers, or a word of it if it
+/// has none.
+///
+/// Variants of a family may share their numbers, as `afs60` and `afm60`; then the words tell them apart.
+pub(super) fn called_like(gsdml: &Gsdml, variant: &str) -> Option<u32> {
+    gsdml.access_points.iter().map(|point| likeness_of(point, variant)).max().filter(|likeness| *likeness > 0)
+}
+
+/// The modules that can be in a slot.
+pub(super) fn in_slot<'g>(gsdml: &'g Gsdml, point: &'g AccessPoint, slot: u16) -> Vec<Slotted<'g>> {
+    if slot == point.slot {
+        let AccessPoint { id, info, ident, submodules, pluggable, .. } = point;
+        return vec![Slotted { gsdml, id, info, ident: *ident, submodules, pluggable }];
+    }
+    let offered = point.modules.iter().filter(|offered| holds(&offered.places, slot));
+    let modules = offered.filter_map(|offered| gsdml.modules.get(offered.index));
+    modules
+        .map(|of| Slotted {
+            gsdml,
+            id: &of.id,
+            info: &of.info,
+            ident: of.ident,
+            submodules: &of.submodules,
+            pluggable: &of.pluggable,
+        })
+        .collect()
+}
+
+impl<'g> Slotted<'g> {
+    /// The submodules that can be in a subslot.
+    pub(super) fn in_subslot(&self, subslot: u16) -> Vec<&'g Submodule> {
+        let built_in = self.submodules.iter().filter(|of| holds(&of.subslots, subslot));
+        let plugged = self.pluggable.iter().filter(|of| holds(&of.places, subslot));
+        built_in.chain(plugged.filter_map(|of| self.gsdml.submodules.get(of.index))).collect()
+    }
+
+    /// The one that a submodule of the manual is here, and how well it fits.
+    fn find(&self, of: &device::Submodule) -> (Found<'g>, u32) {
+        let fits = self.in_subslot(of.subslot).into_iter().filter_map(|known| Some((known, fit(of, known)?)));
+        let mut best: (Found<'g>, u32) = (Found::None, 0);
+        for (known, fit) in fits {
+            match best.0 {
+                Found::One(other) if fit == best.1 && other.ident != known.ident => best.0 = Found::Several,
+                Found::Several | Found::One(_) if fit <= best.1 => {}
+                _ => best = (Found::One(known), fit),
+            }
+        }
+        best
+    }
+}
+
+/// The octets of the input and of the output data; none where the length of a type is not known.
+pub(super) fn lengths(submodule: &Submodule) -> (Option<u16>, Option<u16>) {
+    let sum =
+        |items: &[super::DataItem]| items.iter().try_fold(0u16, |sum, item| Some(sum.saturating_add(item.octets?)));
+    (sum(&submodule.inputs), sum(&submodule.outputs))
+}
+
+/// How well a submodule of the GSDML fits one of the manual; none: it is another thing.
+fn fit(of: &device::Submodule, known: &Submodule) -> Option<u32> {
+    let called = [known.id.as_str(), known.info.name.as_str()];
+    let same_ident = of.ident_origin == Origin::Manual && of.ident == known.ident;
+    let same_lengths = lengths(known) == (Some(of.input_octets), Some(of.output_octets));
+    let same_api = of.api == known.api;
+    let numbers = same_numbers(&of.name, &called);
+    if !(same_ident || numbers || (same_lengths && same_api)) {
+        return None;
+    }
+    let points = |holds: bool, points: u32| if holds { points } else { 0 };
+    let likeness = likeness(&of.name, &called).min(99);
+    Some(points(same_ident, 1000) + points(same_lengths, 200) + points(same_api, 100) + likeness)
+}
+
+/// The slots of a module of the manual, and the indices of its submodules in each.
+pub(super) fn slots(device: &Device, module: usize) -> Vec<(u16, Vec<usize>)> {
+    let mut slots: Vec<(u16, Vec<usize>)> = Vec::new();
+    for &index in device.modules.get(module).map_or(&[][..], |module| &module.submodules) {
+        let Some(slot) = device.submodules.get(index).map(|of| of.slot) else { continue };
+        match slots.iter_mut().find(|(known, _)| *known == slot) {
+            Some((_, indices)) => indices.push(index),
+            None => slots.push((slot, vec![index])),
+        }
+    }
+    slots
+}
+
+/// The ident of the module in a slot as the manual prints it.
+pub(super) fn printed_module_ident(
+    device: &Device,
+    variant: usize,
+    module: usize,
+    submodules: &[usize],
+) -> Option<u32> {
+    let of_module = device.modules.get(module).filter(|of| of.ident_origin == Origin::Manual).map(|of| of.ident);
+    let own = submodules.iter().filter_map(|&index| device.submodules.get(index)).find_map(|of| {
+        let ident = of.module_ident(variant)?;
+        Some((of.ident_origin == Origin::Manual).then_some(ident))
+    });
+    own.unwrap_or(of_module)
+}
+
+/// The module in a slot that a module of the manual is here. Where several fit alike, the one that the device has plugged
+/// is taken, else the one that is called like the variant.
+pub(super) fn find<'g>(
+    gsdml: &'g Gsdml,
+    point: &'g AccessPoint,
+    device: &Device,
+    (module, slot, submodules): (usize, u16, &[usize]),
+    variant: &str,
+    says: Option<&DeviceSays>,
+) -> Match<'g> {
+    let plugged = says.and_then(|says| says.plugged.iter().find(|of| of.slot == slot)).map(|of| of.module_ident);
+    let number = device.variants.iter().position(|known| known == variant).unwrap_or_default();
+    let printed = printed_module_ident(device, number, module, submodules);
+    let called = device.modules.get(module).map_or("", |of| &of.name);
+    let wanted: Vec<(usize, &device::Submodule)> =
+        submodules.iter().filter_map(|&index| Some((index, device.submodules.get(index)?))).collect();
+    let mut best: Option<(Rank, Match<'g>)> = None;
+    for slotted in in_slot(gsdml, point, slot) {
+        let found: Vec<(usize, (Found<'g>, u32))> =
+            wanted.iter().map(|(index, of)| (*index, slotted.find(of))).collect();
+        let fitting = found.iter().filter(|(_, (found, _))| !matches!(found, Found::None)).count();
+        if fitting == 0 && printed != Some(slotted.ident) {
+            continue;
+        }
+        let ModuleInfo { name, order_number, .. } = slotted.info;
+        let rank = Rank {
+            printed: printed == Some(slotted.ident),
+            fitting,
+            exact: slotted.submodules.len() == wanted.len(),
+            fit: found.iter().map(|(_, (_, fit))| fit).sum::<u32>() + likeness(called, &[slotted.id, name]).min(99),
+            plugged: plugged == Some(slotted.ident),
+            variant: likeness(variant, &[name, order_number]),
+        };
+        let one = || Match::One(slotted, found.iter().map(|(index, (found, _))| (*index, *found)).collect());
+        best = match best.take() {
+            Some((known, found)) if rank < known => Some((known, found)),
+            Some((known, Match::One(other, found))) if rank == known => Some(match other.ident == slotted.ident {
+                true => (known, Match::One(other, found)),
+                false => (known, Match::Several),
+            }),
+            Some((known, found)) if rank == known => Some((known, found)),
+            _ => Some((rank, one())),
+        };
+    }
+    best.map_or(Match::None, |(_, found)| found)
+}
+
+/// How well a module fits, the weightiest first.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Rank {
+    printed: bool,
+    fitting: usize,
+    /// It has no submodules built in but those of the manual's module.
+    exact: bool,
+    fit: u32,
+    plugged: bool,
+    variant: u32,
+}

@@ -1,0 +1,106 @@
+//! Where the records of manual and GSDML disagree.
+
+use super::compare::{Three, Work, hex, quoted};
+use super::model::{AccessPoint, Gsdml, Record};
+use super::overlay::is_place_of;
+use super::places;
+use results::outcome::Severity;
+use suite::device::{self, Origin, RecordField};
+
+/// Compares the records of each submodule of the manual with those that the GSDML writes at start-up.
+pub(super) fn compare(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
+    let device = work.device;
+    for record in
+        device.records.iter().filter(|record| record.origin == Origin::Manual && !is_only_read(device, record))
+    {
+        let Some(at) = device.submodules.get(record.at) else { continue };
+        let slots = places::in_slot(gsdml, point, at.slot);
+        let submodules: Vec<_> = slots.iter().flat_map(|slotted| slotted.in_subslot(at.subslot)).collect();
+        let of_api = submodules.iter().filter(|known| known.api == at.api);
+        let known: Vec<&Record> =
+            of_api.flat_map(|of| &of.records).filter(|of| of.index == u32::from(record.index)).collect();
+        if known.is_empty() && record.start && !submodules.is_empty() {
+            let three = Three {
+                manual: Some(format!("{} octets, index {}", record.octets, hex(record.index.into()))),
+                gsdml: Some("no such record".into()),
+                device: None,
+            };
+            let text = format!("The GSDML lacks the record {}, which the manual has written at start-up.", record.name);
+            work.find(record.name.clone(), Severity::Error, text, three);
+        }
+        // The same record may stand with several submodules that share the place.
+        for known in known {
+            record_of(work, record, known);
+        }
+    }
+    unknown(work, gsdml, point);
+}
+
+/// Whether a record is another one when it is read: what is written at start-up under its index is a record of its own.
+fn is_only_read(device: &device::Device, record: &device::Record) -> bool {
+    let is_written = |of: &device::Record| of.start && (of.index, of.at) == (record.index, record.at);
+    !record.start && device.records.iter().any(is_written)
+}
+
+fn record_of(work: &mut Work<'_>, record: &device::Record, known: &Record) {
+    let octets = |octets: usize| Some(format!("{octets} octets"));
+    let length = Three { manual: octets(record.octets), gsdml: octets(known.octets), device: None };
+    let subject = format!("Record {}", record.name);
+    work.differ(format!("{}.octets", record.name), Severity::Error, &subject, length);
+    for field in record.fields.iter().filter(|field| field.origin == Origin::Manual && !field.text) {
+        let name = format!("{}.{}", record.name, field.name);
+        let default = field.default.get(work.variant).copied();
+        let read = number_in(&known.default, field);
+        if let Some(default) = default {
+            let shown = |number: i128| match field.words.iter().find(|(_, known)| *known == number) {
+                Some((word, _)) => format!("{word} ({number})"),
+                None => number.to_string(),
+            };
+            let three = Three { manual: Some(shown(default)), gsdml: read.map(shown), device: None };
+            work.differ(format!("{name}.default"), Severity::Error, &format!("Default of {name}"), three);
+        }
+        let Some(item) = known.items.iter().find(|item| is_place_of(item, field)) else { continue };
+        let lowest = item.allowed.iter().map(|range| *range.start()).min();
+        let highest = item.allowed.iter().map(|range| *range.end()).max();
+        for (word, manual, gsdml) in [("lowest", field.range.0, lowest), ("highest", field.range.1, highest)] {
+            if let (Some(manual), Some(gsdml)) = (manual, gsdml) {
+                let three = Three { manual: Some(manual.to_string()), gsdml: Some(gsdml.to_string()), device: None };
+                let subject = format!("The {word} {name}");
+                work.differ(format!("{name}.{word}"), Severity::Warning, &subject, three);
+            }
+        }
+    }
+}
+
+/// Records of the GSDML, in places that the manual has, which the manual does not have.
+fn unknown(work: &mut Work<'_>, gsdml: &Gsdml, point: &AccessPoint) {
+    let device = work.device;
+    let mut places: Vec<(u16, u16)> = device.submodules.iter().map(|of| (of.slot, of.subslot)).collect();
+    places.sort_unstable();
+    places.dedup();
+    for (slot, subslot) in places {
+        let slots = places::in_slot(gsdml, point, slot);
+        for known in slots.iter().flat_map(|slotted| slotted.in_subslot(subslot)).flat_map(|of| &of.records) {
+            let is_known = device.records.iter().any(|record| u32::from(record.index) == known.index);
+            if !is_known {
+                let three = Three {
+                    manual: Some("no such record".into()),
+                    gsdml: Some(format!("{}, {} octets", quoted(&known.name), known.octets)),
+                    device: None,
+                };
+                let index = hex(known.index);
+                let text = format!("The manual does not have the record {index} of slot {slot}, subslot {subslot}.");
+                work.find(format!("record_{}", index.to_lowercase()), Severity::Info, text, three);
+            }
+        }
+    }
+}
+
+/// The number that a field has in these octets; none if they are too short.
+fn number_in(octets: &[u8], field: &RecordField) -> Option<i128> {
+    let place = octets.get(field.octet..field.octet.checked_add(field.octets)?)?;
+    let number = place.iter().fold(0u128, |number, octet| (number << 8) | u128::from(*octet));
+    let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
+    let mask = if width >= 128 { u128::MAX } else { (1 << width) - 1 };
+    i128::try_from((number >> low.min(127)) & mask).ok()
+}

@@ -1,0 +1,170 @@
+//! How many cyclic frames a second are replayed on one core; the budget is 3 million with the rules of all manuals.
+//!
+//! `cargo bench -p encspec --bench replay`
+//!
+//! Two million frames of eight encoders, of which four turn, so that their positions are others in each frame. Beside it, in the
+//! same run: nothing but the records of the file by `pcap-parser`, and `tshark -q -z io,stat,0` where there is one.
+
+#[path = "../tests/made/mod.rs"]
+mod made;
+
+use encspec::observe::{Observation, Tracker};
+use encspec::replay::capture;
+use encspec::suite::load;
+use made::{Line, Submodule};
+use pcap_parser::traits::PcapReaderIterator;
+use pcap_parser::{PcapBlockOwned, PcapError, PcapNGReader};
+use station::Duration;
+use std::hint::black_box;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+use virtual_wire::capture::Item;
+use virtual_wire::{CaptureReader, PcapngWriter};
+use wire::ethernet::Mac;
+use wire::profinet::rpc::Uuid;
+
+const FRAMES: usize = 2_000_000;
+const DEVICES: usize = 8;
+const ROUNDS: usize = 5;
+
+/// An encoder by the suite of its manual: telegram 81.
+fn encoder(number: u8) -> Line {
+    let one =
+        |slot, subslot, api, ident, input, output| Submodule { api, slot, subslot, module: 1, ident, input, output };
+    Line {
+        submodules: vec![one(0, 1, 0, 1, 0, 0), one(1, 1, 0x3D00, 2, 0, 0), one(1, 2, 0x3D00, 81, 12, 4)],
+        ids: (0x0239, 0x0001),
+        device: Mac([2, 0, 0, 0, 1, number]),
+        ar: Uuid([number + 1; 16]),
+        activity: number * 4 + 1,
+        ..Line::new()
+    }
+}
+
+/// Eight start-ups, then frames in both directions every two milliseconds; `turning` of the encoders turn.
+fn recorded(turning: usize) -> Vec<u8> {
+    let mut writer = PcapngWriter::new(Vec::new(), "bench").expect("a vector takes all");
+    let interface = writer.interface("wire", virtual_wire::capture::LinkType::ETHERNET).expect("a vector takes all");
+    let mut time = station::Time::ZERO;
+    let mut lines: Vec<Line> = (0..DEVICES as u8).map(encoder).collect();
+    for line in &mut lines {
+        line.now = line.now.max(time);
+        line.start();
+        for (_, time, frame) in line.iter() {
+            writer.packet(interface, time, frame, None).expect("a vector takes all");
+        }
+        time = line.now;
+    }
+    let mut inputs = [0x80, 0x80, 0, 0, 0x20, 0, 0, 0, 0, 77, 0, 0, 0, 77];
+    for cycle in 0..FRAMES / 2 / DEVICES {
+        for (device, line) in lines.iter().enumerate() {
+            let position = if device < turning { 77 + cycle as u32 % 10_000 } else { 77 };
+            inputs[6..10].copy_from_slice(&position.to_be_bytes());
+            inputs[10..14].copy_from_slice(&position.to_be_bytes());
+            for by_device in [false, true] {
+                let data = if by_device { &inputs[..] } else { &[] };
+                let mut frame = made::cyclic(by_device, (cycle as u16).wrapping_mul(64), data);
+                let at = if by_device { 6 } else { 0 };
+                frame[at..at + 6].copy_from_slice(&line.device.0);
+                writer.packet(interface, time, &frame, None).expect("a vector takes all");
+                time += Duration::from_micros(100);
+            }
+        }
+        time += Duration::from_micros(400);
+    }
+    writer.finish().expect("a vector takes all")
+}
+
+/// The best of some rounds, in frames a second.
+fn measure(name: &str, mut work: impl FnMut() -> u64) -> f64 {
+    let mut best = f64::MAX;
+    for _ in 0..ROUNDS {
+        let begin = Instant::now();
+        assert!(work() >= FRAMES as u64, "{name}: frames are missing");
+        best = best.min(begin.elapsed().as_secs_f64());
+    }
+    let rate = FRAMES as f64 / best;
+    println!("{name:<44} {:>6.2} million frames a second", rate / 1e6);
+    rate
+}
+
+/// The packets of the file, by the library that reads its blocks.
+fn plain_iteration(file: &[u8]) -> u64 {
+    let mut reader = PcapNGReader::new(256 * 1024, file).expect("a capture");
+    let mut frames = 0;
+    loop {
+        match reader.next() {
+            Ok((offset, block)) => {
+                if let PcapBlockOwned::NG(pcap_parser::Block::EnhancedPacket(packet)) = block {
+                    frames += u64::from(!black_box(packet.data).is_empty());
+                }
+                reader.consume(offset);
+            }
+            Err(PcapError::Eof) => return frames,
+            Err(PcapError::Incomplete(_)) => reader.refill().expect("memory can be read"),
+            Err(error) => panic!("{error:?}"),
+        }
+    }
+}
+
+/// Seconds that tshark takes to count the packets of a file, where there is a tshark.
+fn tshark(file: &std::path::Path) -> Option<f64> {
+    let begin = Instant::now();
+    let mut command = Command::new("tshark");
+    command.arg("-r").arg(file).args(["-q", "-z", "io,stat,0"]).stdout(Stdio::null()).stderr(Stdio::null());
+    let status = command.status().ok()?;
+    status.success().then(|| begin.elapsed().as_secs_f64())
+}
+
+fn main() {
+    let file = recorded(DEVICES / 2);
+    let plain = measure("plain iteration by pcap-parser", || plain_iteration(&file));
+    measure("capture file alone", || {
+        let mut reader = CaptureReader::new(&file[..]).expect("a capture");
+        let mut frames = 0;
+        while let Some(Item::Packet(packet)) = reader.next() {
+            frames += u64::from(!black_box(packet.captured).is_empty());
+        }
+        frames
+    });
+    let mut frames = Vec::new();
+    let mut reader = CaptureReader::new(&file[..]).expect("a capture");
+    while let Some(Item::Packet(packet)) = reader.next() {
+        frames.push((packet.time, packet.captured.to_vec()));
+    }
+    measure("tracker alone", || {
+        let (mut tracker, mut seen) = (Tracker::new(), 0);
+        for (number, (time, octets)) in (1..).zip(&frames) {
+            tracker.frame(number, *time, octets, &mut |_, observation| {
+                seen += u64::from(matches!(black_box(observation), Observation::Cyclic { .. }));
+            });
+        }
+        seen
+    });
+    drop(frames);
+    measure("replay without rules", || capture("bench", &file[..], &[]).expect("a capture").frames);
+    let manuals = load(&suites::sources(), None).expect("suites without mistakes");
+    let checked = capture("bench", &file[..], &manuals).expect("a capture");
+    assert_eq!((checked.ars.len(), checked.findings.len()), (DEVICES, 0), "{:?}", checked.findings.first());
+    let decided = checked.rules.iter().filter(|rule| rule.premises > 0).count();
+    assert!(decided >= 10, "only {decided} rules were decided");
+    let all = measure("replay, all rules, four of eight turn", || {
+        capture("bench", &file[..], &manuals).expect("a capture").frames
+    });
+    println!("{:<44} {:>6.2}", "  as part of plain iteration", all / plain);
+    let path = std::env::temp_dir().join(format!("encspec-bench-{}.pcapng", std::process::id()));
+    let seconds = std::fs::write(&path, &file).ok().and_then(|()| tshark(&path));
+    let _ = std::fs::remove_file(&path);
+    match seconds {
+        Some(seconds) => {
+            let rate = FRAMES as f64 / seconds;
+            println!("{:<44} {:>6.2} million frames a second", "tshark -q -z io,stat,0", rate / 1e6);
+            println!("{:<44} {:>6.2}", "  replay with all rules is faster by", all / rate);
+        }
+        None => println!("tshark                                       skipped: there is none, or it fails"),
+    }
+    let still = recorded(0);
+    measure("replay, all rules, all stand still", || capture("bench", &still[..], &manuals).expect("a capture").frames);
+    let moving = recorded(DEVICES);
+    measure("replay, all rules, all turn", || capture("bench", &moving[..], &manuals).expect("a capture").frames);
+}

@@ -1,0 +1,133 @@
+//! `encspec bugs`: the bugs of the reference devices, what each breaks, and how much of each manual some bug breaks.
+
+use super::coverage::{columns, share};
+use super::list::{Listed, everything, json};
+use super::{BugsArgs, Ended, Format, Stop, show};
+use plain_text::count;
+use report::ExitStatus;
+use serde::Serialize;
+use std::fmt::Write as _;
+use suite::model::{Bug, Manual};
+
+pub(super) fn bugs(args: &BugsArgs) -> Ended {
+    let manuals = args.suites.load_one(args.manual.as_deref())?;
+    let listed: Vec<ManualBugs<'_>> =
+        manuals.iter().map(|manual| ManualBugs::of(manual, args.filter.as_deref())).collect();
+    if let Some(filter) = &args.filter
+        && listed.iter().all(|of| of.bugs.is_empty())
+    {
+        return Err(Stop::usage(format!(
+            "no bug has `{filter}` in its name, and none breaks a requirement `{filter}`"
+        )));
+    }
+    match args.format {
+        Format::Json => show(&json(listed)),
+        Format::Text => show(&listed.iter().map(|of| of.text(args.filter.is_some())).collect::<String>()),
+    }
+    Ok(ExitStatus::Green)
+}
+
+/// The bugs of one manual; the figures are those of the whole manual, whatever the filter leaves of the bugs.
+#[derive(Debug, Serialize)]
+struct ManualBugs<'a> {
+    id: &'a str,
+    /// How many requirements the manual has.
+    requirements: usize,
+    /// How many of them at least one bug breaks.
+    broken: usize,
+    /// The others.
+    unbroken: Vec<String>,
+    bugs: Vec<ListedBug<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct ListedBug<'a> {
+    name: &'a str,
+    why: &'a str,
+    breaks: Vec<Broken<'a>>,
+    /// The cases and rules that say they catch it.
+    caught_by: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Broken<'a> {
+    id: &'a str,
+    clause: &'a str,
+    statement: &'a str,
+}
+
+impl<'a> ManualBugs<'a> {
+    fn of(manual: &'a Manual, filter: Option<&str>) -> ManualBugs<'a> {
+        let cases = everything(manual);
+        let is_broken = |index: &usize| manual.bugs.iter().any(|bug| bug.breaks.contains(index));
+        let unbroken: Vec<String> = (0..manual.requirements.len())
+            .filter(|index| !is_broken(index))
+            .filter_map(|index| manual.requirements.get(index))
+            .map(|of| of.id.clone())
+            .collect();
+        let bugs = manual.bugs.iter().map(|bug| ListedBug::of(manual, bug, &cases));
+        ManualBugs {
+            id: &manual.device.name,
+            requirements: manual.requirements.len(),
+            broken: manual.requirements.len() - unbroken.len(),
+            unbroken,
+            bugs: bugs.filter(|bug| filter.is_none_or(|filter| bug.is_meant(filter))).collect(),
+        }
+    }
+
+    fn text(&self, filtered: bool) -> String {
+        let ManualBugs { id, requirements, broken, unbroken, bugs } = self;
+        let mut out = String::new();
+        if filtered && bugs.is_empty() {
+            return out;
+        }
+        // Writing into a String cannot fail.
+        let _ = writeln!(
+            out,
+            "{id}: {}; {broken} of {requirements} requirements ({}) are broken by one",
+            count(bugs.len(), "bug", "bugs"),
+            share(*broken, *requirements)
+        );
+        for bug in bugs {
+            bug.text(&mut out, filtered);
+        }
+        if !filtered && !unbroken.is_empty() {
+            let _ = writeln!(out, "  no bug breaks:");
+            columns(&mut out, unbroken);
+        }
+        out
+    }
+}
+
+impl<'a> ListedBug<'a> {
+    fn of(manual: &'a Manual, bug: &'a Bug, cases: &[Listed]) -> ListedBug<'a> {
+        let broken = bug.breaks.iter().filter_map(|&index| manual.requirements.get(index));
+        let catching = cases.iter().filter(|case| case.catches.contains(&bug.name));
+        ListedBug {
+            name: &bug.name,
+            why: &bug.why,
+            breaks: broken.map(|of| Broken { id: &of.id, clause: &of.cites, statement: &of.statement }).collect(),
+            caught_by: catching.map(|case| case.id.clone()).collect(),
+        }
+    }
+
+    /// Whether a filter means this bug: by a part of its name, or by the id of a requirement that it breaks.
+    fn is_meant(&self, filter: &str) -> bool {
+        self.name.contains(filter) || self.breaks.iter().any(|of| of.id.eq_ignore_ascii_case(filter))
+    }
+
+    fn text(&self, out: &mut String, in_full: bool) {
+        let _ = writeln!(out, "  {}\n    {}", self.name, self.why);
+        if in_full {
+            for of in &self.breaks {
+                let _ = writeln!(out, "    breaks {}, {}\n           {}", of.id, of.clause, of.statement);
+            }
+        } else {
+            let ids: Vec<&str> = self.breaks.iter().map(|of| of.id).collect();
+            let _ = writeln!(out, "    breaks {}", ids.join(", "));
+        }
+        for case in &self.caught_by {
+            let _ = writeln!(out, "    caught by {case}");
+        }
+    }
+}

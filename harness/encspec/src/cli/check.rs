@@ -1,0 +1,72 @@
+//! `encspec check`: whether suites can be used, and what in them is used by nothing.
+
+use super::{CheckArgs, Ended, Stop, show};
+use plain_text::count;
+use report::ExitStatus;
+use std::fmt::Write as _;
+use std::path::Path;
+use suite::model::Manual;
+use suite::persona::load_personas;
+use suite::{Sources, load};
+
+pub(super) fn check(args: &CheckArgs) -> Ended {
+    let (sources, only) = match &args.path {
+        None => (suites::sources(), None),
+        Some(path) => found(path)?,
+    };
+    let manuals = load(&sources, only.as_deref())?;
+    let personas = if only.is_none() { load_personas(&sources)? } else { Vec::new() };
+    let mut out = String::new();
+    for manual in &manuals {
+        // Writing into a String cannot fail.
+        let _ = about(&mut out, manual);
+    }
+    if !personas.is_empty() {
+        let _ = writeln!(out, "{}: nothing is wrong", count(personas.len(), "persona", "personas"));
+    }
+    show(&out);
+    Ok(ExitStatus::Green)
+}
+
+/// The suites that a path means, and the manual if it means one: a folder of suites, the folder of a manual, a file in it.
+fn found(path: &Path) -> Result<(Sources, Option<String>), Stop> {
+    let real = path.canonicalize().map_err(|error| Stop::usage(format!("{}: {error}", path.display())))?;
+    let folder = if real.is_dir() { real.as_path() } else { real.parent().unwrap_or(&real) };
+    let name = folder.file_name().map(|name| name.to_string_lossy().into_owned());
+    let is_manual = folder.join("device.yaml").is_file();
+    let is_shared = matches!(name.as_deref(), Some("common" | "personas"));
+    let above = folder.parent().unwrap_or(folder);
+    match (is_manual, is_shared, real.is_dir()) {
+        (true, _, _) => Ok((Sources::folder(&shown(path, above))?, name)),
+        (false, true, _) => Ok((Sources::folder(&shown(path, above))?, None)),
+        (false, false, true) => Ok((Sources::folder(path)?, None)),
+        (false, false, false) => {
+            Err(Stop::usage(format!("{} belongs to no manual: there is no device.yaml beside it", path.display())))
+        }
+    }
+}
+
+/// The folder as the user would write it, where that means the same.
+fn shown(written: &Path, real: &Path) -> std::path::PathBuf {
+    let same = |above: &&Path| above.canonicalize().is_ok_and(|above| above == real);
+    written.ancestors().filter(|above| !above.as_os_str().is_empty()).find(same).unwrap_or(real).to_owned()
+}
+
+fn about(out: &mut String, manual: &Manual) -> std::fmt::Result {
+    let trials: usize = manual.variants.iter().map(|variant| variant.trials.len()).sum();
+    let rules: usize = manual.variants.iter().map(|variant| variant.rules.len()).sum();
+    writeln!(
+        out,
+        "{}: {}, {}, {} and {} on {}: nothing is wrong",
+        manual.device.name,
+        count(manual.requirements.len(), "requirement", "requirements"),
+        count(manual.bugs.len(), "bug", "bugs"),
+        count(trials, "trial", "trials"),
+        count(rules, "rule", "rules"),
+        count(manual.variants.len(), "variant", "variants")
+    )?;
+    for (what, at) in &manual.unused {
+        writeln!(out, "  {}:{}: nothing uses {what}", at.file.display(), at.line)?;
+    }
+    Ok(())
+}

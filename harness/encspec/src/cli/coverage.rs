@@ -1,0 +1,169 @@
+//! `encspec coverage`: how much of each manual is covered.
+
+use super::{CoverageArgs, Ended, Format, show};
+use engine::needs::{self, Need};
+use engine::scan::{check_covers, each_step_of};
+use report::ExitStatus;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use suite::model::{Class, Manual, Trial};
+
+pub(super) fn coverage(args: &CoverageArgs) -> Ended {
+    let manuals: Vec<Coverage> = args.suites.load()?.iter().map(Coverage::of).collect();
+    match args.format {
+        Format::Json => show(&super::list::json(manuals)),
+        Format::Text => show(&manuals.iter().map(Coverage::text).collect::<String>()),
+    }
+    Ok(ExitStatus::Green)
+}
+
+/// How much of one manual is covered; the keys are the contract with other tools.
+#[derive(Debug, Serialize)]
+struct Coverage {
+    id: String,
+    total: usize,
+    by_class: BTreeMap<&'static str, usize>,
+    /// How many are neither untestable nor out of scope.
+    testable: usize,
+    /// How many of those a case or a rule covers, the contradictory ones included.
+    covered: usize,
+    /// How many of those covered can be reached on a bench where nobody turns the shaft, cuts the power or looks at LEDs.
+    without_stand: usize,
+    uncovered: Vec<String>,
+}
+
+impl Coverage {
+    fn of(manual: &Manual) -> Coverage {
+        let covering = covering(manual);
+        let mut by_class: BTreeMap<&'static str, usize> =
+            ["covered", "uncovered", "implicit", "untestable", "out-of-scope", "contradictory"]
+                .map(|class| (class, 0))
+                .into();
+        let (mut uncovered, mut without_stand, mut testable) = (Vec::new(), 0, 0);
+        let reached = without_stand_reached(manual);
+        for ((of, cases), reached) in manual.requirements.iter().zip(&covering).zip(reached) {
+            *by_class.entry(class(&of.class, !cases.is_empty())).or_default() += 1;
+            if matches!(of.class, Class::Untestable(_) | Class::OutOfScope(_)) {
+                continue;
+            }
+            testable += 1;
+            without_stand += usize::from(reached);
+            if cases.is_empty() {
+                uncovered.push(of.id.clone());
+            }
+        }
+        Coverage {
+            id: manual.device.name.clone(),
+            total: manual.requirements.len(),
+            by_class,
+            testable,
+            covered: testable - uncovered.len(),
+            without_stand,
+            uncovered,
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut out = String::new();
+        let classes: Vec<String> = self.by_class.iter().map(|(class, n)| format!("{n} {class}")).collect();
+        let Coverage { id, total, testable, covered, without_stand, .. } = self;
+        let left_out = total - testable;
+        // Writing into a String cannot fail.
+        let _ = writeln!(
+            out,
+            "{id}: {covered} of {testable} testable requirements ({}) are covered",
+            share(*covered, *testable)
+        );
+        let _ = writeln!(out, "  {total} requirements: {}", classes.join(", "));
+        let _ = writeln!(out, "  {left_out} of them ({}) are untestable or out of scope", share(left_out, *total));
+        let _ = writeln!(
+            out,
+            "  {without_stand} of those covered ({}) can be reached without a stand",
+            share(*without_stand, *covered)
+        );
+        if !self.uncovered.is_empty() {
+            let _ = writeln!(out, "  not covered:");
+            columns(&mut out, &self.uncovered);
+        }
+        out
+    }
+}
+
+/// Ids, several on a line.
+pub(super) fn columns(out: &mut String, ids: &[String]) {
+    for line in ids.chunks(6) {
+        let _ = writeln!(out, "    {}", line.join(" "));
+    }
+}
+
+/// A part of a whole in percent, rounded down: what is not quite all is never shown as all.
+pub(super) fn share(part: usize, of: usize) -> String {
+    let thousandths = (part * 1000).checked_div(of).unwrap_or(0);
+    format!("{}.{} %", thousandths / 10, thousandths % 10)
+}
+
+/// The word of a class; `covered` is derived from the cases.
+pub(super) fn class(class: &Class, is_covered: bool) -> &'static str {
+    match class {
+        Class::Testable if is_covered => "covered",
+        Class::Testable => "uncovered",
+        Class::Implicit(_) => "implicit",
+        Class::Untestable(_) => "untestable",
+        Class::OutOfScope(_) => "out-of-scope",
+        Class::Contradictory(_) => "contradictory",
+    }
+}
+
+/// The ids of the trials and rules that cover each requirement, in the order of the suites, each once.
+pub(super) fn covering(manual: &Manual) -> Vec<Vec<String>> {
+    let mut covering = vec![Vec::new(); manual.requirements.len()];
+    let mut note = |covers: &[usize], id: &str| {
+        for &requirement in covers {
+            if let Some(list) = covering.get_mut(requirement)
+                && !list.iter().any(|known| known == id)
+            {
+                list.push(id.to_owned());
+            }
+        }
+    };
+    for variant in &manual.variants {
+        for trial in &variant.trials {
+            note(&covers(trial), &trial.id);
+        }
+        for rule in &variant.rules {
+            note(&rule.covers, &rule.id);
+        }
+    }
+    covering
+}
+
+/// For each requirement whether a rule, or a trial or check that asks nothing of a stand, covers it.
+fn without_stand_reached(manual: &Manual) -> Vec<bool> {
+    let mut reached = vec![false; manual.requirements.len()];
+    let mut reach = |covers: &[usize]| {
+        covers.iter().for_each(|&requirement| reached.iter_mut().skip(requirement).take(1).for_each(|of| *of = true));
+    };
+    let stands = |needs: &[Need]| needs.iter().any(|need| matches!(need, Need::Stand(_)));
+    for variant in &manual.variants {
+        variant.rules.iter().for_each(|rule| reach(&rule.covers));
+        for trial in variant.trials.iter().filter(|trial| !stands(&needs::needs(manual, variant, trial))) {
+            reach(&trial.covers);
+            each_step_of(trial, &mut |step| {
+                if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
+                    reach(&step.covers);
+                }
+            });
+        }
+    }
+    reached
+}
+
+/// Every requirement that a trial covers, those of its checks included.
+pub(super) fn covers(trial: &Trial) -> Vec<usize> {
+    let mut list = trial.covers.clone();
+    list.extend(check_covers(trial));
+    list.sort_unstable();
+    list.dedup();
+    list
+}

@@ -1,0 +1,126 @@
+//! `encspec discover`: the stations of a segment.
+
+use super::port::PortArgs;
+use super::{Ended, Format, Stop, Suites, complain, list, show};
+use clap::Args;
+use live::discover::Found;
+use plain_text::printable;
+use report::ExitStatus;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::time::Duration;
+use suite::device::Origin;
+use suite::model::Manual;
+
+/// Arguments of `encspec discover`.
+#[derive(Debug, Args)]
+pub(super) struct DiscoverArgs {
+    #[command(flatten)]
+    port: PortArgs,
+    /// How long answers are awaited, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 2, value_parser = clap::value_parser!(u64).range(1..=120))]
+    wait: u64,
+    /// How it is shown
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+/// A station as it is shown.
+#[derive(Serialize)]
+struct Shown {
+    mac: String,
+    name: String,
+    ip: Option<String>,
+    mask: Option<String>,
+    gateway: Option<String>,
+    vendor_id: Option<u16>,
+    device_id: Option<u16>,
+    #[serde(rename = "type")]
+    station_type: String,
+    roles: Vec<&'static str>,
+    /// The manual whose vendor and device number it has.
+    suite: Option<String>,
+    /// Manuals of the same vendor that print no device number.
+    similar: Vec<String>,
+}
+
+impl Shown {
+    fn of(found: &Found, manuals: &[Manual]) -> Shown {
+        let (suite, similar) = found.ids.map_or_else(Default::default, |ids| suites_for(ids, manuals));
+        Shown {
+            mac: found.mac.to_string(),
+            name: if found.name.is_empty() { String::new() } else { found.shown_name() },
+            ip: found.ip.map(|ip| ip.address.to_string()),
+            mask: found.ip.map(|ip| ip.mask.to_string()),
+            gateway: found.ip.map(|ip| ip.gateway.to_string()),
+            vendor_id: found.ids.map(|(vendor, _)| vendor),
+            device_id: found.ids.map(|(_, device)| device),
+            station_type: found.station_type.clone(),
+            roles: found.roles.clone(),
+            suite,
+            similar,
+        }
+    }
+}
+
+/// The manual for a station with these numbers, and those of its vendor that it might be as well.
+fn suites_for(ids: (u16, u16), manuals: &[Manual]) -> (Option<String>, Vec<String>) {
+    let same = |manual: &&Manual| (manual.device.identity.vendor_id, manual.device.identity.device_id) == ids;
+    let suite = manuals.iter().find(same).map(|manual| manual.device.name.clone());
+    let similar = |manual: &&Manual| {
+        let identity = &manual.device.identity;
+        identity.vendor_id == ids.0 && identity.device_id_origin == Origin::Invented && !same(manual)
+    };
+    (suite, manuals.iter().filter(similar).map(|manual| manual.device.name.clone()).collect())
+}
+
+pub(super) fn run(args: &DiscoverArgs) -> Ended {
+    let manuals = args.suites.load()?;
+    let (survey, place) = args.port.survey(Duration::from_secs(args.wait))?;
+    let stations: Vec<Shown> = survey.stations.iter().map(|found| Shown::of(found, &manuals)).collect();
+    match args.format {
+        Format::Json => {
+            #[derive(Serialize)]
+            struct Report {
+                stations: Vec<Shown>,
+                remarks: Vec<String>,
+            }
+            show(&list::pretty(&Report { stations, remarks: survey.remarks }));
+        }
+        Format::Text => {
+            show(&text(&stations));
+            survey.remarks.iter().for_each(|remark| complain(remark));
+        }
+    }
+    if survey.stations.is_empty() {
+        return Err(Stop::bench(format!("no station answered at {place} within {} s", args.wait)));
+    }
+    Ok(ExitStatus::Green)
+}
+
+fn text(stations: &[Shown]) -> String {
+    let or = |text: &str, without: &str| if text.is_empty() { without.to_owned() } else { printable(text) };
+    let mut out = String::new();
+    for station in stations {
+        let ip = station.ip.as_deref().unwrap_or("no address");
+        // Writing into a String cannot fail.
+        let _ = writeln!(out, "{}  {ip}  {}", station.mac, or(&station.name, "(no name)"));
+        if let (Some(vendor), Some(device)) = (station.vendor_id, station.device_id) {
+            let _ =
+                write!(out, "    vendor {vendor:#06x}, device {device:#06x}, {}", or(&station.station_type, "no type"));
+        } else {
+            let _ = write!(out, "    told no numbers, {}", or(&station.station_type, "no type"));
+        }
+        let _ = writeln!(out, ", {}", or(&station.roles.join(" and "), "no role"));
+        let _ = match (&station.suite, station.similar.as_slice()) {
+            (Some(suite), _) => writeln!(out, "    suite {suite}"),
+            (None, []) => writeln!(out, "    no suite"),
+            (None, similar) => {
+                writeln!(out, "    no suite for this number; of this vendor there is {}", similar.join(", "))
+            }
+        };
+    }
+    out
+}

@@ -1,0 +1,121 @@
+//! What `--dut` and `--device` say: which devices are tested.
+
+use super::live::Asked;
+use engine::{DutKind, DutSpec, Nobody};
+use plain_text::nearest;
+use results::bench_file::{Claim, LinkSpec};
+use std::path::{Path, PathBuf};
+use suite::model::Manual;
+
+/// The devices that a command line names.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Devices {
+    /// Devices of this process.
+    pub here: Vec<DutSpec>,
+    /// Devices outside of it.
+    pub live: Vec<Asked>,
+}
+
+/// The devices that `duts` (`--dut`) and `device` (`--device`) name; the reference device of every manual and variant where
+/// nothing is said. A manual without a variant stands for all of its variants.
+///
+/// Fails with one sentence if something is unknown, or if it is not said what a device is.
+pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: &[Manual]) -> Result<Devices, String> {
+    let model = DutKind::Model { bugs: bugs.to_vec() };
+    let claimed = device.map(|device| claim(device, manuals)).transpose()?;
+    let mut devices = Devices::default();
+    let mut add = |kind: &DutKind, who: &[(&Manual, &str)]| {
+        for (manual, variant) in who {
+            let manual = manual.device.name.clone();
+            let spec = DutSpec { manual, variant: (*variant).to_owned(), kind: kind.clone() };
+            if !devices.here.contains(&spec) {
+                devices.here.push(spec);
+            }
+        }
+    };
+    if duts.is_empty() {
+        let every =
+            || manuals.iter().flat_map(|of| of.device.variants.iter().map(move |variant| (of, variant.as_str())));
+        add(&model, &claimed.clone().unwrap_or_else(|| every().collect()));
+    }
+    for dut in duts {
+        match (dut.split_once(':'), &claimed) {
+            (Some(("model", what)), None) => add(&model, &claim(what, manuals)?),
+            (Some(("model", _)), Some(_)) => {
+                return Err(format!("`--dut {dut}` says already what the device is: leave `--device` out"));
+            }
+            (Some(("null", what)), claimed) => {
+                let kind = DutKind::Nobody(nobody(what)?);
+                let Some(claimed) = claimed else {
+                    return Err(format!("`--dut {dut}` needs `--device MANUAL[/VARIANT]`: what it claims to be"));
+                };
+                add(&kind, claimed);
+            }
+            (Some((kind, address)), claimed) if LinkSpec::of(kind, address).is_some() => {
+                let Some(link) = LinkSpec::of(kind, address) else { return Err(unknown(dut)) };
+                let claim = match claimed.as_deref() {
+                    Some([(manual, variant)]) => {
+                        Claim { manual: manual.device.name.clone(), variant: (*variant).to_owned() }
+                    }
+                    Some([(manual, _), ..]) => {
+                        return Err(format!(
+                            "{} has several variants: say which one `--dut {dut}` is, MANUAL/VARIANT",
+                            manual.device.name
+                        ));
+                    }
+                    _ => return Err(format!("`--dut {dut}` needs `--device MANUAL/VARIANT`: what it claims to be")),
+                };
+                devices.live.push(Asked::Link(link, claim));
+            }
+            _ if Path::new(dut).extension().is_some_and(|end| end == "yaml" || end == "yml") => {
+                if claimed.is_some() {
+                    return Err(format!("the bench file {dut} says what the device is: leave `--device` out"));
+                }
+                devices.live.push(Asked::File(PathBuf::from(dut)));
+            }
+            _ => return Err(unknown(dut)),
+        }
+    }
+    if !bugs.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(|spec| spec.bugs().is_empty())) {
+        return Err("only reference devices (`--dut model:...`) can be told to have a bug".into());
+    }
+    Ok(devices)
+}
+
+/// The manual and the variants that `MANUAL[/VARIANT]` names.
+pub(super) fn claim<'a>(what: &str, manuals: &'a [Manual]) -> Result<Vec<(&'a Manual, &'a str)>, String> {
+    let (name, variant) = what.split_once('/').map_or((what, None), |(name, variant)| (name, Some(variant)));
+    let Some(manual) = manuals.iter().find(|of| of.device.name == name) else {
+        let known: Vec<&str> = manuals.iter().map(|of| of.device.name.as_str()).collect();
+        return Err(suggest("device", name, known));
+    };
+    let every: Vec<(&Manual, &str)> = manual.device.variants.iter().map(|of| (manual, of.as_str())).collect();
+    let Some(wanted) = variant else { return Ok(every) };
+    let variants = manual.device.variants.iter().map(String::as_str);
+    match every.into_iter().find(|(_, variant)| *variant == wanted) {
+        Some(claimed) => Ok(vec![claimed]),
+        None => Err(suggest(&format!("variant of {name}"), wanted, variants)),
+    }
+}
+
+fn nobody(what: &str) -> Result<Nobody, String> {
+    what.parse().map_err(|_| suggest("kind of null device", what, Nobody::WORDS))
+}
+
+fn unknown(dut: &str) -> String {
+    let kinds = ["model:", "null:", "nic:", "serial:", "socket:"];
+    let kind = dut.split_once(':').map_or(dut, |(kind, _)| kind);
+    let meant =
+        nearest(&format!("{kind}:"), kinds).map_or_else(String::new, |meant| format!("; did you mean `{meant}`?"));
+    format!(
+        "`{dut}` is no device under test; write model:MANUAL[/VARIANT], nic:IF, socket:ADDRESS, serial:TTY, a bench file or null:KIND{meant}"
+    )
+}
+
+/// A sentence about an unknown word, with the nearest one or all of them.
+pub(super) fn suggest<'a>(what: &str, word: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
+    match nearest(word, known.clone()) {
+        Some(meant) => format!("unknown {what} `{word}`; did you mean `{meant}`?"),
+        None => format!("unknown {what} `{word}`; there are {}", known.into_iter().collect::<Vec<_>>().join(", ")),
+    }
+}

@@ -1,0 +1,168 @@
+//! `encspec errata`: where a manual contradicts itself, and where it is silent.
+
+use super::coverage::covering;
+use super::list::json;
+use super::{Ended, Format, Listing, show};
+use engine::scan::{each_step, each_step_of};
+use report::{ExitStatus, level};
+use serde::Serialize;
+use std::fmt::Write as _;
+use suite::model::{Class, Manual, Requirement, Step, Trial, Verb};
+
+pub(super) fn errata(args: &Listing) -> Ended {
+    let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
+    let errata: Vec<Errata<'_>> = manuals.iter().map(Errata::of).collect();
+    match args.format {
+        Format::Json => show(&json(errata)),
+        Format::Text => {
+            let texts: Vec<String> = errata.iter().filter(|of| !of.is_empty()).map(Errata::text).collect();
+            show(&texts.join("\n"));
+        }
+    }
+    Ok(ExitStatus::Green)
+}
+
+/// What is wrong with one manual, in its order.
+#[derive(Debug, Serialize)]
+struct Errata<'a> {
+    id: &'a str,
+    /// How many requirements the manual has.
+    requirements: usize,
+    /// Where it says one thing here and another there.
+    contradictions: Vec<Erratum<'a>>,
+    /// Where it leaves something open.
+    silences: Vec<Erratum<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct Erratum<'a> {
+    id: &'a str,
+    level: &'static str,
+    /// The places of the manual; of a contradiction those of both sides.
+    clauses: Vec<&'a str>,
+    statement: &'a str,
+    /// What it says apart, or what it leaves open.
+    ambiguity: Option<&'a str>,
+    /// The reading that was chosen; only of a contradiction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reading: Option<&'a str>,
+    /// The readings by name that cases accept of a device.
+    accepted: Vec<Accepted>,
+    /// The cases and rules that cover it.
+    cases: Vec<String>,
+}
+
+/// The readings that the rows of one case accept.
+#[derive(Debug, Serialize)]
+struct Accepted {
+    case: String,
+    readings: Vec<String>,
+}
+
+impl<'a> Errata<'a> {
+    fn of(manual: &'a Manual) -> Errata<'a> {
+        let mut errata = Errata {
+            id: &manual.device.name,
+            requirements: manual.requirements.len(),
+            contradictions: Vec::new(),
+            silences: Vec::new(),
+        };
+        for (index, (of, cases)) in manual.requirements.iter().zip(covering(manual)).enumerate() {
+            let list = match (&of.class, &of.ambiguity) {
+                (Class::Contradictory(_), _) => &mut errata.contradictions,
+                (_, Some(_)) => &mut errata.silences,
+                (_, None) => continue,
+            };
+            list.push(Erratum::of(manual, index, of, cases));
+        }
+        errata
+    }
+
+    fn is_empty(&self) -> bool {
+        self.contradictions.is_empty() && self.silences.is_empty()
+    }
+
+    fn text(&self) -> String {
+        let mut out = String::new();
+        let parts = [("contradicts itself", &self.contradictions), ("is silent", &self.silences)];
+        // Writing into a String cannot fail.
+        let _ = writeln!(
+            out,
+            "{}: of {} requirements the manual contradicts itself in {}, and is silent on something in {}",
+            self.id,
+            self.requirements,
+            self.contradictions.len(),
+            self.silences.len()
+        );
+        for (what, errata) in parts.into_iter().filter(|(_, errata)| !errata.is_empty()) {
+            let _ = writeln!(out, "\nWhere {} {what}", self.id);
+            errata.iter().for_each(|of| of.text(&mut out));
+        }
+        out
+    }
+}
+
+impl<'a> Erratum<'a> {
+    fn of(manual: &'a Manual, index: usize, of: &'a Requirement, cases: Vec<String>) -> Erratum<'a> {
+        let full = |id: &str| format!("{}/{id}", manual.device.name);
+        let mut accepted: Vec<Accepted> = Vec::new();
+        for trial in manual.variants.iter().flat_map(|variant| &variant.trials) {
+            let case = full(trial.case());
+            readings(trial, index, &mut |reading| match accepted.iter_mut().find(|known| known.case == case) {
+                Some(known) if known.readings.iter().any(|known| known == reading) => {}
+                Some(known) => known.readings.push(reading.to_owned()),
+                None => accepted.push(Accepted { case: case.clone(), readings: vec![reading.to_owned()] }),
+            });
+        }
+        Erratum {
+            id: &of.id,
+            level: level(of.level),
+            clauses: of.cites.split("; ").collect(),
+            statement: &of.statement,
+            ambiguity: of.ambiguity.as_deref(),
+            reading: match &of.class {
+                Class::Contradictory(reading) => Some(reading),
+                _ => None,
+            },
+            accepted,
+            cases: cases.iter().map(|id| full(id)).collect(),
+        }
+    }
+
+    fn text(&self, out: &mut String) {
+        let _ = writeln!(out, "\n{} ({})\n    {}", self.id, self.level, self.statement);
+        for clause in &self.clauses {
+            let _ = writeln!(out, "    clause: {clause}");
+        }
+        if let Some(ambiguity) = self.ambiguity {
+            let _ = writeln!(out, "    open: {ambiguity}");
+        }
+        if let Some(reading) = self.reading {
+            let _ = writeln!(out, "    read as: {reading}");
+        }
+        for Accepted { case, readings } in &self.accepted {
+            let _ = writeln!(out, "    accepted: {} (in {case})", readings.join(" | "));
+        }
+        for case in &self.cases {
+            let _ = writeln!(out, "    tested by {case}");
+        }
+    }
+}
+
+/// The readings by name that a trial accepts for a requirement: those of the checks that cover it for themselves, or of the
+/// whole trial.
+fn readings(trial: &Trial, requirement: usize, visit: &mut dyn FnMut(&str)) {
+    let mut named = |step: &Step| {
+        if let Verb::Either(readings) = &step.verb {
+            readings.iter().for_each(|reading| visit(&reading.name));
+        }
+    };
+    let covers = |step: &Step| step.covers.contains(&requirement);
+    each_step_of(trial, &mut |step| {
+        if covers(step) {
+            each_step(std::slice::from_ref(step), &mut named);
+        } else if step.covers.is_empty() && trial.covers.contains(&requirement) {
+            named(step);
+        }
+    });
+}

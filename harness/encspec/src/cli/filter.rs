@@ -1,0 +1,39 @@
+//! What was probably meant by a word on the command line that means no case and no rule.
+
+use plain_text::nearest;
+
+/// The word that was probably meant by a filter that matches none of `ids`: an id, or a part of one between slashes.
+pub fn meant(filter: &str, ids: &[String]) -> Option<String> {
+    let whole = ids.iter().map(String::as_str);
+    let without_manual = || whole.clone().filter_map(|id| id.split_once('/').map(|(_, rest)| rest));
+    let without_row = || without_manual().filter_map(|id| id.split_once('[').map(|(rest, _)| rest));
+    let parts = || without_manual().flat_map(|id| id.split('/'));
+    let cases = || parts().filter_map(|part| part.split_once('[').map(|(case, _)| case));
+    let words = if filter.contains('/') {
+        whole.clone().chain(without_manual()).chain(without_row()).collect::<Vec<_>>()
+    } else {
+        parts().chain(cases()).collect()
+    };
+    let near = nearest(filter, words.iter().copied());
+    near.or_else(|| filter.rsplit_once('/').and_then(|(_, last)| nearest(last, parts().chain(cases()))))
+}
+
+#[cfg(test)]
+mod tests {
+    use rstest::rstest;
+
+    const IDS: [&str; 4] =
+        ["enc/preset/absolute", "enc/preset/shifted[mode 1]", "enc/rules/one-position", "enc/park/park"];
+
+    #[rstest]
+    #[case("presett", Some("preset"))]
+    #[case("shiftet", Some("shifted"))]
+    #[case("enc/preset/absolut", Some("enc/preset/absolute"))]
+    #[case("preset/absolut", Some("preset/absolute"))]
+    #[case("one-positoin", Some("one-position"))]
+    #[case("xyzzy", None)]
+    fn what_was_probably_meant(#[case] filter: &str, #[case] meant: Option<&str>) {
+        let ids: Vec<String> = IDS.iter().map(|id| (*id).to_owned()).collect();
+        assert_eq!(super::meant(filter, &ids).as_deref(), meant);
+    }
+}

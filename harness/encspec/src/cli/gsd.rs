@@ -1,0 +1,53 @@
+//! `encspec gsd`: what a GSD says, where it disagrees with a manual, and the GSD files of the reference devices.
+
+use super::{Ended, Stop, Suites, vendor_file};
+use clap::Args;
+use description::gsd::{self, Gsd};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `encspec gsd`.
+#[derive(Debug, Args)]
+pub(super) struct GsdArgs {
+    /// A GSD file; without one the built-in ones of the reference devices are listed
+    file: Option<PathBuf>,
+    /// Compare it with this manual
+    #[arg(long, value_name = "MANUAL[/VARIANT]")]
+    device: Option<String>,
+    /// Write the built-in GSD files into this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "device"])]
+    save: Option<PathBuf>,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+pub(super) fn gsd(args: &GsdArgs) -> Ended {
+    match (&args.file, &args.save, &args.device) {
+        (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
+        (None, Some(folder), _) => vendor_file::save(folder, suites::gsd()),
+        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSD file to compare with: name it")),
+        (None, None, None) => vendor_file::list(suites::gsd(), "encspec gsd --save DIR"),
+    }
+}
+
+/// The GSD in a file.
+///
+/// Fails with one sentence that names the file, and the line where it is broken.
+pub(super) fn open(file: &Path) -> Result<Gsd, Stop> {
+    let octets = fs::read(file).map_err(|error| Stop::usage(format!("{}: {error}", file.display())))?;
+    gsd::read_octets(&octets).map_err(|error| {
+        Stop::usage(format!("{}:{}: {}", file.display(), error.line, plain_text::printable(&error.message)))
+    })
+}
+
+fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
+    let read = open(file)?;
+    vendor_file::against(gsd::show(&read), device, suites, |device, variant| {
+        if device.slave.is_none() {
+            let name = &device.name;
+            return Err(Stop::usage(format!("{name} is on PROFINET, whose descriptions are GSDML files")));
+        }
+        let overlay = gsd::overlay(&mut device.clone(), Some(&read));
+        Ok((gsd::compare(device, variant, &read), overlay))
+    })
+}

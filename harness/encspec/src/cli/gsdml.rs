@@ -1,0 +1,50 @@
+//! `encspec gsdml`: what a GSDML says, where it disagrees with a manual, and the GSDML files of the reference devices.
+
+use super::{Ended, Stop, Suites, vendor_file};
+use clap::Args;
+use description::gsdml::{self, Gsdml};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `encspec gsdml`.
+#[derive(Debug, Args)]
+pub(super) struct GsdmlArgs {
+    /// A GSDML file; without one the built-in ones of the reference devices are listed
+    file: Option<PathBuf>,
+    /// Compare it with this manual
+    #[arg(long, value_name = "MANUAL[/VARIANT]")]
+    device: Option<String>,
+    /// Write the built-in GSDML files into this folder
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["file", "device"])]
+    save: Option<PathBuf>,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+pub(super) fn gsdml(args: &GsdmlArgs) -> Ended {
+    match (&args.file, &args.save, &args.device) {
+        (Some(file), _, device) => one(file, device.as_deref(), &args.suites),
+        (None, Some(folder), _) => vendor_file::save(folder, suites::gsdml()),
+        (None, None, Some(_)) => Err(Stop::usage("`--device` needs a GSDML file to compare with: name it")),
+        (None, None, None) => vendor_file::list(suites::gsdml(), "encspec gsdml --save DIR"),
+    }
+}
+
+/// The GSDML in a file.
+///
+/// Fails with one sentence that names the file, and the place where it is broken.
+pub fn open(file: &Path) -> Result<Gsdml, Stop> {
+    let octets = fs::read(file).map_err(|error| Stop::usage(format!("{}: {error}", file.display())))?;
+    gsdml::read_octets(&octets).map_err(|error| {
+        let (line, column) = (error.line, error.column);
+        Stop::usage(format!("{}:{line}:{column}: {}", file.display(), plain_text::printable(&error.message)))
+    })
+}
+
+fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
+    let read = open(file)?;
+    vendor_file::against(gsdml::show(&read), device, suites, |device, variant| {
+        let overlay = gsdml::overlay(&mut device.clone(), variant, Some(&read), None);
+        Ok((gsdml::compare(device, variant, Some(&read), None), overlay))
+    })
+}

@@ -1,0 +1,175 @@
+//! From the words of the command line to a live device that is ready to be tested.
+
+use super::{Stop, Suites, complain};
+use ::live::device::DeviceOnBench;
+use description::gsd;
+use description::gsdml::{self, Gsdml};
+use engine::{DpLine, DutKind, DutSpec, LiveDevice, SharedLiveDevice};
+use live::lock::Lock;
+use live::preflight::{self, Wanted};
+use live::profibus;
+use live::stand::LiveStand;
+use results::bench_file::{self, ANY_DEVICE, BenchFile, Claim, LinkSpec};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+use suite::device::{Bus, Origin};
+use suite::model::Manual;
+use suite::persona::Persona;
+use suite::{BenchTimes, load};
+
+/// A live device as the command line names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// At a link, with what it claims to be.
+    Link(LinkSpec, Claim),
+    /// In a bench file.
+    File(std::path::PathBuf),
+}
+
+impl Asked {
+    /// The bench that is meant.
+    pub fn bench(&self, manuals: &[Manual]) -> Result<BenchFile, Stop> {
+        match self {
+            Asked::Link(link, claim) => Ok(BenchFile::bare(link.clone(), claim.clone())),
+            Asked::File(path) => {
+                let bench = bench_file::read_alone(path)?;
+                if bench.claim.manual == ANY_DEVICE { Ok(bench) } else { Ok(bench_file::read(path, manuals)?) }
+            }
+        }
+    }
+}
+
+/// Takes the device of a bench, waiting for another process that has it for at most `patience`.
+pub fn lock(bench: &BenchFile, patience: Duration) -> Result<Lock, Stop> {
+    let device = lock_name(bench);
+    let mut waiting = |holder| complain(&format!("{device} is in use by {holder}; waiting for it"));
+    let lock = Lock::take(&device, &std::env::temp_dir(), patience, &mut waiting);
+    lock.map_err(|error| Stop::bench(error.to_string()))
+}
+
+/// The text that is the same for everybody who means the same link.
+fn lock_name(bench: &BenchFile) -> String {
+    match &bench.link {
+        LinkSpec::Nic(name) => format!("nic:{name}"),
+        LinkSpec::Serial(path) => {
+            let path = std::fs::canonicalize(path).map_or_else(|_| path.clone(), |path| path.display().to_string());
+            format!("serial:{path}")
+        }
+        LinkSpec::Socket(address) => {
+            let path = address.rsplit(':').next().unwrap_or(address);
+            format!(
+                "socket:{}",
+                std::fs::canonicalize(path).map_or_else(|_| address.clone(), |path| path.display().to_string())
+            )
+        }
+    }
+}
+
+/// Opens the bench and finds the device; nothing of it has been changed but its name and address when this returns.
+///
+/// Trials are run in the manner of `persona`, which only devices of PROFINET know.
+pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<Arc<Persona>>) -> Result<DutSpec, Stop> {
+    let mut manual = manual(&bench, suites)?;
+    if bench.link.bus() != manual.device.bus {
+        let name = &manual.device.name;
+        return Err(Stop::usage(match manual.device.bus {
+            Bus::Profibus => format!("{name} speaks PROFIBUS, so its link is `serial:TTY` and not {}", bench.link),
+            Bus::Profinet => {
+                format!("{name} speaks PROFINET, so its link is `nic:IF` or `socket:ADDRESS` and not {}", bench.link)
+            }
+        }));
+    }
+    let variant = manual.device.variants.iter().position(|known| *known == bench.claim.variant).unwrap_or_default();
+    // A description has its variant to itself, so that `device: none` need not name it.
+    bench.claim.variant.clone_from(&manual.device.variants[variant]);
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    bench.describe_pages(device);
+    let Claim { manual: name, variant: claimed } = bench.claim.clone();
+    link::interrupt::watch();
+    let live = match manual.device.bus {
+        Bus::Profinet => on_wire(bench, manual, variant, long, persona)?,
+        Bus::Profibus => on_bus(bench, manual, variant, long)?,
+    };
+    if let Some(why) = live.passive() {
+        complain(&format!("only what reads is run: {why}"));
+    }
+    Ok(DutSpec { manual: name, variant: claimed, kind: DutKind::Live(SharedLiveDevice(Arc::new(live))) })
+}
+
+/// A device of PROFINET.
+fn on_wire(
+    mut bench: BenchFile,
+    mut manual: Manual,
+    variant: usize,
+    long: bool,
+    persona: Option<Arc<Persona>>,
+) -> Result<DeviceOnBench, Stop> {
+    let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
+    let identity = &device.identity;
+    let told = description.as_ref().filter(|known| known.vendor_id == identity.vendor_id).map(|known| known.device_id);
+    let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
+    let cycle = device.timing.cycle;
+    let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
+    let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle, firmware_pages };
+    let granted = link::realtime::raise();
+    let mut offers = None;
+    let prepared = preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
+    let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
+    bench.stand.offers = offers;
+    prepared.notes.extend(granted);
+    let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
+    prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
+    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
+    Ok(DeviceOnBench::new(bench, manual, prepared, long, findings, persona))
+}
+
+/// A slave of PROFIBUS.
+fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) -> Result<DeviceOnBench, Stop> {
+    let description = bench.gsd.as_deref().map(super::gsd::open).transpose()?;
+    let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
+    let identity = &device.identity;
+    let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
+    let wanted = profibus::preflight::Wanted {
+        ident: printed.or(description.as_ref().map(|known| known.ident)),
+        address: device.slave.as_ref().map_or(DpLine::default().station, |slave| slave.address),
+        cycle: device.timing.cycle,
+    };
+    let granted = link::realtime::raise();
+    let mut offers = None;
+    let prepared = profibus::preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
+    let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
+    bench.stand.offers = offers;
+    prepared.notes.extend(granted);
+    let overlay = gsd::overlay(device, description.as_ref());
+    prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
+    let findings = description.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();
+    Ok(DeviceOnBench::on_bus(bench, manual, prepared, long, findings))
+}
+
+/// Asks the control channel of the stand what it can do, once, while nothing has been sent yet.
+fn ask_the_stand(bench: &BenchFile, offers: &mut Option<Vec<String>>) -> Result<(), String> {
+    *offers = LiveStand::new(&bench.stand).offers()?;
+    Ok(())
+}
+
+/// The suite of what the device claims to be, with the times of the bench.
+fn manual(bench: &BenchFile, suites: &Suites) -> Result<Manual, Stop> {
+    let times = BenchTimes { cycle: bench.cycle, watchdog: bench.watchdog, power_up: bench.boot_time };
+    let mut sources = super::sources(suites.folder.as_deref())?.on_bench(times);
+    if let Some(path) = &bench.description {
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| Stop::usage(format!("the description {} cannot be read: {error}", path.display())))?;
+        sources = sources.with_description(path, text);
+    }
+    let mut manuals = load(&sources, Some(&bench.claim.manual))?;
+    manuals.pop().ok_or_else(|| Stop::usage(format!("there is no suite for {}", bench.claim.manual)))
+}
+
+fn read_gsdml(path: &Path) -> Result<Gsdml, Stop> {
+    let failed = |why: String| Stop::usage(format!("the GSDML {}: {why}", path.display()));
+    let octets = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
+    gsdml::read_octets(&octets).map_err(|error| failed(error.to_string()))
+}

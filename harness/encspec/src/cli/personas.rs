@@ -1,0 +1,48 @@
+//! `encspec personas`: in the manner of which controllers a device can be addressed.
+
+use super::list::json;
+use super::{Ended, Format, Suites, show};
+use clap::Args;
+use report::ExitStatus;
+use serde::Serialize;
+use std::fmt::Write as _;
+use suite::persona::Persona;
+
+/// What `encspec personas` takes.
+#[derive(Debug, Args)]
+pub struct PersonasArgs {
+    /// How it is shown
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+#[derive(Debug, Serialize)]
+struct Listed<'a> {
+    name: &'a str,
+    why: &'a str,
+    source: &'a str,
+}
+
+pub(super) fn personas(args: &PersonasArgs) -> Ended {
+    let personas = args.suites.personas()?;
+    match args.format {
+        Format::Json => {
+            let listed = personas.iter().map(|of| Listed { name: &of.name, why: &of.why, source: &of.source });
+            show(&json(listed.collect::<Vec<_>>()));
+        }
+        Format::Text => show(&text(&personas)),
+    }
+    Ok(ExitStatus::Green)
+}
+
+fn text(personas: &[Persona]) -> String {
+    let mut out = String::new();
+    let width = personas.iter().map(|of| of.name.len()).max().unwrap_or_default();
+    for of in personas {
+        // Writing into a String cannot fail.
+        let _ = writeln!(out, "{:width$}  {}\n{:width$}  from {}", of.name, of.why, "", of.source);
+    }
+    out
+}

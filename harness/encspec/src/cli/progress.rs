@@ -1,0 +1,55 @@
+//! A bar for files that are read: frames, frames a second and the time that is left, on standard error where that is a terminal.
+
+use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
+use replay::Progress;
+use std::fs;
+use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// How far the reading of some files has come.
+pub(super) struct Reading {
+    bar: ProgressBar,
+    frames: Arc<AtomicU64>,
+}
+
+impl Reading {
+    /// A bar for these files; hidden where nobody would see it.
+    pub fn of(files: &[String]) -> Reading {
+        let frames = Arc::new(AtomicU64::new(0));
+        if !io::stderr().is_terminal() {
+            return Reading { bar: ProgressBar::hidden(), frames };
+        }
+        // What is not stored in a file has no length.
+        let lengths: Option<u64> = files.iter().map(|name| Some(fs::metadata(name).ok()?.len())).sum();
+        let (bar, template) = match lengths.filter(|&length| length > 0) {
+            Some(length) => (ProgressBar::new(length), "{bar:30} {percent}% {frames}, {rate}, {eta} left"),
+            None => (ProgressBar::new_spinner(), "{spinner} {frames}, {rate}, {elapsed}"),
+        };
+        let (counted, rated) = (frames.clone(), frames.clone());
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        // Writing to a terminal's line may fail; the bar is no result.
+        let style = style
+            .with_key("frames", move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let _ = write!(out, "{} frames", HumanCount(counted.load(Ordering::Relaxed)));
+            })
+            .with_key("rate", move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+                let seconds = state.elapsed().as_secs_f64().max(0.001);
+                let rate = rated.load(Ordering::Relaxed) as f64 / seconds;
+                let _ = write!(out, "{} frames/s", HumanCount(rate as u64));
+            });
+        Reading { bar: bar.with_style(style), frames }
+    }
+
+    /// Goes on; may be told from several threads.
+    pub fn step(&self, progress: Progress) {
+        self.frames.fetch_add(progress.frames, Ordering::Relaxed);
+        self.bar.inc(progress.octets);
+    }
+}
+
+impl Drop for Reading {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,230 @@
+//! `encspec record`: captures of what is heard at a serial line or an interface, or of a hex log.
+
+use super::{Ended, Stop, complain, show};
+use clap::Args;
+use link::{Clock, LinkError, Nic, Port, Serial, SerialSettings, interrupt, privileges};
+use plain_text::printable;
+use report::ExitStatus;
+use station::{Duration, Time};
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter, Read};
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+use virtual_wire::PcapngWriter;
+use virtual_wire::capture::LinkType;
+use virtual_wire::record::{CannotImport, Counts, Recorder, import};
+use wire::profibus::fdl::{BaudRate, BitTimes};
+
+/// After so long we look whether we are to stop.
+const LOOK_AGAIN: Duration = Duration::from_millis(100);
+
+/// Arguments of `encspec record`.
+#[derive(Debug, Args)]
+pub(super) struct RecordArgs {
+    /// The capture to be written, pcapng; a file that is there already is not overwritten
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    #[command(flatten)]
+    from: Source,
+    /// The rate of the bus in bits per second: needed with --serial; with --from-hex it places the frames that stand in one line
+    #[arg(long, value_name = "RATE", value_parser = baud, conflicts_with = "nic")]
+    baud: Option<BaudRate>,
+    /// End after so many seconds; without it Ctrl-C ends it
+    #[arg(long, value_name = "SECONDS", conflicts_with = "log")]
+    duration: Option<u64>,
+}
+
+/// Where it comes from.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+struct Source {
+    /// A serial line at a PROFIBUS, for instance /dev/ttyUSB0: nothing is sent, 8 bits with even parity are heard
+    #[arg(long, value_name = "TTY", requires = "baud")]
+    serial: Option<PathBuf>,
+    /// A network interface: all that comes in there
+    #[arg(long, value_name = "IF")]
+    nic: Option<String>,
+    /// A log of PROFIBUS with a timestamp and hexadecimal octets in each line; - is the standard input
+    #[arg(long = "from-hex", value_name = "LOG")]
+    log: Option<PathBuf>,
+}
+
+fn baud(text: &str) -> Result<BaudRate, String> {
+    let known = || BaudRate::STANDARD.iter().map(|rate| rate.0.to_string()).collect::<Vec<_>>().join(", ");
+    let rate = text.parse().ok().map(BaudRate).filter(|rate| BaudRate::STANDARD.contains(rate));
+    rate.ok_or_else(|| format!("PROFIBUS has no such rate; it has {}", known()))
+}
+
+pub(super) fn record(args: &RecordArgs) -> Ended {
+    match (&args.from.serial, &args.from.nic, &args.from.log) {
+        (Some(line), _, _) => serial(args, line),
+        (_, Some(name), _) => nic(args, name),
+        (_, _, log) => from_hex(args, log.as_deref().unwrap_or(Path::new("-"))),
+    }
+}
+
+/// The file of the capture, which must not be there yet.
+fn create(file: &Path) -> Result<File, Stop> {
+    let hint = |error: &io::Error| match error.kind() {
+        io::ErrorKind::AlreadyExists => "; delete it or take another name",
+        _ => "",
+    };
+    File::options()
+        .write(true)
+        .create_new(true)
+        .open(file)
+        .map_err(|error| Stop::usage(format!("{} cannot be written: {error}{}", file.display(), hint(&error))))
+}
+
+fn unwritable(file: &Path, error: &io::Error) -> Stop {
+    Stop::bench(format!("{} cannot be written any more: {error}; what was recorded before is in it", file.display()))
+}
+
+fn unusable(error: &LinkError) -> Stop {
+    Stop::bench(error.to_string())
+}
+
+/// A clock, and the time since 1970 at which it shows zero; a change of the date later on does not matter.
+fn clock() -> (Clock, Duration) {
+    (Clock::start(), SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default())
+}
+
+/// When to stop, by a clock that starts now.
+fn end(args: &RecordArgs) -> Time {
+    args.duration.map_or(Time::MAX, |seconds| Time::ZERO + Duration::from_secs(seconds))
+}
+
+fn serial(args: &RecordArgs, path: &Path) -> Ended {
+    let rate = args.baud.unwrap_or(BaudRate(0));
+    interrupt::watch();
+    let mut line = Serial::listen(path, &SerialSettings::new(rate.0)).map_err(|error| unusable(&error))?;
+    let place = line.describe();
+    let file = create(&args.file)?;
+    // A pseudoterminal has no bit times.
+    let known = (!line.is_pty()).then_some(rate);
+    let failed = |error: io::Error| unwritable(&args.file, &error);
+    let mut recorder = Recorder::new(file, &path.display().to_string(), known).map_err(failed)?;
+    show(&format!("listening at {place}\n"));
+    let ((clock, start), end) = (clock(), end(args));
+    let (mut octets, mut last, mut gone) = (Vec::new(), Time::ZERO, None);
+    while gone.is_none() && !interrupt::requested() && clock.now() < end {
+        octets.clear();
+        let came = line.receive(&mut octets);
+        let now = clock.now();
+        match came {
+            Ok(true) => {
+                let lasts = known.map_or(0, |rate| rate.nanoseconds(BitTimes::of_octets(octets.len())));
+                // They were on the wire before they were here, one after the other.
+                let begin = (now - Duration::from_nanos(lasts)).max(last);
+                recorder.heard(begin + start, &octets).map_err(failed)?;
+                last = now;
+            }
+            Ok(false) => {
+                let silent_at = recorder.silent_at().map_or(Time::MAX, |at| at - start);
+                if now >= silent_at {
+                    recorder.silence().map_err(failed)?;
+                    continue;
+                }
+                gone = line.wait(&clock, end.min(silent_at).min(now + LOOK_AGAIN)).err();
+            }
+            Err(error) => gone = Some(error),
+        }
+    }
+    let (_, counts) = recorder.finish().map_err(failed)?;
+    show(&told(&args.file, counts));
+    if let Some(error) = gone {
+        return Err(Stop::bench(format!("{error}; what was heard before is in {}", args.file.display())));
+    }
+    match (counts.frames, counts.damaged) {
+        (0, 0) => Err(Stop::bench(format!("nothing was heard at {place}; is it connected, and does a master run?"))),
+        (0, _) => Err(Stop::bench(format!(
+            "nothing that was heard at {place} is a frame; is {} bit/s the rate of the bus, and are A and B the \
+             right way round?",
+            rate.0
+        ))),
+        _ => Ok(ExitStatus::Green),
+    }
+}
+
+fn nic(args: &RecordArgs, name: &str) -> Ended {
+    interrupt::watch();
+    let mut port = Nic::open(name).map_err(|error| unusable(&error))?;
+    // The file belongs to who asked for it.
+    privileges::drop().map_err(|error| unusable(&error))?;
+    let place = port.describe();
+    let file = create(&args.file)?;
+    let failed = |error: io::Error| unwritable(&args.file, &error);
+    let mut writer = PcapngWriter::new(file, concat!("encspec ", env!("CARGO_PKG_VERSION"))).map_err(failed)?;
+    let interface = writer.interface(name, LinkType::ETHERNET).map_err(failed)?;
+    show(&format!("listening at {place}\n"));
+    let ((clock, start), end) = (clock(), end(args));
+    let (mut frame, mut counts, mut gone) = (Vec::new(), Counts::default(), None);
+    while gone.is_none() && !interrupt::requested() && clock.now() < end {
+        match port.receive(&clock, end.min(clock.now() + LOOK_AGAIN), &mut frame) {
+            Ok(Some(time)) => {
+                writer.packet(interface, time + start, &frame, None).map_err(failed)?;
+                counts.frames += 1;
+                counts.span = Some((counts.span.map_or(time, |(first, _)| first), time));
+            }
+            Ok(None) => {}
+            Err(error) => gone = Some(error),
+        }
+    }
+    writer.finish().map_err(failed)?;
+    show(&told(&args.file, counts));
+    let lost = port.lost();
+    if lost > 0 {
+        complain(&format!("{lost} frames came too fast and are not in {}", args.file.display()));
+    }
+    match gone {
+        Some(error) => Err(Stop::bench(format!("{error}; what was heard before is in {}", args.file.display()))),
+        None if counts.frames == 0 => Err(Stop::bench(format!("nothing was heard at {place}"))),
+        None => Ok(ExitStatus::Green),
+    }
+}
+
+fn from_hex(args: &RecordArgs, log: &Path) -> Ended {
+    let shown = if log == Path::new("-") { "standard input".to_owned() } else { log.display().to_string() };
+    let input: Box<dyn Read> = match log.to_str() {
+        Some("-") => Box::new(io::stdin().lock()),
+        _ => Box::new(File::open(log).map_err(|error| Stop::usage(format!("{shown}: cannot be read: {error}")))?),
+    };
+    let output = BufWriter::new(create(&args.file)?);
+    let imported = import(BufReader::new(input), output, &format!("hex log {shown}"), args.baud);
+    let stop = match imported {
+        Ok((_, counts)) if counts.frames > 0 => {
+            show(&told(&args.file, counts));
+            return Ok(ExitStatus::Green);
+        }
+        Ok((_, Counts { damaged: 0, .. })) => Stop::usage(format!("{shown}: no line has octets")),
+        Ok(_) => {
+            Stop::usage(format!("{shown}: none of its octets make a PROFIBUS frame; is it the log of another bus?"))
+        }
+        Err(CannotImport::Wrong(mistakes, more)) => {
+            let mut lines: Vec<String> =
+                mistakes.iter().map(|(line, what)| format!("{shown}:{line}: {}", printable(what))).collect();
+            if more > 0 {
+                lines.push(format!("{more} more lines of {shown} are wrong"));
+            }
+            Stop::usage(lines.join("\n"))
+        }
+        Err(CannotImport::Unwritable(error)) => {
+            Stop::bench(format!("{} cannot be written: {error}", args.file.display()))
+        }
+        Err(CannotImport::Unreadable(error)) => Stop::usage(format!("{shown}: cannot be read: {error}")),
+    };
+    // A capture of a log that was not understood would be taken for one that was; where it cannot be removed, it stays.
+    let _ = fs::remove_file(&args.file);
+    Err(stop)
+}
+
+/// What was recorded, as one line.
+fn told(file: &Path, counts: Counts) -> String {
+    let seconds = counts.span.map_or(0.0, |(first, last)| last.since(first).as_secs_f64());
+    let damaged = match counts.damaged {
+        0 => String::new(),
+        1 => ", 1 piece of damage".to_owned(),
+        n => format!(", {n} pieces of damage"),
+    };
+    format!("{}: {} frames{damaged} in {seconds:.3} s\n", file.display(), counts.frames)
+}

@@ -1,0 +1,155 @@
+//! `encspec replay` and `encspec dissect`: captures as reports, and frame by frame.
+
+use super::dut::claim;
+use super::progress::Reading;
+use super::run::{open, write};
+use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show, sources};
+use judge::observe::{ProfibusWords, Tracker, describe};
+use plain_text::printable;
+use replay::{self, CaptureReport, ReplayReport, Severity};
+use report::ExitStatus;
+use report::page::html;
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Write};
+use std::path::Path;
+use suite::load;
+use suite::model::Manual;
+use virtual_wire::CaptureReader;
+use virtual_wire::capture::{Item, LinkType};
+
+/// The manuals to judge by: all, one, or one variant of one.
+fn manuals(args: &ReplayArgs) -> Result<Vec<Manual>, Stop> {
+    let name = args.device.as_deref().map(|device| device.split_once('/').map_or(device, |(name, _)| name));
+    let sources = sources(args.suites.folder.as_deref())?;
+    // Who only judges runs no case.
+    let sources = if args.against.drives() { sources } else { sources.for_rules() };
+    let mut manuals = load(&sources, name)?;
+    let Some(device) = args.device.as_deref() else { return Ok(manuals) };
+    let claimed = claim(device, &manuals).map_err(Stop::usage)?;
+    let claimed: Vec<String> = claimed.into_iter().map(|(_, variant)| variant.to_owned()).collect();
+    for manual in &mut manuals {
+        manual.variants.retain(|of| claimed.contains(&of.name));
+    }
+    Ok(manuals)
+}
+
+pub(super) fn replay(args: &ReplayArgs) -> Ended {
+    let manuals = manuals(args)?;
+    let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let wants_page = args.report.iter().any(|wanted| wanted.format == ReplayFormat::Html);
+    if wants_page && args.files.iter().any(|name| name == "-") {
+        return Err(Stop::usage(
+            "a page reads its captures twice, which standard input cannot: store it in a file first",
+        ));
+    }
+    let mut report = ReplayReport { captures: Vec::new() };
+    let mut bad = false;
+    let reading = Reading::of(&args.files);
+    let each = replay::each(&args.files, &manuals, &|progress| reading.step(progress));
+    drop(reading);
+    for read in each {
+        match read {
+            Ok(capture) => report.captures.push(capture),
+            Err(error) => {
+                complain(&error.to_string());
+                bad = true;
+            }
+        }
+    }
+    let differs = args.against.hold(&args.suites, &manuals, &mut report)?;
+    if !report.captures.is_empty() {
+        for (wanted, file) in args.report.iter().zip(files) {
+            let text = match wanted.format {
+                ReplayFormat::Html => page(&report, &manuals)?,
+                ReplayFormat::Json => list::pretty(&report),
+                ReplayFormat::Text => replay::text(&report),
+            };
+            write(&text, &wanted.file, file)?;
+        }
+        if !args.report.iter().any(|wanted| wanted.file == Path::new("-")) {
+            show(&replay::text(&report));
+        }
+    }
+    for capture in &report.captures {
+        if let Some(damage) = capture.damage.first() {
+            complain(&format!(
+                "{} is damaged at octet {}: {}; the {} frames that could be read are in the report",
+                printable(&capture.file),
+                damage.at,
+                printable(&damage.what),
+                capture.frames
+            ));
+            bad = true;
+        }
+    }
+    let mut findings = report.captures.iter().flat_map(|capture| &capture.findings);
+    Ok(match (bad, findings.any(|finding| finding.severity == Severity::Error)) {
+        (true, _) => ExitStatus::Usage,
+        (false, true) => ExitStatus::Red,
+        (false, false) if differs => ExitStatus::Red,
+        (false, false) => ExitStatus::Green,
+    })
+}
+
+/// The page of these captures, which are read again for it.
+fn page(report: &ReplayReport, manuals: &[Manual]) -> Result<String, Stop> {
+    let chapter = |(number, capture): (usize, &CaptureReport)| {
+        let cannot = |why: &dyn std::fmt::Display| {
+            Stop::bench(format!("{} cannot be read again for its page: {why}", printable(&capture.file)))
+        };
+        let again = File::open(&capture.file).map_err(|error| cannot(&error))?;
+        replay::chapter(number + 1, capture, again, manuals).map_err(|error| cannot(&error))
+    };
+    let chapters = report.captures.iter().enumerate().map(chapter).collect::<Result<_, Stop>>()?;
+    Ok(html(&replay::page("encspec replay", chapters)))
+}
+
+pub(super) fn dissect(args: &DissectArgs) -> Ended {
+    let cannot = |why: &dyn std::fmt::Display| Stop::usage(format!("{}: {why}", args.file.display()));
+    let input: Box<dyn Read> = match args.file.to_str() {
+        Some("-") => Box::new(io::stdin().lock()),
+        _ => Box::new(File::open(&args.file).map_err(|error| cannot(&error))?),
+    };
+    let mut reader = CaptureReader::new(input).map_err(|error| cannot(&error))?;
+    let mut out = BufWriter::new(io::stdout().lock());
+    let mut tracker = Tracker::new();
+    let mut profibus = ProfibusWords::default();
+    let mut damaged = false;
+    while let Some(item) = reader.next() {
+        let line = match item {
+            Item::Packet(packet) => {
+                let number = packet.number as u64;
+                let lines = match packet.link_type {
+                    LinkType::ETHERNET => {
+                        tracker.frame(number, packet.time, packet.captured, &mut |_, _| {});
+                        vec![describe(packet.captured, tracker.ars())]
+                    }
+                    LinkType::PROFIBUS => {
+                        let mut lines = profibus.lines(packet.captured);
+                        if packet.is_sliced() {
+                            let kept = packet.captured.len();
+                            lines.push(format!("of {} octets {kept} were kept", packet.original_length));
+                        }
+                        lines
+                    }
+                    LinkType(other) => vec![format!("a frame of link type {other}")],
+                };
+                let lines: Vec<String> = lines.iter().map(|line| printable(line)).collect();
+                format!("{number:>6} {} {}", packet.time, lines.join("\n           "))
+            }
+            Item::Damage(damage) => {
+                damaged = true;
+                format!("damaged at octet {}: {}", damage.at, printable(&damage.what))
+            }
+        };
+        // A reader that has gone wants no more lines.
+        if writeln!(out, "{line}").is_err() {
+            return Ok(ExitStatus::Green);
+        }
+    }
+    let _ = out.flush();
+    if damaged {
+        complain(&format!("{} is damaged; what could be read is shown", args.file.display()));
+    }
+    Ok(if damaged { ExitStatus::Usage } else { ExitStatus::Green })
+}

@@ -1,0 +1,395 @@
+//! `encspec run`: from the command line to a result, its reports and the exit status.
+
+use super::dut::{devices, suggest};
+use super::{Ended, Stop, Suites, filter, show};
+use clap::{ArgAction, Args, ValueEnum};
+use engine::{self, DutSpec, Part, RunOptions};
+use indicatif::{ProgressBar, ProgressStyle};
+use live::lock::Lock;
+use plain_text::nearest;
+use reference_devices::bugs_of_the_field;
+use replay::Look;
+use report::page::{Mark, Timeline};
+use report::{self, Format, Pictures};
+use results::ledger::{self, Date, Ledger};
+use results::outcome::{CaseResult, RunResult};
+use std::ffi::OsStr;
+use std::fs::{File, OpenOptions};
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+use suite::device::Bus;
+use suite::model::Manual;
+
+/// Where the captures of cases that are not green go if nothing else is said; the folder is made when there is one.
+const EVIDENCE: &str = "encspec-evidence";
+
+/// What `encspec run` takes.
+#[derive(Debug, Args)]
+pub struct RunArgs {
+    /// Run only what has this in its id: MANUAL/SUITE/CASE[ROW] or MANUAL/SUITE/RULE
+    filter: Option<String>,
+    /// The filter is the whole id
+    #[arg(long, requires = "filter")]
+    exact: bool,
+    /// The device under test: model:MANUAL[/VARIANT], a bench file of a live device, nic:INTERFACE, socket:ADDRESS or
+    /// serial:TTY for one without a bench file, or null:KIND for a device that is none (absent, silent, reflector, babbler,
+    /// wrong-identity, dies-after-N); every reference device by default; may be repeated
+    #[arg(long, value_name = "DUT")]
+    dut: Vec<String>,
+    /// What the device under test claims to be
+    #[arg(long, value_name = "MANUAL[/VARIANT]")]
+    device: Option<String>,
+    /// Switch a bug of the reference device on; may be repeated
+    #[arg(long, value_name = "NAME")]
+    bug: Vec<String>,
+    /// Address the device in the manner of a persona; the cases say nothing else than without it, what they say of cycle and
+    /// watchdog wins, and what cannot be judged at the persona's cycle is not applicable; `encspec personas` lists them
+    #[arg(long, value_name = "NAME")]
+    persona: Option<String>,
+    /// The lowest level whose failures count
+    #[arg(long, value_enum, default_value_t)]
+    gate: Gate,
+    /// Write a report: console, html, json, junit, tap or text; the file - is the standard output
+    #[arg(long, value_name = "FORMAT=FILE", value_parser = wanted)]
+    report: Vec<Wanted>,
+    /// The ledger of known failures
+    #[arg(long, value_name = "FILE")]
+    ledger: Option<PathBuf>,
+    /// Leave a capture of each case that is not green in this folder
+    #[arg(long, value_name = "DIR", default_value = EVIDENCE)]
+    evidence: Option<PathBuf>,
+    /// Leave no captures
+    #[arg(long, conflicts_with = "evidence")]
+    no_evidence: bool,
+    /// Leave a capture of every case in this folder
+    #[arg(long, value_name = "DIR")]
+    record: Option<PathBuf>,
+    /// How many cases run at once; as many as there are processors by default
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    threads: usize,
+    /// Run only the Nth of M parts of the cases, so that several benches share the work
+    #[arg(long, value_name = "N/M")]
+    part: Option<Part>,
+    /// Run cases on a live device that wait for minutes
+    #[arg(long)]
+    long: bool,
+    /// How many seconds to wait for a device that another process is testing
+    #[arg(long, value_name = "SECONDS", default_value_t = 60)]
+    lock_wait: u64,
+    /// List every case
+    #[arg(short, long, visible_alias = "all", action = ArgAction::SetTrue)]
+    verbose: bool,
+    #[command(flatten)]
+    suites: Suites,
+}
+
+/// The lowest level whose failures count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Gate {
+    /// Failures of `must` make the run fail.
+    Must,
+    /// Failures of `must` and `should` make the run fail.
+    #[default]
+    Should,
+}
+
+/// A report that is asked for.
+#[derive(Clone, Debug)]
+struct Wanted {
+    format: Format,
+    file: PathBuf,
+}
+
+/// The format and the file of a report, as `FORMAT=FILE` says them.
+pub(super) fn format_and_file(text: &str) -> Result<(&str, PathBuf), String> {
+    let (word, file) = text.split_once('=').ok_or("a report is written FORMAT=FILE, for instance json=report.json")?;
+    if file.is_empty() { Err(format!("a file is missing after `{word}=`")) } else { Ok((word, PathBuf::from(file))) }
+}
+
+fn wanted(text: &str) -> Result<Wanted, String> {
+    let (word, file) = format_and_file(text)?;
+    let words = Format::ALL.map(|(word, _)| word);
+    let known = Format::ALL.into_iter().find(|(known, _)| *known == word);
+    let (_, format) = known.ok_or_else(|| suggest("format", word, words))?;
+    Ok(Wanted { format, file })
+}
+
+/// What is to be run, in the words of the command line; the front end for `cargo test` asks in the same way.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// `--dut`.
+    pub duts: Vec<String>,
+    /// `--device`.
+    pub device: Option<String>,
+    /// `--bug`.
+    pub bugs: Vec<String>,
+    /// `--persona`.
+    pub persona: Option<String>,
+    /// The filter.
+    pub filter: Option<String>,
+    /// `--exact`.
+    pub exact: bool,
+    /// `--gate must`.
+    pub gate_must: bool,
+    /// `--ledger`.
+    pub ledger: Option<PathBuf>,
+    /// `--evidence`.
+    pub evidence: Option<PathBuf>,
+    /// `--record`.
+    pub record: Option<PathBuf>,
+    /// `--threads`; 0 for as many as there are processors.
+    pub threads: usize,
+    /// `--lock-wait`.
+    pub patience: Duration,
+    /// `--part`.
+    pub part: Option<Part>,
+    /// `--long`.
+    pub long: bool,
+    /// `--suites`.
+    pub suites: Suites,
+}
+
+/// A request whose every word was found to mean something.
+#[derive(Debug)]
+pub struct Ready {
+    options: RunOptions,
+    ledger: Ledger,
+    /// Held until the run is over.
+    _locks: Vec<Lock>,
+}
+
+impl Request {
+    /// Checks every word of the request and takes the devices; nothing has been run when this fails.
+    pub fn ready(&self, manuals: &[Manual]) -> Result<Ready, Stop> {
+        for bug in &self.bugs {
+            let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
+            let known = || listed().chain(bugs_of_the_field().map(|bug| bug.name));
+            if !known().any(|name| name == bug) {
+                let meant = nearest(bug, known())
+                    .map_or_else(|| "`encspec bugs` lists them".to_owned(), |meant| format!("did you mean `{meant}`?"));
+                return Err(Stop::usage(format!("unknown bug `{bug}`; {meant}")));
+            }
+        }
+        let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
+        let mut devices = devices(&self.duts, self.device.as_deref(), &self.bugs, manuals).map_err(Stop::usage)?;
+        self.only_with_the_bugs(&mut devices.here, manuals)?;
+        if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
+            // A persona is the manner of a controller on PROFINET; who names a slave all the same is told so case by case.
+            let is_slave = |manual: &Manual| manual.device.bus == Bus::Profibus;
+            let slaves: Vec<&str> =
+                manuals.iter().filter(|of| is_slave(of)).map(|of| of.device.name.as_str()).collect();
+            devices.here.retain(|spec| !slaves.contains(&spec.manual.as_str()));
+        }
+        let options = RunOptions {
+            duts: devices.here.clone(),
+            filter: self.filter.clone(),
+            exact: self.exact,
+            evidence: self.evidence.clone(),
+            record: self.record.clone(),
+            threads: self.threads,
+            gate_must: self.gate_must,
+            part: self.part,
+            persona: persona.clone(),
+        };
+        something_is_meant(&options, manuals)?;
+        let benches = devices.live.iter().map(|asked| asked.bench(manuals)).collect::<Result<Vec<_>, Stop>>()?;
+        let ledger_of_bench = benches.iter().find_map(|bench| bench.ledger.clone());
+        let nobody = devices.here.iter().find(|device| device.kind_word() == "null");
+        let ledger = match self.ledger.clone().or(ledger_of_bench) {
+            Some(_) if nobody.is_some() => {
+                return Err(Stop::usage(
+                    "a ledger of known failures does not go with null devices, which have to fail",
+                ));
+            }
+            Some(path) => Ledger::read(&path, manuals).map_err(|error| Stop::usage(error.to_string()))?,
+            None => Ledger::default(),
+        };
+        let mut locks = Vec::new();
+        let mut options = options;
+        for bench in benches {
+            locks.push(super::live::lock(&bench, self.patience)?);
+            let of_bench = || bench.persona.as_deref().map(|name| self.suites.persona(name)).transpose();
+            let persona = persona.clone().map_or_else(of_bench, |persona| Ok(Some(persona)))?;
+            options.duts.push(super::live::open(bench, &self.suites, self.long, persona)?);
+        }
+        Ok(Ready { options, ledger, _locks: locks })
+    }
+
+    /// Leaves devices out whose manual does not know the bugs, unless a device was asked for by name.
+    fn only_with_the_bugs(&self, devices: &mut Vec<DutSpec>, manuals: &[Manual]) -> Result<(), Stop> {
+        let has = |spec: &DutSpec, name: &String| {
+            let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
+            let is_listed = manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name));
+            is_listed || bugs_of_the_field().any(|bug| bug.name == name)
+        };
+        if self.duts.is_empty() && self.device.is_none() {
+            devices.retain(|spec| self.bugs.iter().all(|bug| has(spec, bug)));
+            if devices.is_empty() {
+                return Err(Stop::usage("no reference device can have all of these bugs"));
+            }
+        }
+        for spec in devices.iter() {
+            if let Some(bug) = self.bugs.iter().find(|bug| !has(spec, bug)) {
+                return Err(Stop::usage(format!("{} has no bug `{bug}`", spec.manual)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A filter that means nothing on any of the devices is a mistake, not an empty run.
+fn something_is_meant(options: &RunOptions, manuals: &[Manual]) -> Result<(), Stop> {
+    let Some(filter) = &options.filter else { return Ok(()) };
+    let mut known: Vec<String> = Vec::new();
+    for spec in &options.duts {
+        let Some(manual) = manuals.iter().find(|manual| manual.device.name == spec.manual) else { continue };
+        for variant in manual.variants.iter().filter(|variant| variant.name == spec.variant) {
+            let ids = variant.trials.iter().map(|of| &of.id).chain(variant.rules.iter().map(|of| &of.id));
+            for id in ids {
+                if engine::selects(options, manual, id) {
+                    return Ok(());
+                }
+                known.push(format!("{}/{id}", spec.manual));
+            }
+        }
+    }
+    if options.duts.is_empty() {
+        return Ok(());
+    }
+    let meant = filter::meant(filter, &known)
+        .map_or_else(|| "`encspec list` shows what there is".to_owned(), |meant| format!("did you mean `{meant}`?"));
+    let how = if options.exact { "is" } else { "contains" };
+    Err(Stop::usage(format!("no id of a case or rule {how} `{filter}`; {meant}")))
+}
+
+impl Ready {
+    /// The devices under test.
+    pub fn devices(&self) -> &[DutSpec] {
+        &self.options.duts
+    }
+
+    /// Runs it and applies the ledger.
+    pub fn run(&self, manuals: &[Manual], progress: engine::Progress<'_>) -> Result<RunResult, Stop> {
+        let run = engine::run(manuals, &self.options, progress);
+        let mut result = run.map_err(|error| Stop::bench(error.to_string()))?;
+        ledger::apply(&self.ledger, &mut result, Date::of(SystemTime::now()));
+        Ok(result)
+    }
+}
+
+pub(super) fn run(args: &RunArgs) -> Ended {
+    // A bug may be that of another manual, and a ledger may speak of any.
+    let names_all = !args.bug.is_empty() || args.device.is_some() || args.ledger.is_some();
+    let manuals = if names_all { args.suites.load()? } else { args.suites.load_for(&args.dut)? };
+    let request = Request {
+        duts: args.dut.clone(),
+        device: args.device.clone(),
+        bugs: args.bug.clone(),
+        persona: args.persona.clone(),
+        filter: args.filter.clone(),
+        exact: args.exact,
+        gate_must: args.gate == Gate::Must,
+        ledger: args.ledger.clone(),
+        evidence: args.evidence.clone().filter(|_| !args.no_evidence),
+        record: args.record.clone(),
+        threads: args.threads,
+        patience: Duration::from_secs(args.lock_wait),
+        part: args.part,
+        long: args.long,
+        suites: args.suites.clone(),
+    };
+    // A folder that is misspelt is told before a live device is touched.
+    for wanted in &args.report {
+        let folder = wanted.file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            let (file, folder) = (wanted.file.display(), folder.display());
+            return Err(Stop::usage(format!("the report {file} cannot be written: there is no folder {folder}")));
+        }
+    }
+    let ready = request.ready(&manuals)?;
+    let files = args.report.iter().map(|wanted| open(&wanted.file)).collect::<Result<Vec<_>, Stop>>()?;
+    let bar = progress_bar();
+    let result = ready.run(&manuals, &|device, done, all| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+        bar.set_message(device.to_owned());
+    });
+    bar.finish_and_clear();
+    let mut result = result?;
+    result.repeat = repeat(&args.suites);
+    for (wanted, file) in args.report.iter().zip(files) {
+        let text = match wanted.format {
+            Format::Html => report::html(&result, &|case| pictures(case, &manuals)),
+            format => format.write(&result),
+        };
+        write(&text, &wanted.file, file)?;
+    }
+    if !args.report.iter().any(|wanted| wanted.file == Path::new("-")) {
+        show(&report::console(&result, report::Look { colour: colours(), verbose: args.verbose }));
+    }
+    Ok(report::status(&result))
+}
+
+/// What the evidence of a case shows; nothing where there is none, or where it cannot be read any more.
+fn pictures(case: &CaseResult, manuals: &[Manual]) -> Pictures {
+    let place = case.failures.first().and_then(|failure| failure.place.as_ref());
+    let evidence = case.evidence.as_ref().and_then(|path| File::open(path).ok());
+    let wanted = place.iter().map(|place| place.frame);
+    let Some(Ok(look)) = evidence.map(|evidence| Look::at(evidence, wanted, manuals)) else {
+        return Pictures::default();
+    };
+    let mark = place.and_then(|place| Some((place.octet?, place.bit)));
+    let packet = place.and_then(|place| look.packet(place.frame, mark, manuals));
+    let at = place.and_then(|place| look.seconds(place.frame));
+    let mut timelines: Vec<Timeline> = look.timelines.into_iter().map(|(_, timeline)| timeline).collect();
+    for (index, timeline) in timelines.iter_mut().enumerate() {
+        timeline.heading = format!("Connection {}", index + 1);
+        let at = at.filter(|at| (timeline.from..=timeline.to).contains(at));
+        let text = case.reason.clone().unwrap_or_default();
+        timeline.marks.extend(at.map(|at| Mark { at, is_finding: true, text, anchor: None }));
+    }
+    Pictures { packet, timelines }
+}
+
+/// What a line that reproduces a failure has to repeat.
+fn repeat(suites: &Suites) -> Vec<String> {
+    suites.folder.iter().flat_map(|folder| ["--suites".to_owned(), folder.display().to_string()]).collect()
+}
+
+/// Opens the file of a report before anything is run, so that no result is lost to a misspelt path; what stands in it is
+/// replaced only when the report is there.
+pub(super) fn open(path: &Path) -> Result<Option<File>, Stop> {
+    if path == Path::new("-") {
+        return Ok(None);
+    }
+    let opened = OpenOptions::new().write(true).create(true).truncate(false).open(path);
+    opened.map(Some).map_err(|error| Stop::usage(format!("the report {} cannot be written: {error}", path.display())))
+}
+
+pub(super) fn write(text: &str, path: &Path, file: Option<File>) -> Result<(), Stop> {
+    let Some(mut file) = file else {
+        show(text);
+        return Ok(());
+    };
+    // Pipes and devices have no length to be set.
+    let _ = file.set_len(0);
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.flush());
+    written.map_err(|error| Stop::bench(format!("the report {} could not be written: {error}", path.display())))
+}
+
+/// A bar on standard error, where that is a terminal.
+fn progress_bar() -> ProgressBar {
+    if !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style =
+        ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(0).with_style(style)
+}
+
+/// Whether standard output is a terminal that wants colours.
+fn colours() -> bool {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    io::stdout().is_terminal() && set("NO_COLOR").is_none() && set("TERM").is_none_or(|term| term != OsStr::new("dumb"))
+}

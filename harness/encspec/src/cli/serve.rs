@@ -1,0 +1,283 @@
+//! `encspec serve`: a reference device as a live device.
+
+use super::dut::suggest;
+use super::port::PortArgs;
+use super::{Ended, Stop, complain, show};
+use clap::Args;
+use engine::dut::{DEVICE, STATION_NAME};
+use link::lines::Listener;
+use link::{LinkError, Serial, SerialBus, SerialSettings, Wire, interrupt, privileges, realtime};
+use live::fdl::FdlFrames;
+use live::serve::{Made, Maker, Medium, Names, ServedDevice, Server};
+use reference_devices::{Bus, Line, Setup, bugs_of_the_field, build_delivered, build_manual};
+use report::ExitStatus;
+use station::Time;
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::time::Duration;
+use suite::load;
+use wire::ethernet::Mac;
+use wire::profibus::fdl::BaudRate;
+
+/// Where the shaft of a served device stands, in hardware steps, where nothing is said.
+const SHAFT: u64 = 0x1001;
+
+/// The baud rate up to which a serial line answers in time.
+const FASTEST_SLAVE: u32 = 19_200;
+
+/// Arguments of `encspec serve`.
+#[derive(Debug, Args)]
+pub(super) struct ServeArgs {
+    /// The device: model:MANUAL[/VARIANT]; without a variant the first one of the manual
+    #[arg(value_name = "MODEL")]
+    model: String,
+    #[command(flatten)]
+    place: PlaceArgs,
+    /// PROFIBUS: bits in a second
+    #[arg(long, value_name = "BITS", default_value_t = 1_500_000, value_parser = clap::value_parser!(u32).range(1..), requires = "line")]
+    baud: u32,
+    /// PROFIBUS: its station address; with --count the first one
+    #[arg(long, value_name = "ADDRESS", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=126), requires = "line")]
+    address: u8,
+    /// PROFIBUS: the master waits longer for answers than the standard has it, so that a serial line can keep up
+    #[arg(long, requires = "line")]
+    patient_master: bool,
+    /// Its stored station name; empty as at delivery
+    #[arg(long, value_name = "NAME", default_value = STATION_NAME)]
+    name: String,
+    /// Its stored IP address, with the length of the prefix if it is not 24; without one as at delivery
+    #[arg(long, value_name = "ADDRESS[/LENGTH]", value_parser = address)]
+    ip: Option<(Ipv4Addr, Ipv4Addr)>,
+    /// Its MAC address; without one an address that begins as the manual says
+    #[arg(long, value_name = "MAC")]
+    mac: Option<Mac>,
+    /// Where its shaft stands, in hardware steps
+    #[arg(long, value_name = "STEPS", default_value_t = SHAFT)]
+    shaft: u64,
+    /// Let it have this bug; may be repeated
+    #[arg(long = "bug", value_name = "NAME")]
+    bugs: Vec<String>,
+    /// A Unix socket for the hands at the device, one command a line (`help` lists them); with --count one for each, `.1` and so
+    /// on appended
+    #[arg(long, value_name = "PATH")]
+    control: Option<PathBuf>,
+    /// So many devices: MAC and IP address count up from the first, the names end in -1, -2 and so on
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    count: u16,
+    /// End after so many seconds; without it Ctrl-C ends it
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<u64>,
+    /// Ask the system for real-time scheduling and locked memory
+    #[arg(long)]
+    realtime: bool,
+}
+
+/// Where a device is served.
+#[derive(Clone, Debug, Args)]
+#[group(required = true, multiple = false)]
+struct PlaceArgs {
+    /// The network interface
+    #[arg(long, value_name = "IF")]
+    nic: Option<String>,
+    /// A socket with Ethernet frames as QEMU's `-netdev stream` has them: HOST:PORT, /PATH, listen:HOST:PORT or listen:/PATH
+    #[arg(long, value_name = "ADDRESS")]
+    socket: Option<String>,
+    /// The serial line of a PROFIBUS, or a pseudoterminal
+    #[arg(long, value_name = "TTY", group = "line")]
+    serial: Option<PathBuf>,
+    /// A new pseudoterminal that stands for the serial line of a PROFIBUS; LINK becomes a symbolic link to it
+    #[arg(long, value_name = "LINK", group = "line")]
+    pty: Option<PathBuf>,
+}
+
+impl ServeArgs {
+    /// The line, which has to be one that the devices of `manual` speak.
+    fn medium(&self, manual: &reference_devices::Manual) -> Result<(Medium, String), Stop> {
+        let unusable = |error: LinkError| Stop::bench(error.to_string());
+        let PlaceArgs { nic, socket, serial, pty } = &self.place;
+        let settings = SerialSettings::new(self.baud);
+        let on_bus = |serial: Serial| {
+            let place = serial.describe();
+            (Medium::from(SerialBus::new(serial, Box::<FdlFrames>::default())), place)
+        };
+        match (serial, pty, manual.bus) {
+            (None, None, Bus::Profibus(_)) => {
+                Err(Stop::usage(format!("{} speaks PROFIBUS; serve it with --serial or --pty", manual.name)))
+            }
+            (Some(_), _, Bus::Profinet(_)) | (_, Some(_), Bus::Profinet(_)) => {
+                Err(Stop::usage(format!("{} speaks PROFINET; serve it with --nic or --socket", manual.name)))
+            }
+            (None, None, Bus::Profinet(_)) => {
+                let port = PortArgs { nic: nic.clone(), socket: socket.clone() }.wait()?;
+                let place = port.describe();
+                Ok((Wire::new(port).into(), place))
+            }
+            (_, Some(link), Bus::Profibus(_)) => Ok(on_bus(Serial::controlling(link, &settings).map_err(unusable)?)),
+            (Some(path), None, Bus::Profibus(_)) => {
+                let serial = Serial::open(path, &settings).map_err(unusable)?;
+                if !serial.is_pty() && self.baud > FASTEST_SLAVE && !self.patient_master {
+                    return Err(Stop::bench(format!(
+                        "at {} bit/s {} cannot answer within the slot time of the standard; take {FASTEST_SLAVE} bit/s at most, or \
+                         raise the slot time of the master and say --patient-master",
+                        self.baud,
+                        serial.describe()
+                    )));
+                }
+                Ok(on_bus(serial))
+            }
+        }
+    }
+}
+
+fn address(text: &str) -> Result<(Ipv4Addr, Ipv4Addr), String> {
+    let (address, length) = text.split_once('/').unwrap_or((text, "24"));
+    let address = address.parse().map_err(|_| format!("`{address}` is no IP address"))?;
+    let length: Option<u32> = length.parse().ok().filter(|length| (1..=32).contains(length));
+    let length = length.ok_or("the length of a prefix is a number from 1 to 32")?;
+    Ok((address, Ipv4Addr::from(u32::MAX << (32 - length))))
+}
+
+/// What is served: a manual and a variant that there is a reference device for.
+fn model(text: &str) -> Result<(&'static reference_devices::Manual, &'static str), String> {
+    let Some(what) = text.strip_prefix("model:") else {
+        return Err(format!("`{text}` cannot be served; write model:MANUAL[/VARIANT]"));
+    };
+    let (manual, variant) = what.split_once('/').map_or((what, None), |(manual, variant)| (manual, Some(variant)));
+    let known = reference_devices::manuals();
+    let found = known.iter().find(|known| known.name == manual);
+    let found = found.ok_or_else(|| suggest("device", manual, known.iter().map(|known| known.name)))?;
+    let variants = found.variants.iter().copied();
+    let chosen = variants.clone().find(|known| variant.is_none_or(|variant| variant == *known));
+    let unknown = || suggest(&format!("variant of {manual}"), variant.unwrap_or_default(), variants);
+    Ok((found, chosen.ok_or_else(unknown)?))
+}
+
+/// One of the devices that are served.
+#[derive(Clone, Debug)]
+struct Station {
+    manual: &'static reference_devices::Manual,
+    variant: &'static str,
+    name: String,
+    mac: Mac,
+    ip: Ipv4Addr,
+    mask: Ipv4Addr,
+    shaft: u64,
+    line: Line,
+    bugs: Rc<[String]>,
+}
+
+impl Station {
+    /// The device `number`, from 0.
+    fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
+        let (manual, variant) = model(&args.model)?;
+        let known = || manual.bugs().chain(bugs_of_the_field()).map(|known| known.name);
+        if let Some(unknown) = args.bugs.iter().find(|bug| known().all(|known| known != **bug)) {
+            return Err(suggest(&format!("bug of {}", manual.name), unknown, known()));
+        }
+        let name = match args.count {
+            _ if args.name.is_empty() => String::new(),
+            1 => args.name.clone(),
+            _ => format!("{}-{}", args.name, number + 1),
+        };
+        let [a, b, octets @ ..] = args.mac.map_or_else(|| manual.mac(DEVICE.0.0), |mac| mac.0);
+        let [c, d, e, f] = u32::from_be_bytes(octets).wrapping_add(number.into()).to_be_bytes();
+        let (ip, mask) = args.ip.unwrap_or((Ipv4Addr::UNSPECIFIED, Ipv4Addr::UNSPECIFIED));
+        let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
+        let bugs = args.bugs.clone().into();
+        let line = match manual.bus {
+            Bus::Profinet(_) => Line::default(),
+            Bus::Profibus(_) => {
+                let address = u8::try_from(u16::from(args.address) + number).ok().filter(|address| *address <= 126);
+                let address = address.ok_or("a PROFIBUS has no address above 126; choose a lower one for the first")?;
+                Line { address, baud: BaudRate(args.baud) }
+            }
+        };
+        let mac = Mac([a, b, c, d, e, f]);
+        Ok(Station { manual, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
+    }
+
+    /// A function that makes the device; it is made once to see that this goes well.
+    fn maker(&self) -> Result<Maker, String> {
+        let station = self.clone();
+        let make = move |made| {
+            let build = if made == Made::Named { build_manual } else { build_delivered };
+            let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
+            let setup = Setup {
+                mac: station.mac.0,
+                bugs: &bugs,
+                shaft: station.shaft,
+                station_name: &station.name,
+                ip: station.ip.octets(),
+                mask: station.mask.octets(),
+                gateway: [0; 4],
+                line: station.line,
+            };
+            build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
+        };
+        make(Made::Named)?;
+        // What went well once goes well again: nothing of it changes.
+        Ok(Box::new(move |made| make(made).unwrap_or_else(|why| unreachable!("{why}"))))
+    }
+
+    fn shown(&self) -> String {
+        if let Bus::Profibus(_) = self.manual.bus {
+            return format!("station {} model:{}/{}\n", self.line.address, self.manual.name, self.variant);
+        }
+        let or = |text: String| if text.is_empty() { "-".to_owned() } else { text };
+        let ip = if self.ip.is_unspecified() { String::new() } else { self.ip.to_string() };
+        let name = plain_text::printable(&self.name);
+        format!("station {} {} {} model:{}/{}\n", or(name), self.mac, or(ip), self.manual.name, self.variant)
+    }
+}
+
+/// The names that a control channel needs: those that the suite of the manual has for its stand.
+fn names(manual: &str) -> Result<Names, Stop> {
+    let manuals = load(&suites::sources(), Some(manual))?;
+    let Some(stand) = manuals.first().map(|manual| &manual.device.stand) else { return Ok(Names::default()) };
+    let firsts = |of: &[(String, String)]| of.iter().map(|(name, _)| name.clone()).collect();
+    Ok(Names {
+        faults: firsts(&stand.faults),
+        buttons: firsts(&stand.buttons),
+        switches: stand.switches.iter().map(|switch| (switch.name.clone(), switch.home)).collect(),
+        leds: stand.leds.iter().map(|(name, _)| name.clone()).collect(),
+        counters: firsts(&stand.counters),
+    })
+}
+
+/// The control socket of the device `number`, from 0.
+fn desk(args: &ServeArgs, number: u16) -> Result<Option<Listener>, Stop> {
+    let Some(path) = &args.control else { return Ok(None) };
+    let mut path = path.as_os_str().to_owned();
+    if args.count > 1 {
+        path.push(format!(".{}", number + 1));
+    }
+    Listener::bind(Path::new(&path)).map(Some).map_err(|error| Stop::bench(error.to_string()))
+}
+
+pub(super) fn run(args: &ServeArgs) -> Ended {
+    let stations: Vec<Station> =
+        (0..args.count).map(|number| Station::of(args, number)).collect::<Result<_, _>>().map_err(Stop::usage)?;
+    let names = match (&args.control, stations.first()) {
+        (Some(_), Some(first)) => names(first.manual.name)?,
+        _ => Names::default(),
+    };
+    let unusable = |error: LinkError| Stop::bench(error.to_string());
+    interrupt::watch();
+    let first = stations.first().ok_or_else(|| Stop::usage("there is nothing to serve".to_owned()))?;
+    let (medium, place) = args.medium(first.manual)?;
+    if args.realtime {
+        realtime::raise().iter().for_each(|told| complain(told));
+    }
+    privileges::drop().map_err(unusable)?;
+    let mut server = Server::new(medium);
+    for (number, station) in (0..).zip(&stations) {
+        let device = ServedDevice::new(station.maker().map_err(Stop::usage)?, &names);
+        server.add(station.mac.0, device, desk(args, number)?);
+    }
+    show(&stations.iter().map(Station::shown).collect::<String>());
+    show(&format!("ready {} at {place}\n", stations.len()));
+    let end = args.duration.map_or(Time::MAX, |seconds| server.now() + Duration::from_secs(seconds));
+    server.run(end, &mut interrupt::requested, &mut |told| complain(told)).map_err(unusable)?;
+    Ok(ExitStatus::Green)
+}

@@ -1,0 +1,74 @@
+//! What `encspec gsd` and `encspec gsdml` have in common: a description held against a manual, and the built-in ones saved.
+
+use super::dut::claim;
+use super::{Ended, Stop, Suites, show};
+use description::gsdml::Overlay;
+use report::{ExitStatus, finding};
+use results::outcome::{Finding, Severity};
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use suite::device::Device;
+
+/// Shows `text`, which says what stands in a description, and where it disagrees with each variant that `claimed` names; `look`
+/// holds it against a device and one of its variants, an index into them.
+pub(super) fn against(
+    mut text: String,
+    claimed: Option<&str>,
+    suites: &Suites,
+    look: impl Fn(&Device, usize) -> Result<(Vec<Finding>, Overlay), Stop>,
+) -> Ended {
+    let mut status = ExitStatus::Green;
+    if let Some(claimed) = claimed {
+        let manuals = suites.load()?;
+        for (manual, variant) in claim(claimed, &manuals).map_err(Stop::usage)? {
+            let device = &manual.device;
+            let index = device.variants.iter().position(|of| of == variant).unwrap_or_default();
+            let (findings, overlay) = look(device, index)?;
+            write(&mut text, &format!("{}/{variant}", device.name), &findings, &overlay);
+            if findings.iter().any(|of| of.severity == Severity::Error) {
+                status = ExitStatus::Red;
+            }
+        }
+    }
+    show(&text);
+    Ok(status)
+}
+
+fn write(text: &mut String, who: &str, findings: &[Finding], overlay: &Overlay) {
+    // Writing into a String cannot fail.
+    let _ = writeln!(text, "\nagainst {who}");
+    for taken in &overlay.taken {
+        let _ = writeln!(text, "  taken over: {taken}");
+    }
+    for missing in &overlay.missing {
+        let _ = writeln!(text, "  still unknown: {missing}");
+    }
+    if findings.is_empty() {
+        text.push_str("  no disagreement\n");
+    }
+    findings.iter().for_each(|of| text.push_str(&finding(of)));
+}
+
+/// Lists built-in files; `save` is the command that writes them.
+pub(super) fn list(files: &[(&str, &str)], save: &str) -> Ended {
+    let names: String = files.iter().map(|(path, _)| format!("{path}\n")).collect();
+    show(&format!("{names}`{save}` writes them into a folder.\n"));
+    Ok(ExitStatus::Green)
+}
+
+/// Writes built-in files into a folder.
+pub(super) fn save(folder: &Path, files: &[(&str, &str)]) -> Ended {
+    let failed = |path: &Path, error: &std::io::Error| Stop::usage(format!("{}: {error}", path.display()));
+    fs::create_dir_all(folder).map_err(|error| failed(folder, &error))?;
+    let mut out = String::new();
+    for (path, text) in files {
+        let name = path.rsplit('/').next().unwrap_or(path);
+        let to = folder.join(name);
+        fs::write(&to, text).map_err(|error| failed(&to, &error))?;
+        // Writing into a String cannot fail.
+        let _ = writeln!(out, "{}", to.display());
+    }
+    show(&out);
+    Ok(ExitStatus::Green)
+}

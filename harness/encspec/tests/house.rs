@@ -1,0 +1,233 @@
+//! The rules of the house, each proved by reading the sources. What the compiler proves already is only checked for
+//! being switched on.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().expect("the workspace")
+}
+
+fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![root().join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+            let path = entry.expect("an entry of a folder").path();
+            if path.is_dir() && path.file_name().is_none_or(|name| name != "target") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|found| found == extension) {
+                found.push(path);
+            }
+        }
+    }
+    assert!(!found.is_empty(), "no .{extension} file under {folder}: the rule looked at nothing");
+    found.sort();
+    found
+}
+
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn shown(path: &Path) -> String {
+    path.strip_prefix(root()).expect("inside the workspace").display().to_string()
+}
+
+/// Lines of code that hold one of `words`, as `file:line`; comments do not count.
+fn lines_with(paths: &[PathBuf], words: &[&str]) -> Vec<String> {
+    let mut found = Vec::new();
+    for path in paths {
+        for (number, line) in text(path).lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            if words.iter().any(|word| code.contains(word)) {
+                found.push(format!("{}:{}: {}", shown(path), number + 1, line.trim()));
+            }
+        }
+    }
+    found
+}
+
+fn dependencies(manifest: &str) -> Vec<String> {
+    let manifest = text(&root().join(manifest));
+    let section = manifest.split("[dependencies]").nth(1).unwrap_or_default();
+    section
+        .lines()
+        .take_while(|line| !line.starts_with('['))
+        .filter_map(|line| line.split(['=', '.']).next())
+        .map(|name| name.trim().to_owned())
+        .filter(|name| !name.is_empty() && !name.starts_with('#'))
+        .collect()
+}
+
+#[test]
+fn unsafe_code_is_forbidden_in_every_crate_but_the_link_room() {
+    let workspace = text(&root().join("Cargo.toml"));
+    assert!(workspace.contains("unsafe_code = \"forbid\""));
+    let manifests: Vec<_> = files("harness", "toml").into_iter().chain(files("device-under-test", "toml")).collect();
+    for manifest in manifests.iter().filter(|path| path.ends_with("Cargo.toml")) {
+        if shown(manifest) == "harness/link/Cargo.toml" {
+            assert!(text(manifest).contains("unsafe_code = \"deny\""), "unsafe code is to be an exception there too");
+        } else {
+            assert!(text(manifest).contains("[lints]\nworkspace = true"), "{} leaves the lints out", shown(manifest));
+        }
+    }
+}
+
+#[test]
+fn in_the_link_room_unsafe_code_stands_apart_and_says_why_it_is_sound() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
+    let sources: Vec<_> = sources.into_iter().filter(|path| !shown(path).ends_with("tests/house.rs")).collect();
+    let apart = "harness/link/src/sys/";
+    let found = lines_with(&sources, &["unsafe {", "unsafe fn", "unsafe impl", "(unsafe_code"]);
+    let (inside, outside): (Vec<_>, Vec<_>) = found.into_iter().partition(|line| line.starts_with(apart));
+    assert_eq!(outside, [""; 0]);
+    assert!(!inside.is_empty(), "the rule looked at nothing");
+    for path in sources.iter().filter(|path| shown(path).starts_with(apart)) {
+        let text = text(path);
+        let lines: Vec<_> = text.lines().collect();
+        for (number, _) in lines.iter().enumerate().filter(|(_, line)| line.contains("unsafe {")) {
+            let reason = lines[number.saturating_sub(3)..number].iter().any(|line| line.contains("// SAFETY:"));
+            assert!(reason, "{}:{}: why is this sound?", shown(path), number + 1);
+        }
+    }
+}
+
+#[test]
+fn sockets_are_opened_in_the_link_room_only() {
+    let sources: Vec<_> = files("harness", "rs")
+        .into_iter()
+        .chain(files("device-under-test", "rs"))
+        .filter(|path| !shown(path).starts_with("harness/link/") && !shown(path).ends_with("tests/house.rs"))
+        .collect();
+    let words = [
+        "TcpStream",
+        "TcpListener",
+        "UdpSocket",
+        "UnixStream",
+        "UnixListener",
+        "RawFd",
+        "pnet::",
+        "libc::",
+        "signal_hook",
+    ];
+    assert_eq!(lines_with(&sources, &words), [""; 0]);
+    for manifest in files("harness", "toml").into_iter().chain(files("device-under-test", "toml")) {
+        if manifest.ends_with("Cargo.toml") && shown(&manifest) != "harness/link/Cargo.toml" {
+            let named = dependencies(&shown(&manifest));
+            let sockets =
+                named.iter().find(|name| ["pnet", "libc", "signal-hook", "rustix", "nix"].contains(&name.as_str()));
+            assert_eq!(sockets, None, "{} has a library of the link room", shown(&manifest));
+        }
+    }
+}
+
+#[test]
+fn the_link_room_knows_no_protocol() {
+    for name in dependencies("harness/link/Cargo.toml") {
+        let allowed = ["station", "libc", "pnet", "rustix", "signal-hook", "thiserror"].contains(&name.as_str());
+        assert!(allowed, "link depends on {name}");
+    }
+}
+
+#[test]
+fn rooms_without_io_are_no_std() {
+    for room in ["harness/station", "harness/plain-text", "harness/wire", "harness/controllers", "device-under-test"] {
+        let library = text(&root().join(room).join("src/lib.rs"));
+        assert!(library.contains("#![no_std]"), "{room} is not no_std");
+    }
+}
+
+#[test]
+fn controllers_and_devices_see_wire_and_station_only() {
+    for manifest in ["harness/controllers/Cargo.toml", "device-under-test/Cargo.toml"] {
+        for name in dependencies(manifest) {
+            let allowed = ["station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
+            assert!(allowed, "{manifest} depends on {name}");
+        }
+    }
+    for name in dependencies("harness/wire/Cargo.toml") {
+        assert!(["smoltcp", "thiserror"].contains(&name.as_str()), "wire depends on {name}");
+    }
+    assert!(dependencies("harness/station/Cargo.toml").is_empty());
+}
+
+#[test]
+fn wire_knows_no_time() {
+    let words = ["Duration", "Instant", "station::"];
+    let sources: Vec<_> =
+        files("harness/wire", "rs").into_iter().filter(|path| shown(path).starts_with("harness/wire/src")).collect();
+    assert_eq!(lines_with(&sources, &words), [""; 0]);
+}
+
+#[test]
+fn each_manual_is_told_twice_and_neither_reads_the_other() {
+    let devices = files("device-under-test", "rs");
+    assert_eq!(lines_with(&devices, &["suites/", "include_str!", "include_bytes!"]), [""; 0]);
+    for suite in files("suites", "yaml") {
+        assert!(!text(&suite).contains("device-under-test"), "{} speaks of the reference device", shown(&suite));
+    }
+}
+
+#[test]
+fn the_harness_names_no_device() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().filter(|path| shown(path).contains("/src/")).collect();
+    let words = ["xac77", "XAC77", "afs60", "AFx60", "a3m60", "amt58", "sendix", "Lika ", "LIKA"];
+    let found: Vec<_> =
+        lines_with(&sources, &words).into_iter().filter(|line| !line.contains("#[case") && !in_tests(line)).collect();
+    assert_eq!(found, [""; 0]);
+}
+
+/// Unit tests take their examples from real manuals; they stand behind `mod tests` at the end of a file or in `tests.rs`.
+fn in_tests(line: &str) -> bool {
+    let mut parts = line.splitn(3, ':');
+    let (Some(file), Some(number)) = (parts.next(), parts.next()) else { return false };
+    let number: usize = number.parse().expect("a line number");
+    file.ends_with("tests.rs")
+        || file.contains("/tests/")
+        || text(&root().join(file)).lines().take(number).any(|line| line.starts_with("mod tests"))
+}
+
+#[test]
+fn one_file_names_the_archived_yaml_library() {
+    let sources = files("harness", "rs");
+    let found: Vec<_> = lines_with(&sources, &["serde_yaml"])
+        .into_iter()
+        .filter(|line| !line.starts_with("harness/suite/src/yaml.rs:"))
+        .filter(|line| !line.starts_with("harness/encspec/tests/house.rs:"))
+        .collect();
+    assert_eq!(found, [""; 0]);
+}
+
+#[test]
+fn nobody_sleeps() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
+    let found: Vec<_> = lines_with(&sources, &["thread::sleep"])
+        .into_iter()
+        .filter(|line| !line.starts_with("harness/encspec/tests/house.rs:"))
+        .collect();
+    assert_eq!(found, [""; 0]);
+}
+
+#[test]
+fn files_stay_small() {
+    for path in files("harness", "rs").into_iter().chain(files("device-under-test", "rs")) {
+        let lines = text(&path).lines().count();
+        assert!(lines <= 800, "{} has {lines} lines: split it", shown(&path));
+    }
+}
+
+#[test]
+fn the_map_of_the_readme_is_true() {
+    let readme = text(&root().join("README.md"));
+    let mut seen = 0;
+    for name in readme.split('`').skip(1).step_by(2) {
+        let is_path =
+            name.contains('/') && !name.contains([' ', '<', '*', ':', '$', '=']) && !name.starts_with(['/', '.']);
+        if is_path {
+            seen += 1;
+            assert!(root().join(name).exists(), "the README names {name}, which is not there");
+        }
+    }
+    assert!(seen >= 10, "the README has a map");
+}

@@ -1,0 +1,301 @@
+//! One letter of every word of the shipped suites is changed in turn: each change is a mistake that the loader finds.
+//!
+//! The same word at the same place of the language, told by the keys above it, is changed once in each file, and the last word of
+//! each entry besides, since an entry might not be read at all.
+//! Free text and labels are left out, and so is what stands in quotes. A definition that nothing uses may be called
+//! anything; it is in the list of those that nothing uses. Ids of requirements are such definitions until a case names them.
+
+use encspec::suite::model::{Manual, Step, Verb};
+use encspec::suite::{Checker, Sources, load};
+use std::collections::BTreeSet;
+use std::ops::Range;
+use std::thread;
+
+/// Keys whose values are free text or labels.
+const FREE: [&str; 10] =
+    ["why", "title", "id", "row", "reason", "reading", "statement", "cites", "ambiguity", "station_type"];
+/// Keys of mappings whose values are free text.
+const FREE_VALUES: [&str; 6] = ["faults", "buttons", "counters", "omit", "finding", "masks"];
+
+/// What stands for the key in a list in brackets.
+const LIST: &str = "-";
+
+/// A text that is loaded with one word changed, and the words in it that are changed.
+struct Piece {
+    path: String,
+    text: String,
+    words: Vec<Word>,
+}
+
+/// A word that means something, and the keys that it stands under.
+struct Word {
+    at: Range<usize>,
+    under: String,
+}
+
+/// The words of a line that mean something: not in quotes, not in a comment, not after a key of free text. It stands under the keys
+/// `above`, and begins at `start`; the key that the line ends with is given back.
+fn words(line: &str, start: usize, above: &str, words_out: &mut Vec<Word>) -> Option<String> {
+    let bytes = line.as_bytes();
+    let (mut at, mut free) = (0, false);
+    // The key of the line, and that of each mapping in braces that is open behind it.
+    let mut keys: Vec<&str> = vec![""];
+    let free_values = FREE_VALUES.iter().any(|key| line.trim_start().starts_with(&format!("{key}: {{")));
+    while at < bytes.len() {
+        let octet = bytes[at];
+        match octet {
+            b'#' if at == 0 || bytes[at - 1] == b' ' => break,
+            b'"' | b'\'' => {
+                at = bytes[at + 1..].iter().position(|&other| other == octet).map_or(bytes.len(), |end| at + end + 2);
+            }
+            b',' | b'}' | b']' => {
+                free = false;
+                at += 1;
+                match keys.as_mut_slice() {
+                    [_, .., _] if octet != b',' => drop(keys.pop()),
+                    [_, .., last] if *last != LIST => *last = "",
+                    _ => {}
+                }
+            }
+            b'{' | b'[' => {
+                keys.push(if octet == b'[' { LIST } else { "" });
+                at += 1;
+            }
+            _ if octet.is_ascii_alphanumeric() || octet == b'_' => {
+                let end =
+                    bytes[at..].iter().position(|&other| !(other.is_ascii_alphanumeric() || b"_-".contains(&other)));
+                let end = end.map_or(bytes.len(), |end| at + end);
+                let word = line[at..end].trim_end_matches('-');
+                let is_key = line[end..].starts_with(':');
+                if !free && octet.is_ascii_alphabetic() {
+                    let under = format!("{above}/{}", keys.join("/"));
+                    words_out.push(Word { at: start + at..start + at + word.len(), under });
+                }
+                if let Some(last) = keys.last_mut().filter(|_| is_key) {
+                    *last = word;
+                }
+                if is_key && (FREE.contains(&word) || free_values && !FREE_VALUES.contains(&word)) {
+                    // Outside of braces the text goes on to the end of the line, commas and all.
+                    if !line.contains('{') {
+                        break;
+                    }
+                    free = true;
+                }
+                at = end;
+            }
+            _ => at += 1,
+        }
+    }
+    keys.first().filter(|key| !key.is_empty()).map(|key| (*key).to_owned())
+}
+
+fn piece(path: &str, text: String, part: Range<usize>) -> Piece {
+    let (mut list, mut start) = (Vec::new(), 0);
+    // How far a mapping of free texts is indented that has a line for each of them.
+    let mut free: Option<usize> = None;
+    // The keys that the lines to come may stand under, each with its indentation.
+    let mut above: Vec<(usize, String)> = Vec::new();
+    for line in text.split_inclusive('\n') {
+        let indent = line.len() - line.trim_start().len();
+        free = free.filter(|outer| indent > *outer || line.trim().is_empty());
+        let is_text = free.is_some();
+        let end = if is_text { line.find(':').unwrap_or(line.len()) } else { line.len() };
+        if !line.trim().is_empty() {
+            above.retain(|(outer, _)| *outer < indent);
+        }
+        let path: Vec<&str> = above.iter().map(|(_, key)| key.as_str()).collect();
+        let before = list.len();
+        if let Some(key) = words(&line[..end], start, &path.join("/"), &mut list) {
+            above.push((indent, key));
+        }
+        if !part.contains(&start) {
+            list.truncate(before);
+        }
+        if FREE_VALUES.iter().any(|key| line.trim_end().trim_start() == format!("{key}:")) {
+            free = Some(indent);
+        }
+        start += line.len();
+    }
+    Piece { path: path.to_owned(), text, words: list }
+}
+
+/// A list is taken apart into its entries, so that little is loaded for each change.
+fn pieces(path: &str, text: &str) -> Vec<Piece> {
+    let list = |line: &str| ["cases:\n", "rules:\n", "requirements:\n"].contains(&line);
+    if !text.split_inclusive('\n').any(list) || path.starts_with("common/") {
+        // Two halves, one for each thread.
+        let half =
+            text.match_indices('\n').map(|(at, _)| at + 1).find(|at| *at >= text.len() / 2).unwrap_or(text.len());
+        return [0..half, half..text.len()].map(|part| piece(path, text.to_owned(), part)).into();
+    }
+    let (mut head, mut key, mut entries) = (String::new(), "", Vec::<(&str, String)>::new());
+    for line in text.split_inclusive('\n') {
+        match entries.last_mut() {
+            _ if list(line) => key = line,
+            // What stands behind a list belongs to all of the file.
+            _ if line.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                key = "";
+                head.push_str(line);
+            }
+            _ if line.starts_with("  - ") && !key.is_empty() => entries.push((key, line.to_owned())),
+            _ if key.is_empty() => head.push_str(line),
+            Some((_, entry)) => entry.push_str(line),
+            None => head.push_str(line),
+        }
+    }
+    let head_words = piece(path, text.to_owned(), 0..head.len());
+    let rest = entries.iter().map(|(key, entry)| {
+        let text = format!("{head}{key}{entry}");
+        let part = head.len()..text.len();
+        piece(path, text, part)
+    });
+    let mut pieces: Vec<Piece> = [head_words].into_iter().chain(rest).collect();
+    let mut known = BTreeSet::new();
+    for Piece { text, words, .. } in &mut pieces {
+        let last = words.last().map(|word| word.at.start);
+        words.retain(|Word { at, under }| {
+            known.insert((under.clone(), text[at.clone()].to_owned())) || Some(at.start) == last
+        });
+    }
+    pieces
+}
+
+/// The word with its middle letter changed.
+fn misspelt(word: &str) -> String {
+    let letters: Vec<usize> = word.char_indices().filter(|(_, c)| c.is_ascii_alphabetic()).map(|(at, _)| at).collect();
+    let at = letters[letters.len() / 2];
+    let new = if word[at..].starts_with(['q', 'Q']) { "w" } else { "q" };
+    format!("{}{new}{}", &word[..at], &word[at + 1..])
+}
+
+/// Who may notice a change: the checker of a manual, and what it may call as it likes.
+type Reader<'a> = (Checker, &'a Labels);
+
+/// The changes of a piece that none of `readers` notices.
+fn unnoticed(readers: &[Reader<'_>], piece: &Piece) -> Vec<String> {
+    for (checker, _) in readers {
+        if let Err(errors) = checker.check(&piece.path, &piece.text) {
+            return vec![format!("{} by itself: {errors}", piece.path)];
+        }
+    }
+    let unseen = piece.words.iter().map(|word| &word.at).filter(|word| {
+        let old = &piece.text[(*word).clone()];
+        let text = format!("{}{}{}", &piece.text[..word.start], misspelt(old), &piece.text[word.end..]);
+        readers
+            .iter()
+            .all(|(checker, labels)| !labels.has(&piece.path, old) && checker.check(&piece.path, &text).is_ok())
+    });
+    let named = |word: &Range<usize>| {
+        let line = piece.text[..word.start].lines().count();
+        let text = piece.text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
+        format!("{}: `{}` in: {}", piece.path, &piece.text[word.clone()], text.trim())
+    };
+    unseen.map(named).collect()
+}
+
+/// Words that may be changed, because they name something that nobody refers to.
+#[derive(Default)]
+struct Labels {
+    device: BTreeSet<String>,
+    requirements: BTreeSet<String>,
+    bugs: BTreeSet<String>,
+    topics: BTreeSet<String>,
+}
+
+impl Labels {
+    fn of(manual: &Manual) -> Labels {
+        let mut labels = Labels::default();
+        let last = |name: &str| name.trim_end_matches('`').rsplit(['`', '.']).next().unwrap_or_default().to_owned();
+        labels.device.extend(manual.unused.iter().map(|(name, _)| last(name)));
+        let access_point = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
+        labels.device.extend(access_point.map(|submodule| submodule.name.clone()));
+        // A page is looked at by the names of what it shows.
+        labels.device.extend(manual.device.pages.iter().map(|page| page.name.clone()));
+        // The only variant need not be told apart from any other.
+        labels.device.extend(manual.device.variants.iter().filter(|_| manual.device.variants.len() == 1).cloned());
+        // Each word of an LED may be seen, whether a case waits for it or not.
+        labels.device.extend(manual.device.stand.leds.iter().flat_map(|(_, words)| words.iter().cloned()));
+        // Both tellings list the same bugs: another test compares their names.
+        labels.bugs.extend(manual.bugs.iter().map(|bug| bug.name.clone()));
+        labels.requirements.extend(manual.requirements.iter().map(|requirement| requirement.id.clone()));
+        manual
+            .variants
+            .iter()
+            .flat_map(|variant| &variant.trials)
+            .for_each(|trial| readings(&trial.steps, &mut labels.topics));
+        labels
+    }
+
+    fn has(&self, path: &str, word: &str) -> bool {
+        match path.rsplit('/').next() {
+            Some("device.yaml") => self.device.contains(word),
+            Some(name) if name.starts_with("requirements") => self.requirements.contains(word),
+            Some(name) if name.starts_with("bugs") => self.bugs.contains(word),
+            _ => self.topics.contains(word),
+        }
+    }
+}
+
+/// The names of the readings in `either`, which are labels.
+fn readings(steps: &[Step], labels: &mut BTreeSet<String>) {
+    for step in steps {
+        match &step.verb {
+            Verb::Block { steps, .. } => readings(steps, labels),
+            Verb::Either(list) => labels.extend(list.iter().map(|reading| reading.name.clone())),
+            _ => {}
+        }
+    }
+}
+
+/// The changes of these files that no manual of `readers` notices, and how many words were changed.
+fn changed(sources: &Sources, readers: &[&(Manual, Labels)], mine: impl Fn(&str) -> bool) -> (usize, Vec<String>) {
+    let all: Vec<Piece> =
+        sources.files().filter(|(path, _)| mine(path)).flat_map(|(path, text)| pieces(path, text)).collect();
+    let halves: Vec<Vec<&Piece>> = (0..2).map(|half| all.iter().skip(half).step_by(2).collect()).collect();
+    let work = |half: &[&Piece]| -> Vec<String> {
+        let reader = |of: &&'_ (Manual, Labels)| Checker::new(sources, &of.0.device.name).expect("it loads");
+        let readers: Vec<Reader<'_>> = readers.iter().map(|of| (reader(of), &of.1)).collect();
+        half.iter().flat_map(|piece| unnoticed(&readers, piece)).collect()
+    };
+    let unseen = thread::scope(|scope| {
+        let tasks: Vec<_> = halves.iter().map(|half| scope.spawn(|| work(half))).collect();
+        tasks.into_iter().flat_map(|task| task.join().expect("no panic")).collect()
+    });
+    (all.iter().map(|piece| piece.words.len()).sum(), unseen)
+}
+
+/// What a manual says is noticed by itself, what is common by one of those who use it.
+#[test]
+fn every_changed_word_is_noticed() {
+    let sources = suites::sources();
+    let manuals = load(&sources, None).expect("the shipped suites load");
+    let manuals: Vec<(Manual, Labels)> =
+        manuals.into_iter().map(|of| (Labels::of(&of), of)).map(|(a, b)| (b, a)).collect();
+    let mut unseen = Vec::new();
+    for of in &manuals {
+        let folder = format!("{}/", of.0.device.name);
+        let (count, found) = changed(&sources, &[of], |path| path.starts_with(&folder));
+        assert!(count > 500, "only {count} words were found");
+        unseen.extend(found);
+    }
+    for (common, _) in sources.files().filter(|(path, _)| path.starts_with("common/")) {
+        let name = common.trim_start_matches("common/").trim_end_matches(".yaml");
+        let uses = |(path, text): (&str, &str), folder: &str| {
+            path.starts_with(folder) && text.lines().any(|line| line == format!("use: {name}"))
+        };
+        let is_used = |of: &&(Manual, Labels)| {
+            let folder = format!("{}/", of.0.device.name);
+            name == "procedures" || sources.files().any(|file| uses(file, &folder))
+        };
+        let readers: Vec<_> = manuals.iter().filter(is_used).collect();
+        assert!(!readers.is_empty(), "no manual uses {common}");
+        unseen.extend(changed(&sources, &readers, |path| path == common).1);
+    }
+    assert!(unseen.is_empty(), "{} changes went unnoticed:\n{}", unseen.len(), unseen.join("\n"));
+    // Personas belong to no manual; what is wrong in them is looked for in a test of their own.
+    let of_nobody = |path: &&str| {
+        let folder = path.split('/').next().unwrap_or_default();
+        folder != "common" && folder != "personas" && manuals.iter().all(|of| of.0.device.name != folder)
+    };
+    assert_eq!(sources.files().map(|(path, _)| path).find(of_nobody), None, "a file that belongs to no manual");
+}

@@ -1,0 +1,186 @@
+//! The master of PROFIBUS against the reference devices on the virtual bus, without any suite: both keep the timing of the bus.
+//!
+//! The octets of Set_Prm and the answers are those of the manuals and of the notes in `device.yaml`, never those of a run.
+
+use controllers::profibus_dp::{
+    Answer, Clock, Connection, ConnectionEnd, ConnectionState, Ended, Master, Outcome, ParameterOutcome, Request,
+    Settings, StartUp,
+};
+use reference_devices::{Line, ReferenceDevice, Setup, build};
+use station::{Duration, StandAction, Time};
+use virtual_wire::VirtualBus;
+use wire::profibus::fdl::BaudRate;
+use wire::profibus::global_control::{ControlCommand, GlobalControl};
+
+/// AMT58 HM, class 2, 65536 steps in each of 16384 revolutions; watchdog of 1 s.
+const AMT58: &str = "88 14 05 0B 16 55 00 00 00 00 0A 00 01 00 00 40 00 00 00 00 00";
+/// A3M60 with DP-V1 and its default parameters, no watchdog.
+const A3M60: &str =
+    "80 01 01 0B 0C 0A 00 80 00 00 02 0C 00 00 40 00 80 00 00 00 01 03 00 00 10 00 00 00 00 01 08 00 00 00";
+/// The same as structured blocks, with isochronous mode of 1 ms (8 times 125 us).
+const ISOCHRONOUS: &str = "80 01 01 0B 0C 0A 80 80 00 18 1C 81 00 00 02 0C 00 00 40 00 80 00 00 00 01 03 00 00 10 00 00 00 00 01 08 \
+    00 00 00 1C 04 00 00 01 00 00 05 DC 00 08 01 00 00 00 0C 00 01 00 02 00 00 00 00 00 0C 00 00";
+
+struct Rig {
+    bus: VirtualBus,
+    master: Master,
+    device: Box<dyn ReferenceDevice>,
+    frames: usize,
+}
+
+fn octets(text: &str) -> Vec<u8> {
+    let words = text.split_whitespace();
+    words.map(|word| u8::from_str_radix(word, 16).expect("two hexadecimal digits")).collect()
+}
+
+impl Rig {
+    fn new(manual: &str, variant: &str, baud: BaudRate) -> Rig {
+        let setup = Setup { shaft: 5_000, line: Line { address: 3, baud }, ..Setup::default() };
+        let device = build(manual, variant, &setup).map_err(|error| error.to_string()).expect("it is known");
+        let settings = Settings::new(2, baud);
+        let bus = VirtualBus::new(baud, settings.slot_time);
+        Rig { bus, master: Master::new(settings), device, frames: 0 }
+    }
+
+    fn amt58() -> Rig {
+        let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
+        let told = rig.start(Connection::new(3, octets(AMT58), octets("D1 E1"), (4, 4)));
+        assert!(told.standing, "{told:?}");
+        rig
+    }
+
+    fn run(&mut self, time: Duration) {
+        let until = self.bus.now() + time;
+        let frames = &mut self.frames;
+        self.bus.run(&mut [&mut self.master, &mut *self.device], until, &mut |_| *frames += 1);
+    }
+
+    fn ask(&mut self, request: Request) -> Outcome {
+        self.master.request(self.bus.now(), request).expect("nothing else is under way");
+        for _ in 0..1_000_000 {
+            if let Some(outcome) = self.master.take_outcome() {
+                return outcome;
+            }
+            self.bus.step(&mut [&mut self.master, &mut *self.device], Time::MAX, &mut |_| ());
+        }
+        panic!("no outcome");
+    }
+
+    fn start(&mut self, connection: Connection) -> StartUp {
+        match self.ask(Request::Connect(Box::new(connection))) {
+            Outcome::StartUp(told) => *told,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    fn diagnosis(&mut self, to: u8) -> Vec<u8> {
+        match self.ask(Request::Diagnosis { to }) {
+            Outcome::Answer(answer) => answer.data().map(<[u8]>::to_vec).unwrap_or_default(),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn the_amt58_exchanges_data_and_both_keep_the_timing() {
+    let mut rig = Rig::amt58();
+    rig.run(Duration::from_millis(200));
+    assert_eq!(rig.master.state(), ConnectionState::Exchange);
+    assert!((190..=210).contains(&rig.master.cycles_done()), "{}", rig.master.cycles_done());
+    assert_eq!(rig.diagnosis(3)[..6], octets("00 0C 00 02 16 55"));
+    assert_eq!(rig.bus.violations(), []);
+    assert!(rig.frames < 1_000, "{} frames in 200 ms", rig.frames);
+}
+
+#[test]
+fn the_preset_of_the_amt58_works_through_the_bus() {
+    let mut rig = Rig::amt58();
+    rig.master.set_outputs(&octets("80 00 10 00"));
+    rig.run(Duration::from_millis(10));
+    rig.master.set_outputs(&octets("00 00 10 00"));
+    rig.run(Duration::from_millis(10));
+    assert_eq!(rig.master.inputs(), octets("00 00 10 00"));
+}
+
+#[test]
+fn parameters_for_another_device_are_refused() {
+    let mut rig = Rig::new("datalogic-amt58-profibus", "hm5816-16384", BaudRate(1_500_000));
+    let mut prm = octets(AMT58);
+    prm[5] = 0x56;
+    let told = rig.start(Connection::new(3, prm, octets("D1 E1"), (4, 4)));
+    assert!(!told.standing);
+    let diagnosis = told.diagnosis_after.and_then(|answer| answer.diagnosis()).expect("a diagnosis");
+    assert!(diagnosis.status_1.0 & 0x40 != 0, "prm_fault in {diagnosis:?}");
+    assert_eq!(rig.bus.violations(), []);
+}
+
+#[test]
+fn a_pause_longer_than_the_watchdog_ends_the_exchange() {
+    let mut rig = Rig::amt58();
+    rig.master.outputs_mut().pause(true);
+    rig.run(Duration::from_millis(1_200));
+    rig.master.outputs_mut().pause(false);
+    rig.run(Duration::from_millis(5));
+    assert_eq!(rig.master.state(), ConnectionState::None);
+    assert!(matches!(rig.master.take_end(), Some(ConnectionEnd::Answer(answer)) if answer.refused().is_some()));
+}
+
+#[test]
+fn power_off_is_silence_and_release_frees_the_slave() {
+    let mut rig = Rig::amt58();
+    assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(Answer::Short)));
+    assert_eq!(rig.diagnosis(3)[3], 255, "no master has it");
+    let now = rig.bus.now();
+    rig.device.act(now, &StandAction::Power(false)).expect("a model has a switch");
+    assert_eq!(rig.diagnosis(3), [0; 0]);
+    assert_eq!(rig.ask(Request::FdlStatus { to: 3 }), Outcome::Answer(Answer::None));
+}
+
+#[test]
+fn clear_and_broken_frames_leave_the_exchange_alone() {
+    let mut rig = Rig::amt58();
+    for (word, _) in controllers::profibus_dp::broken_frames() {
+        // This one is a Set_Prm, whose faults end the exchange.
+        if word == "set_prm_short" {
+            continue;
+        }
+        let broken = controllers::profibus_dp::Broken::by_word(word).expect("it names itself");
+        rig.ask(Request::Broken { to: 3, broken });
+        rig.run(Duration::from_millis(5));
+        assert_eq!(rig.master.state(), ConnectionState::Exchange, "{word}");
+    }
+    for command in [ControlCommand::CLEAR_DATA, ControlCommand::default()] {
+        rig.ask(Request::GlobalControl { to: 127, control: GlobalControl { command, groups: 0 } });
+        rig.run(Duration::from_millis(5));
+    }
+    assert_eq!(rig.master.state(), ConnectionState::Exchange);
+    assert_eq!(rig.bus.violations(), []);
+}
+
+#[test]
+fn parameters_of_the_a3m60_are_read_through_data_set_47() {
+    let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(1_500_000));
+    let told = rig.start(Connection::new(3, octets(A3M60), octets("C3 C1 C5 FD 00 51"), (4, 12)));
+    assert!(told.standing, "{told:?}");
+    // P922, the telegram in use, is 81.
+    let request = octets("01 01 01 01 10 00 03 9A 00 00");
+    let outcome = rig.ask(Request::Parameter { to: 3, slot: 1, request });
+    assert_eq!(outcome, Outcome::Parameter(ParameterOutcome::Answer(octets("01 01 01 01 42 01 00 51"))));
+    assert_eq!(rig.bus.violations(), []);
+}
+
+#[test]
+fn the_a3m60_follows_the_clock() {
+    let mut rig = Rig::new("sick-a3m60-profibus", "a3m60", BaudRate(12_000_000));
+    let mut connection = Connection::new(3, octets(ISOCHRONOUS), octets("C3 C1 C5 FD 00 51"), (4, 12));
+    connection.clock = Some(Clock::default());
+    let told = rig.start(connection);
+    assert!(told.standing, "{told:?}");
+    rig.run(Duration::from_millis(50));
+    let life = |rig: &Rig| rig.master.inputs()[0] >> 4;
+    let first = life(&rig);
+    assert_ne!(first, 0, "the encoder is synchronised");
+    rig.run(Duration::from_millis(1));
+    assert_eq!(life(&rig), first % 15 + 1);
+    assert_eq!(rig.bus.violations(), []);
+}

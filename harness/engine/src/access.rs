@@ -1,0 +1,476 @@
+//! Acyclic access: which request carries a `read` or `write`, and what its answer says; here parameters, records and counters.
+//! What DCP carries stands in [`station`](super::station), web pages in [`web`](super::web).
+
+use super::startup;
+use super::trial::{Run, Trouble};
+use controllers::profinet_io::{Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
+use expression::{State, Value};
+use judge::answer::{Refusal, Reply};
+use judge::image::field_number;
+use results::outcome::Blame;
+use results::verdict::Verdict;
+use station::Duration;
+use suite::device::{Bus, Device, NameKind, ParameterType, RecordField};
+use suite::model::{Access, AnswerPart, Instead, Matcher, Via};
+use wire::ethernet::{EtherType, FrameHeader};
+use wire::profidrive::{
+    Attribute, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, RequestId, Response,
+};
+use wire::profinet::rpc::ObjectUuid;
+use wire::profinet::rt::FrameId;
+use wire::profinet::status::ErrorCode;
+
+/// How long a live stand may take to look at a counter.
+const LONGEST_LOOK: Duration = Duration::from_secs(2);
+/// The time between two questions whether it has looked.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// Octets asked for when a record is read: more than any record has.
+const READ_LENGTH: u32 = 4096;
+
+/// What came back: replies by part, and a value for each item that was answered with one.
+pub struct Answered {
+    /// The answer and its parts.
+    pub replies: Vec<(AnswerPart, Reply)>,
+    /// The values, in the order of the items of the access.
+    pub values: Vec<Value>,
+}
+
+impl Answered {
+    /// An answer without parts, and so far without values.
+    pub fn whole(reply: Reply, items: usize) -> Answered {
+        Answered { replies: vec![(AnswerPart::Whole, reply)], values: vec![Value::Unknown; items] }
+    }
+}
+
+impl<'a> Run<'a> {
+    /// Sends the request of an access and takes in its answer.
+    pub fn access(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+        let before = self.world.trace.len();
+        let answered = match access.via {
+            Via::Parameters => self.parameters(access, write),
+            Via::Record(record) => self.record(access, record, write),
+            Via::Station if self.world.manual.device.bus == Bus::Profibus => self.station_address(access),
+            Via::Station => self.station(access, write),
+            Via::Diagnosis => self.diagnosis(access),
+            Via::Configuration => self.configuration(access),
+            Via::Pages => self.pages(access),
+            Via::Stand => Ok(self.counters(access)),
+        };
+        if !access.instead.is_empty() {
+            self.world.mark_broken(before, is_request);
+        }
+        answered
+    }
+
+    /// What an item is written with, as a value.
+    pub fn written(&self, matcher: &Matcher) -> Result<Value, Trouble> {
+        let value = match matcher {
+            Matcher::Equal(target) => target.center().eval(&self.world.view(), &State::default()),
+            _ => Value::Unknown,
+        };
+        match value {
+            Value::Unknown => {
+                Err(Trouble::other(Blame::Suite, Verdict::Error, "The value to be written is not known."))
+            }
+            value => Ok(value),
+        }
+    }
+
+    fn parameters(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+        let device = &self.world.manual.device;
+        let mut addressed: Vec<(u16, u16)> = Vec::new();
+        let mut values = Vec::new();
+        for item in &access.items {
+            let Some(NameKind::Parameter { parameter, number, subindex, .. }) = self.kind(item.name) else { continue };
+            if addressed.contains(&(*number, *subindex)) {
+                continue;
+            }
+            addressed.push((*number, *subindex));
+            if write {
+                let format =
+                    parameter.and_then(|index| device.parameters.get(index)).and_then(|of| of.kind.formats.first());
+                values.push(parameter_value(
+                    &self.written(&item.value)?,
+                    Format(format.copied().unwrap_or(Format::DOUBLE_WORD.0)),
+                ));
+            }
+        }
+        self.reference = self.reference.checked_add(1).unwrap_or(1);
+        let do_id = device.parameter_access.do_id;
+        let addresses: Vec<_> =
+            addressed.iter().map(|&(number, subindex)| ParameterAddress::value(number, subindex)).collect();
+        let mut request = match write {
+            true => ParameterRequest::change_values(self.reference, do_id, addresses.into_iter().zip(values).collect()),
+            false => ParameterRequest::read_values(self.reference, do_id, addresses),
+        };
+        let octets = changed(&mut request, &access.instead);
+        if self.world.manual.device.bus == Bus::Profibus {
+            return match self.data_set(access, octets)? {
+                Ok(octets) => Ok(self.parameter_octets(access, &addressed, write, &octets)),
+                Err(reply) => Ok(Answered::whole(reply, access.items.len())),
+            };
+        }
+        let mut at = match self.parameter_access_point() {
+            Some(at) => at,
+            None => {
+                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
+            }
+        };
+        elsewhere(&mut at, &access.instead);
+        let outcome = self.ask_in_connection(access.second, Request::Parameter { at, request: octets })?;
+        let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        Ok(self.parameter_answer(access, &addressed, write, outcome))
+    }
+
+    fn parameter_answer(
+        &self,
+        access: &Access,
+        addressed: &[(u16, u16)],
+        write: bool,
+        outcome: ParameterOutcome,
+    ) -> Answered {
+        let items = access.items.len();
+        let octets = match outcome {
+            ParameterOutcome::Answer(octets) => octets,
+            ParameterOutcome::OtherReference { sent, answer } => {
+                let seen = answer.first().copied().unwrap_or_default();
+                let why = format!("the answer carries reference {seen}, the request had {sent}");
+                return Answered::whole(Reply::Wrong(why), items);
+            }
+            ParameterOutcome::WriteRefused(status) => {
+                return Answered::whole(startup::refused(&status, ErrorCode::WRITE_RESPONSE), items);
+            }
+            ParameterOutcome::ReadRefused(status) => {
+                return Answered::whole(startup::refused(&status, ErrorCode::READ_RESPONSE), items);
+            }
+            ParameterOutcome::NotReady(status, wait) => {
+                return Answered::whole(Reply::Silent(format!("{wait}; last {status}")), items);
+            }
+            ParameterOutcome::Failed(error) => return Answered::whole(startup::failed(&error), items),
+        };
+        self.parameter_octets(access, addressed, write, &octets)
+    }
+
+    /// What the octets of a parameter response say.
+    fn parameter_octets(&self, access: &Access, addressed: &[(u16, u16)], write: bool, octets: &[u8]) -> Answered {
+        let items = access.items.len();
+        let bytes = (AnswerPart::Bytes, Reply::Value(Value::bytes(octets)));
+        let response = match Response::parse(octets) {
+            Ok(response) => response,
+            Err(error) => {
+                let why = format!("the answer cannot be read: {error}");
+                let mut answered = Answered::whole(Reply::Wrong(why), items);
+                answered.replies.push(bytes);
+                return answered;
+            }
+        };
+        let wanted = if write { RequestId::CHANGE } else { RequestId::REQUEST };
+        let own_id = access.instead.iter().any(|instead| matches!(instead, Instead::Request(_) | Instead::Bytes(_)));
+        let negative = response.header.id.is_negative();
+        if !own_id && response.header.id.0 & 0x7F != wanted.0 {
+            let why = format!(
+                "the answer carries response id 0x{:02X}, the request 0x{:02X}",
+                response.header.id.0, wanted.0
+            );
+            let mut answered = Answered::whole(Reply::Wrong(why), items);
+            answered.replies.push(bytes);
+            return answered;
+        }
+        let mut replies = vec![bytes];
+        let mut whole = None;
+        for (index, &(number, subindex)) in addressed.iter().enumerate() {
+            let reply = self.parameter_reply(access, (number, subindex), write, &response, index);
+            if reply != Reply::Accepted {
+                whole.get_or_insert(reply.clone());
+            }
+            replies.push((AnswerPart::Parameter(number, subindex), reply));
+        }
+        if negative && whole.is_none() {
+            let error = response.values.iter().find_map(ParameterValue::error);
+            whole = Some(match error {
+                Some(error) => Reply::Refused(Refusal::Parameter(error.number.0)),
+                None => Reply::Wrong(format!("a negative answer without an error, id 0x{:02X}", response.header.id.0)),
+            });
+        }
+        replies.insert(0, (AnswerPart::Whole, whole.unwrap_or(Reply::Accepted)));
+        let values = access
+            .items
+            .iter()
+            .map(|item| match self.kind(item.name) {
+                Some(NameKind::Parameter { parameter, number, subindex, bits }) => {
+                    let place = addressed.iter().position(|of| *of == (*number, *subindex));
+                    let entry =
+                        place.and_then(|place| response.values.get(place)).filter(|entry| entry.error().is_none());
+                    entry.map_or(Value::Unknown, |entry| seen(&self.world.manual.device, *parameter, *bits, entry))
+                }
+                _ => Value::Unknown,
+            })
+            .collect();
+        Answered { replies, values }
+    }
+
+    /// What the answer says of the parameter that was addressed as number `index`.
+    fn parameter_reply(
+        &self,
+        access: &Access,
+        (number, subindex): (u16, u16),
+        write: bool,
+        response: &Response,
+        index: usize,
+    ) -> Reply {
+        let negative = response.header.id.is_negative();
+        let entry = response.values.get(index);
+        let error = entry.and_then(ParameterValue::error).or_else(|| {
+            let only = response.values.first().filter(|_| negative && response.values.len() == 1);
+            only.and_then(ParameterValue::error)
+        });
+        match (error, entry) {
+            (Some(error), _) => Reply::Refused(Refusal::Parameter(error.number.0)),
+            (None, None) if !write => Reply::Wrong("the answer lacks this parameter".into()),
+            (None, Some(entry)) if !write && access.instead.is_empty() => {
+                let parameters = &self.world.manual.device.parameters;
+                let known = parameters.iter().find(|parameter| parameter.number == number);
+                match known.filter(|known| !is_octets(known.kind)) {
+                    Some(known) if entry.format.width() != Some(known.kind.width as usize / 8) || entry.count != 1 => {
+                        let format = entry.format.word().unwrap_or("unknown");
+                        Reply::Wrong(format!(
+                            "P{number}.{subindex} comes as {} value(s) of format {format} (0x{:02X})",
+                            entry.count, entry.format.0
+                        ))
+                    }
+                    _ => Reply::Accepted,
+                }
+            }
+            (None, _) => Reply::Accepted,
+        }
+    }
+
+    /// The target of the base mode parameter access: where `device.yaml` says, else the submodule of the module in use that the
+    /// records of the start-up go to.
+    pub fn parameter_access_point(&self) -> Option<Target> {
+        let device = &self.world.manual.device;
+        let module = self.module.and_then(|module| device.modules.get(module));
+        let access = device.parameter_access;
+        let inside = |index: &usize| module.is_none_or(|module| module.submodules.contains(index));
+        let index = device.parameter_points().find(inside).or_else(|| device.parameter_points().next())?;
+        let at = device.submodules.get(index)?;
+        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
+    }
+
+    fn record(&mut self, access: &'a Access, record: usize, write: bool) -> Result<Answered, Trouble> {
+        let device = &self.world.manual.device;
+        let of = &device.records[record];
+        let at = &device.submodules[of.at];
+        let mut target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
+        let mut data = vec![0; of.octets];
+        if write {
+            let variant = self.world.manual.variants.iter().position(|variant| variant.name == self.world.variant.name);
+            for (index, field) in of.fields.iter().enumerate() {
+                let default = field.default.get(variant.unwrap_or_default()).or(field.default.first());
+                startup::put(of, index, default.copied().unwrap_or_default(), &mut data);
+            }
+            for item in &access.items {
+                let value = self.written(&item.value)?;
+                match (self.kind(item.name), value) {
+                    (Some(NameKind::Record { field: None, .. }), Value::Bytes(octets)) => data = octets.to_vec(),
+                    (Some(NameKind::Record { field: Some(field), .. }), value) => {
+                        startup::put(of, *field, value.as_whole().unwrap_or_default(), &mut data);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let mut length = READ_LENGTH;
+        elsewhere(&mut target, &access.instead);
+        for instead in &access.instead {
+            match instead {
+                Instead::Index(index) => target.index = *index,
+                Instead::Length(octets) => {
+                    data.resize(*octets, 0);
+                    length = u32::try_from(*octets).unwrap_or(READ_LENGTH);
+                }
+                Instead::Bytes(octets) => data.clone_from(octets),
+                _ => {}
+            }
+        }
+        let request = match write {
+            true => Request::Write { target, data },
+            false => self.record_read(access.second, target, length),
+        };
+        let outcome = self.ask_in_connection(access.second, request)?;
+        let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let reply = startup::record(&outcome, write);
+        let mut answered = Answered::whole(reply.clone(), access.items.len());
+        answered.replies.push((AnswerPart::Record(record), reply));
+        if let (RecordOutcome::Accepted { data }, false) = (&outcome, write) {
+            answered.replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
+            answered.values = access
+                .items
+                .iter()
+                .map(|item| match self.kind(item.name) {
+                    Some(NameKind::Record { field: Some(field), .. }) => {
+                        of.fields.get(*field).map_or(Value::Unknown, |field| field_value(field, data))
+                    }
+                    Some(NameKind::Record { field: None, .. }) => Value::bytes(data.as_slice()),
+                    _ => Value::Unknown,
+                })
+                .collect();
+        }
+        Ok(answered)
+    }
+
+    /// Reads a record; the second controller does it without a connection where it has none.
+    pub fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
+        if !second || self.world.ours.is_connected(1) {
+            return Request::Read { target, length };
+        }
+        let identity = &self.world.manual.device.identity;
+        let object = ObjectUuid { instance: 1, device_id: identity.device_id, vendor_id: identity.vendor_id };
+        let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
+        let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
+        Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
+    }
+
+    fn counters(&mut self, access: &Access) -> Answered {
+        let value = |run: &mut Run<'a>, item: &suite::model::AccessItem| match run.kind(item.name) {
+            Some(NameKind::Counter(counter)) => {
+                let (name, _) = &run.world.manual.device.stand.counters[*counter];
+                run.count(name).map_or(Value::Unknown, Value::whole)
+            }
+            _ => Value::Unknown,
+        };
+        let values: Vec<Value> = access.items.iter().map(|item| value(self, item)).collect();
+        let reply =
+            if values.iter().any(Value::is_unknown) { Reply::Silent("nobody counts".into()) } else { Reply::Accepted };
+        Answered { replies: vec![(AnswerPart::Whole, reply)], values }
+    }
+}
+
+impl Run<'_> {
+    /// What a counter says; a live stand needs a moment to look.
+    fn count(&mut self, name: &str) -> Option<u64> {
+        let latest = self.world.now() + LONGEST_LOOK;
+        loop {
+            let now = self.world.now();
+            let count = self.world.segment.stand().counter(now, name);
+            if count.is_some() || self.world.segment.is_model() || now >= latest {
+                return count;
+            }
+            self.world.run(now + LOOK_AGAIN, |_| false);
+        }
+    }
+}
+
+/// Whether a frame may carry an acyclic request: all but cyclic frames.
+pub fn is_request(frame: &[u8]) -> bool {
+    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
+    header.ether_type != EtherType::PROFINET || FrameId::peek(payload).is_ok_and(|id| !id.is_cyclic())
+}
+
+/// The trouble with an outcome that does not belong to the request.
+pub fn unexpected(outcome: &Outcome) -> Trouble {
+    let what = match outcome {
+        Outcome::Impossible(why) => format!("The controller cannot do that: {why}."),
+        outcome => format!("The controller answered something else: {outcome:?}."),
+    };
+    Trouble::other(Blame::Harness, Verdict::Error, what)
+}
+
+fn parameter_value(value: &Value, format: Format) -> ParameterValue {
+    match value {
+        Value::Bytes(octets) => ParameterValue::new(format, octets.len() as u8, octets.to_vec()),
+        value => ParameterValue::numbers(format, &[value.as_whole().unwrap_or_default() as u64]),
+    }
+}
+
+/// The octets of a request after what is changed in it.
+fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
+    for instead in instead {
+        match instead {
+            Instead::Reference(reference) => request.header.reference = *reference,
+            Instead::Request(id) => request.header.id = RequestId(*id),
+            Instead::DoId(id) => request.header.do_id = *id,
+            Instead::Count(count) => request.header.parameter_count = *count,
+            Instead::Attribute(attribute) => each(&mut request.addresses, |of| of.attribute = Attribute(*attribute)),
+            Instead::Elements(count) => each(&mut request.addresses, |of| of.element_count = *count),
+            Instead::Subindex(subindex) => each(&mut request.addresses, |of| of.subindex = *subindex),
+            Instead::Format(format) => each(&mut request.values, |of| reformat(of, Format(*format))),
+            Instead::Values(count) => each(&mut request.values, |of| of.count = *count),
+            _ => {}
+        }
+    }
+    let mut octets = Vec::new();
+    request.write(&mut octets);
+    for instead in instead {
+        match instead {
+            Instead::Length(length) => octets.resize(*length, 0),
+            Instead::Bytes(other) => octets.clone_from(other),
+            _ => {}
+        }
+    }
+    octets
+}
+
+/// Puts the slot, subslot and API into a target that are asked for instead.
+fn elsewhere(target: &mut Target, instead: &[Instead]) {
+    for instead in instead {
+        match instead {
+            Instead::Slot(slot) => target.slot = *slot,
+            Instead::Subslot(subslot) => target.subslot = *subslot,
+            Instead::Api(api) => target.api = *api,
+            _ => {}
+        }
+    }
+}
+
+fn each<T>(list: &mut [T], change: impl FnMut(&mut T)) {
+    list.iter_mut().for_each(change);
+}
+
+/// The same number in another format: cut or lengthened to its width, so that only the format is wrong.
+fn reformat(value: &mut ParameterValue, format: Format) {
+    let number = value.to_numbers().and_then(|numbers| numbers.first().copied()).unwrap_or_default();
+    *value = match format.width() {
+        Some(width) if width > 0 => ParameterValue::numbers(format, &[number]),
+        _ => ParameterValue { format, ..value.clone() },
+    };
+}
+
+/// The value of a parameter, an element of it, or bits of an element.
+fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, value: &ParameterValue) -> Value {
+    let kind = parameter.and_then(|index| device.parameters.get(index)).map(|parameter| parameter.kind);
+    if kind.is_some_and(is_octets) {
+        return match kind.is_some_and(|kind| kind.text) {
+            true => Value::text(String::from_utf8_lossy(&value.data).into_owned()),
+            false => Value::bytes(value.data.as_slice()),
+        };
+    }
+    let Some(number) = value.to_numbers().and_then(|numbers| numbers.first().copied()) else { return Value::Unknown };
+    let width = kind.map_or(64, |kind| kind.width).clamp(1, 64);
+    match bits {
+        Some((low, 1)) => Value::Bit(number >> low & 1 == 1),
+        Some((low, width)) => Value::whole((number >> low) & ((1u64 << width) - 1)),
+        None if kind.is_some_and(|kind| kind.signed) => Value::whole((number << (64 - width)) as i64 >> (64 - width)),
+        None => Value::whole(number),
+    }
+}
+
+/// Whether the elements of a parameter are octets, which are one value.
+fn is_octets(kind: ParameterType) -> bool {
+    kind.text || kind.octets.is_some()
+}
+
+/// The value of a field of a record.
+fn field_value(field: &RecordField, data: &[u8]) -> Value {
+    if field.text {
+        let Some(octets) = data.get(field.octet..field.octet + field.octets) else { return Value::Unknown };
+        return Value::text(String::from_utf8_lossy(octets).trim_end().to_owned());
+    }
+    match field_number(field, data) {
+        Some(number) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
+        Some(number) if field.bits.is_some_and(|(_, width)| width == 1) => Value::Bit(number != 0),
+        Some(number) => Value::whole(number),
+        None => Value::Unknown,
+    }
+}

@@ -1,0 +1,157 @@
+//! What a live run does around its trials: looks at the device before them, puts it back after them, and tells what it found.
+//!
+//! This room must not know how a single trial is run.
+
+use super::dut::DutSpec;
+use super::live::{Excluded, LiveDevice};
+use super::probe::{Kept, Looked};
+use super::run::{BenchError, RuleSeen, TrialOutcome, level, ours};
+use super::scan::check_covers;
+use super::trial::Run;
+use super::world::World;
+use results::journal::{Entry, Found};
+use results::outcome::{CaseKind, CaseResult, Covered, Decided, Finding, Severity};
+use results::verdict::Verdict;
+use suite::model::{Manual, Trial, Variant};
+use virtual_wire::Trace;
+
+/// What a trial comes to that does not run on this bench.
+pub(super) fn not_run(manual: &Manual, variant: &Variant, trial: &Trial, excluded: Excluded) -> TrialOutcome {
+    let (verdict, reason) = match excluded {
+        Excluded::NotApplicable(why) => (Verdict::NotApplicable, why),
+        Excluded::Inconclusive(why) => (Verdict::Inconclusive, why),
+        Excluded::NotRun(why) => (Verdict::NotRun, why),
+    };
+    let mut covers: Vec<Covered> = Vec::new();
+    for requirement in trial.covers.iter().copied().chain(check_covers(trial)) {
+        if covers.iter().all(|known| known.requirement != requirement) {
+            covers.push(Covered { requirement, id: manual.requirements[requirement].id.clone(), verdict });
+        }
+    }
+    let case = CaseResult {
+        id: format!("{}/{}", manual.device.name, trial.id),
+        kind: CaseKind::Trial,
+        why: trial.why.clone(),
+        verdict,
+        level: level(manual, &covers, verdict),
+        covers,
+        reason: Some(reason),
+        failures: Vec::new(),
+        readings: Vec::new(),
+        saved: Vec::new(),
+        notes: Vec::new(),
+        decided: None,
+        duration: std::time::Duration::ZERO,
+        frames: 0,
+        at: trial.at.clone(),
+        evidence: None,
+    };
+    let unseen = RuleSeen { decided: Decided::default(), broken: None, disturbed: false };
+    TrialOutcome {
+        case,
+        rules: vec![unseen; variant.rules.len()],
+        findings: Vec::new(),
+        identity: None,
+        disturbed: None,
+        trace: Trace::new(),
+    }
+}
+
+/// Does `work` with a device, a live one looked at before and put back after, as a run has it; with what there is to say of that.
+///
+/// Fails with the reason where nothing may be done to a live device.
+pub fn looked_after<R>(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    work: impl FnOnce() -> R,
+) -> Result<(R, Vec<String>), String> {
+    let looked = dut.live().map(|live| look_around(manual, variant, dut, live)).transpose()?;
+    let done = work();
+    let notes = dut.live().zip(looked).map_or(Vec::new(), |(live, looked)| end(dut, live, &looked));
+    Ok((done, notes))
+}
+
+/// Looks at a live device before the first trial, and writes down what its parameters were.
+pub(super) fn look_around(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    live: &dyn LiveDevice,
+) -> Result<Looked, String> {
+    let mut looked = Looked::default();
+    if live.passive().is_none() {
+        looked = with_run(manual, variant, dut, |run| run.look_around(live.bench()))?;
+    }
+    live.note(&Entry::Parameters(looked.parameters.clone()))?;
+    Ok(looked)
+}
+
+/// Does something with a device under test that is no trial.
+fn with_run<R>(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    work: impl FnOnce(&mut Run<'_>) -> R,
+) -> Result<R, String> {
+    let mut place = dut.place();
+    // Each call has names of its own, else the device takes its requests for those of the call before.
+    place.seed = place.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
+    let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
+    let world = World::new(manual, variant, dut.segment(&trial.id, place.line)?, ours(manual, &place, trial));
+    Ok(work(&mut Run::new(world, trial, &place)))
+}
+
+/// Ends a live run: what was changed is put back; what did not go back is told.
+pub(super) fn end(dut: &DutSpec, live: &dyn LiveDevice, looked: &Looked) -> Vec<String> {
+    if !live.has_changed() {
+        return Vec::new();
+    }
+    let left = match put_back(dut, live.found(), &live.kept(&looked.parameters)) {
+        Ok(left) if left.is_empty() => return live.note(&Entry::Restored).err().into_iter().collect(),
+        Ok(left) => left.join(", "),
+        Err(error) => error.to_string(),
+    };
+    vec![format!("Not everything went back: {left}. `encspec bench restore` tries again.")]
+}
+
+/// What was found about the device besides its cases.
+pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>) -> Vec<Finding> {
+    let before = dut.live().map(|live| live.findings().to_vec()).unwrap_or_default();
+    let remark = |severity: Severity, id: &str, text: String| Finding {
+        id: id.to_owned(),
+        severity,
+        text,
+        manual: None,
+        gsdml: None,
+        gsd: None,
+        device: None,
+    };
+    let passive = dut.live().and_then(|live| live.passive()).map(|why| {
+        remark(
+            Severity::Error,
+            "passive",
+            format!("Only what reads was run, so this is no verdict about the device: {why}."),
+        )
+    });
+    let notes = dut.live().map(|live| live.notes().to_vec()).unwrap_or_default();
+    let notes = notes.into_iter().map(|text| remark(Severity::Info, "bench", text));
+    let left = left.into_iter().map(|text| remark(Severity::Error, "put-back", text));
+    before
+        .into_iter()
+        .chain(looked.map(|looked| looked.findings.clone()).unwrap_or_default())
+        .chain(notes)
+        .chain(passive)
+        .chain(left)
+        .collect()
+}
+
+/// Puts a live device back as its journal says it was found, through the suite of what it claims to be; what did not go back,
+/// in words.
+pub fn put_back(dut: &DutSpec, found: &Found, kept: &Kept<'_>) -> Result<Vec<String>, BenchError> {
+    let live = dut.live().ok_or_else(|| BenchError(format!("{dut} is no live device")))?;
+    let manual = live.manual();
+    let variant = manual.variants.iter().find(|variant| variant.name == dut.variant);
+    let variant = variant.ok_or_else(|| BenchError(format!("{} has no variant {}", dut.manual, dut.variant)))?;
+    with_run(manual, variant, dut, |run| run.put_back(found, kept)).map_err(BenchError)
+}

@@ -1,0 +1,342 @@
+//! Rules over a block of steps: `observe` with its rules, counts and sequences.
+
+use expression::{Env, NameId, State, Value, equal};
+use judge::condition;
+use judge::rule::RuleWatch;
+use judge::view::View;
+use judge::{Tick, Truth};
+use results::outcome::PartSeen;
+use station::{Duration, Time};
+use suite::device::Location;
+use suite::model::{Observation, SequenceEntry};
+
+/// The observations of one repetition of a block.
+pub struct BlockWatch<'a> {
+    watches: Vec<Watch<'a>>,
+    closed: bool,
+}
+
+enum Watch<'a> {
+    Rule { of: &'a Observation, rule: Box<RuleWatch<'a>> },
+    Count { of: &'a Observation, state: State, counted: Counted },
+    Sequence { of: &'a Observation, states: Vec<State>, passed: Passed },
+}
+
+/// What a count has seen.
+#[derive(Default)]
+struct Counted {
+    /// Frames and events at which the condition was true.
+    held: u64,
+    /// At which it was known.
+    known: u64,
+    /// At which it was not, so that it may have been true.
+    unknown: u64,
+    /// The last one at which it was true.
+    last: Option<Tick>,
+}
+
+/// What a sequence has seen.
+#[derive(Default)]
+struct Passed {
+    /// The known values, equal neighbours taken as one.
+    values: Vec<(Tick, Vec<Value>)>,
+    /// How many of them came before the first instant at which the values were not known any more.
+    gap: Option<usize>,
+}
+
+/// An observation that was broken.
+#[derive(Clone, Debug)]
+pub struct Broken {
+    /// As written.
+    pub text: String,
+    /// Where it stands.
+    pub at: Location,
+    /// What broke, in a sentence.
+    pub what: String,
+    /// Wanted and seen.
+    pub parts: Vec<PartSeen>,
+    /// Where it was broken.
+    pub tick: Option<Tick>,
+    /// The names of the parts.
+    pub names: Vec<NameId>,
+    /// Whether it was never decided, so that nothing can be said about the device.
+    pub undecided: bool,
+}
+
+impl<'a> BlockWatch<'a> {
+    /// Begins to observe; holds of its rules starve after `watchdog` without samples.
+    pub fn begin(observations: &'a [Observation], watchdog: Duration) -> BlockWatch<'a> {
+        let watch = |of: &'a Observation| match of {
+            Observation::Rule { body, .. } => Watch::Rule { of, rule: Box::new(RuleWatch::new(body, watchdog)) },
+            Observation::Count { .. } => Watch::Count { of, state: State::default(), counted: Counted::default() },
+            Observation::Sequence { names, .. } => {
+                Watch::Sequence { of, states: vec![State::default(); names.len()], passed: Passed::default() }
+            }
+        };
+        BlockWatch { watches: observations.iter().map(watch).collect(), closed: false }
+    }
+
+    /// Looks at how things stand at the begin of the block: sequences begin with these values, and a change in the first
+    /// frame of the block is seen.
+    pub fn begin_with(&mut self, view: &View<'_>) {
+        for watch in &mut self.watches {
+            match watch {
+                Watch::Rule { rule, .. } => rule.begin_with(view),
+                Watch::Count { of: Observation::Count { condition, .. }, state, .. } => {
+                    state.advance(condition, view);
+                }
+                Watch::Sequence { .. } | Watch::Count { .. } => {
+                    watch.tick(view);
+                }
+            }
+        }
+    }
+
+    /// Ends the block itself: nothing new is judged, counted or noted; only open windows go on.
+    pub fn close(&mut self) {
+        self.closed = true;
+        for watch in &mut self.watches {
+            if let Watch::Rule { rule, .. } = watch {
+                rule.close();
+            }
+        }
+    }
+
+    /// Looks at a frame or an event; says whether an observation spoke of the event that happens at this tick.
+    pub fn tick(&mut self, view: &View<'_>) -> bool {
+        let closed = self.closed;
+        let watches = self.watches.iter_mut().filter(|watch| !closed || matches!(watch, Watch::Rule { .. }));
+        watches.fold(false, |speaks, watch| watch.tick(view) | speaks)
+    }
+
+    /// Lets time go by without a frame.
+    pub fn time(&mut self, view: &View<'_>, now: Time) {
+        for watch in &mut self.watches {
+            if let Watch::Rule { rule, .. } = watch {
+                rule.time(view, now);
+            }
+        }
+    }
+
+    /// Ends what is open where the connection ends, and forgets what came before.
+    pub fn cut(&mut self) {
+        for watch in &mut self.watches {
+            match watch {
+                Watch::Rule { rule, .. } => rule.cut(),
+                Watch::Count { state, .. } => state.forget(),
+                Watch::Sequence { states, .. } => states.iter_mut().for_each(State::forget),
+            }
+        }
+    }
+
+    /// Whether windows are open that have to be waited for.
+    pub fn is_waiting(&self) -> bool {
+        self.watches.iter().any(|watch| matches!(watch, Watch::Rule { rule, .. } if rule.is_waiting()))
+    }
+
+    /// The observations that were broken, then those that nothing can be said about.
+    pub fn end(self, view: &View<'_>) -> Vec<Broken> {
+        let mut broken: Vec<Broken> = self.watches.into_iter().filter_map(|watch| watch.end(view)).collect();
+        broken.sort_by_key(|broken| broken.undecided);
+        broken
+    }
+}
+
+impl Watch<'_> {
+    fn tick(&mut self, view: &View<'_>) -> bool {
+        match self {
+            Watch::Rule { rule, .. } => return rule.tick(view),
+            Watch::Count { of: Observation::Count { condition, .. }, state, counted } => {
+                let truth = condition.truth(view, state);
+                state.advance(condition, view);
+                counted.add(truth, view.tick);
+                return truth == Some(true) && condition.names().any(|name| view.is_happening(name));
+            }
+            Watch::Sequence { of: Observation::Sequence { names, .. }, states, passed } => {
+                let now: Vec<Value> =
+                    names.iter().zip(states.iter()).map(|(program, state)| program.eval(view, state)).collect();
+                for (program, state) in names.iter().zip(states) {
+                    state.advance(program, view);
+                }
+                passed.add(now, view);
+            }
+            Watch::Count { .. } | Watch::Sequence { .. } => {}
+        }
+        false
+    }
+
+    fn end(self, view: &View<'_>) -> Option<Broken> {
+        match self {
+            Watch::Rule { of: Observation::Rule { text, at, .. }, rule } => {
+                if let Some(violation) = rule.violation() {
+                    return Some(Broken {
+                        text: text.clone(),
+                        at: at.clone(),
+                        what: format!("The rule over the block was broken: {}.", violation.how),
+                        parts: violation.parts.clone(),
+                        tick: Some(violation.tick),
+                        names: violation.names.clone(),
+                        undecided: false,
+                    });
+                }
+                let decided = rule.decided();
+                (decided.premises == 0).then(|| Broken {
+                    text: text.clone(),
+                    at: at.clone(),
+                    what: format!("The rule was never decided ({} frames and events looked at).", decided.looked_at),
+                    parts: Vec::new(),
+                    tick: None,
+                    names: Vec::new(),
+                    undecided: true,
+                })
+            }
+            Watch::Count { of: Observation::Count { text, at, condition, is }, counted, .. } => {
+                let right = counted.judge(|count| condition::matches(is, &Value::whole(count), view));
+                let what = match right {
+                    Truth::True => return None,
+                    Truth::False => "The number is not right.".into(),
+                    Truth::Unknown => format!(
+                        "The number is not certain: of {} frames and events the condition was known at {}.",
+                        counted.known + counted.unknown,
+                        counted.known
+                    ),
+                };
+                Some(Broken {
+                    text: text.clone(),
+                    at: at.clone(),
+                    what,
+                    parts: vec![PartSeen {
+                        text: condition.text().to_owned(),
+                        wanted: condition::wanted_text(is, view),
+                        seen: counted.held.to_string(),
+                        held: false,
+                    }],
+                    tick: counted.last,
+                    names: condition.names().collect(),
+                    undecided: right == Truth::Unknown,
+                })
+            }
+            Watch::Sequence { of: Observation::Sequence { text, at, names, is }, passed, .. } => {
+                let seen: Vec<&[Value]> = passed.values.iter().map(|(_, values)| &values[..]).collect();
+                let known = passed.gap.unwrap_or(seen.len());
+                let open = passed.gap.is_some() || seen.is_empty();
+                let order = Order { wanted: is, seen: &seen[..known], open, noise: view.position_noise() };
+                let wrong = order.first_difference();
+                let undecided = wrong.is_none();
+                let (what, wrong) = match wrong {
+                    Some(wrong) => (format!("The order is not right from entry {} on.", wrong + 1), wrong),
+                    None if !open => return None,
+                    None => {
+                        (format!("The order is not certain: after {known} entries the values were not known."), known)
+                    }
+                };
+                Some(Broken {
+                    text: text.clone(),
+                    at: at.clone(),
+                    undecided,
+                    what,
+                    parts: vec![PartSeen {
+                        text: names.iter().map(|name| name.text()).collect::<Vec<_>>().join(", "),
+                        wanted: is.iter().map(show_entry).collect::<Vec<_>>().join(" "),
+                        seen: seen.iter().map(|values| show(values)).collect::<Vec<_>>().join(" "),
+                        held: false,
+                    }],
+                    tick: passed.values.get(wrong).or(passed.values.last()).map(|(tick, _)| *tick),
+                    names: names.iter().flat_map(|name| name.names()).collect(),
+                })
+            }
+            Watch::Rule { .. } | Watch::Count { .. } | Watch::Sequence { .. } => None,
+        }
+    }
+}
+
+impl Counted {
+    fn add(&mut self, truth: Option<bool>, tick: Tick) {
+        match truth {
+            Some(held) => {
+                self.known += 1;
+                self.held += u64::from(held);
+                self.last = if held { Some(tick) } else { self.last };
+            }
+            None => self.unknown += 1,
+        }
+    }
+
+    /// Whether the number is right, whatever the condition was where it was not known.
+    fn judge(&self, is_right: impl Fn(u64) -> Truth) -> Truth {
+        if self.known == 0 {
+            return Truth::Unknown;
+        }
+        let first = is_right(self.held);
+        let certain = (self.held + 1..=self.held + self.unknown).all(|count| is_right(count) == first);
+        if certain { first } else { Truth::Unknown }
+    }
+}
+
+impl Passed {
+    fn add(&mut self, now: Vec<Value>, view: &View<'_>) {
+        if now.iter().any(Value::is_unknown) {
+            if !self.values.is_empty() {
+                self.gap.get_or_insert(self.values.len());
+            }
+        } else if self.values.last().is_none_or(|(_, last)| !same(last, &now, view.position_noise())) {
+            self.values.push((view.tick, now));
+        }
+    }
+}
+
+/// Whether values are equal, by the rules of `==`; the noise is given to places only.
+fn same(seen: &[Value], wanted: &[Value], noise: u32) -> bool {
+    let equal = |(seen, wanted): (&Value, &Value)| {
+        let noise = if matches!((seen, wanted), (Value::Place(_), _) | (_, Value::Place(_))) { noise } else { 0 };
+        equal(seen, wanted, None, noise) == Some(true)
+    };
+    seen.len() == wanted.len() && seen.iter().zip(wanted).all(equal)
+}
+
+/// What a sequence wants, and what was seen for certain.
+struct Order<'a> {
+    wanted: &'a [SequenceEntry],
+    seen: &'a [&'a [Value]],
+    /// Whether anything may have come after what was seen.
+    open: bool,
+    noise: u32,
+}
+
+impl Order<'_> {
+    /// The first place at which what was seen is not what is right; `None` if all of it is.
+    fn first_difference(&self) -> Option<usize> {
+        let mut furthest = 0;
+        (!self.fits(self.wanted, 0, &mut furthest)).then_some(furthest)
+    }
+
+    fn fits(&self, wanted: &[SequenceEntry], at: usize, furthest: &mut usize) -> bool {
+        *furthest = (*furthest).max(at);
+        match wanted.split_first() {
+            None => at >= self.seen.len(),
+            Some((SequenceEntry::Values(values), rest)) => self.is(at, values) && self.fits(rest, at + 1, furthest),
+            Some((SequenceEntry::Either(runs), rest)) => runs.iter().any(|run| {
+                let fit = run.iter().enumerate().all(|(index, values)| self.is(at + index, values));
+                fit && self.fits(rest, at + run.len(), furthest)
+            }),
+        }
+    }
+
+    fn is(&self, at: usize, wanted: &[Value]) -> bool {
+        self.seen.get(at).map_or(self.open, |seen| same(seen, wanted, self.noise))
+    }
+}
+
+fn show(values: &[Value]) -> String {
+    format!("[{}]", values.iter().map(judge::view::plain).collect::<Vec<_>>().join(", "))
+}
+
+fn show_entry(entry: &SequenceEntry) -> String {
+    match entry {
+        SequenceEntry::Values(values) => show(values),
+        SequenceEntry::Either(runs) => {
+            let run = |run: &Vec<Vec<Value>>| run.iter().map(|values| show(values)).collect::<Vec<_>>().join(" ");
+            format!("({})", runs.iter().map(run).collect::<Vec<_>>().join(" | "))
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! Devices under test: how each kind is put on a segment.
+
+use super::live::{LiveDevice, SharedLiveDevice};
+use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
+use super::trial::{DpLine, Place};
+use controllers::profibus_dp::Settings as MasterSettings;
+use reference_devices::{BuildError, Bus, Line, ReferenceDevice, Setup, build_delivered, build_manual};
+use station::{Duration, Outbox, Stand, Station, Time};
+use std::fmt;
+use std::net::Ipv4Addr;
+use std::str::FromStr;
+use virtual_wire::null::{Babbler, BusBabbler, BusReflector, DiesAfter, Reflector, Silent};
+use wire::ethernet::Mac;
+use wire::profibus::fdl::BitTimes;
+use wire::profinet::dcp::block::IpParameter;
+
+/// Addresses on a virtual segment: locally administered MACs, private IP addresses.
+pub const CONTROLLER: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 1]), Ipv4Addr::new(192, 168, 0, 1));
+/// The second controller.
+pub const SECOND: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 0, 2]), Ipv4Addr::new(192, 168, 0, 2));
+/// The device under test; a manual may say how its address begins.
+pub const DEVICE: (Mac, Ipv4Addr) = (Mac([2, 0, 0, 0, 1, 0]), Ipv4Addr::new(192, 168, 0, 10));
+/// An address of the virtual segment that nobody has.
+const FREE: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 200);
+/// The mask of the virtual segment.
+pub const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
+/// From one frame of a babbler to the next.
+const BABBLES_EACH: Duration = Duration::from_micros(500);
+/// After how long a reflector on a bus answers, which is the least that a slave may take.
+const REFLECTS_AFTER: BitTimes = BitTimes(11);
+/// The station name that virtual benches give the device.
+pub const STATION_NAME: &str = "encoder-under-test";
+
+/// Somebody who is no proper device; a run against one must never be green.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Nobody {
+    /// There is no station at all.
+    Absent,
+    /// A station that never sends.
+    Silent,
+    /// A station that sends every frame back.
+    Reflector,
+    /// A station that sends random octets.
+    Babbler,
+    /// A proper device with another identity than is claimed.
+    WrongIdentity,
+    /// A proper device that falls silent after so many frames.
+    DiesAfter(usize),
+}
+
+impl Nobody {
+    /// The words for `--dut null:WORD`.
+    pub const WORDS: [&'static str; 6] = ["absent", "silent", "reflector", "babbler", "wrong-identity", "dies-after-N"];
+}
+
+impl FromStr for Nobody {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Nobody, String> {
+        Ok(match word {
+            "absent" => Nobody::Absent,
+            "silent" => Nobody::Silent,
+            "reflector" => Nobody::Reflector,
+            "babbler" => Nobody::Babbler,
+            "wrong-identity" => Nobody::WrongIdentity,
+            word => match word.strip_prefix("dies-after-").map(str::parse) {
+                Some(Ok(frames)) => Nobody::DiesAfter(frames),
+                _ => return Err(format!("there is no null:{word}; there are {}", Nobody::WORDS.join(", "))),
+            },
+        })
+    }
+}
+
+impl fmt::Display for Nobody {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Nobody::Absent => f.write_str("absent"),
+            Nobody::Silent => f.write_str("silent"),
+            Nobody::Reflector => f.write_str("reflector"),
+            Nobody::Babbler => f.write_str("babbler"),
+            Nobody::WrongIdentity => f.write_str("wrong-identity"),
+            Nobody::DiesAfter(frames) => write!(f, "dies-after-{frames}"),
+        }
+    }
+}
+
+/// What stands at the other end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum DutKind {
+    /// The built-in reference device, with these bugs switched on.
+    Model {
+        /// Names of the bugs.
+        bugs: Vec<String>,
+    },
+    /// A reference device that is not built in, with these bugs switched on.
+    Brought {
+        /// What it was written from.
+        model: &'static reference_devices::Manual,
+        /// Names of the bugs.
+        bugs: Vec<String>,
+    },
+    /// Somebody who must never pass.
+    Nobody(Nobody),
+    /// A device outside of this process, on its bench.
+    Live(SharedLiveDevice),
+}
+
+/// A device under test and what it claims to be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DutSpec {
+    /// Name of the manual.
+    pub manual: String,
+    /// Name of the variant.
+    pub variant: String,
+    /// What stands at the other end.
+    pub kind: DutKind,
+}
+
+/// As `--dut` has it.
+impl fmt::Display for DutSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            DutKind::Model { .. } | DutKind::Brought { .. } => write!(f, "model:{}/{}", self.manual, self.variant),
+            DutKind::Nobody(nobody) => write!(f, "null:{nobody}"),
+            DutKind::Live(device) => match &device.0.bench().path {
+                Some(path) => write!(f, "{}", path.display()),
+                None => write!(f, "{}", device.0.bench().link),
+            },
+        }
+    }
+}
+
+impl DutSpec {
+    /// The kind in the word of the reports.
+    pub fn kind_word(&self) -> &'static str {
+        match &self.kind {
+            DutKind::Model { .. } | DutKind::Brought { .. } => "model",
+            DutKind::Nobody(_) => "null",
+            DutKind::Live(device) => device.0.bench().link.kind(),
+        }
+    }
+
+    /// The reference device of the same variant, without a bug.
+    #[must_use]
+    pub fn healthy(&self) -> DutSpec {
+        DutSpec { kind: DutKind::Model { bugs: Vec::new() }, ..self.clone() }
+    }
+
+    /// The live device, where it is one.
+    pub fn live(&self) -> Option<&dyn LiveDevice> {
+        match &self.kind {
+            DutKind::Live(device) => Some(&*device.0),
+            DutKind::Model { .. } | DutKind::Brought { .. } | DutKind::Nobody(_) => None,
+        }
+    }
+
+    /// What the reference device was written from.
+    fn model(&self) -> Result<&'static reference_devices::Manual, BuildError> {
+        match &self.kind {
+            DutKind::Brought { model, .. } => Ok(model),
+            DutKind::Model { .. } | DutKind::Nobody(_) | DutKind::Live(_) => reference_devices::manual(&self.manual),
+        }
+    }
+
+    /// Where the device is found.
+    pub fn place(&self) -> Place {
+        if let DutKind::Live(device) = &self.kind {
+            return device.0.place().clone();
+        }
+        Place {
+            name: STATION_NAME.to_owned(),
+            mac: None,
+            ip: IpParameter { address: DEVICE.1, mask: MASK, gateway: Ipv4Addr::UNSPECIFIED },
+            controllers: [CONTROLLER, SECOND],
+            free_ip: FREE,
+            line: DpLine::default(),
+            seed: 0,
+            noise: 0,
+            slack: Duration::ZERO,
+            bench: None,
+            persona: None,
+            deviates: !self.bugs().is_empty(),
+        }
+    }
+
+    /// Puts a fresh device on a fresh segment for the trial `id`; its shaft stands at a place that depends on the trial. A live
+    /// device is what it is. `line` is where a device for PROFIBUS stands.
+    pub fn segment<'a>(&'a self, id: &str, line: DpLine) -> Result<Box<dyn Segment + 'a>, String> {
+        let shaft = shaft(id);
+        let known = self.model();
+        let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
+        let is_slave = known.as_ref().is_ok_and(|known| matches!(known.bus, Bus::Profibus(_)));
+        let on = |device: Box<dyn DeviceOnStand + 'a>| match is_slave {
+            true => VirtualSegment::bus(device, line.baud, MasterSettings::new(0, line.baud).slot_time),
+            false => VirtualSegment::new(device),
+        };
+        let built = move |bugs: &[String], is_named: bool| {
+            let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
+            let build = if is_named { build_manual } else { build_delivered };
+            let setup =
+                Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
+            known.clone().and_then(|known| build(known, &self.variant, &setup)).map_err(|error| error.to_string())
+        };
+        let model = |bugs: &'a [String]| -> Result<Model<'a>, String> {
+            let delivered = built.clone();
+            Ok(Model::new(built(bugs, true)?, Box::new(move || delivered(bugs, false))))
+        };
+        Ok(Box::new(match &self.kind {
+            DutKind::Live(device) => return Ok(device.0.segment()),
+            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => on(Box::new(model(bugs)?)),
+            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on(Box::new(Stranger(Silent, NoStand))),
+            DutKind::Nobody(Nobody::Reflector) => match is_slave {
+                true => {
+                    let delay = Duration::from_nanos(line.baud.nanoseconds(REFLECTS_AFTER));
+                    on(Box::new(Stranger(BusReflector::new(delay), NoStand)))
+                }
+                false => on(Box::new(Stranger(Reflector, NoStand))),
+            },
+            DutKind::Nobody(Nobody::Babbler) => match is_slave {
+                true => {
+                    let babbler = BusBabbler::new(shaft, BABBLES_EACH, line.station, line.masters[0]);
+                    on(Box::new(Stranger(babbler, NoStand)))
+                }
+                false => {
+                    let babbler = Babbler::new(shaft, BABBLES_EACH, DEVICE.0.0, CONTROLLER.0.0);
+                    on(Box::new(Stranger(babbler, NoStand)))
+                }
+            },
+            DutKind::Nobody(Nobody::WrongIdentity) => {
+                let device = Boxed(built(&[], true)?);
+                let rewrite = if is_slave { other_ident } else { other_identity };
+                on(Box::new(Stranger(Rewriting::new(device, rewrite), NoStand)))
+            }
+            DutKind::Nobody(Nobody::DiesAfter(frames)) => on(Box::new(Mortal(DiesAfter::new(model(&[])?, *frames)))),
+        }))
+    }
+}
+
+fn setup(shaft: u64) -> Setup<'static> {
+    Setup { mac: DEVICE.0.0, shaft, station_name: STATION_NAME, ..Setup::default() }
+}
+
+/// A raw place that depends on the id of the trial and is never 0 (FNV-1a, so that it is the same everywhere).
+fn shaft(id: &str) -> u64 {
+    let hash = id
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325u64, |hash, octet| (hash ^ u64::from(octet)).wrapping_mul(0x100_0000_01b3));
+    hash % 0x3_0000 + 0x1001
+}
+
+/// A reference device that falls silent; its stand goes on working.
+struct Mortal<'a>(DiesAfter<Model<'a>>);
+
+impl DeviceOnStand for Mortal<'_> {
+    fn station(&mut self) -> &mut dyn Station {
+        &mut self.0
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        self.0.station_mut()
+    }
+}
+
+struct Boxed(Box<dyn ReferenceDevice>);
+
+impl Station for Boxed {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.0.receive(now, frame, out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.0.wake(now, out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.0.deadline()
+    }
+}
+
+/// A proper device of which every frame is written anew.
+struct Rewriting<S> {
+    device: S,
+    sent: Outbox,
+    rewrite: fn(&[u8], &mut Outbox),
+}
+
+impl<S: Station> Rewriting<S> {
+    fn new(device: S, rewrite: fn(&[u8], &mut Outbox)) -> Rewriting<S> {
+        Rewriting { device, sent: Outbox::new(), rewrite }
+    }
+
+    fn pass(&mut self, out: &mut Outbox) {
+        self.sent.frames().for_each(|frame| (self.rewrite)(frame, out));
+        self.sent.clear();
+    }
+}
+
+impl<S: Station> Station for Rewriting<S> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.device.receive(now, frame, &mut self.sent);
+        self.pass(out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.device.wake(now, &mut self.sent);
+        self.pass(out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.device.deadline()
+    }
+}
+
+/// Says another vendor and device id in a DCP frame.
+fn other_identity(frame: &[u8], out: &mut Outbox) {
+    use wire::ethernet::{EtherType, FrameHeader};
+    use wire::profinet::dcp::{Body, Dcp, Value};
+    let dcp = FrameHeader::parse(frame)
+        .ok()
+        .filter(|(header, _)| header.ether_type == EtherType::PROFINET)
+        .and_then(|(header, payload)| Some((header, Dcp::parse(payload).ok()?)));
+    let Some((header, mut dcp)) = dcp else { return out.push(frame) };
+    if let Body::Blocks(blocks) = &mut dcp.body {
+        for block in blocks {
+            if let Value::DeviceId { vendor_id, device_id } = &mut block.value {
+                (*vendor_id, *device_id) = (!*vendor_id, !*device_id);
+            }
+        }
+    }
+    out.push_with(|out| dcp.write_frame(header.destination, header.source, out));
+}
+
+/// Says another ident number in a diagnosis.
+fn other_ident(octets: &[u8], out: &mut Outbox) {
+    use wire::profibus::fdl::{DataFrame, Frame};
+    use wire::profibus::sap::{Service, SlaveSap};
+    match Frame::parse(octets) {
+        Ok(Frame::Data(frame)) if Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG) => {
+            let mut data = frame.data.to_vec();
+            data.iter_mut().skip(4).take(2).for_each(|octet| *octet = !*octet);
+            out.push_with(|out| DataFrame { data: &data, ..frame }.write(out));
+        }
+        _ => out.push(octets),
+    }
+}
+
+impl DutSpec {
+    /// The bugs that are switched on.
+    pub fn bugs(&self) -> &[String] {
+        match &self.kind {
+            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => bugs,
+            DutKind::Nobody(_) | DutKind::Live(_) => &[],
+        }
+    }
+
+    /// What those of the bugs do that no manual lists, as `name: sentence`.
+    pub fn bug_notes(&self) -> Vec<String> {
+        reference_devices::bugs_of_the_field()
+            .filter(|bug| self.bugs().iter().any(|name| name == bug.name))
+            .map(|bug| format!("{}: {}", bug.name, bug.sentence))
+            .collect()
+    }
+}

@@ -1,0 +1,198 @@
+//! An expectation at work: `expect` with its window, told of every frame and event.
+
+use expression::NameId;
+use judge::condition::Memory;
+use judge::place::{Spot, place_of};
+use judge::rule::{length, stay};
+use judge::steady::Steady;
+use judge::view::View;
+use judge::window::{Outcome, Stay, Window};
+use judge::{Tick, Truth};
+use results::outcome::PartSeen;
+use station::{Duration, Time};
+use suite::device::NameKind;
+use suite::model::{Condition, Hold, Span};
+
+/// What is remembered of the instant that decided.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// When and in which frame.
+    pub tick: Tick,
+    /// The parts of the condition there.
+    pub parts: Vec<PartSeen>,
+    /// Where each name of the condition stood.
+    pub places: Vec<(NameId, Option<Spot>)>,
+}
+
+impl Seen {
+    /// The same parts at another frame.
+    fn again(&mut self, view: &View<'_>) {
+        self.tick = view.tick;
+        self.places.iter_mut().for_each(|(name, place)| *place = place_of(*name, view));
+    }
+}
+
+/// An expectation at work.
+pub struct Expectation<'a> {
+    condition: &'a Condition,
+    hold: &'a Hold,
+    memory: Memory,
+    end: Memory,
+    window: Window,
+    allowed: Duration,
+    events: bool,
+    steady: Steady<Known>,
+    latest: Option<Seen>,
+    decisive: Option<Seen>,
+}
+
+/// What its conditions came to, as far as they were asked.
+#[derive(Clone, Copy, Debug, Default)]
+struct Known {
+    truth: Option<Truth>,
+    end: Option<Truth>,
+}
+
+impl<'a> Expectation<'a> {
+    /// Opens the window of an `expect` at `opened`, with `view` as how things stand before the first frame.
+    ///
+    /// It is undecided from the begin if its length cannot be known.
+    pub fn open(
+        condition: &'a Condition,
+        within: &Span,
+        hold: &'a Hold,
+        (opened, slack, watchdog): (Time, Duration, Duration),
+        view: &View<'_>,
+    ) -> Expectation<'a> {
+        let (length, held) = (length(within, view), stay(hold, view));
+        let known = length.is_some() && held.is_some();
+        let window = Window::open(opened, length.unwrap_or_default(), slack, held.unwrap_or(Stay::No), watchdog);
+        let mut expectation = Expectation {
+            condition,
+            hold,
+            memory: Memory::default(),
+            end: Memory::default(),
+            window,
+            allowed: length.unwrap_or_default() + slack,
+            events: asks_for_events(condition, view),
+            steady: Steady::default(),
+            latest: None,
+            decisive: None,
+        };
+        if !known {
+            expectation.latest = Some(expectation.look(view));
+            expectation.window.cut();
+        }
+        expectation.begin_with(view);
+        expectation
+    }
+
+    /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
+    pub fn begin_with(&mut self, view: &View<'_>) {
+        self.memory.forget();
+        self.end.forget();
+        self.steady.forget();
+        self.advance(view);
+    }
+
+    /// Moves on to the next observation, and says whether something else is remembered now.
+    fn advance(&mut self, view: &View<'_>) -> bool {
+        let mut changed = self.memory.advance(self.condition, view);
+        if let Hold::Until(end) = self.hold {
+            changed |= self.end.advance(end, view);
+        }
+        changed
+    }
+
+    /// Whether it asks for an event, which may have come before the step began.
+    pub fn asks_for_events(&self) -> bool {
+        self.events
+    }
+
+    /// What became of it so far.
+    pub fn outcome(&self) -> Outcome {
+        self.window.outcome()
+    }
+
+    /// How long it may take, the slack of a live bench included; zero: the very next sample decides.
+    pub fn allowed(&self) -> Duration {
+        self.allowed
+    }
+
+    /// The instant that decided, or the last one that was looked at.
+    pub fn seen(&self) -> Option<&Seen> {
+        self.decisive.as_ref().or(self.latest.as_ref())
+    }
+
+    /// The next time at which time alone may decide something.
+    pub fn wake(&self) -> Option<Time> {
+        self.window.wake()
+    }
+
+    /// Ends it undecided: nothing comes any more.
+    pub fn give_up(&mut self) {
+        self.window.cut();
+    }
+
+    /// Looks at a frame or an event; says whether that satisfied it.
+    pub fn tick(&mut self, view: &View<'_>) -> bool {
+        if self.window.outcome() != Outcome::Open {
+            return false;
+        }
+        let before = self.steady.known(&(self.condition, self.hold), view);
+        let mut known = before.unwrap_or_default();
+        let mut satisfied = false;
+        if view.tick.kind.is_judged() {
+            let truth = *known.truth.get_or_insert_with(|| self.memory.truth(self.condition, view));
+            let end = match self.hold {
+                Hold::Until(end) if self.window.wants_end() => {
+                    *known.end.get_or_insert_with(|| self.end.truth(end, view))
+                }
+                Hold::Until(_) | Hold::None | Hold::For(_) => Truth::False,
+            };
+            let outcome = self.window.tick(view.tick, truth, end);
+            satisfied = outcome == Outcome::Held;
+            if truth != Truth::True {
+                match (outcome, &mut self.latest) {
+                    (Outcome::Relapsed(_) | Outcome::Late(_) | Outcome::Undecided, _) => {
+                        self.decisive = Some(self.look(view));
+                    }
+                    // Nothing has changed but the frame in which it is seen.
+                    (_, Some(seen)) if before.is_some() => seen.again(view),
+                    (Outcome::Open | Outcome::Held | Outcome::Starved(_), _) => self.latest = Some(self.look(view)),
+                }
+            }
+        }
+        let moved = before.is_none() && self.advance(view);
+        self.steady.keep(view, known, moved);
+        satisfied
+    }
+
+    /// Lets time go by without a frame.
+    pub fn time(&mut self, view: &View<'_>, now: Time) {
+        if self.window.outcome() == Outcome::Open && self.window.time(now) != Outcome::Open && self.latest.is_none() {
+            self.latest = Some(self.look(view));
+        }
+    }
+
+    /// Whether the condition holds at `view`, with nothing remembered.
+    pub fn holds_at(condition: &Condition, view: &View<'_>) -> bool {
+        Memory::default().truth(condition, view) == Truth::True
+    }
+
+    fn look(&self, view: &View<'_>) -> Seen {
+        let mut names = Vec::new();
+        self.condition.each_name(&mut |name| names.push(name));
+        let places = names.into_iter().map(|name| (name, place_of(name, view))).collect();
+        Seen { tick: view.tick, parts: self.memory.parts(self.condition, view), places }
+    }
+}
+
+/// Whether a condition asks for an event.
+pub fn asks_for_events(condition: &Condition, view: &View<'_>) -> bool {
+    let mut found = false;
+    condition.each_name(&mut |name| {
+        found |= matches!(view.variant.names.get(name.0 as usize), Some(NameKind::Event(_)));
+    });
+    found
+}

@@ -1,0 +1,100 @@
+//! What a person is told about a failure: what was asked for, what came, where it stands in which frame, what to do next.
+
+use super::trial::{Run, Trouble};
+use super::world::{Lost, World};
+use judge::follow::Ending;
+use judge::observe::{Direction, Leaving};
+use judge::place::decisive;
+use results::outcome::{Blame, Failure, Place};
+use suite::model::{Manual, Step};
+
+/// Frames shown before and after the one that matters.
+const AROUND: u64 = 4;
+
+/// A failure of a step.
+pub fn failure(run: &Run<'_>, step: Option<&Step>, trouble: Trouble, covers: &[usize]) -> Failure {
+    let world = &run.world;
+    let covers = if covers.is_empty() { &run.trial.covers } else { covers };
+    let place = place(world, &trouble);
+    let around = place.as_ref().map(|place| place.frame).or(trouble.frame);
+    let (text, at) = match (&trouble.step, step) {
+        (Some((text, at)), _) => (text.clone(), at.clone()),
+        (None, Some(step)) => (step.text.clone(), step.at.clone()),
+        (None, None) => ("start".to_owned(), run.trial.at.clone()),
+    };
+    Failure {
+        blame: trouble.blame,
+        what: trouble.what.clone(),
+        step: text,
+        at,
+        requirements: requirements(world.manual, covers),
+        parts: trouble.parts.clone(),
+        trace: around.map_or_else(Vec::new, |frame| trace(world, frame)),
+        next: next(trouble.blame, place.as_ref()),
+        place,
+    }
+}
+
+/// Id, clause and sentence of each requirement.
+pub fn requirements(manual: &Manual, covers: &[usize]) -> Vec<(String, String, String)> {
+    covers
+        .iter()
+        .filter_map(|&index| manual.requirements.get(index))
+        .map(|of| (of.id.clone(), of.cites.clone(), of.statement.clone()))
+        .collect()
+}
+
+fn place(world: &World<'_>, trouble: &Trouble) -> Option<Place> {
+    let seen = decisive(&trouble.places, &trouble.parts, &world.view());
+    match (seen, trouble.frame) {
+        (Some((frame, octet, bit)), _) => Some(Place { frame, octet: Some(octet), bit, filter: filter(frame) }),
+        (None, Some(frame)) if frame > 0 => Some(Place { frame, octet: None, bit: None, filter: filter(frame) }),
+        (None, _) => None,
+    }
+}
+
+fn filter(frame: u64) -> String {
+    format!("frame.number == {frame}")
+}
+
+/// The frames around one, a line each, the one that matters marked.
+pub fn trace(world: &World<'_>, frame: u64) -> Vec<String> {
+    let first = usize::try_from(frame.saturating_sub(AROUND).max(1)).unwrap_or(usize::MAX);
+    let last = usize::try_from(frame + AROUND).unwrap_or(usize::MAX).min(world.trace.len());
+    let lines = world.describe(first..=last);
+    (first..=last)
+        .zip(lines)
+        .filter_map(|(number, line)| {
+            let seen = world.trace.get(number)?;
+            let mark = if number as u64 == frame { '>' } else { ' ' };
+            Some(format!("{mark}{number:>6} {}  {line}", seen.time))
+        })
+        .collect()
+}
+
+fn next(blame: Blame, place: Option<&Place>) -> String {
+    match (blame, place) {
+        (Blame::Device, Some(place)) => format!("Compare frame {} with the clause.", place.frame),
+        (Blame::Device, None) => "Compare the answer with the clause.".into(),
+        (Blame::Environment, _) => "Mend the bench and run it again: nothing was found out about the device.".into(),
+        (Blame::Harness, _) => "This is a mistake of encspec: please report it with the capture.".into(),
+        (Blame::Suite, _) => "This is a mistake of the suite: please report it.".into(),
+    }
+}
+
+/// How a connection was lost, in a sentence.
+pub fn lost(lost: &Lost) -> String {
+    match lost.ending {
+        Ending::Released => "The connection was released.".into(),
+        Ending::Aborted(Direction::ToController, code) => {
+            format!("The device ended the connection: {}.", wire::profinet::status::PnioStatus::from(code))
+        }
+        Ending::Aborted(Direction::ToDevice, code) => {
+            format!("Our controller had to end the connection: {}.", wire::profinet::status::PnioStatus::from(code))
+        }
+        Ending::Starved(Direction::ToController) => "The device stopped sending its cyclic frames.".into(),
+        Ending::Starved(Direction::ToDevice) => "Our own cyclic frames stopped.".into(),
+        Ending::Left(Leaving::NoService) => "The device left the data exchange: it answers with `no service`.".into(),
+        Ending::Left(Leaving::Diagnosis) => "The device left the data exchange, as its diagnosis says.".into(),
+    }
+}

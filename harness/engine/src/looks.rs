@@ -1,0 +1,337 @@
+//! The verbs that look: `expect`, blocks that are observed, and readings of the manual.
+
+use super::block::BlockWatch;
+use super::expect::{Expectation, asks_for_events};
+use super::trial::{Check, Done, Run, Trouble};
+use super::verbs::Stepped;
+use judge::Tick;
+use judge::window::Outcome as Decision;
+use results::outcome::{Blame, PartSeen};
+use results::verdict::Verdict;
+use station::{Duration, Time};
+use std::mem;
+use suite::device::{EventName, NameId, NameKind};
+use suite::model::{Condition, Hold, Reading, Span, Step, Verb};
+
+/// The longest hold of an `until`.
+const LONGEST_HOLD: Duration = Duration::from_secs(600);
+/// The time after which a step that waits for a sample of a dead connection gives up.
+pub const NO_SAMPLE: Duration = Duration::from_millis(500);
+/// The time between two looks at the stand, where nothing that is expected comes with the cyclic frames.
+const LOOK: Duration = Duration::from_millis(10);
+/// How long a hold may be without a look at the stand: on a live bench a look takes its time.
+const NO_LOOK: Duration = Duration::from_secs(1);
+
+impl<'a> Run<'a> {
+    /// Opens the window of an expectation and waits until it is decided.
+    pub fn expect(&mut self, condition: &'a Condition, within: &'a Span, hold: &'a Hold) -> Done {
+        let by_itself = self.comes_by_itself(condition);
+        if matches!(hold, Hold::None) {
+            self.refuse_idle(condition)?;
+        }
+        self.checks += 1;
+        if matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view()) && self.came_already(condition)
+        {
+            return Ok(());
+        }
+        let began = self.world.now();
+        let looks = self.looks_at_the_stand(condition);
+        let (slack, watchdog) = (self.slack, self.without_sample(looks));
+        let expectation = Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+        self.world.judges.expecting = Some(expectation);
+        if !by_itself {
+            self.world.look_now();
+        }
+        self.until_decided(began, looks);
+        let Some(expectation) = self.world.judges.expecting.take() else { return Ok(()) };
+        decision(&expectation)
+    }
+
+    /// Runs until the expectation at work is decided.
+    ///
+    /// Where it `looks` at the stand, each look is a sample.
+    fn until_decided(&mut self, began: Time, looks: bool) {
+        let mut next = began + LOOK;
+        loop {
+            let now = self.world.now();
+            let longest = now.since(began) > LONGEST_HOLD || self.world.halted().is_some();
+            let Some(expecting) = &mut self.world.judges.expecting else { return };
+            if expecting.outcome() != Decision::Open {
+                return;
+            }
+            let until = expecting.wake().unwrap_or(now + NO_SAMPLE + self.world.watchdog);
+            if looks && now >= next {
+                next = now + LOOK;
+                self.world.look_at_the_stand();
+                continue;
+            }
+            let until = if looks { until.min(next) } else { until };
+            let quiet = self.world.last_sample.map_or(began, |tick| tick.time.max(began));
+            if longest || (expecting.wake().is_none() && now.since(quiet) > NO_SAMPLE + self.world.watchdog) {
+                expecting.give_up();
+                return;
+            }
+            self.world.run(until.max(now + Duration::from_nanos(1)), |world| {
+                world.judges.expecting.as_ref().is_none_or(|expecting| expecting.outcome() != Decision::Open)
+            });
+        }
+    }
+
+    /// Whether only a look at the stand can tell: the condition speaks of LEDs and of nothing that comes by itself.
+    fn looks_at_the_stand(&self, condition: &Condition) -> bool {
+        let mut leds = false;
+        let mut events = false;
+        condition.each_name(&mut |name| {
+            leds |= matches!(self.kind(name), Some(NameKind::Led(_)));
+            events |= matches!(self.kind(name), Some(NameKind::Event(_)));
+        });
+        leds && !events && !self.comes_by_itself(condition)
+    }
+
+    /// How long a hold may be without a sample.
+    fn without_sample(&self, looks: bool) -> Duration {
+        let frames = self.world.watchdog * 2;
+        if looks { frames.max(NO_LOOK) } else { frames }
+    }
+
+    /// Whether the condition has a name that comes with the cyclic frames, so that there is a sample to wait for.
+    fn comes_by_itself(&self, condition: &Condition) -> bool {
+        let mut any = false;
+        condition.each_name(&mut |name| {
+            any |= matches!(
+                self.kind(name),
+                Some(
+                    NameKind::Signal { .. }
+                        | NameKind::InputOctets(_)
+                        | NameKind::OutputOctets(_)
+                        | NameKind::Elapsed
+                        | NameKind::InputLength
+                        | NameKind::InputStatus(_)
+                        | NameKind::OutputStatus(_)
+                        | NameKind::ConsumerStatus(_)
+                        | NameKind::Event(
+                            EventName::Alarm
+                                | EventName::AlarmChange
+                                | EventName::AlarmError
+                                | EventName::AlarmSeverity
+                                | EventName::AlarmSlot
+                                | EventName::AlarmSubslot
+                                | EventName::AlarmChannel
+                                | EventName::AlarmStructure
+                        )
+                )
+            );
+        });
+        any
+    }
+
+    /// Whether the condition has a name whose value at the last sample is not kept: asked names and LEDs.
+    fn asks_beyond_the_sample(&self, condition: &Condition) -> bool {
+        let mut any = false;
+        condition.each_name(&mut |name| {
+            any |= matches!(
+                self.kind(name),
+                Some(
+                    NameKind::Answer(_)
+                        | NameKind::Led(_)
+                        | NameKind::Parameter { .. }
+                        | NameKind::Record { .. }
+                        | NameKind::Station(_)
+                        | NameKind::Page { .. }
+                )
+            ) || matches!(self.kind(name), Some(NameKind::Event(event)) if event.is_lldp());
+        });
+        any
+    }
+
+    /// An expectation that was true before the last action cannot tell a device that reacts from one that does not.
+    fn refuse_idle(&self, condition: &'a Condition) -> Done {
+        if !self.comes_by_itself(condition) || self.asks_beyond_the_sample(condition) {
+            return Ok(());
+        }
+        let (Some(image), Some(last)) = (&self.before_action, self.world.last_sample) else { return Ok(()) };
+        let view = judge::view::View { image, ..self.world.view_at(last) };
+        if image.stands() && Expectation::holds_at(condition, &view) && !asks_for_events(condition, &view) {
+            let what = "The expectation was already true before the last action, so it tells nothing; use `for`.";
+            return Err(match self.world.segment.is_model() {
+                // It was true before anybody asked for it, which it is not where the device follows its manual.
+                true if self.place.deviates => {
+                    Trouble::device("It was already true before the last action.", Vec::new())
+                }
+                true => Trouble::other(Blame::Suite, Verdict::Error, what),
+                // What an earlier trial left on a live device may be to blame.
+                false => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
+            });
+        }
+        Ok(())
+    }
+
+    /// Looks for an event that came since the last action.
+    fn came_already(&mut self, condition: &Condition) -> bool {
+        let view = self.world.view();
+        let found = self.world.events.iter().position(|event| {
+            let view = judge::view::View { image: &event.image, tick: event.tick, ..view };
+            !event.used && Expectation::holds_at(condition, &view)
+        });
+        if let Some(index) = found {
+            self.world.events[index].used = true;
+        }
+        found.is_some()
+    }
+
+    /// Does a block of steps so many times, each time under the eyes of its observations.
+    pub fn block(
+        &mut self,
+        step: &'a Step,
+        steps: &'a [Step],
+        times: u32,
+        observe: &'a [suite::model::Observation],
+    ) -> Stepped<'a> {
+        for repetition in 0..times {
+            if !observe.is_empty() {
+                let mut watch = BlockWatch::begin(observe, self.world.watchdog * 2);
+                watch.begin_with(&self.world.view());
+                self.world.judges.blocks.push(watch);
+            }
+            let outcome = self.steps(steps);
+            if observe.is_empty() {
+                outcome?;
+                continue;
+            }
+            if outcome.is_ok() {
+                if let Some(block) = self.world.judges.blocks.last_mut() {
+                    block.close();
+                }
+                let until = self.world.now() + LONGEST_HOLD;
+                self.world.run(until, |world| {
+                    world.lost.is_some() || world.judges.blocks.last().is_none_or(|block| !block.is_waiting())
+                });
+            }
+            let watch = self.world.judges.blocks.pop();
+            outcome?;
+            let broken = watch.map(|watch| watch.end(&self.world.view())).unwrap_or_default();
+            self.checks += observe.len() as u64;
+            if let Some(first) = broken.into_iter().next() {
+                let what = match times {
+                    1 => first.what,
+                    _ => format!("{} (repetition {} of {times})", first.what, repetition + 1),
+                };
+                let mut trouble = match first.undecided {
+                    true => Trouble::other(Blame::Environment, Verdict::Inconclusive, what),
+                    false => Trouble::device(what, first.parts),
+                };
+                trouble.step = Some((first.text, first.at));
+                trouble.frame = first.tick.map(|tick: Tick| tick.frame);
+                let place = |name: &NameId| (*name, judge::place::place_of(*name, &self.world.view()));
+                trouble.places = first.names.iter().map(place).collect();
+                return Err((trouble, step));
+            }
+        }
+        Ok(())
+    }
+
+    /// Tries one reading of the manual after the other; the first that holds is taken.
+    pub fn either(&mut self, step: &'a Step, readings: &'a [Reading]) -> Stepped<'a> {
+        let answers = mem::take(&mut self.world.scene.notebook_mut().answers);
+        self.world.record_from_here();
+        let mut parts = Vec::new();
+        let mut last: Option<Trouble> = None;
+        self.in_reading = true;
+        for reading in readings {
+            self.world.scene.notebook_mut().answers.clone_from(&answers);
+            let used: Vec<bool> = self.world.events.iter().map(|event| event.used).collect();
+            match self.reading(&reading.steps) {
+                Ok(()) => {
+                    self.in_reading = false;
+                    self.world.stop_recording();
+                    self.readings.push((step.text.clone(), reading.name.clone()));
+                    let Some(finding) = &reading.finding else { return Ok(()) };
+                    self.findings.push((reading.name.clone(), finding.clone()));
+                    return Err((Trouble::device(finding.clone(), parts), step));
+                }
+                Err(trouble) => {
+                    for part in &trouble.parts {
+                        parts.push(PartSeen { text: format!("{}: {}", reading.name, part.text), ..part.clone() });
+                    }
+                    // Each reading is judged as if it stood alone: what it asked for is there for the next one.
+                    let before = used.into_iter().chain(std::iter::repeat(false));
+                    self.world.events.iter_mut().zip(before).for_each(|(event, used)| event.used = used);
+                    // A reading that the device did not follow weighs more than one that could not be judged.
+                    if last.as_ref().is_none_or(|last| last.verdict.is_some()) {
+                        last = Some(trouble);
+                    }
+                }
+            }
+        }
+        self.in_reading = false;
+        self.world.stop_recording();
+        let verdict = last.as_ref().and_then(|trouble| trouble.verdict);
+        let mut trouble = Trouble::device("None of the readings of the manual holds.", parts);
+        trouble.verdict = verdict;
+        trouble.frame = last.and_then(|trouble| trouble.frame);
+        Err((trouble, step))
+    }
+
+    /// A reading is judged as if it stood alone: its expectations look at what was seen from the begin of the step on.
+    fn reading(&mut self, steps: &'a [Step]) -> Done {
+        for step in steps {
+            match &step.verb {
+                Verb::Expect { condition, within, hold } => {
+                    self.checks += 1;
+                    let for_event = matches!(hold, Hold::None) && asks_for_events(condition, &self.world.view());
+                    if for_event && self.came_already(condition) {
+                        continue;
+                    }
+                    let began = self.world.recording_began();
+                    let looks = self.looks_at_the_stand(condition);
+                    let (slack, watchdog) = (self.slack, self.without_sample(looks));
+                    let mut expectation =
+                        Expectation::open(condition, within, hold, (began, slack, watchdog), &self.world.view());
+                    if !for_event {
+                        self.world.replay_recording(&mut expectation);
+                    }
+                    self.world.judges.expecting = Some(expectation);
+                    if !self.comes_by_itself(condition) {
+                        self.world.look_now();
+                    }
+                    self.until_decided(began, looks);
+                    if let Some(expectation) = self.world.judges.expecting.take() {
+                        decision(&expectation)?;
+                    }
+                }
+                _ => self.verb(step).map_err(|(trouble, _)| trouble)?,
+            }
+        }
+        for step in steps.iter().filter(|step| !step.covers.is_empty()) {
+            self.checked.push(Check { covers: step.covers.clone(), verdict: Verdict::Pass, failure: None });
+        }
+        Ok(())
+    }
+}
+
+/// What an expectation came to.
+fn decision(expectation: &Expectation<'_>) -> Done {
+    let seen = expectation.seen();
+    let parts = seen.map_or_else(Vec::new, |seen| seen.parts.clone());
+    let what = match expectation.outcome() {
+        Decision::Held => return Ok(()),
+        Decision::Starved(_) => {
+            let what = "No samples came while the condition had to stay true.";
+            let mut trouble = Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+            trouble.parts = parts;
+            return Err(trouble);
+        }
+        Decision::Relapsed(_) => "It was true and did not stay so.".to_owned(),
+        Decision::Late(_) => match expectation.allowed() {
+            Duration::ZERO => "It was not true at the very next sample.".to_owned(),
+            allowed => format!("It did not become true within {allowed:?}."),
+        },
+        Decision::Open | Decision::Undecided => format!("It could not be known within {:?}.", expectation.allowed()),
+    };
+    let mut trouble = Trouble::device(what, parts);
+    if let Some(seen) = seen {
+        trouble.frame = Some(seen.tick.frame);
+        trouble.places.clone_from(&seen.places);
+    }
+    Err(trouble)
+}

@@ -1,0 +1,284 @@
+//! What a trial needs of a bench: abilities of the stand, consents, what the device is said to have, time.
+//!
+//! It is read off the steps before anything is sent, so a trial that a bench cannot serve touches nothing. This room runs
+//! no step and knows no link.
+
+mod scan;
+
+use results::bench_file::{BenchFile, StandSpec};
+use std::fmt;
+use std::time::Duration;
+use suite::model::{Manual, Step, Trial, Variant};
+use wire::profibus::fdl::BaudRate;
+
+/// From this much waiting on, a trial runs on a live bench only with the ability `clock` or if asked for with `--long`.
+pub const LONG: Duration = Duration::from_secs(60);
+
+/// From this much time on that goes by in any case, a trial runs on a live bench only if asked for with `--long`.
+const VERY_LONG: Duration = Duration::from_secs(120);
+
+/// Why a trial that counts bits on the bus does not run on a bench.
+const CANNOT_TIME_BITS: &str = "link cannot time bits";
+
+/// One thing that a trial needs of the bench.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Need {
+    /// The stand can do this.
+    Stand(Ability),
+    /// Whoever owns the device agrees to this.
+    Consent(Consent),
+    /// The device is said to have this.
+    Claim(Claim),
+    /// It is known where this web page is and what it looks like, which the manual does not print.
+    Page(String),
+    /// No switch stands between us and the device: LLDP goes no further than to the next port.
+    DirectCable,
+    /// The trial takes long.
+    Long {
+        /// How long it waits in all.
+        waits: Duration,
+        /// How much of it no clock of the stand shortens, since a connection stands or the shaft turns.
+        really: Duration,
+    },
+    /// The bus keeps times that are counted in bits, as a clock that all slaves follow.
+    BitTiming,
+    /// The bus runs at this rate.
+    Rate(BaudRate),
+    /// No bench can serve it: it does something that belongs on a virtual wire only, in words.
+    Virtual(&'static str),
+}
+
+/// Something that a stand does or shows.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ability {
+    /// Connects and cuts the supply.
+    Power,
+    /// Plugs and pulls the cable of the bus.
+    Link,
+    /// The shaft moves, no matter how far and how fast.
+    Moves,
+    /// The shaft is turned by a way that is known.
+    Turn {
+        /// The shortest way in hardware steps that is turned; none where the ways are given in revolutions.
+        shortest: Option<f64>,
+    },
+    /// The shaft is brought to a raw place that is known.
+    Place,
+    /// The shaft turns steadily.
+    Speed {
+        /// The lowest speed that is not 0, in revolutions per minute; none where it is computed.
+        slowest: Option<f64>,
+    },
+    /// The shaft gets faster and slower evenly.
+    Acceleration,
+    /// Brings the device into the state in which it was delivered.
+    Delivery,
+    /// Sets the supply voltage.
+    Voltage,
+    /// Sets the temperature of the device.
+    Temperature,
+    /// Makes a condition of the encoder present, by its name in `device.yaml`.
+    Fault(String),
+    /// Presses a button.
+    Button(String),
+    /// Turns a coding switch.
+    Switch(String),
+    /// Looks at an LED.
+    Led(String),
+    /// Reads a counter.
+    Counter(String),
+}
+
+/// What may be done to a device only if the bench file says so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Consent {
+    /// It is reset to factory settings.
+    FactoryReset,
+    /// Its station name is changed.
+    SetName,
+    /// Its address is changed.
+    SetIp,
+    /// Its station address is changed over the bus.
+    SetAddress,
+    /// Its memory is written so many times, at most.
+    NvmWrite(u32),
+    /// Its position is preset.
+    PositionReference,
+    /// It is told to wait for another firmware.
+    Firmware,
+}
+
+/// What a device is said to have.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Claim {
+    /// This module (telegram), by its name in `device.yaml`.
+    Module(String),
+    /// This record or parameter, by its name in `device.yaml`.
+    Name(String),
+}
+
+/// Everything that a trial needs of the bench, each thing once.
+///
+/// What only checks with requirements of their own ask of the stand is left out: [`of_step`] says it for each of them.
+pub fn needs(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
+    scan::trial(manual, variant, trial)
+}
+
+/// What a single step needs of the bench, for checks that are judged for themselves.
+pub fn of_step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need> {
+    scan::step(manual, variant, step)
+}
+
+/// How many writes to the memory the needs come to, at most.
+pub fn nvm_writes(needs: &[Need]) -> u32 {
+    let writes = needs.iter().map(|need| match need {
+        Need::Consent(Consent::NvmWrite(writes)) => *writes,
+        _ => 0,
+    });
+    writes.fold(0, u32::saturating_add)
+}
+
+/// By how many steps a place may be off in a trial with these needs: the noise of the bench, and where the stand turns the
+/// shaft, how exactly it does.
+pub fn position_noise(needs: &[Need], bench: &BenchFile) -> u32 {
+    let moves = needs.iter().any(|need| matches!(need, Need::Stand(Ability::Turn { .. } | Ability::Place)));
+    let exactly = bench.stand.position().unwrap_or(0.0).ceil();
+    if moves { bench.position_noise.saturating_add(exactly as u32) } else { bench.position_noise }
+}
+
+/// Why a trial with these needs is not applicable on this bench; none if nothing is missing.
+///
+/// `long`: trials that wait for minutes are asked for. `nvm_left`: how many writes to the memory the run may still make.
+pub fn missing(needs: &[Need], bench: &BenchFile, long: bool, nvm_left: u32) -> Option<String> {
+    needs.iter().find_map(|need| match need {
+        Need::Stand(ability) => cannot(ability, &bench.stand),
+        Need::Consent(consent) => withheld(*consent, bench, nvm_left),
+        Need::Claim(claim) => disclaimed(claim, bench),
+        Need::Page(name) => Some(format!(
+            "the manual does not print what the web page {name} looks like: the bench says it under pages"
+        )),
+        Need::DirectCable if bench.direct_cable => None,
+        Need::DirectCable => Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`".to_owned()),
+        Need::BitTiming => Some(CANNOT_TIME_BITS.to_owned()),
+        // The rate of a bench is that of its line, and a pseudoterminal has none.
+        Need::Rate(_) => Some(CANNOT_TIME_BITS.to_owned()),
+        Need::Virtual(what) => Some(format!("only a virtual wire can take it: {what}")),
+        Need::Long { .. } if long => None,
+        Need::Long { really, .. } if *really >= VERY_LONG => Some(format!(
+            "the trial takes {} s, which no clock of the stand shortens: the run needs --long",
+            really.as_secs()
+        )),
+        Need::Long { .. } if bench.stand.serves("clock") => None,
+        Need::Long { waits, .. } => Some(format!(
+            "the trial waits for {} s: the stand needs the ability clock, or the run --long",
+            waits.as_secs()
+        )),
+    })
+}
+
+/// Why the stand cannot do it.
+fn cannot(ability: &Ability, stand: &StandSpec) -> Option<String> {
+    let name = ability.to_string();
+    let by_hand = if stand.shaft.hand { ", it is only turned by hand" } else { "" };
+    match ability {
+        Ability::Moves if stand.shaft.hand || stand.position().is_some() || stand.speed().is_some() => None,
+        Ability::Moves => Some("the stand cannot move the shaft".to_owned()),
+        Ability::Turn { shortest } => match (stand.position(), shortest) {
+            (None, _) => Some(format!("the stand cannot turn the shaft by a known way{by_hand}")),
+            // Twice as coarse as the way itself, a step would be within what is allowed.
+            (Some(exactly), Some(shortest)) if exactly * 2.0 >= *shortest && exactly > 0.0 => Some(format!(
+                "the stand turns the shaft to \u{b1}{exactly} steps, which is too coarse for a way of {shortest}"
+            )),
+            (Some(_), _) => {
+                (!stand.serves("turn")).then(|| "the stand cannot turn the shaft by a known way".to_owned())
+            }
+        },
+        Ability::Place => {
+            let can = stand.position().is_some() && stand.serves("shaft.counts");
+            (!can).then(|| format!("the stand cannot bring the shaft to a known place{by_hand}"))
+        }
+        Ability::Speed { slowest } => match (stand.speed(), slowest) {
+            (Some(exactly), Some(slowest)) if exactly * 100.0 > *slowest => {
+                Some(format!("the stand turns the shaft to \u{b1}{exactly} rpm, and at {slowest} rpm checks allow 1 %"))
+            }
+            (Some(_), _) if stand.serves("shaft.speed") => None,
+            _ => Some(format!("the stand cannot turn the shaft at a known speed{by_hand}")),
+        },
+        Ability::Led(_) => (!stand.serves(&name)).then(|| format!("nobody looks at {name}")),
+        Ability::Counter(_) => (!stand.serves(&name)).then(|| format!("nobody reads {name}")),
+        _ => (!stand.serves(&name)).then(|| format!("the stand cannot set {name}")),
+    }
+}
+
+/// Why it may not be done.
+fn withheld(consent: Consent, bench: &BenchFile, nvm_left: u32) -> Option<String> {
+    let given = &bench.consent;
+    let (word, given) = match consent {
+        Consent::FactoryReset => ("factory_reset", given.factory_reset),
+        Consent::SetName => ("set_name", given.set_name),
+        Consent::SetIp => ("set_ip", given.set_ip),
+        Consent::SetAddress => ("set_address", given.set_address),
+        Consent::PositionReference => ("position_reference", given.position_reference),
+        Consent::Firmware => ("firmware", given.firmware),
+        Consent::NvmWrite(_) if given.nvm_write == 0 => ("nvm_write", false),
+        Consent::NvmWrite(writes) if writes > nvm_left => {
+            let all = given.nvm_write;
+            return Some(format!(
+                "the trial may write the memory {writes} times, and of the {all} writes that the bench allows in a run {nvm_left} are left"
+            ));
+        }
+        Consent::NvmWrite(_) => return None,
+    };
+    (!given).then(|| format!("the bench gives no consent to {word}"))
+}
+
+/// Why the device is said not to have it.
+fn disclaimed(claim: &Claim, bench: &BenchFile) -> Option<String> {
+    match claim {
+        Claim::Module(name) => {
+            let claimed = bench.telegrams.as_ref().is_none_or(|list| list.contains(name));
+            (!claimed).then(|| format!("the bench does not claim {name}"))
+        }
+        Claim::Name(name) => {
+            let lacks = bench.lacks.contains(name);
+            lacks.then(|| format!("the bench says that the device lacks {name}"))
+        }
+    }
+}
+
+/// In the words of the bench file.
+impl fmt::Display for Consent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Consent::FactoryReset => f.write_str("factory_reset"),
+            Consent::SetName => f.write_str("set_name"),
+            Consent::SetIp => f.write_str("set_ip"),
+            Consent::SetAddress => f.write_str("set_address"),
+            Consent::NvmWrite(writes) => write!(f, "nvm_write ({writes})"),
+            Consent::PositionReference => f.write_str("position_reference"),
+            Consent::Firmware => f.write_str("firmware"),
+        }
+    }
+}
+
+/// The name that `set`, `expect` and the hooks of a bench file use.
+impl fmt::Display for Ability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Ability::Power => f.write_str("power"),
+            Ability::Link => f.write_str("link"),
+            Ability::Delivery => f.write_str("device"),
+            Ability::Moves | Ability::Turn { .. } => f.write_str("turn"),
+            Ability::Place => f.write_str("shaft.counts"),
+            Ability::Speed { .. } => f.write_str("shaft.speed"),
+            Ability::Acceleration => f.write_str("shaft.acceleration"),
+            Ability::Voltage => f.write_str("supply.voltage"),
+            Ability::Temperature => f.write_str("supply.temperature"),
+            Ability::Fault(name) => write!(f, "fault.{name}"),
+            Ability::Button(name) => write!(f, "button.{name}"),
+            Ability::Switch(name) => write!(f, "switch.{name}"),
+            Ability::Led(name) => write!(f, "led.{name}"),
+            Ability::Counter(name) => write!(f, "counter.{name}"),
+        }
+    }
+}

@@ -1,0 +1,523 @@
+//! The needs of a trial, read off its steps.
+
+use super::{Ability, Claim, Consent, LONG, Need};
+use crate::scan::observed;
+use expression::{NameId, Program, Value};
+use std::ops::RangeInclusive;
+use std::time::Duration;
+use suite::device::{Bus, Changed, NameKind, Origin, StandName, StationName};
+use suite::model::{
+    Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
+    Trial, Turn, Variant, Verb, Via, Way,
+};
+use wire::profidrive::parameter::{Request, RequestId};
+
+/// Index of the older parameter channel of the drive profile.
+const OLD_PARAMETER_ACCESS: u16 = 0x002F;
+/// I&M1 to I&M4, which a device keeps.
+const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
+
+/// Everything that a trial needs.
+pub(super) fn trial(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
+    let mut scan = Scan::new(manual, variant);
+    if let Some(start) = &trial.start {
+        scan.start(start);
+    }
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        scan.steps(steps, 1);
+    }
+    scan.finish()
+}
+
+/// What one step needs.
+pub(super) fn step(manual: &Manual, variant: &Variant, step: &Step) -> Vec<Need> {
+    let mut scan = Scan::new(manual, variant);
+    scan.verb(&step.verb, 1);
+    scan.finish()
+}
+
+/// What was found so far.
+struct Scan<'a> {
+    manual: &'a Manual,
+    variant: &'a Variant,
+    needs: Vec<Need>,
+    /// The connection in use: its module and its cycle.
+    module: Option<usize>,
+    cycle: Duration,
+    /// How long the trial waits by itself, and how much of it no clock shortens.
+    waits: Duration,
+    really: Duration,
+    /// Whether a connection stands.
+    connected: bool,
+    /// Writes to the memory.
+    writes: u64,
+    /// Ways that the shaft is turned, in steps where they are known, and speeds, in rpm where they are known.
+    ways: Vec<Option<f64>>,
+    speeds: Vec<Option<f64>>,
+    /// Whether something that the shaft moves is looked at.
+    measures: bool,
+    /// Whether a check of its own is looked at, whose abilities are its own affair.
+    apart: bool,
+}
+
+impl<'a> Scan<'a> {
+    fn new(manual: &'a Manual, variant: &'a Variant) -> Scan<'a> {
+        Scan {
+            manual,
+            variant,
+            needs: Vec::new(),
+            module: None,
+            cycle: Duration::from_millis(2),
+            waits: Duration::ZERO,
+            really: Duration::ZERO,
+            connected: false,
+            writes: 0,
+            ways: Vec::new(),
+            speeds: Vec::new(),
+            measures: false,
+            apart: false,
+        }
+    }
+
+    fn finish(mut self) -> Vec<Need> {
+        if self.writes > 0 {
+            let writes = u32::try_from(self.writes).unwrap_or(u32::MAX);
+            self.add(Need::Consent(Consent::NvmWrite(writes)));
+        }
+        let moves = !self.ways.is_empty() || !self.speeds.is_empty();
+        if moves && !self.measures {
+            self.add(Need::Stand(Ability::Moves));
+        } else {
+            if !self.ways.is_empty() {
+                let shortest = self.ways.iter().flatten().copied().reduce(f64::min);
+                self.add(Need::Stand(Ability::Turn { shortest }));
+            }
+            if !self.speeds.is_empty() {
+                let slowest = self.speeds.iter().flatten().copied().reduce(f64::min);
+                self.add(Need::Stand(Ability::Speed { slowest }));
+            }
+        }
+        if self.waits >= LONG {
+            self.add(Need::Long { waits: self.waits, really: self.really });
+        }
+        self.needs
+    }
+
+    fn add(&mut self, need: Need) {
+        if !self.needs.contains(&need) {
+            self.needs.push(need);
+        }
+    }
+
+    fn able(&mut self, ability: Ability) {
+        if !self.apart {
+            self.add(Need::Stand(ability));
+        }
+    }
+
+    fn has(&mut self, name: &str) {
+        self.add(Need::Claim(Claim::Name(name.to_owned())));
+    }
+
+    fn kind(&self, name: NameId) -> Option<&'a NameKind> {
+        self.variant.names.get(name.0 as usize)
+    }
+
+    fn steps(&mut self, steps: &'a [Step], times: u64) {
+        for step in steps {
+            let outer = self.apart;
+            self.apart |= !step.covers.is_empty();
+            self.verb(&step.verb, times);
+            self.apart = outer;
+        }
+    }
+
+    fn verb(&mut self, verb: &'a Verb, times: u64) {
+        match verb {
+            Verb::Set(settings) => settings.iter().for_each(|setting| self.setting(setting, times)),
+            Verb::Turn(turn) => self.turn(turn, times),
+            Verb::Exchange(entries) => {
+                for entry in entries {
+                    let cycles = number(&entry.times).map_or(1, |cycles| cycles as u64);
+                    self.wait(self.cycle, times.saturating_mul(cycles));
+                    entry.set.iter().for_each(|setting| self.setting(setting, times));
+                }
+            }
+            Verb::Connect { start, .. } => self.start(start),
+            Verb::Disconnect { second } => self.connected &= *second,
+            Verb::Write(access) => self.write(access, times),
+            Verb::Read { access, .. } => self.read(access, times),
+            Verb::Send { service, .. } => self.service(service, times),
+            Verb::Expect { condition, hold, .. } => {
+                self.condition(condition);
+                match hold {
+                    Hold::For(span) => self.span(span, times),
+                    Hold::Until(condition) => self.condition(condition),
+                    Hold::None => {}
+                }
+            }
+            Verb::Wait(span) => {
+                let (waits, really) = (self.waits, self.really);
+                self.span(span, times);
+                if !self.connected && self.waits.saturating_sub(waits) >= LONG {
+                    self.really = really;
+                }
+            }
+            Verb::Save(list) => {
+                list.iter().flat_map(|(_, program)| program.names()).for_each(|name| self.looked_at(name));
+            }
+            Verb::Block { steps, times: more, observe } => {
+                let mut names = Vec::new();
+                observe.iter().for_each(|observation| observed(observation, &mut |name| names.push(name)));
+                names.into_iter().for_each(|name| self.looked_at(name));
+                self.steps(steps, times.saturating_mul(u64::from(*more)));
+            }
+            Verb::Either(readings) => readings.iter().for_each(|reading| self.steps(&reading.steps, times)),
+        }
+    }
+
+    fn start(&mut self, start: &Start) {
+        self.connected = true;
+        self.module = Some(start.module);
+        self.cycle = start.cycle(&self.manual.device);
+        let device = &self.manual.device;
+        if let Some(module) = device.modules.get(start.module) {
+            self.add(Need::Claim(Claim::Module(module.name.clone())));
+        }
+        device.records.iter().filter(|record| record.start).for_each(|record| self.has(&record.name));
+        if start.isochronous.is_some() {
+            self.add(Need::BitTiming);
+        }
+        if let Some(baud) = start.baud {
+            self.add(Need::Rate(baud));
+        }
+    }
+
+    fn setting(&mut self, setting: &'a Setting, times: u64) {
+        match self.kind(setting.name) {
+            Some(NameKind::Stand(name)) => self.stand(*name, &setting.value),
+            Some(NameKind::Signal { signal, low, width, .. }) => {
+                let set = match &setting.value {
+                    SetValue::Value(program) => program.constant().and_then(Value::as_whole),
+                    SetValue::Word(_) | SetValue::Bytes(_) => None,
+                };
+                let all = u128::MAX >> (128 - (*width).clamp(1, 128));
+                let ones = (set.map_or(all, |value| value as u128) & all) << low;
+                let hit = |changed: &Changed| match changed {
+                    Changed::Signal { signal: of, low, width } => {
+                        of == signal && ones & ((u128::MAX >> (128 - (*width).clamp(1, 128))) << low) != 0
+                    }
+                    _ => false,
+                };
+                self.changes(hit, times);
+            }
+            Some(NameKind::OutputOctets(_)) => {
+                let zero = matches!(&setting.value, SetValue::Bytes(octets) if octets.iter().all(|octet| *octet == 0));
+                self.all_outputs(zero, times);
+            }
+            _ => {}
+        }
+    }
+
+    /// Output data that are written as octets: unless they are zero, any output in them may be meant.
+    fn all_outputs(&mut self, zero: bool, times: u64) {
+        let outputs: Vec<usize> = self.outputs();
+        let hit = |changed: &Changed| match changed {
+            Changed::Signal { signal, .. } => !zero && outputs.contains(signal),
+            _ => false,
+        };
+        self.changes(hit, times);
+    }
+
+    /// The signals in the output data of the module in use.
+    fn outputs(&self) -> Vec<usize> {
+        let device = &self.manual.device;
+        let module = self.module.and_then(|module| device.modules.get(module));
+        let submodules = module.into_iter().flat_map(|module| &module.submodules);
+        submodules.filter_map(|index| device.submodules.get(*index)).flat_map(|of| of.outputs.clone()).collect()
+    }
+
+    /// Adds the consents to what `device.yaml` says it changes.
+    fn changes(&mut self, hit: impl Fn(&Changed) -> bool, times: u64) {
+        let changes = &self.manual.device.changes;
+        if changes.position_reference.iter().any(&hit) {
+            self.add(Need::Consent(Consent::PositionReference));
+        }
+        if changes.factory_reset.iter().any(&hit) {
+            self.add(Need::Consent(Consent::FactoryReset));
+        }
+        if changes.firmware.iter().any(&hit) {
+            self.add(Need::Consent(Consent::Firmware));
+        }
+        if changes.nvm_write.iter().any(&hit) {
+            self.writes = self.writes.saturating_add(times);
+        }
+    }
+
+    fn stand(&mut self, name: StandName, value: &SetValue) {
+        let names = &self.manual.device.stand;
+        let of = |list: &[(String, String)], index: usize| list.get(index).map(|(name, _)| name.clone());
+        let ability = match name {
+            StandName::Power => Some(Ability::Power),
+            StandName::Link => Some(Ability::Link),
+            StandName::Delivery => {
+                self.add(Need::Consent(Consent::FactoryReset));
+                match self.manual.device.bus {
+                    // The name is gone, and given back at the end.
+                    Bus::Profinet => self.add(Need::Consent(Consent::SetName)),
+                    // The switches go back to where they were, and are read when the supply comes.
+                    Bus::Profibus => {
+                        let switches = names.switches.iter().map(|switch| Ability::Switch(switch.name.clone()));
+                        switches.chain([Ability::Power]).for_each(|ability| self.able(ability));
+                    }
+                }
+                Some(Ability::Delivery)
+            }
+            StandName::ShaftAcceleration => Some(Ability::Acceleration),
+            StandName::ShaftCounts => Some(Ability::Place),
+            StandName::SupplyVoltage => Some(Ability::Voltage),
+            StandName::Temperature => Some(Ability::Temperature),
+            StandName::Fault(index) => of(&names.faults, index).map(Ability::Fault),
+            StandName::Button(index) => of(&names.buttons, index).map(Ability::Button),
+            StandName::Switch(index) => names.switches.get(index).map(|switch| Ability::Switch(switch.name.clone())),
+            StandName::ShaftSpeed => {
+                let speed = match value {
+                    SetValue::Value(program) => number(program),
+                    SetValue::Word(_) | SetValue::Bytes(_) => None,
+                };
+                if speed != Some(0.0) {
+                    self.speeds.push(speed.map(f64::abs));
+                }
+                None
+            }
+        };
+        ability.into_iter().for_each(|ability| self.able(ability));
+    }
+
+    fn turn(&mut self, turn: &Turn, times: u64) {
+        let rpm = number(&turn.rpm);
+        let revolutions = match &turn.way {
+            Way::Counts(way) => {
+                self.ways.push(number(way).map(f64::abs));
+                None
+            }
+            Way::Revolutions(way) => {
+                self.ways.push(None);
+                number(way)
+            }
+            Way::Degrees(way) => {
+                self.ways.push(None);
+                number(way).map(|way| way / 360.0)
+            }
+        };
+        if let (Some(way), Some(rpm)) = (revolutions, rpm)
+            && rpm > 0.0
+        {
+            self.wait(Duration::try_from_secs_f64(way.abs() / rpm * 60.0).unwrap_or(Duration::MAX), times);
+        }
+    }
+
+    fn write(&mut self, access: &Access, times: u64) {
+        for item in &access.items {
+            self.touched(item.name);
+            self.written(item.name, times);
+        }
+        if access.instead.iter().any(|instead| matches!(instead, Instead::Destination(_))) {
+            self.add(Need::Virtual("a request to another station"));
+        }
+        self.raw_parameters(access, times);
+    }
+
+    fn read(&mut self, access: &Access, times: u64) {
+        let changes = access.instead.contains(&Instead::Request(RequestId::CHANGE.0));
+        for item in &access.items {
+            self.touched(item.name);
+            self.looked_at(item.name);
+            if changes {
+                self.written(item.name, times);
+            }
+        }
+        self.raw_parameters(access, times);
+    }
+
+    /// A request to the parameter channel whose octets the suite gives itself.
+    fn raw_parameters(&mut self, access: &Access, times: u64) {
+        if access.via == Via::Parameters {
+            for instead in &access.instead {
+                if let Instead::Bytes(octets) = instead {
+                    self.parameter_request(octets, times);
+                }
+            }
+        }
+    }
+
+    fn parameter_request(&mut self, octets: &[u8], times: u64) {
+        let Ok(request) = Request::parse(octets) else { return };
+        if request.header.id == RequestId::CHANGE {
+            request.addresses.iter().for_each(|address| self.parameter_written(address.number, times));
+        }
+    }
+
+    /// What has to be there so that it can be read or written.
+    fn touched(&mut self, name: NameId) {
+        let device = &self.manual.device;
+        match self.kind(name) {
+            Some(NameKind::Parameter { parameter: Some(parameter), .. }) => {
+                if let Some(parameter) = device.parameters.get(*parameter) {
+                    self.has(&format!("P{}", parameter.number));
+                }
+            }
+            Some(NameKind::Page { page, .. }) => self.page(*page),
+            Some(NameKind::Record { record, .. }) => {
+                if let Some(record) = device.records.get(*record) {
+                    self.has(&record.name);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A page whose looks the manual does not print.
+    fn page(&mut self, page: usize) {
+        if let Some(page) = self.manual.device.pages.get(page).filter(|page| page.origin == Origin::Invented) {
+            self.add(Need::Page(page.name.clone()));
+        }
+    }
+
+    fn written(&mut self, name: NameId, times: u64) {
+        match self.kind(name) {
+            Some(NameKind::Parameter { number, .. }) => self.parameter_written(*number, times),
+            Some(NameKind::Record { record, .. }) => {
+                let record = *record;
+                let kept = self.manual.device.records.get(record).is_some_and(|of| KEPT_RECORDS.contains(&of.index));
+                let said = self.manual.device.changes.nvm_write.contains(&Changed::Record(record));
+                self.changes(|changed| *changed == Changed::Record(record), times);
+                if kept && !said {
+                    self.writes = self.writes.saturating_add(times);
+                }
+            }
+            Some(NameKind::Station(StationName::Name)) => self.add(Need::Consent(Consent::SetName)),
+            Some(NameKind::Station(_)) => self.add(Need::Consent(Consent::SetIp)),
+            _ => {}
+        }
+    }
+
+    fn parameter_written(&mut self, number: u16, times: u64) {
+        let device = &self.manual.device;
+        let Some(index) = device.parameters.iter().position(|parameter| parameter.number == number) else { return };
+        self.changes(|changed| *changed == Changed::Parameter(index), times);
+        if device.parameters.get(index).is_some_and(|parameter| parameter.permanent) {
+            self.writes = self.writes.saturating_add(times);
+        }
+    }
+
+    fn service(&mut self, service: &Service, times: u64) {
+        match service {
+            Service::DcpReset { .. } => self.add(Need::Consent(Consent::FactoryReset)),
+            Service::Lldp { .. } => self.add(Need::DirectCable),
+            Service::HttpGet { page } => self.page(*page),
+            Service::HttpPost { page, .. } => {
+                self.page(*page);
+                self.changes(|changed| *changed == Changed::Page(*page), times);
+            }
+            // A device that does not see the damage takes the name.
+            Service::Broken(word) if word.starts_with("dcp") => self.add(Need::Consent(Consent::SetName)),
+            // The slave keeps its new address.
+            Service::Dp(DpService::SetSlaveAddress { .. }) => {
+                self.add(Need::Consent(Consent::SetAddress));
+                self.writes = self.writes.saturating_add(times);
+            }
+            Service::Dp(DpService::DataExchange(octets)) => {
+                self.all_outputs(octets.iter().all(|octet| *octet == 0), times);
+            }
+            Service::Dp(DpService::Write { index, bytes, .. })
+                if u16::from(*index) == self.manual.device.parameter_access.index =>
+            {
+                self.parameter_request(bytes, times);
+            }
+            Service::RecordWrite { index, bytes, .. }
+                if [self.manual.device.parameter_access.index, OLD_PARAMETER_ACCESS].contains(index) =>
+            {
+                self.parameter_request(bytes, times);
+            }
+            Service::RecordWrite { index, .. } => {
+                let kept = KEPT_RECORDS.contains(index);
+                let record = self.manual.device.records.iter().position(|record| record.index == *index);
+                let said = record.is_some_and(|of| self.manual.device.changes.nvm_write.contains(&Changed::Record(of)));
+                self.changes(|changed| record.is_some_and(|of| *changed == Changed::Record(of)), times);
+                if kept && !said {
+                    self.writes = self.writes.saturating_add(times);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn condition(&mut self, condition: &Condition) {
+        let mut names = Vec::new();
+        condition.each_name(&mut |name| names.push(name));
+        for part in &condition.parts {
+            // Octets of the input data hold everything that is measured.
+            if let Test::Name(name, Matcher::Bytes(_)) = &part.test {
+                names.push(*name);
+            }
+        }
+        names.into_iter().for_each(|name| self.looked_at(name));
+    }
+
+    fn looked_at(&mut self, name: NameId) {
+        let device = &self.manual.device;
+        match self.kind(name) {
+            Some(NameKind::Led(led)) => {
+                if let Some((name, _)) = device.stand.leds.get(*led) {
+                    self.able(Ability::Led(name.clone()));
+                }
+            }
+            Some(NameKind::Counter(counter)) => {
+                if let Some((name, _)) = device.stand.counters.get(*counter) {
+                    self.able(Ability::Counter(name.clone()));
+                }
+            }
+            Some(NameKind::Signal { signal, field: None, .. }) => {
+                let measured = |of: &suite::device::Signal| {
+                    of.from == suite::device::From::Device
+                        && (of.position_in.is_some() || of.signed || of.fields.is_empty())
+                };
+                self.measures |= device.signals.get(*signal).is_some_and(measured);
+            }
+            Some(NameKind::InputOctets(_)) => self.measures = true,
+            Some(NameKind::Event(event)) if event.is_lldp() => self.add(Need::DirectCable),
+            Some(NameKind::Page { page, value }) => {
+                let value = device.pages.get(*page).and_then(|page| page.shows.get(*value));
+                self.measures |= value.is_some_and(|value| value.steps);
+            }
+            _ => {}
+        }
+    }
+
+    fn span(&mut self, span: &Span, times: u64) {
+        match span {
+            Span::Time(time) => self.wait(*time, times),
+            Span::Cycles(cycles) => self.wait(self.cycle, times.saturating_mul(*cycles)),
+            Span::Computed(program) => {
+                if let Some(Value::Time(nanos)) = program.constant() {
+                    self.wait(Duration::try_from_secs_f64(nanos.to_f64() / 1e9).unwrap_or(Duration::ZERO), times);
+                }
+            }
+        }
+    }
+
+    fn wait(&mut self, time: Duration, times: u64) {
+        let all = time.saturating_mul(u32::try_from(times).unwrap_or(u32::MAX));
+        self.waits = self.waits.saturating_add(all);
+        self.really = self.really.saturating_add(all);
+    }
+}
+
+/// The number that a program always has.
+fn number(program: &Program) -> Option<f64> {
+    match program.constant()? {
+        Value::Number(number) => Some(number.to_f64()),
+        value => value.as_whole().map(|whole| whole as f64),
+    }
+}

@@ -1,0 +1,162 @@
+//! Our stations on the wire: controllers on PROFINET, masters on PROFIBUS; what the engine asks of either.
+//!
+//! This room must not know trials, nor what the device under test is.
+
+use controllers::profibus_dp::{ConnectionState, Master};
+use controllers::profinet_io::{ArState, Controller, Outputs};
+use judge::observe::Address;
+use station::{Station, Time};
+use wire::ethernet::Mac;
+
+/// Our stations on one wire, the first one and the second one.
+pub enum Ours {
+    /// On PROFINET.
+    Controllers(Vec<Controller>),
+    /// On PROFIBUS.
+    Masters(Vec<Master>),
+}
+
+impl Ours {
+    /// The controller of this number, on PROFINET.
+    pub fn controller(&self, which: usize) -> Option<&Controller> {
+        match self {
+            Ours::Controllers(controllers) => controllers.get(which),
+            Ours::Masters(_) => None,
+        }
+    }
+
+    /// The same, to be asked for something.
+    pub fn controller_mut(&mut self, which: usize) -> Option<&mut Controller> {
+        match self {
+            Ours::Controllers(controllers) => controllers.get_mut(which),
+            Ours::Masters(_) => None,
+        }
+    }
+
+    /// The master of this number, on PROFIBUS.
+    pub fn master(&self, which: usize) -> Option<&Master> {
+        match self {
+            Ours::Masters(masters) => masters.get(which),
+            Ours::Controllers(_) => None,
+        }
+    }
+
+    /// The same, to be asked for something.
+    pub fn master_mut(&mut self, which: usize) -> Option<&mut Master> {
+        match self {
+            Ours::Masters(masters) => masters.get_mut(which),
+            Ours::Controllers(_) => None,
+        }
+    }
+
+    /// Whether the station has a connection or is about to have one.
+    pub fn is_connected(&self, which: usize) -> bool {
+        match self {
+            Ours::Controllers(all) => all.get(which).is_some_and(|of| of.state() != ArState::None),
+            Ours::Masters(all) => all.get(which).is_some_and(|of| of.state() != ConnectionState::None),
+        }
+    }
+
+    /// Whether cyclic data go to and fro.
+    pub fn exchanges(&self, which: usize) -> bool {
+        match self {
+            Ours::Controllers(all) => all.get(which).is_some_and(|of| of.state() == ArState::Data),
+            Ours::Masters(all) => all.get(which).is_some_and(|of| of.state() == ConnectionState::Exchange),
+        }
+    }
+
+    /// Cycles of the present connection that have begun.
+    pub fn cycles_begun(&self) -> u64 {
+        match self {
+            Ours::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
+            Ours::Masters(all) => all.first().map_or(0, Master::cycles_sent),
+        }
+    }
+
+    /// Those of them that are over; on PROFINET a frame that was sent.
+    pub fn cycles_done(&self) -> u64 {
+        match self {
+            Ours::Controllers(all) => all.first().map_or(0, Controller::cycles_sent),
+            Ours::Masters(all) => all.first().map_or(0, Master::cycles_done),
+        }
+    }
+
+    /// What the first station sends cyclically.
+    pub fn outputs_mut(&mut self) -> Option<&mut Outputs> {
+        match self {
+            Ours::Controllers(all) => all.first_mut().map(Controller::outputs_mut),
+            Ours::Masters(all) => all.first_mut().map(Master::outputs_mut),
+        }
+    }
+
+    /// The address of each.
+    pub fn addresses(&self) -> Vec<Address> {
+        match self {
+            Ours::Controllers(all) => all.iter().map(|of| Address::Mac(of.settings().mac)).collect(),
+            Ours::Masters(all) => all.iter().map(|of| Address::Fdl(of.settings().address)).collect(),
+        }
+    }
+
+    /// The controllers alone, for a wire that carries nothing else.
+    pub fn controllers_mut(&mut self) -> &mut [Controller] {
+        match self {
+            Ours::Controllers(all) => all,
+            Ours::Masters(_) => &mut [],
+        }
+    }
+
+    /// The masters alone, for a bus that carries nothing else.
+    pub fn masters_mut(&mut self) -> &mut [Master] {
+        match self {
+            Ours::Masters(all) => all,
+            Ours::Controllers(_) => &mut [],
+        }
+    }
+
+    /// Hands each of them to `work`.
+    pub fn with_each(&mut self, mut work: impl FnMut(&mut dyn Station)) {
+        match self {
+            Ours::Controllers(all) => all.iter_mut().for_each(|station| work(station)),
+            Ours::Masters(all) => all.iter_mut().for_each(|station| work(station)),
+        }
+    }
+
+    /// Hands all of them to `work`, the device between the first and the second.
+    pub fn with_device<R>(&mut self, device: &mut dyn Station, work: impl FnOnce(&mut [&mut dyn Station]) -> R) -> R {
+        match self {
+            Ours::Controllers(all) => match all.as_mut_slice() {
+                [first] => work(&mut [first, device]),
+                [first, second] => work(&mut [first, device, second]),
+                _ => work(&mut [device]),
+            },
+            Ours::Masters(all) => match all.as_mut_slice() {
+                [first] => work(&mut [first, device]),
+                [first, second] => work(&mut [first, device, second]),
+                _ => work(&mut [device]),
+            },
+        }
+    }
+
+    /// The next time at which one of them has something to do.
+    pub fn deadline(&self) -> Option<Time> {
+        match self {
+            Ours::Controllers(all) => all.iter().filter_map(Station::deadline).min(),
+            Ours::Masters(all) => all.iter().filter_map(Station::deadline).min(),
+        }
+    }
+}
+
+/// Who sent a frame, as the frame itself says.
+pub fn sender(frame: &[u8], of: Address) -> Option<Address> {
+    match of {
+        Address::Mac(_) => frame.get(6..12)?.try_into().ok().map(|mac| Address::Mac(Mac(mac))),
+        Address::Fdl(_) => {
+            let at = match frame.first()? {
+                0x68 => 5,
+                0x10 | 0xA2 | 0xDC => 2,
+                _ => return None,
+            };
+            frame.get(at).map(|sender| Address::Fdl(sender & 0x7F))
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! A persona at work: how it changes a connection, how much longer its deadlines are, and what cannot be judged in its
+//! manner.
+//!
+//! A case is written for the cycle that connections have without a persona. In a slower one a value is seen later, so
+//! deadlines get some cycles more; where that is more than half of the deadline itself, or a time is too short for two
+//! frames, nothing is said about the device: the trial is not applicable, and never passes.
+
+use super::scan::each_step_of;
+use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
+use expression::{Program, Value};
+use judge::rule::Violation;
+use station::Duration;
+use suite::device::{Bus, Device, NameId, NameKind};
+use suite::model::{Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb};
+use suite::persona::{ConnectBlock, Expects, Persona};
+use virtual_wire::Trace;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::profinet::blocks::connect::RtClass;
+use wire::profinet::rt::FrameId;
+
+/// So many cycles go by from what is set to what is seen of it: out, through the device, back.
+const ROUND_TRIP: u32 = 3;
+/// Frames that a time needs at least, so that it can be said what held in it.
+const SAMPLES: u32 = 2;
+
+/// Lays a persona over a connection: what it says takes the place of what our controller does by default.
+///
+/// The cycle and the watchdog of the case stay where it gave them.
+pub fn lay_over(persona: &Persona, start: &Start, connection: &mut Connection) {
+    let put = |field: &mut u16, value: Option<u16>| *field = value.unwrap_or(*field);
+    if let Some(name) = &persona.station_name {
+        connection.station_name = Some(name.clone().into_bytes());
+    }
+    if let Some(advanced) = persona.advanced {
+        connection.startup = if advanced { StartUpMode::Advanced } else { StartUpMode::Legacy };
+    }
+    connection.little_endian = persona.little_endian.unwrap_or(connection.little_endian);
+    if let Some(order) = &persona.order {
+        connection.order = order.iter().map(|block| part(*block)).collect();
+    }
+    connection.extra_blocks.clone_from(&persona.extra);
+    connection.write_multiple = persona.write_multiple.unwrap_or(connection.write_multiple);
+    if let Some(class) = persona.class {
+        connection.rt_class = RtClass(class.rt);
+        (connection.frame_id_in, connection.frame_id_out) = (class.frame_id_in, class.frame_id_out);
+    }
+    connection.vlan = persona.tagged.unwrap_or(connection.vlan);
+    put(&mut connection.iocr_tag, persona.tags[0]);
+    put(&mut connection.alarm_tags.0, persona.tags[1]);
+    put(&mut connection.alarm_tags.1, persona.tags[2]);
+    connection.iocr_references = persona.iocr_references.unwrap_or(connection.iocr_references);
+    connection.alarm_reference = persona.alarm_reference.or(connection.alarm_reference);
+    put(&mut connection.rta_timeout_factor, persona.rta_timeout);
+    put(&mut connection.rta_retries, persona.rta_retries);
+    put(&mut connection.max_alarm_data_length, persona.max_alarm);
+    put(&mut connection.activity_timeout_factor, persona.activity_timeout);
+    connection.args_maximum = persona.args_max.or(connection.args_maximum);
+    connection.same_uuid = persona.reconnect.is_some_and(|again| again.same_uuid);
+    if let Some(cycle) = persona.cycle.filter(|_| start.cycle.is_none()) {
+        (connection.send_clock_factor, connection.reduction_ratio) = (cycle.send_clock, cycle.reduction);
+        (connection.phase_in, connection.phase_out) = (cycle.phase_in, cycle.phase_out);
+    }
+    match (start.watchdog, persona.factors) {
+        (Some(watchdog), _) => {
+            let cycles = watchdog.as_nanos() / connection.cycle().as_nanos().max(1);
+            connection.watchdog_factor = u16::try_from(cycles.max(1)).unwrap_or(u16::MAX);
+            connection.data_hold_factor = connection.watchdog_factor;
+        }
+        (None, Some(factors)) => (connection.watchdog_factor, connection.data_hold_factor) = factors,
+        (None, None) => {}
+    }
+}
+
+fn part(block: ConnectBlock) -> ConnectPart {
+    match block {
+        ConnectBlock::Inputs => ConnectPart::Inputs,
+        ConnectBlock::Outputs => ConnectPart::Outputs,
+        ConnectBlock::Submodules => ConnectPart::Submodules,
+        ConnectBlock::Alarms => ConnectPart::Alarms,
+        ConnectBlock::Extra => ConnectPart::Extra,
+    }
+}
+
+/// By how much deadlines are longer in the manner of a persona: a round trip at its cycle instead of the usual one.
+pub fn slack(persona: &Persona, device: &Device) -> Duration {
+    let cycle = persona.cycle.map_or(device.timing.cycle, |cycle| cycle.time());
+    cycle.saturating_sub(device.timing.cycle) * ROUND_TRIP
+}
+
+/// Why a trial cannot be judged in the manner of a persona; none: it can.
+pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial: &Trial) -> Option<String> {
+    if let Some(why) = other_bus(persona, &manual.device) {
+        return Some(why);
+    }
+    let mut look = Look::new(persona, &manual.device, Some(variant), trial.start.as_ref());
+    let mut why = trial.start.as_ref().and_then(|start| look.start(start));
+    each_step_of(trial, &mut |step| {
+        let found = look.step(step);
+        if why.is_none() {
+            why = found.map(|why| format!("{why} (line {})", step.at.line));
+        }
+    });
+    why.map(|why| format!("persona {}: {why}", persona.name))
+}
+
+/// Why a rule cannot be judged in the manner of a persona; none: it can.
+pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<String> {
+    if let Some(why) = other_bus(persona, device) {
+        return Some(why);
+    }
+    let look = Look::new(persona, device, None, None);
+    look.rule(&rule.body).map(|why| format!("persona {}: {why}", persona.name))
+}
+
+/// Personas are those of controllers on PROFINET; a master of PROFIBUS has no manner of its own.
+fn other_bus(persona: &Persona, device: &Device) -> Option<String> {
+    let name = &persona.name;
+    (device.bus == Bus::Profibus).then(|| format!("persona {name}: it is a controller on PROFINET"))
+}
+
+/// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline: with a
+/// patient watchdog a device that is gone looks so, and nothing is said about one that is there.
+pub fn is_unseen(violation: &Violation, trace: &Trace, mac: Mac) -> bool {
+    let Some(trigger) = violation.trigger else { return false };
+    let is_input = |number: u64| {
+        let Some((header, payload)) =
+            usize::try_from(number).ok().and_then(|at| FrameHeader::parse(trace.get(at)?.octets).ok())
+        else {
+            return false;
+        };
+        let is_cyclic = || FrameId::peek(payload).is_ok_and(FrameId::is_cyclic);
+        header.source == mac && header.ether_type == EtherType::PROFINET && is_cyclic()
+    };
+    !(trigger.frame + 1..=violation.tick.frame).any(is_input)
+}
+
+/// What the connection that stands is like while the steps of a trial are looked through.
+struct Look<'a> {
+    persona: &'a Persona,
+    device: &'a Device,
+    /// The names of the trial; none for a rule.
+    variant: Option<&'a Variant>,
+    /// The cycle, if it is that of the persona and slower than the usual one.
+    slow: Option<Duration>,
+}
+
+impl<'a> Look<'a> {
+    fn new(persona: &'a Persona, device: &'a Device, variant: Option<&'a Variant>, start: Option<&Start>) -> Look<'a> {
+        let mut look = Look { persona, device, variant, slow: None };
+        look.slow = look.slow(start);
+        look
+    }
+
+    fn slow(&self, start: Option<&Start>) -> Option<Duration> {
+        let own = start.is_none_or(|start| start.cycle.is_none());
+        self.persona.cycle.map(|cycle| cycle.time()).filter(|cycle| own && *cycle > self.device.timing.cycle)
+    }
+
+    /// A watchdog of the case that is shorter than two cycles of the persona, or an access point that it does not expect.
+    fn start(&mut self, start: &Start) -> Option<String> {
+        self.slow = self.slow(Some(start));
+        let of_access_point = |instead: &InsteadStart| matches!(instead, InsteadStart::AccessPointIdent(_));
+        if self.persona.expects == Expects::Module && start.instead.iter().any(of_access_point) {
+            return Some("it expects no access point, so none that is another one".to_owned());
+        }
+        let (slow, watchdog) = (self.slow?, start.watchdog?);
+        (watchdog < slow * SAMPLES)
+            .then(|| format!("a watchdog of {watchdog:?} is too short for a frame each {slow:?}"))
+    }
+
+    fn step(&mut self, step: &Step) -> Option<String> {
+        match &step.verb {
+            Verb::Connect { start, .. } => self.start(start),
+            Verb::Expect { within, hold, .. } => self.deadline(within).or_else(|| self.held(hold)),
+            Verb::Wait(span) => self.time(span, "a pause"),
+            Verb::Block { observe, .. } => observe.iter().find_map(|observation| match observation {
+                Observation::Rule { body, .. } => self.rule(body),
+                Observation::Count { condition, .. } => self.frame_by_frame(condition.names()),
+                Observation::Sequence { names, .. } => self.frame_by_frame(names.iter().flat_map(Program::names)),
+            }),
+            _ => None,
+        }
+    }
+
+    /// What is counted or followed frame by frame, not event by event: of a slower cycle there are other numbers.
+    fn frame_by_frame(&self, mut names: impl Iterator<Item = NameId>) -> Option<String> {
+        let slow = self.slow?;
+        let kind = |name: NameId| self.variant?.names.get(name.0 as usize);
+        let is_seen_in_frames = |name: NameId| !matches!(kind(name), Some(NameKind::Event(_)));
+        names
+            .any(is_seen_in_frames)
+            .then(|| format!("what is followed from frame to frame is another thing with a frame each {slow:?}"))
+    }
+
+    fn rule(&self, body: &RuleBody) -> Option<String> {
+        match body {
+            RuleBody::Always(_) => None,
+            RuleBody::When { within, hold, .. } => self.deadline(within).or_else(|| self.held(hold)),
+        }
+    }
+
+    fn deadline(&self, within: &Span) -> Option<String> {
+        let (slow, deadline) = (self.slow?, time(within)?);
+        let more = slack(self.persona, self.device);
+        (deadline < more * 2).then(|| format!("a deadline of {deadline:?} cannot be told with a frame each {slow:?}"))
+    }
+
+    fn held(&self, hold: &Hold) -> Option<String> {
+        match hold {
+            Hold::For(span) => self.time(span, "a time"),
+            Hold::None | Hold::Until(_) => None,
+        }
+    }
+
+    fn time(&self, span: &Span, what: &str) -> Option<String> {
+        let (slow, time) = (self.slow?, time(span)?);
+        (time < slow * SAMPLES).then(|| format!("{what} of {time:?} is too short for a frame each {slow:?}"))
+    }
+}
+
+/// The time that a span always is; none for cycles, for what is computed, and for no time at all.
+fn time(span: &Span) -> Option<Duration> {
+    let time = match span {
+        Span::Time(time) => *time,
+        Span::Cycles(_) => return None,
+        Span::Computed(program) => match program.constant()? {
+            Value::Time(nanos) => Duration::try_from_secs_f64(nanos.to_f64() / 1e9).ok()?,
+            _ => return None,
+        },
+    };
+    (!time.is_zero()).then_some(time)
+}

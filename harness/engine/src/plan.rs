@@ -1,0 +1,116 @@
+//! Which trials are run on which device, and the threads that share them.
+//!
+//! Models wait for nobody, so their trials are one heap of work. This room must not know what a trial does.
+
+use super::dut::DutSpec;
+use super::run::{Progress, RunOptions, TrialOutcome, one, selects};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use suite::model::{Manual, Rule, Trial, Variant};
+use virtual_wire::Trace;
+
+/// What is to be run on one device.
+pub(super) struct Plan<'a> {
+    pub manual: &'a Manual,
+    pub variant: &'a Variant,
+    pub dut: &'a DutSpec,
+    pub trials: Vec<&'a Trial>,
+    /// The filter names rules and no trial, so all trials are run for them and not reported.
+    pub only_rules: bool,
+}
+
+impl<'a> Plan<'a> {
+    /// What `options` leave of the trials of a device.
+    pub fn new(manual: &'a Manual, variant: &'a Variant, dut: &'a DutSpec, options: &RunOptions) -> Plan<'a> {
+        let is_selected = |rule: &Rule| selects(options, manual, &rule.id);
+        let all = variant.trials.iter();
+        let mut trials: Vec<&Trial> = all.clone().filter(|trial| selects(options, manual, &trial.id)).collect();
+        let only_rules = trials.is_empty() && variant.rules.iter().any(is_selected);
+        if only_rules {
+            trials = all.collect();
+        }
+        if let Some(part) = options.part {
+            trials = trials.into_iter().enumerate().filter(|(at, _)| part.has(*at)).map(|(_, trial)| trial).collect();
+        }
+        Plan { manual, variant, dut, trials, only_rules }
+    }
+
+    /// The device as the progress names it.
+    pub fn label(&self) -> String {
+        format!("{}/{}", self.dut.manual, self.dut.variant)
+    }
+
+    /// Runs one of the trials; its frames are not kept.
+    fn run(&self, trial: &Trial, options: &RunOptions) -> Result<TrialOutcome, String> {
+        let outcome = one(self.manual, self.variant, self.dut, trial, options)?;
+        Ok(TrialOutcome { trace: Trace::new(), ..outcome })
+    }
+
+    /// Runs all trials of some plans at once; what they came to comes in the order of the plans and their trials.
+    pub fn run_together(
+        plans: &[&Plan<'_>],
+        options: &RunOptions,
+        progress: Progress<'_>,
+    ) -> Vec<Vec<Result<TrialOutcome, String>>> {
+        let jobs: Vec<(usize, &Trial)> = plans
+            .iter()
+            .enumerate()
+            .flat_map(|(index, plan)| plan.trials.iter().map(move |trial| (index, *trial)))
+            .collect();
+        let labels: Vec<String> = plans.iter().map(|plan| plan.label()).collect();
+        let said = |at: usize, done| progress(&labels[jobs[at].0], done, jobs.len());
+        let mut outcomes = all(&jobs, options.threads, &said, &|(index, trial)| plans[index].run(trial, options));
+        let mut of_plans: Vec<_> =
+            plans.iter().rev().map(|plan| outcomes.split_off(outcomes.len() - plan.trials.len())).collect();
+        of_plans.reverse();
+        of_plans
+    }
+
+    /// Runs the trials one after the other.
+    pub fn run_alone(&self, options: &RunOptions, progress: Progress<'_>) -> Vec<Result<TrialOutcome, String>> {
+        let (label, count) = (self.label(), self.trials.len());
+        all(&self.trials, 1, &|_, done| progress(&label, done, count), &|trial| self.run(trial, options))
+    }
+}
+
+/// Does `work` for each item on some threads, a single one being this one; the results keep the order of the items.
+/// `progress` hears which item was done, and how many are.
+fn all<T: Copy + Sync, R: Send>(
+    items: &[T],
+    threads: usize,
+    progress: &(dyn Fn(usize, usize) + Sync),
+    work: &(dyn Fn(T) -> R + Sync),
+) -> Vec<R> {
+    let threads = match threads {
+        0 => thread::available_parallelism().map_or(1, usize::from),
+        threads => threads,
+    };
+    if threads == 1 {
+        let one = |(at, item): (usize, &T)| {
+            let result = work(*item);
+            progress(at, at + 1);
+            result
+        };
+        return items.iter().enumerate().map(one).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let done = AtomicUsize::new(0);
+    let results = Mutex::new(Vec::with_capacity(items.len()));
+    thread::scope(|scope| {
+        for _ in 0..threads.min(items.len()) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(index) else { break };
+                    let result = work(*item);
+                    results.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((index, result));
+                    progress(index, done.fetch_add(1, Ordering::Relaxed) + 1);
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
+}

@@ -1,0 +1,52 @@
+//! Looking at a live slave before the first trial, and at what became of it after the last.
+//!
+//! It judges no requirement.
+
+use super::super::trial::{Run, Trouble};
+use super::start::connection;
+use super::unexpected;
+use controllers::profibus_dp::{Outcome, ParameterOutcome, Request};
+use judge::observe::Address;
+use results::journal::Found;
+use suite::model::Start;
+
+impl Run<'_> {
+    /// Whether the slave exchanges data after this start-up; none where it neither takes nor refuses it.
+    pub fn slave_stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
+        self.disconnect(false)?;
+        let address = self.slave.address;
+        self.world.scene.follower.station = Some(Address::Fdl(address));
+        let connection = connection(&self.world.manual.device, start, address, self.patience());
+        self.module = Some(start.module);
+        self.apply_outputs();
+        let outcome = self.ask_master(false, Request::Connect(Box::new(connection)))?;
+        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let stages = [&outcome.set_prm, &outcome.chk_cfg, &outcome.diagnosis_after];
+        let answered = stages.into_iter().all(|answer| answer.as_ref().is_some_and(|of| of.is_positive()));
+        Ok(match (outcome.standing, answered) {
+            (true, _) => Some(true),
+            (false, true) => Some(false),
+            (false, false) => None,
+        })
+    }
+
+    /// The response to a parameter request over data set 47, in the connection that stands.
+    pub fn slave_parameter(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
+        let slot = self.world.manual.device.parameter_access.slot;
+        let to = self.slave.address;
+        match self.ask_master(false, Request::Parameter { to, slot, request }) {
+            Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),
+            _ => None,
+        }
+    }
+
+    /// Looks whether the slave is where it was found; it cannot be looked for among other stations.
+    pub fn look_for_slave(&mut self, found: &Found, left: &mut Vec<String>) {
+        let Some(station) = found.station else { return };
+        let there = self.diagnose(false, station);
+        let ident = there.ok().and_then(|answer| answer.diagnosis()).map(|diagnosis| diagnosis.ident);
+        if ident != Some(found.device_id) {
+            left.push(format!("the station address {station}"));
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Start-ups of a slave: from `start` of a suite to what our master sends, and from its outcome to replies.
+
+use super::super::startup;
+use super::super::trial::{Done, Run, Trouble};
+use super::{reply, unexpected};
+use controllers::profibus_dp::{ClearOutputs, Clock, Connection, FailureReason, Outcome, Request, Service, StartUp};
+use expression::{Program, Value};
+use judge::answer::Reply;
+use judge::diagnosis;
+use judge::observe::Address;
+use results::outcome::Blame;
+use results::verdict::Verdict;
+use station::Duration;
+use std::sync::Arc;
+use suite::device::{Device, DiagnosisName, UserParameters};
+use suite::model::{Answer, AnswerPart, InsteadStart, Start};
+use wire::profibus::prm::{Dpv1Status1, Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm, StationStatus};
+
+/// Microseconds of one T_BASE_DP, and the number that stands for it in twelfths.
+const T_BASE: (u64, u32) = (125, 1_500);
+/// The group of slaves that follow the clock of the bus.
+pub const ISOCHRONOUS_GROUP: u8 = 0x80;
+/// The watchdog of connections that say none, and its two factors of 10 ms as masters have them.
+const USUAL_WATCHDOG: (Duration, (u8, u8)) = (Duration::from_secs(1), (20, 5));
+
+impl<'a> Run<'a> {
+    /// Parameterises and configures the slave and begins the exchange of data.
+    pub fn parameterise(
+        &mut self,
+        start: &'a Start,
+        answer: Option<&'a Answer>,
+        second: bool,
+        to: Option<&'a Program>,
+    ) -> Done {
+        let address = self.station_of(to)?;
+        let device = &self.world.manual.device;
+        let connection = connection(device, start, address, self.patience());
+        if !second {
+            self.module = Some(start.module);
+            self.apply_outputs();
+            self.world.scene.follower.station = Some(Address::Fdl(address));
+            self.world.cycle = Some(connection.cycle);
+        }
+        let outcome = self.ask_master(second, Request::Connect(Box::new(connection)))?;
+        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        if let Some(failed) = &outcome.failed
+            && matches!(failed.why, FailureReason::NoToken(_))
+        {
+            // The slave was not asked, so that its silence is no answer, neither a wrong one nor a right one.
+            let what = format!("The connection did not come about: {failed}.");
+            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+        }
+        let own = self.place.line.masters[usize::from(second)];
+        self.world.scene.notebook_mut().answers = replies(&self.world.manual.device, &outcome, own);
+        let stages = [("Set_Prm", &outcome.set_prm), ("Chk_Cfg", &outcome.chk_cfg)];
+        let mut replies = stages.into_iter().filter_map(|(stage, said)| Some((stage, reply(said.as_ref()?))));
+        let refused = replies.find(|(_, reply)| *reply != Reply::Accepted);
+        let refused = refused.map(|(stage, reply)| format!("{stage} was not taken: {reply}."));
+        let stands = match (outcome.standing, outcome.failed) {
+            (true, _) => Ok(refused),
+            (false, failed) => Err(failed.map(|failed| failed.to_string())),
+        };
+        self.started(stands, answer, second)
+    }
+}
+
+/// The start-up that `start` asks for.
+pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: Duration) -> Connection {
+    let module = &device.modules[start.module];
+    let submodules = module.submodules.iter().filter_map(|&index| device.submodules.get(index));
+    let (mut output, mut input) = submodules.fold((0, 0), |(output, input), of| {
+        (output + usize::from(of.output_octets), input + usize::from(of.input_octets))
+    });
+    let mut cfg = module.cfg.clone();
+    let mut services = Service::USUAL.to_vec();
+    for instead in &start.instead {
+        match instead {
+            InsteadStart::ChkCfg(octets) => cfg.clone_from(octets),
+            InsteadStart::OutputLength(octets) => output = usize::from(*octets),
+            InsteadStart::InputLength(octets) => input = usize::from(*octets),
+            InsteadStart::NoSetPrm => services.retain(|service| *service != Service::SetPrm),
+            InsteadStart::NoChkCfg => services.retain(|service| *service != Service::CheckConfiguration),
+            _ => {}
+        }
+    }
+    let (octets, fail_safe) = set_prm(device, start);
+    let mut connection = Connection::new(address, octets, cfg, (output, input));
+    connection.cycle = start.cycle(device);
+    connection.services = services;
+    connection.patience = patience;
+    connection.clock = start.isochronous.map(|_| Clock::default());
+    connection.clear = if fail_safe { ClearOutputs::Empty } else { ClearOutputs::Zeros };
+    connection
+}
+
+/// The octets of Set_Prm, and whether the slave is told that outputs without data mean clear.
+fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
+    let layout = device.slave.as_ref().map(|slave| &slave.set_prm);
+    let mut dpv1 = layout.and_then(|layout| layout.dpv1);
+    let mut status = StationStatus::LOCK_REQ.0;
+    let mut factors = (1, 1);
+    if !start.unwatched {
+        status |= StationStatus::WD_ON.0;
+        let (found, base_1_ms) = watchdog(start.watchdog(device), dpv1.is_some());
+        factors = found;
+        if let Some([first, ..]) = dpv1.as_mut().filter(|_| base_1_ms) {
+            *first |= Dpv1Status1::WD_BASE_1MS.0;
+        }
+    }
+    let mut prm = SetPrm {
+        status: StationStatus(status),
+        wd_fact_1: factors.0,
+        wd_fact_2: factors.1,
+        min_tsdr: 11,
+        ident: device.identity.device_id,
+        groups: 0,
+        user: Vec::new(),
+    };
+    if start.isochronous.is_some() {
+        prm.groups = ISOCHRONOUS_GROUP;
+        if let Some([_, _, third]) = &mut dpv1 {
+            *third |= Dpv1Status3::PRM_STRUCTURE | Dpv1Status3::ISOCHRONOUS;
+        }
+    }
+    let mut user = user_octets(device, start);
+    for instead in &start.instead {
+        match instead {
+            InsteadStart::Dpv1(octets) => dpv1 = Some(*octets),
+            InsteadStart::Ident(ident) => prm.ident = *ident,
+            InsteadStart::Lock { lock, unlock } => {
+                let both = StationStatus::LOCK_REQ.0 | StationStatus::UNLOCK_REQ.0;
+                let asked = if *lock { StationStatus::LOCK_REQ.0 } else { 0 };
+                let asked = asked | if *unlock { StationStatus::UNLOCK_REQ.0 } else { 0 };
+                prm.status = StationStatus(prm.status.0 & !both | asked);
+            }
+            InsteadStart::FreezeRequest => prm.status.0 |= StationStatus::FREEZE_REQ.0,
+            InsteadStart::SyncRequest => prm.status.0 |= StationStatus::SYNC_REQ.0,
+            InsteadStart::MinTsdr(bits) => prm.min_tsdr = *bits,
+            InsteadStart::Groups(groups) => prm.groups = *groups,
+            InsteadStart::WatchdogFactors(first, second) => (prm.wd_fact_1, prm.wd_fact_2) = (*first, *second),
+            InsteadStart::RecordNone(_) => user.clear(),
+            InsteadStart::RecordBytes(_, octets) => user.clone_from(octets),
+            _ => {}
+        }
+    }
+    let fail_safe = dpv1.is_some_and(|[first, ..]| Dpv1Status1(first).has(Dpv1Status1::FAIL_SAFE));
+    prm.user.extend(dpv1.into_iter().flatten());
+    prm.user.extend(user);
+    let mut octets = Vec::new();
+    for instead in &start.instead {
+        match instead {
+            InsteadStart::UserOctets(user) => prm.user.clone_from(user),
+            InsteadStart::SetPrm(whole) => return (whole.clone(), fail_safe),
+            _ => {}
+        }
+    }
+    prm.write(&mut octets);
+    (octets, fail_safe)
+}
+
+/// The octets behind those of DP-V1: the user octets, in isochronous mode as a block beside that of its times.
+fn user_octets(device: &Device, start: &Start) -> Vec<u8> {
+    let of_record = start.parameters.iter().filter(|of| of.record == UserParameters::RECORD);
+    let record = device.records.get(UserParameters::RECORD);
+    let fields = record.map(|record| startup::octets(record, of_record.map(|of| (of.field, of.value))));
+    let mut user = fields.unwrap_or_default();
+    let block = |kind, data| PrmBlock { kind, slot: 0, reserved: 0, data };
+    if start.isochronous.is_some() && !user.is_empty() {
+        let plain = std::mem::take(&mut user);
+        block(PrmBlockType::USER_PRM_DATA, plain).write(&mut user);
+    }
+    if let Some(cycle) = start.isochronous {
+        let mut data = Vec::new();
+        isochronous_times(cycle).write(&mut data);
+        block(PrmBlockType::ISOCHRONOUS, data).write(&mut user);
+    }
+    user
+}
+
+/// The times of isochronous mode for a cycle: actual values are taken one base before its end, set points take effect half way.
+pub fn isochronous_times(cycle: Duration) -> Isochronous {
+    let (micros, base) = T_BASE;
+    let t_dp = u16::try_from(cycle.as_micros() / u128::from(micros)).unwrap_or(u16::MAX);
+    Isochronous {
+        version: 1,
+        t_base_dp: base,
+        t_dp,
+        t_mapc: 1,
+        t_base_io: base,
+        t_i: 1,
+        t_o: (t_dp / 2).max(1),
+        t_dx: u32::from(t_dp / 4).max(1) * base,
+        t_pll_w: 12,
+        t_pll_d: 0,
+    }
+}
+
+/// The two factors of a watchdog, and whether they count single milliseconds.
+fn watchdog(time: Duration, dpv1: bool) -> ((u8, u8), bool) {
+    if time == USUAL_WATCHDOG.0 {
+        return (USUAL_WATCHDOG.1, false);
+    }
+    let millis = u64::try_from(time.as_millis()).unwrap_or(u64::MAX).max(1);
+    let fine = dpv1 && !millis.is_multiple_of(10);
+    let units = if fine { millis } else { millis.div_ceil(10) };
+    let exact = (1..=255).find(|second| units.is_multiple_of(*second) && units / second <= 255);
+    let second = exact.unwrap_or_else(|| units.div_ceil(255).min(255));
+    let first = units.div_ceil(second).min(255);
+    ((first as u8, second as u8), fine)
+}
+
+/// The parts of the answer to a start-up; `own` is the address of the master that made it.
+fn replies(device: &Device, start: &StartUp, own: u8) -> Vec<(AnswerPart, Reply)> {
+    let mut replies = Vec::new();
+    let stages = [(AnswerPart::SetPrm, &start.set_prm), (AnswerPart::ChkCfg, &start.chk_cfg)];
+    replies.extend(stages.into_iter().filter_map(|(part, said)| Some((part, reply(said.as_ref()?)))));
+    let octets = start.diagnosis_after.as_ref().and_then(|answer| answer.data()).filter(|octets| !octets.is_empty());
+    if let Some(octets) = octets {
+        let fields = device.slave.as_ref().map_or(0, |slave| slave.diagnosis.fields.len());
+        let names = DiagnosisName::words().map(|(_, name)| name).chain((0..fields).map(DiagnosisName::Field));
+        for name in names {
+            let value = diagnosis::value(device, name, octets, Some(own));
+            if !value.is_unknown() {
+                replies.push((AnswerPart::Diagnosis(name), Reply::Value(value)));
+            }
+        }
+    }
+    let word = if start.standing { "data" } else { "none" };
+    replies.push((AnswerPart::Connection, Reply::Value(Value::Text(Arc::from(word)))));
+    let refused = [&start.set_prm, &start.chk_cfg].into_iter().flatten().map(reply);
+    let whole = match start.standing {
+        true => Reply::Accepted,
+        false => refused
+            .filter(|reply| *reply != Reply::Accepted)
+            .chain(start.failed.iter().map(|failed| Reply::Silent(failed.to_string())))
+            .next()
+            .unwrap_or_else(|| Reply::Silent("it ended".into())),
+    };
+    replies.push((AnswerPart::Whole, whole));
+    replies
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    /// IEC 61158-6-3: the watchdog lasts 10 ms, or 1 ms, times both factors.
+    #[rstest]
+    #[case(1_000, false, (20, 5), false)]
+    #[case(100, false, (10, 1), false)]
+    #[case(15, false, (2, 1), false)]
+    #[case(15, true, (15, 1), true)]
+    #[case(10_000, true, (250, 4), false)]
+    #[case(650_250, false, (255, 255), false)]
+    fn factors_of_a_watchdog(#[case] millis: u64, #[case] dpv1: bool, #[case] factors: (u8, u8), #[case] fine: bool) {
+        assert_eq!(watchdog(Duration::from_millis(millis), dpv1), (factors, fine));
+    }
+}

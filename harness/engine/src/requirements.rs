@@ -1,0 +1,40 @@
+//! From the results of cases to the verdict of each requirement.
+
+use results::outcome::{CaseResult, RequirementResult};
+use results::verdict::Verdict;
+pub use results::verdict::worse;
+use suite::model::{Class, Manual, Variant};
+
+/// The requirements that apply to a variant, in the order of the manual, with the worst verdict of their cases.
+pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<RequirementResult> {
+    let number = manual.variants.iter().position(|known| known.name == variant.name).unwrap_or_default();
+    let result = |(index, of): (usize, &suite::model::Requirement)| {
+        let mut verdict = None;
+        let mut names = Vec::new();
+        for case in cases {
+            for covered in case.covers.iter().filter(|covered| covered.requirement == index) {
+                verdict = Some(verdict.map_or(covered.verdict, |verdict| worse(verdict, covered.verdict)));
+                names.push(case.id.clone());
+            }
+        }
+        let note = match (&of.class, verdict) {
+            (_, Some(_)) => None,
+            (Class::Testable | Class::Contradictory(_), None) => Some("no case ran for it".to_owned()),
+            (Class::Implicit(why), None) => Some(format!("implicit: {why}")),
+            (Class::Untestable(why), None) => Some(format!("untestable: {why}")),
+            (Class::OutOfScope(why), None) => Some(format!("out of scope: {why}")),
+        };
+        RequirementResult {
+            id: of.id.clone(),
+            chapter: of.chapter(),
+            cites: of.cites.clone(),
+            statement: of.statement.clone(),
+            level: of.level,
+            verdict: verdict.unwrap_or(Verdict::NotRun),
+            note,
+            cases: names,
+        }
+    };
+    let applies = |(_, of): &(usize, &suite::model::Requirement)| of.variants.contains(&number);
+    manual.requirements.iter().enumerate().filter(applies).map(result).collect()
+}

@@ -1,0 +1,76 @@
+//! Looks through the steps of a trial without running them.
+
+use expression::NameId;
+use suite::model::{Observation, RuleBody, Step, Trial, Verb};
+
+/// Visits every step of a trial: what goes before it, the test itself, what comes after it.
+pub fn each_step_of<'a>(trial: &'a Trial, visit: &mut dyn FnMut(&'a Step)) {
+    for steps in [&trial.given, &trial.steps, &trial.finally] {
+        each_step(steps, visit);
+    }
+}
+
+/// Visits every one of some steps, those inside blocks and readings included.
+pub fn each_step<'a>(steps: &'a [Step], visit: &mut dyn FnMut(&'a Step)) {
+    for step in steps {
+        visit(step);
+        match &step.verb {
+            Verb::Block { steps, .. } => each_step(steps, visit),
+            Verb::Either(readings) => readings.iter().for_each(|reading| each_step(&reading.steps, visit)),
+            _ => {}
+        }
+    }
+}
+
+/// The names that the expectations and observations of some steps look at.
+pub fn names(steps: &[Step]) -> Vec<NameId> {
+    let mut names = Vec::new();
+    let mut add = |name: NameId| names.push(name);
+    each_step(steps, &mut |step| match &step.verb {
+        Verb::Expect { condition, .. } => condition.each_name(&mut add),
+        Verb::Block { observe, .. } => observe.iter().for_each(|observation| observed(observation, &mut add)),
+        _ => {}
+    });
+    names
+}
+
+pub(crate) fn observed(observation: &Observation, add: &mut dyn FnMut(NameId)) {
+    match observation {
+        Observation::Rule { body: RuleBody::Always(condition), .. } => condition.each_name(add),
+        Observation::Rule { body: RuleBody::When { premise, then, .. }, .. } => {
+            premise.names().for_each(&mut *add);
+            then.each_name(add);
+        }
+        Observation::Count { condition, .. } => condition.names().for_each(add),
+        Observation::Sequence { names, .. } => names.iter().for_each(|program| program.names().for_each(&mut *add)),
+    }
+}
+
+/// Whether a second station of ours acts in this trial.
+pub fn has_second(trial: &Trial) -> bool {
+    let mut any = false;
+    each_step_of(trial, &mut |step| {
+        any |= match &step.verb {
+            Verb::Connect { second, .. } | Verb::Disconnect { second } | Verb::Send { second, .. } => *second,
+            Verb::Write(access) | Verb::Read { access, .. } => access.second,
+            _ => false,
+        };
+    });
+    any
+}
+
+/// Whether a connection of this trial follows the clock of the bus.
+pub fn has_clock(trial: &Trial) -> bool {
+    let mut any = trial.start.as_ref().is_some_and(|start| start.isochronous.is_some());
+    each_step_of(trial, &mut |step| {
+        any |= matches!(&step.verb, Verb::Connect { start, .. } if start.isochronous.is_some());
+    });
+    any
+}
+
+/// The requirements of the checks of a trial that are judged for themselves.
+pub fn check_covers(trial: &Trial) -> Vec<usize> {
+    let mut covers = Vec::new();
+    each_step_of(trial, &mut |step| covers.extend(step.covers.iter().copied()));
+    covers
+}

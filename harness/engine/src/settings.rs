@@ -1,0 +1,283 @@
+//! `set` and `turn`: outputs to the controller, everything else to the stand.
+
+use super::trial::{Done, Run, Trouble};
+use controllers::profinet_io::{AlarmAcknowledge, CounterMode};
+use expression::{State, Value};
+use results::outcome::Blame;
+use results::verdict::Verdict;
+use station::{Duration, Refusal, StandAction, Time};
+use suite::device::{Bus, NameKind, StandName};
+use suite::model::{SetValue, Setting, Turn, Way};
+use suite::words;
+
+/// The longest that a stand may take for one action.
+const LONGEST_ACTION: Duration = Duration::from_secs(3600);
+/// The time between two questions whether it is done.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+impl<'a> Run<'a> {
+    /// Does a `set`: it ends when the first frame with the new outputs has left and the stand is done.
+    pub fn set(&mut self, settings: &'a [Setting]) -> Done {
+        self.action();
+        match self.apply_settings(settings)? {
+            true if self.sends_outputs() && self.world.ours.master(0).is_some() => self.outputs_leave(),
+            true if self.sends_outputs() => self.cycles(1),
+            _ => Ok(()),
+        }
+    }
+
+    fn sends_outputs(&self) -> bool {
+        self.world.ours.exchanges(0) && !self.paused && self.world.scene.follower.image.stands()
+    }
+
+    /// Applies settings at once and says whether outputs are among them.
+    pub fn apply_settings(&mut self, settings: &'a [Setting]) -> Result<bool, Trouble> {
+        let goes_first = |run: &Run<'_>, setting: &Setting| {
+            let kind = run.kind(setting.name);
+            matches!(kind, Some(NameKind::OutputOctets(_) | NameKind::Stand(StandName::ShaftAcceleration)))
+        };
+        let mut outputs = false;
+        for first in [true, false] {
+            for setting in settings {
+                if goes_first(self, setting) == first {
+                    outputs |= self.apply_setting(setting)?;
+                }
+            }
+        }
+        if outputs {
+            self.apply_outputs();
+        }
+        Ok(outputs)
+    }
+
+    fn apply_setting(&mut self, setting: &'a Setting) -> Result<bool, Trouble> {
+        let value = match &setting.value {
+            SetValue::Value(program) => program.eval(&self.world.view(), &State::default()),
+            SetValue::Bytes(octets) => Value::bytes(octets.as_slice()),
+            SetValue::Word(word) => Value::text(word.as_str()),
+        };
+        let Some(kind) = self.kind(setting.name).cloned() else { return Ok(false) };
+        let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The value to be set is not known.");
+        match (&kind, &value) {
+            (NameKind::Signal { .. }, Value::Text(word)) => {
+                let mode = if **word == *"held" { CounterMode::Held } else { CounterMode::Counting };
+                self.outputs.set_counting(&kind, mode);
+                Ok(true)
+            }
+            (NameKind::Signal { .. }, value) => {
+                self.outputs.set(&kind, value.as_whole().ok_or_else(unknown)?);
+                Ok(true)
+            }
+            (NameKind::OutputOctets(_), Value::Bytes(octets)) => {
+                self.outputs.set_octets(octets);
+                Ok(true)
+            }
+            (NameKind::OutputStatus(submodule), value) => {
+                let good = word_is(value, words::STATUS, "good");
+                let submodules = &self.world.manual.device.submodules;
+                let place = submodule.and_then(|index| submodules.get(index)).map(|of| (of.slot, of.subslot));
+                if let Some(outputs) = self.world.ours.outputs_mut() {
+                    outputs.status(place, good);
+                }
+                Ok(true)
+            }
+            (NameKind::Cyclic, value) => {
+                self.paused = word_is(value, words::CYCLIC, "paused");
+                self.may_end |= self.paused;
+                self.pause(self.paused);
+                Ok(false)
+            }
+            (NameKind::AlarmAcknowledge, value) => {
+                let is = |word| word_is(value, words::ALARM_ACKNOWLEDGE, word);
+                let acknowledge = match () {
+                    () if is("held") => AlarmAcknowledge::Held,
+                    () if is("received") => AlarmAcknowledge::Received,
+                    () => AlarmAcknowledge::Given,
+                };
+                // A device that is not acknowledged to may give up.
+                self.may_end |= acknowledge != AlarmAcknowledge::Given;
+                if let Some(controller) = self.world.ours.controller_mut(0) {
+                    controller.acknowledge_alarms(acknowledge);
+                }
+                Ok(false)
+            }
+            (NameKind::GlobalControl, value) => {
+                self.clock(Some(word_is(value, words::CLOCK, "stopped")), None);
+                Ok(false)
+            }
+            (NameKind::ClockOffset, Value::Time(nanos)) => {
+                self.clock(None, Some(Duration::from_nanos(nanos.to_f64().max(0.0) as u64)));
+                Ok(false)
+            }
+            (NameKind::Stand(name), value) => self.stand(*name, value).map(|()| false),
+            _ => Err(unknown()),
+        }
+    }
+
+    /// Puts the outputs where the module in use has them.
+    pub fn apply_outputs(&mut self) {
+        if let Some(module) = self.module {
+            let device = &self.world.manual.device;
+            if let Some(outputs) = self.world.ours.outputs_mut() {
+                self.outputs.apply(device, module, outputs);
+            }
+        }
+    }
+
+    /// Whether our station sends cyclic frames at all.
+    pub fn pause(&mut self, paused: bool) {
+        if let Some(outputs) = self.world.ours.outputs_mut() {
+            outputs.pause(paused);
+        }
+    }
+
+    fn stand(&mut self, name: StandName, value: &Value) -> Done {
+        let manual = self.world.manual;
+        let names = &manual.device.stand;
+        let number = || {
+            let number = match value {
+                Value::Number(number) => Some(number.to_f64()),
+                value => value.as_whole().map(|number| number as f64),
+            };
+            number.ok_or_else(|| Trouble::other(Blame::Suite, Verdict::Error, "The value for the stand is not known."))
+        };
+        let action = match name {
+            StandName::Power => StandAction::Power(word_is(value, words::UP_DOWN, "up")),
+            StandName::Link => StandAction::Link(word_is(value, words::UP_DOWN, "up")),
+            StandName::Delivery => {
+                self.renamed = true;
+                self.world.line_may_break = true;
+                StandAction::Deliver
+            }
+            StandName::ShaftAcceleration => {
+                self.acceleration = number()?.abs();
+                return Ok(());
+            }
+            StandName::ShaftSpeed if self.acceleration > 0.0 => {
+                StandAction::ShaftRamp { rpm: number()?, acceleration: self.acceleration }
+            }
+            StandName::ShaftSpeed => StandAction::ShaftSpeed(number()?),
+            StandName::ShaftCounts => StandAction::ShaftCounts(number()? as u64),
+            StandName::SupplyVoltage => StandAction::SupplyVoltage(number()?),
+            StandName::Temperature => StandAction::Temperature(number()?),
+            StandName::Fault(index) => {
+                StandAction::Fault(&names.faults[index].0, word_is(value, words::PRESENCE, "present"))
+            }
+            StandName::Button(index) => {
+                StandAction::Button(&names.buttons[index].0, word_is(value, words::BUTTON, "pressed"))
+            }
+            StandName::Switch(index) => StandAction::Switch(&names.switches[index].name, number()? as u32),
+        };
+        self.may_end |= matches!(name, StandName::Power | StandName::Link | StandName::Delivery);
+        if !self.touched.contains(&name) {
+            self.touched.push(name);
+        }
+        self.act_on_stand(&action)
+    }
+
+    /// Does something at the stand and waits until it is done.
+    pub fn act_on_stand(&mut self, action: &StandAction<'_>) -> Done {
+        let now = self.world.now();
+        self.world.line_may_break |= matches!(action, StandAction::Power(false) | StandAction::Link(false));
+        let begun = self.world.segment.stand().act(now, action);
+        match begun.and_then(|done| self.stand_is_done(done)) {
+            Ok(()) => Ok(()),
+            Err(Refusal::CannotDo(why)) => Err(Trouble::other(
+                Blame::Environment,
+                // A live bench has said before that it can, else the trial would not run.
+                if self.place.bench.is_some() { Verdict::Inconclusive } else { Verdict::NotApplicable },
+                format!("The stand cannot do it: {why}."),
+            )),
+            Err(Refusal::Broken(why)) => {
+                Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The stand failed: {why}.")))
+            }
+        }
+    }
+
+    /// Waits for what a stand does beside the wire, then until what it has begun is done.
+    fn stand_is_done(&mut self, mut done: Time) -> Result<(), Refusal> {
+        let latest = self.world.now() + LONGEST_ACTION;
+        loop {
+            let now = self.world.now();
+            match self.world.segment.stand().outcome(now) {
+                Some(then) => {
+                    done = done.max(then?);
+                    break;
+                }
+                None if self.world.segment.is_interrupted() => {
+                    return Err(Refusal::Broken("the run was interrupted while it was at work".into()));
+                }
+                None if now >= latest => return Err(Refusal::Broken("it has not done it within an hour".into())),
+                None => {
+                    self.world.run(now + LOOK_AGAIN, |_| false);
+                }
+            }
+        }
+        self.world.run(done.min(latest), |_| false);
+        Ok(())
+    }
+
+    /// Turns the shaft and waits until it has arrived.
+    pub fn turn_shaft(&mut self, turn: &'a Turn) -> Done {
+        let view = self.world.view();
+        let number = |program: &expression::Program| match program.eval(&view, &State::default()) {
+            Value::Number(number) => Ok(number.to_f64()),
+            _ => Err(Trouble::other(Blame::Suite, Verdict::Error, "The way to turn is not known.")),
+        };
+        let rpm = number(&turn.rpm)?;
+        let action = match &turn.way {
+            Way::Revolutions(way) => StandAction::TurnRevolutions { revolutions: number(way)?, rpm },
+            Way::Degrees(way) => StandAction::TurnRevolutions { revolutions: number(way)? / 360.0, rpm },
+            Way::Counts(way) => StandAction::Turn { steps: number(way)?, rpm },
+        };
+        if !self.touched.contains(&StandName::ShaftSpeed) {
+            self.touched.push(StandName::ShaftSpeed);
+        }
+        self.act_on_stand(&action)
+    }
+
+    /// Puts everything at the stand back that the trial has set.
+    pub fn put_stand_back(&mut self) -> Done {
+        let manual = self.world.manual;
+        let names = &manual.device.stand;
+        for name in std::mem::take(&mut self.touched) {
+            let action = match name {
+                StandName::Power => StandAction::Power(true),
+                StandName::Link => StandAction::Link(true),
+                StandName::ShaftSpeed => StandAction::ShaftSpeed(0.0),
+                StandName::Fault(index) => StandAction::Fault(&names.faults[index].0, false),
+                StandName::Button(index) => StandAction::Button(&names.buttons[index].0, false),
+                StandName::Switch(index) => {
+                    StandAction::Switch(&names.switches[index].name, names.switches[index].home)
+                }
+                StandName::SupplyVoltage | StandName::Temperature => {
+                    let home = |home: Option<f64>, action: fn(f64) -> StandAction<'static>| home.map(action);
+                    let action = match name {
+                        StandName::SupplyVoltage => home(names.voltage, StandAction::SupplyVoltage),
+                        _ => home(names.temperature, StandAction::Temperature),
+                    };
+                    let Some(action) = action else { continue };
+                    action
+                }
+                StandName::Delivery if manual.device.bus == Bus::Profibus => {
+                    for switch in &names.switches {
+                        self.act_on_stand(&StandAction::Switch(&switch.name, switch.home))?;
+                    }
+                    continue;
+                }
+                StandName::ShaftCounts | StandName::ShaftAcceleration | StandName::Delivery => continue,
+            };
+            self.act_on_stand(&action)?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether a value is this word of a table; words come as text or as their number.
+fn word_is(value: &Value, table: words::Table, word: &str) -> bool {
+    match value {
+        Value::Text(text) => **text == *word,
+        Value::Word(number) => words::word(table, *number) == Some(word),
+        _ => false,
+    }
+}

@@ -1,0 +1,320 @@
+//! Start-ups: from `start` of a suite to the connection that the controller makes, and from its outcome to replies.
+
+use super::persona;
+use controllers::profinet_io::{
+    CallError, ConnectOutcome, Connection, ControlOutcome, DeviceAddress, Record as StartRecord, RecordOutcome,
+    StartUp, Submodule, Target,
+};
+use expression::Value;
+use judge::answer::{Refusal, Reply};
+use station::Duration;
+use std::sync::Arc;
+use suite::device::{Device, Record};
+use suite::model::{AnswerPart, InsteadStart, Start, StartParameter};
+use suite::persona::{Expects, Persona};
+use wire::profinet::blocks::connect::RtClass;
+use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::rt::FrameId;
+use wire::profinet::status::{ErrorCode, PnioStatus};
+
+/// Where the device under test is, and what it is given.
+#[derive(Clone, Debug)]
+pub struct Whereabouts {
+    /// Its station name, or its MAC where a trial has changed the name.
+    pub address: DeviceAddress,
+    /// The IP address, mask and gateway that the controller gives it.
+    pub ip: IpParameter,
+    /// How long it may take to answer at all.
+    pub search: Duration,
+    /// In whose manner it is addressed.
+    pub persona: Option<Arc<Persona>>,
+}
+
+/// The start-up with a module and every start parameter at its default.
+pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
+    let mut parameters = Vec::new();
+    for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
+        for (field, of) in of.fields.iter().enumerate() {
+            parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
+        }
+    }
+    Start {
+        module,
+        cycle: None,
+        watchdog: None,
+        unwatched: false,
+        baud: None,
+        isochronous: None,
+        parameters,
+        instead: Vec::new(),
+    }
+}
+
+/// The frame ids that are proposed for inputs, by class.
+const FRAME_ID_OF_CLASS_1: u16 = 0xC001;
+const FRAME_ID_OF_CLASS_2: u16 = 0x8001;
+const FRAME_ID_OF_CLASS_3: u16 = 0x0101;
+/// One send clock, 31.25 µs, times 32: the clock that every device has.
+const SEND_CLOCK: Duration = Duration::from_millis(1);
+
+/// The connection that `start` asks for, and for each of its records which record of the device it is.
+pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabouts) -> (Connection, Vec<usize>) {
+    let mut submodules = Vec::new();
+    let module = &device.modules[start.module];
+    let telegram = module.submodules.iter().copied().max_by_key(|&index| {
+        let submodule = &device.submodules[index];
+        submodule.input_octets + submodule.output_octets
+    });
+    let persona = at.persona.as_deref();
+    let expects = persona.map_or(Expects::AccessPoint, |persona| persona.expects);
+    let access_point = device.submodules.iter().enumerate().filter(|(_, submodule)| submodule.slot == 0);
+    let access_point = access_point.filter(|_| expects != Expects::Module);
+    let of_module = module.submodules.iter().map(|&index| (index, &device.submodules[index]));
+    for (index, submodule) in access_point.chain(of_module) {
+        let mut expected = Submodule {
+            api: submodule.api,
+            slot: slot_asked(start, submodule.slot),
+            module_ident: submodule.module_ident(variant).unwrap_or(module.ident),
+            subslot: submodule.subslot,
+            submodule_ident: submodule.ident,
+            input_octets: submodule.input_octets,
+            output_octets: submodule.output_octets,
+        };
+        for instead in &start.instead {
+            let of_telegram = Some(index) == telegram;
+            match instead {
+                InsteadStart::OutputLength(octets) if of_telegram => expected.output_octets = *octets,
+                InsteadStart::InputLength(octets) if of_telegram => expected.input_octets = *octets,
+                InsteadStart::ModuleIdent(ident) if submodule.slot != 0 => expected.module_ident = *ident,
+                InsteadStart::SubmoduleIdent(ident) if of_telegram => expected.submodule_ident = *ident,
+                InsteadStart::Api(api) if of_telegram => expected.api = *api,
+                InsteadStart::AccessPointIdent(ident) if submodule.slot == 0 => expected.module_ident = *ident,
+                _ => {}
+            }
+        }
+        submodules.push(expected);
+    }
+    if expects == Expects::InterfaceAndPorts {
+        let head = submodules.iter().position(|submodule| submodule.slot != 0).unwrap_or(submodules.len());
+        let module_ident = submodules.first().filter(|first| first.slot == 0).map(|first| first.module_ident);
+        let network = device.network.iter().filter_map(|&(subslot, submodule_ident)| {
+            Some(Submodule { module_ident: module_ident?, subslot, submodule_ident, ..Submodule::default() })
+        });
+        let network: Vec<Submodule> = network.collect();
+        submodules.splice(head..head, network);
+    }
+    let (mut records, mut indices) = start_records(device, start, &submodules);
+    let cycles = |time: Duration| (time.as_nanos() / SEND_CLOCK.as_nanos()).max(1);
+    let cycle = start.cycle(device);
+    let reduction = cycles(cycle);
+    let watchdog = (start.watchdog(device).as_nanos() / cycle.as_nanos().max(1)).max(1);
+    if persona.is_some_and(|persona| persona.records_reversed) {
+        records.reverse();
+        indices.reverse();
+    }
+    let mut connection = Connection::new(at.address.clone(), at.ip);
+    connection.submodules = submodules;
+    connection.search = at.search;
+    connection.vendor_id = device.identity.vendor_id;
+    connection.device_id = device.identity.device_id;
+    connection.records = records;
+    if device.rt_class == 2 {
+        (connection.rt_class, connection.frame_id_in) = (RtClass::RT_CLASS_2, FRAME_ID_OF_CLASS_2);
+    }
+    connection.send_clock_factor = 32;
+    connection.reduction_ratio = u16::try_from(reduction).unwrap_or(u16::MAX);
+    connection.watchdog_factor = u16::try_from(watchdog).unwrap_or(u16::MAX);
+    connection.data_hold_factor = connection.watchdog_factor;
+    if let Some(persona) = persona {
+        persona::lay_over(persona, start, &mut connection);
+    }
+    for instead in &start.instead {
+        match instead {
+            InsteadStart::StationName(name) => connection.station_name = Some(name.clone().into_bytes()),
+            InsteadStart::RtClass(class) => {
+                connection.rt_class = RtClass(*class);
+                (connection.frame_id_in, connection.unchecked) = (frame_id_of(connection.rt_class), true);
+                connection.frame_id_out = FrameId::DEVICE_CHOOSES.0;
+            }
+            InsteadStart::NoAddress => connection.gives_address = false,
+            // Slot 0 has a module of its own, and a subslot may then stand in it twice.
+            InsteadStart::Slot(_) => connection.unchecked = true,
+            _ => {}
+        }
+    }
+    (connection, indices)
+}
+
+fn frame_id_of(class: RtClass) -> u16 {
+    match class {
+        RtClass::RT_CLASS_2 => FRAME_ID_OF_CLASS_2,
+        RtClass::RT_CLASS_3 => FRAME_ID_OF_CLASS_3,
+        _ => FRAME_ID_OF_CLASS_1,
+    }
+}
+
+fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (Vec<StartRecord>, Vec<usize>) {
+    let mut records = Vec::new();
+    let mut indices = Vec::new();
+    for (index, record) in device.records.iter().enumerate().filter(|(_, record)| record.starts(start.module)) {
+        let at = &device.submodules[record.at];
+        let slot = slot_asked(start, at.slot);
+        if !submodules.iter().any(|submodule| (submodule.slot, submodule.subslot) == (slot, at.subslot)) {
+            continue;
+        }
+        let mut data =
+            octets(record, start.parameters.iter().filter(|of| of.record == index).map(|of| (of.field, of.value)));
+        let mut sent = true;
+        for instead in &start.instead {
+            match instead {
+                InsteadStart::RecordNone(of) if *of == index => sent = false,
+                InsteadStart::RecordBytes(of, octets) if *of == index => data.clone_from(octets),
+                _ => {}
+            }
+        }
+        if sent {
+            let target = Target { api: at.api, slot, subslot: at.subslot, index: record.index };
+            records.push(StartRecord { target, data });
+            indices.push(index);
+        }
+    }
+    (records, indices)
+}
+
+/// The octets of a record with these fields set and all others 0.
+pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
+    let mut octets = vec![0; record.octets];
+    for (field, value) in values {
+        put(record, field, value, &mut octets);
+    }
+    octets
+}
+
+/// Puts a number into a field of a record.
+pub fn put(record: &Record, field: usize, value: i128, octets: &mut [u8]) {
+    let Some(field) = record.fields.get(field) else { return };
+    let Some(place) = octets.get_mut(field.octet..field.octet + field.octets) else { return };
+    let old = place.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
+    let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
+    let mask = if width >= 128 { u128::MAX } else { ((1u128 << width) - 1) << low };
+    let mut number = (old & !mask) | (((value as u128) << low) & mask);
+    for octet in place.iter_mut().rev() {
+        *octet = number as u8;
+        number >>= 8;
+    }
+}
+
+/// A refusal, which has to say of which service it is.
+pub fn refused(status: &PnioStatus, of: ErrorCode) -> Reply {
+    match status.error_code == of {
+        true => Reply::Refused(Refusal::Pnio(*status)),
+        false => Reply::Wrong(format!("{status} is no answer of this service")),
+    }
+}
+
+/// What a call came to that was not answered by the service itself.
+pub fn failed(error: &CallError) -> Reply {
+    match error {
+        CallError::Rejected(_) | CallError::Faulted(_) | CallError::Unfit(_) => Reply::Wrong(error.to_string()),
+        CallError::NoAnswer(_) | CallError::ArEnded => Reply::Silent(error.to_string()),
+    }
+}
+
+fn connect(outcome: &ConnectOutcome) -> Reply {
+    match outcome {
+        ConnectOutcome::Accepted => Reply::Accepted,
+        ConnectOutcome::Refused(status) => refused(status, ErrorCode::CONNECT_RESPONSE),
+        ConnectOutcome::Failed(error) => failed(error),
+    }
+}
+
+/// What Control (or Release, by its code) came to.
+pub fn control(outcome: &ControlOutcome, of: ErrorCode) -> Reply {
+    match outcome {
+        ControlOutcome::Accepted => Reply::Accepted,
+        ControlOutcome::Refused(status) => refused(status, of),
+        ControlOutcome::Failed(error) => failed(error),
+    }
+}
+
+/// What an access to a record came to.
+pub fn record(outcome: &RecordOutcome, written: bool) -> Reply {
+    let of = if written { ErrorCode::WRITE_RESPONSE } else { ErrorCode::READ_RESPONSE };
+    match outcome {
+        RecordOutcome::Accepted { .. } => Reply::Accepted,
+        RecordOutcome::Refused(status) => refused(status, of),
+        RecordOutcome::Failed(error) => failed(error),
+    }
+}
+
+/// The slot in which a submodule of the device was asked for.
+fn slot_asked(asked: &Start, slot: u16) -> u16 {
+    let moved = asked.instead.iter().find_map(|instead| match instead {
+        InsteadStart::Slot(moved) => Some(*moved),
+        _ => None,
+    });
+    moved.filter(|_| slot != 0).unwrap_or(slot)
+}
+
+/// The parts of the answer to a start-up.
+pub fn replies(device: &Device, asked: &Start, start: &StartUp, records: &[usize]) -> Vec<(AnswerPart, Reply)> {
+    let mut replies = Vec::new();
+    if let Some(outcome) = &start.connect {
+        replies.push((AnswerPart::Connect, connect(outcome)));
+    }
+    for (outcome, &index) in start.records.iter().zip(records) {
+        replies.push((AnswerPart::Record(index), record(outcome, true)));
+    }
+    if let Some(outcome) = &start.parameter_end {
+        replies.push((AnswerPart::ParameterEnd, control(outcome, ErrorCode::CONTROL_RESPONSE)));
+    }
+    let ready = match start.application_ready {
+        Some(true) => Reply::Accepted,
+        Some(false) | None => Reply::Silent("it never came".into()),
+    };
+    replies.push((AnswerPart::ApplicationReady, ready));
+    let word = |word: &str| Reply::Value(Value::Text(Arc::from(word)));
+    // Only an accepted Connect says by its silence that a submodule is as expected.
+    let connected = start.connect == Some(ConnectOutcome::Accepted);
+    for (index, submodule) in device.submodules.iter().enumerate().filter(|_| connected) {
+        let state = match &start.module_diff {
+            Some(diff) => module_state(diff, slot_asked(asked, submodule.slot), submodule.subslot),
+            None => "proper",
+        };
+        replies.push((AnswerPart::ModuleDiff(index), word(state)));
+    }
+    replies.push((AnswerPart::Connection, word(if start.standing { "data" } else { "none" })));
+    let whole = match (&start.connect, start.standing) {
+        (_, true) => Reply::Accepted,
+        (Some(outcome), false) if *outcome != ConnectOutcome::Accepted => connect(outcome),
+        _ => Reply::Silent(start.failed.as_ref().map_or_else(String::new, ToString::to_string)),
+    };
+    replies.push((AnswerPart::Whole, whole));
+    replies
+}
+
+/// What a ModuleDiffBlock says of a submodule, in the word of the suites.
+fn module_state(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> &'static str {
+    let mut modules = diff.apis.iter().flat_map(|api| &api.modules);
+    let Some(module) = modules.rfind(|module| module.slot == slot) else { return "proper" };
+    match module.state {
+        ModuleState::NO_MODULE => return "missing",
+        ModuleState::WRONG_MODULE => return "wrong",
+        _ => {}
+    }
+    match module.submodules.iter().find(|submodule| submodule.subslot == subslot) {
+        Some(submodule) => submodule_state(submodule.state),
+        None if module.state == ModuleState::SUBSTITUTE => "substitute",
+        None => "proper",
+    }
+}
+
+fn submodule_state(state: SubmoduleState) -> &'static str {
+    match state.ident_info() {
+        IdentInfo::OK => "proper",
+        IdentInfo::SUBSTITUTE => "substitute",
+        IdentInfo::NO_SUBMODULE => "missing",
+        _ => "wrong",
+    }
+}

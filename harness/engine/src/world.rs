@@ -1,0 +1,490 @@
+//! The world of one trial: the segment, what is seen on it, and everybody who judges what is seen.
+
+use super::ours::{Ours, sender};
+use super::segment::Segment;
+use judge::follow::{Change, Ending};
+use judge::observe::{Address, Ar, ArId, BusTracker, Observation};
+use judge::rule_set::RuleSet;
+use judge::scene::Scene;
+use judge::view::View;
+use judge::{Tick, TickKind};
+use station::{Duration, Time};
+use suite::device::{Bus, Device, NameKind};
+use suite::model::{Manual, Variant};
+use virtual_wire::Trace;
+
+use super::block::BlockWatch;
+use super::expect::Expectation;
+use judge::image::{Happening, Image};
+
+/// What stands beside a frame that a trial breaks on purpose.
+const BROKEN: &str = "broken on purpose";
+
+/// Frames and octets of an ordinary trial.
+const USUAL: (usize, usize) = (512, 32 * 1024);
+
+/// So long the LEDs are left alone while nobody touches the device: what shines may also change with time alone.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// An event of the own connection, kept because it may be expected by a later step.
+pub struct Kept {
+    /// When and in which frame.
+    pub tick: Tick,
+    /// What was known at that instant.
+    pub image: Image,
+    /// Whether it has answered an expectation; one event answers one.
+    pub used: bool,
+    /// Whether a rule over the block spoke of it when it came, so that it is no surprise.
+    pub counted: bool,
+}
+
+/// How the own connection ended without our asking.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// When and in which frame.
+    pub tick: Tick,
+    /// How.
+    pub ending: Ending,
+}
+
+/// Everybody who judges what is seen.
+pub struct Judges<'a> {
+    /// The rules of the files.
+    pub rules: RuleSet<'a>,
+    /// The rules over blocks that are running, the innermost last.
+    pub blocks: Vec<BlockWatch<'a>>,
+    /// The expectation of the present step.
+    pub expecting: Option<Expectation<'a>>,
+}
+
+/// The world of one trial.
+pub struct World<'a> {
+    /// The manual.
+    pub manual: &'a Manual,
+    /// The variant of the device under test.
+    pub variant: &'a Variant,
+    /// The wire, the device, the stand.
+    pub segment: Box<dyn Segment + 'a>,
+    /// Our stations, the first one and the second one.
+    pub ours: Ours,
+    /// Their addresses, in the same order.
+    pub addresses: Vec<Address>,
+    /// Every frame so far.
+    pub trace: Trace,
+    /// What is known about the own connection, and besides.
+    pub scene: Scene<'a>,
+    /// Who judges.
+    pub judges: Judges<'a>,
+    /// Events since the last action.
+    pub events: Vec<Kept>,
+    /// The last thing seen on the own connection.
+    pub last: Option<Tick>,
+    /// The last sample of the own connection.
+    pub last_sample: Option<Tick>,
+    /// Samples, and output frames, seen on the own connection.
+    pub samples: u64,
+    /// Output frames seen on the own connection.
+    pub outputs_seen: u64,
+    /// The own connection ended and nobody asked for it.
+    pub lost: Option<Lost>,
+    /// Events that came while nobody expected them: text and frame.
+    pub unexpected: Vec<(String, u64)>,
+    /// What could not be read, in a sentence with the frame.
+    pub unreadable: Vec<(String, u64)>,
+    /// The time that a hold may be without samples.
+    pub watchdog: Duration,
+    /// From one cycle to the next where the frames themselves do not say it (PROFIBUS).
+    pub cycle: Option<Duration>,
+    /// Whether the trial itself cut the line or the power, so that the line may break.
+    pub line_may_break: bool,
+    /// Whether the trial is letting go of the device, which it does however the trial ended.
+    pub closing: bool,
+    /// Away only while a frame is looked at.
+    tracker: Option<BusTracker>,
+    /// The LEDs that suites look at, and the word that each showed last.
+    leds: Vec<(usize, Option<&'static str>)>,
+    /// When they were looked at last.
+    looked_at_leds: Time,
+    comment: Option<String>,
+    damaged: Vec<Vec<u8>>,
+    recording: Option<Recording>,
+}
+
+/// What was seen from the begin of a step on.
+struct Recording {
+    began: Time,
+    /// How things stood then.
+    before: Moment,
+    kept: Vec<Moment>,
+}
+
+/// What was known at one tick.
+struct Moment {
+    tick: Tick,
+    image: Image,
+    leds: Vec<Option<i64>>,
+}
+
+/// Where a tick comes from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Source {
+    /// A frame: everybody looks.
+    Wire,
+    /// The stand: the rules of the files do not look, so that they mean the same on a capture.
+    Stand,
+}
+
+impl<'a> World<'a> {
+    /// A world in which nothing has happened yet.
+    pub fn new(manual: &'a Manual, variant: &'a Variant, segment: Box<dyn Segment + 'a>, ours: Ours) -> World<'a> {
+        let device: &Device = &manual.device;
+        let watchdog = Duration::from_secs(1);
+        let mut scene = Scene::new(manual, variant);
+        scene.notebook_mut().leds = vec![None; device.stand.leds.len()];
+        let leds = |name: &NameKind| match name {
+            NameKind::Led(led) => Some((*led, None)),
+            _ => None,
+        };
+        let tracker = match device.bus {
+            Bus::Profinet => BusTracker::Profinet(Box::default()),
+            Bus::Profibus => BusTracker::Profibus(Box::default()),
+        };
+        World {
+            manual,
+            variant,
+            segment,
+            addresses: ours.addresses(),
+            ours,
+            trace: Trace::with_room(USUAL.0, USUAL.1),
+            scene,
+            judges: Judges { rules: RuleSet::new(&variant.rules, watchdog), blocks: Vec::new(), expecting: None },
+            events: Vec::new(),
+            last: None,
+            last_sample: None,
+            samples: 0,
+            outputs_seen: 0,
+            lost: None,
+            unexpected: Vec::new(),
+            unreadable: Vec::new(),
+            watchdog,
+            cycle: None,
+            line_may_break: false,
+            closing: false,
+            tracker: Some(tracker),
+            leds: variant.names.iter().filter_map(leds).collect(),
+            looked_at_leds: Time::ZERO,
+            comment: None,
+            damaged: Vec::new(),
+            recording: None,
+        }
+    }
+
+    /// What the clock shows.
+    pub fn now(&self) -> Time {
+        self.segment.now()
+    }
+
+    /// The names at this instant.
+    pub fn view(&self) -> View<'_> {
+        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
+        self.view_at(self.last.map_or(tick, |last| Tick { time: tick.time, ..last }))
+    }
+
+    /// The names with the clock of `tick`.
+    pub fn view_at(&self, tick: Tick) -> View<'_> {
+        self.scene.view(tick)
+    }
+
+    /// Notes `text` beside the next frame, for the capture that a failure leaves.
+    pub fn note(&mut self, text: &str) {
+        self.comment = Some(match self.comment.take() {
+            Some(before) => format!("{before}\n{text}"),
+            None => text.to_owned(),
+        });
+    }
+
+    /// Says beside our own requests since frame `before` that they are wrong on purpose, for whoever reads the capture.
+    pub fn mark_broken(&mut self, before: usize, is_it: impl Fn(&[u8]) -> bool) {
+        let ours = |frame: &[u8]| self.is_from_us(frame);
+        let marked: Vec<usize> = (before + 1..=self.trace.len())
+            .filter(|&number| self.trace.get(number).is_some_and(|frame| ours(frame.octets) && is_it(frame.octets)))
+            .collect();
+        for number in marked {
+            self.trace.comment(number, BROKEN);
+        }
+    }
+
+    /// Whether a frame says that one of our stations has sent it.
+    pub fn is_from_us(&self, frame: &[u8]) -> bool {
+        self.addresses.iter().any(|&own| sender(frame, own) == Some(own))
+    }
+
+    /// Says beside a frame, when it is seen, that it is wrong on purpose.
+    pub fn expect_broken(&mut self, frame: &[u8]) {
+        self.damaged.push(frame.to_vec());
+    }
+
+    /// One line for each of these frames of the trace, which follow each other.
+    pub fn describe(&self, numbers: std::ops::RangeInclusive<usize>) -> Vec<String> {
+        let frames = numbers.filter_map(|number| Some(self.trace.get(number)?.octets));
+        self.tracker.as_ref().map_or_else(Vec::new, |tracker| tracker.describe(frames))
+    }
+
+    /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
+    pub fn halted(&self) -> Option<String> {
+        if let Some(why) = self.segment.spoilt() {
+            return Some(why);
+        }
+        match self.segment.broken_line() {
+            _ if self.segment.is_interrupted() => Some("the run was interrupted".to_owned()),
+            Some(why) if !self.line_may_break => Some(why),
+            _ => None,
+        }
+    }
+
+    /// Runs until `done` says so, but not beyond `until`; says whether it was done.
+    ///
+    /// It returns at once where the trial cannot go on, unless it is letting go of the device.
+    pub fn run(&mut self, until: Time, mut done: impl FnMut(&mut World<'a>) -> bool) -> bool {
+        loop {
+            if done(self) {
+                return true;
+            }
+            if !self.closing && self.halted().is_some() {
+                return false;
+            }
+            if self.now() >= until && !self.step(until) {
+                return done(self);
+            }
+            if self.now() < until {
+                self.step(until);
+            }
+        }
+    }
+
+    /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
+    pub fn step(&mut self, until: Time) -> bool {
+        let mut seen = std::mem::take(&mut self.trace);
+        let before = seen.len();
+        let comment = &mut self.comment;
+        let worked = self.segment.step(&mut self.ours, until, &mut |time, frame| {
+            let number = seen.push(time, 0, frame);
+            if let Some(text) = comment.take() {
+                seen.comment(number, &text);
+            }
+        });
+        for number in before + 1..=seen.len() {
+            // A short one arrives filled up.
+            let is_sent = |broken: &Vec<u8>| seen.get(number).is_some_and(|frame| frame.octets.starts_with(broken));
+            if let Some(at) = self.damaged.iter().position(is_sent) {
+                self.damaged.swap_remove(at);
+                seen.comment(number, BROKEN);
+            }
+            if let Some(frame) = seen.get(number) {
+                self.see(number as u64, frame.time, frame.octets);
+            }
+        }
+        self.trace = seen;
+        if self.segment.take_touch() || !worked || self.now() >= self.looked_at_leds + LOOK {
+            self.look_at_leds();
+        }
+        self.let_time_go_by();
+        worked
+    }
+
+    fn see(&mut self, number: u64, time: Time, octets: &[u8]) {
+        self.judges.rules.time(&self.scene.view_at(time, number), time);
+        let Some(mut tracker) = self.tracker.take() else { return };
+        let own = self.addresses.first().copied();
+        let from_us = self.is_from_us(octets);
+        tracker.frame(number, time, octets, &mut |ars, observation| {
+            // What we break on purpose is no fault of the device.
+            if let (Observation::Unreadable { why }, false) = (&observation, from_us) {
+                self.unreadable.push(((*why).to_owned(), number));
+            }
+            let ours = |ar: &Ar| Some(ar.controller.address) == own;
+            match self.scene.observe(ars, ours, (time, number), &observation) {
+                Some(Change::Opened) => self.opened(ars, self.scene.follower.ar()),
+                Some(Change::Tick(tick)) => self.tick(tick, Source::Wire),
+                Some(Change::Closed(tick, ending)) => {
+                    self.tick(tick, Source::Wire);
+                    self.closed(tick, ending);
+                }
+                None => {}
+            }
+        });
+        self.tracker = Some(tracker);
+    }
+
+    fn opened(&mut self, ars: &[Ar], ar: Option<ArId>) {
+        self.samples = 0;
+        self.outputs_seen = 0;
+        self.last_sample = None;
+        self.lost = None;
+        if let Some(ar) = ar.and_then(|ar| ars.get(ar.0 as usize)) {
+            self.watchdog = match (ar.slave.is_some(), ar.inputs.watchdog.is_zero()) {
+                (true, true) => Duration::from_secs(1),
+                _ => ar.inputs.watchdog.max(Duration::from_millis(1)),
+            };
+        }
+        if let Some(cycle) = self.cycle {
+            self.scene.follower.image.set_cycle(cycle);
+        }
+        self.judges.rules.cut();
+        self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
+    }
+
+    fn closed(&mut self, tick: Tick, ending: Ending) {
+        self.judges.rules.cut();
+        self.judges.blocks.iter_mut().for_each(BlockWatch::cut);
+        if ending != Ending::Released {
+            self.lost = Some(Lost { tick, ending });
+        }
+    }
+
+    /// Looks at a frame or an event of the own connection, or at a change of the stand.
+    fn tick(&mut self, tick: Tick, from: Source) {
+        let happens = tick.kind == TickKind::Event && self.scene.follower.image.happening != Happening::Nothing;
+        match tick.kind {
+            TickKind::Sample => {
+                self.samples += 1;
+                self.last_sample = Some(tick);
+            }
+            TickKind::BadSample => self.samples = 0,
+            TickKind::Output => self.outputs_seen += 1,
+            TickKind::Event => {}
+        }
+        self.last = Some(tick);
+        let moment = self.recording.is_some().then(|| self.moment(tick));
+        if let (Some(recording), Some(moment)) = (&mut self.recording, moment) {
+            recording.kept.push(moment);
+        }
+        let view = self.scene.view(tick);
+        // Rules are judged on connections; announcements and diagnoses also come without one.
+        let is_beside = matches!(self.scene.follower.image.happening, Happening::Lldp(_) | Happening::Diagnosis);
+        if from == Source::Wire && (self.scene.follower.ar().is_some() || !is_beside) {
+            self.judges.rules.tick(&view, None);
+        }
+        let counted = self.judges.blocks.iter_mut().fold(false, |counted, block| block.tick(&view) | counted);
+        let expected = self.judges.expecting.as_mut();
+        let used = expected.is_some_and(|expecting| expecting.tick(&view) && expecting.asks_for_events());
+        if happens {
+            self.events.push(Kept { tick, image: self.scene.follower.image.clone(), used, counted });
+        }
+        self.scene.end_of(tick);
+    }
+
+    fn moment(&self, tick: Tick) -> Moment {
+        Moment { tick, image: self.scene.follower.image.clone(), leds: self.scene.notebook().leds.clone() }
+    }
+
+    /// Shows the expectation at work how things stand now, although nothing was seen: answers and the connection itself
+    /// may be expected. Nobody else looks, since nothing happened.
+    pub fn look_now(&mut self) {
+        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Event };
+        let view = self.scene.view(tick);
+        if let Some(expecting) = &mut self.judges.expecting {
+            expecting.tick(&view);
+        }
+    }
+
+    /// Shows the expectation at work what the stand shows now, as a sample. Nobody else looks, since nothing was sent.
+    pub fn look_at_the_stand(&mut self) {
+        let tick = Tick { time: self.now(), frame: self.trace.len() as u64, kind: TickKind::Sample };
+        let view = self.scene.view(tick);
+        if let Some(expecting) = &mut self.judges.expecting {
+            expecting.tick(&view);
+        }
+    }
+
+    /// Keeps everything that is seen from now on, for readings of the manual that are tried one after the other.
+    pub fn record_from_here(&mut self) {
+        let began = self.now();
+        let before = self.moment(self.view().tick);
+        self.recording = Some(Recording { began, before, kept: Vec::new() });
+    }
+
+    /// Forgets what was kept.
+    pub fn stop_recording(&mut self) {
+        self.recording = None;
+    }
+
+    /// When keeping began.
+    pub fn recording_began(&self) -> Time {
+        self.recording.as_ref().map_or(self.now(), |recording| recording.began)
+    }
+
+    /// Shows an expectation everything that was kept, and before that how things stood when keeping began.
+    pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
+        let Some(Recording { before, kept, .. }) = &self.recording else { return };
+        let mut notebook = self.scene.notebook().clone();
+        let mut show = |moment: &Moment, look: &mut dyn FnMut(&View<'_>)| {
+            notebook.leds.clone_from(&moment.leds);
+            look(&View { image: &moment.image, notebook: &notebook, ..self.view_at(moment.tick) });
+        };
+        show(before, &mut |view| expectation.begin_with(view));
+        for moment in kept {
+            show(moment, &mut |view| {
+                expectation.tick(view);
+            });
+        }
+    }
+
+    fn look_at_leds(&mut self) {
+        let now = self.now();
+        self.looked_at_leds = now;
+        let mut changed = false;
+        for (led, before) in &mut self.leds {
+            let led = *led;
+            let (name, words) = &self.manual.device.stand.leds[led];
+            let word = self.segment.stand().led(now, name);
+            if word == std::mem::replace(before, word) {
+                continue;
+            }
+            let number = word.and_then(|word| words.iter().position(|known| known == word)).map(|index| index as i64);
+            if self.scene.notebook().leds[led] != number {
+                self.scene.notebook_mut().leds[led] = number;
+                changed = true;
+            }
+        }
+        if changed {
+            self.tick(Tick { time: now, frame: self.trace.len() as u64, kind: TickKind::Event }, Source::Stand);
+        }
+    }
+
+    fn let_time_go_by(&mut self) {
+        let now = self.now();
+        let view = self.scene.view_at(now, self.trace.len() as u64);
+        self.judges.blocks.iter_mut().for_each(|block| block.time(&view, now));
+        if let Some(expecting) = &mut self.judges.expecting {
+            expecting.time(&view, now);
+        }
+    }
+
+    /// Begins an action: events before it do not count for the expectations after it; those that nobody asked for are kept
+    /// as unexpected.
+    pub fn act(&mut self) {
+        for event in self.events.drain(..) {
+            let alarm = matches!(event.image.happening, Happening::Alarm(_));
+            if alarm && !event.used && !event.counted {
+                self.unexpected.push((happening(&event.image.happening), event.tick.frame));
+            }
+        }
+    }
+}
+
+/// An event in words.
+pub fn happening(happening: &Happening) -> String {
+    match happening {
+        Happening::Nothing => "nothing".into(),
+        Happening::Alarm(alarm) => {
+            let error = alarm.error.map_or_else(String::new, |error| format!(", channel error 0x{error:04X}"));
+            format!("an alarm of slot {} subslot 0x{:04X}{error}", alarm.slot, alarm.subslot)
+        }
+        Happening::Abort(code) => {
+            format!("an abort with PNIO status {}", wire::profinet::status::PnioStatus::from(*code))
+        }
+        Happening::Lldp(_) => "an announcement of the neighbour".into(),
+        Happening::Diagnosis => "a diagnosis".into(),
+    }
+}

@@ -1,0 +1,152 @@
+//! Calls of functions: those of one observation, and those that look back.
+
+use super::arithmetic::{Function, function_type};
+use super::ast::Ast;
+use super::check::{Checked, Typed};
+use super::eval::Expr;
+use super::program::{History, Slot};
+use super::types::NumberType;
+use super::{ExprError, Type, Value};
+use plain_text::nearest;
+use std::ops::Range;
+
+/// What a name before a parenthesis calls.
+#[derive(Clone, Copy)]
+enum Callee {
+    Plain(Function),
+    Back(History),
+}
+
+const FUNCTIONS: [(&str, Callee); 11] = [
+    ("abs", Callee::Plain(Function::Abs)),
+    ("min", Callee::Plain(Function::Min)),
+    ("max", Callee::Plain(Function::Max)),
+    ("floor", Callee::Plain(Function::Floor)),
+    ("round", Callee::Plain(Function::Round)),
+    ("number", Callee::Plain(Function::Number)),
+    ("rises", Callee::Back(History::Rises)),
+    ("falls", Callee::Back(History::Falls)),
+    ("changes", Callee::Back(History::Changes)),
+    ("prev", Callee::Back(History::Prev)),
+    ("since", Callee::Back(History::Since)),
+];
+
+impl Checked<'_> {
+    /// `name(arguments)`; `at` is where the name stands, `span` the whole call.
+    pub(super) fn call(
+        &mut self,
+        name: &str,
+        at: &Range<usize>,
+        arguments: &[Ast<'_>],
+        span: &Range<usize>,
+    ) -> Result<(Expr, Type), ExprError> {
+        let Some((_, callee)) = FUNCTIONS.iter().find(|(known, _)| *known == name) else {
+            let error = ExprError::new(at.clone(), format!("there is no function `{name}`"));
+            let names = FUNCTIONS.map(|(name, _)| name);
+            return Err(match nearest(name, names) {
+                Some(nearest) => error.did_you_mean(Some(nearest)),
+                None => error.help(format!("the functions are {}", names.join(", "))),
+            });
+        };
+        match (callee, arguments) {
+            (Callee::Plain(function @ (Function::Min | Function::Max)), [_, _, ..]) => {
+                self.extreme(*function, arguments, span)
+            }
+            (Callee::Plain(Function::Min | Function::Max), _) => {
+                Err(ExprError::new(span.clone(), format!("`{name}` chooses among two or more values"))
+                    .help("give at least two"))
+            }
+            (Callee::Plain(function), [argument]) => self.plain(*function, argument),
+            (Callee::Back(function), [argument]) => self.back(*function, name, argument, span),
+            _ => Err(ExprError::new(span.clone(), format!("`{name}` takes one value"))
+                .help("give one value in the parentheses")),
+        }
+    }
+
+    /// `-value`.
+    pub(super) fn negated(&mut self, inner: &Ast<'_>) -> Result<(Expr, Type), ExprError> {
+        self.plain(Function::Negate, inner)
+    }
+
+    fn plain(&mut self, function: Function, argument: &Ast<'_>) -> Result<(Expr, Type), ExprError> {
+        let argument = self.value_in(argument, None)?;
+        let ty = typed(function, &argument)?;
+        Ok((Expr::Call(function, [argument.expr].into()), ty))
+    }
+
+    fn extreme(
+        &mut self,
+        function: Function,
+        arguments: &[Ast<'_>],
+        span: &Range<usize>,
+    ) -> Result<(Expr, Type), ExprError> {
+        let mut common: Option<Type> = None;
+        let mut exprs = Vec::with_capacity(arguments.len());
+        for argument in arguments {
+            let argument = self.value_in(argument, common.as_ref())?;
+            let ty = typed(function, &argument)?;
+            common = Some(match (common, ty) {
+                (None, ty) => ty,
+                (Some(Type::Number(a)), Type::Number(b)) => {
+                    Type::Number(NumberType { whole: a.whole && b.whole, steps: a.steps || b.steps, limits: None })
+                }
+                (Some(a), b) if a == b => a,
+                (Some(a), b) => {
+                    return Err(ExprError::new(span.clone(), format!("{a} and {b} are not compared"))
+                        .help("give values of one type"));
+                }
+            });
+            exprs.push(argument.expr);
+        }
+        Ok((Expr::Call(function, exprs.into()), common.unwrap_or(Type::WHOLE)))
+    }
+
+    fn back(
+        &mut self,
+        function: History,
+        name: &str,
+        argument: &Ast<'_>,
+        span: &Range<usize>,
+    ) -> Result<(Expr, Type), ExprError> {
+        if !self.allow.history {
+            return Err(ExprError::new(
+                span.clone(),
+                format!("`{name}` looks back, and there is nothing to look back on here"),
+            )
+            .help("use it in `expect`, `observe` or a rule"));
+        }
+        // The place is taken before the argument is looked at, so that an outer slot stands before an inner one.
+        let index = self.slots.len();
+        let empty = Expr::Const(Value::Unknown);
+        self.slots.push(Slot { function, argument: empty, names: Box::new([]), noisy: false });
+        let names = self.names.len();
+        let inner = match function {
+            History::Rises | History::Falls | History::Since => {
+                Typed { expr: self.truth(argument)?, ty: Type::Bit, span: argument.span.clone() }
+            }
+            History::Changes | History::Prev => self.value_in(argument, None)?,
+        };
+        if matches!(inner.expr, Expr::Const(_)) {
+            return Err(ExprError::new(inner.span, "this is the same at every frame")
+                .help(format!("give `{name}` a name that changes")));
+        }
+        let noisy = inner.ty.is_noisy();
+        let ty = match function {
+            History::Rises | History::Falls | History::Changes => Type::Bit,
+            History::Prev => inner.ty,
+            History::Since => Type::Time,
+        };
+        let names = self.names.get(names..).unwrap_or_default().into();
+        if let Some(slot) = self.slots.get_mut(index) {
+            *slot = Slot { function, argument: inner.expr, names, noisy };
+        }
+        let call = Typed { expr: Expr::History(index), ty: ty.clone(), span: span.clone() };
+        self.leaf(&call);
+        Ok((call.expr, ty))
+    }
+}
+
+fn typed(function: Function, argument: &Typed) -> Result<Type, ExprError> {
+    function_type(function, &argument.ty)
+        .map_err(|(message, help)| ExprError::new(argument.span.clone(), message).help(help))
+}

@@ -1,0 +1,161 @@
+//! Names and words: what a name standing alone means depends on what it stands beside.
+
+use super::ast::{Ast, Node};
+use super::check::{Checked, Typed};
+use super::eval::Expr;
+use super::explain::Leaf;
+use super::literal::bytes_or_pattern;
+use super::{ExprError, Found, Number, Type, Value, WordTable, address, pattern};
+use plain_text::Nearest;
+use plain_text::nearest;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A side of a comparison before it is known what stands on the other side.
+pub(super) enum Candidate<'t> {
+    /// A value; with its text if it is a bare name, which beside a word may be a word itself.
+    Value(Typed, Option<&'t str>),
+    /// No name; perhaps a word. The error says what it is if there is no word to be found; without one nobody knows it.
+    Word { word: String, span: Range<usize>, error: Option<ExprError> },
+}
+
+impl Candidate<'_> {
+    fn table(&self) -> Option<&Arc<WordTable>> {
+        match self {
+            Candidate::Value(Typed { ty: Type::Word(table), .. }, _) => Some(table),
+            Candidate::Value(..) | Candidate::Word { .. } => None,
+        }
+    }
+}
+
+impl<'t> Checked<'_> {
+    /// The two sides of a comparison, each read in the light of the other.
+    pub(super) fn pair(&mut self, left: &Ast<'t>, right: &Ast<'t>) -> Result<(Typed, Typed), ExprError> {
+        let (left, right) = (self.candidate(left)?, self.candidate(right)?);
+        if let (Candidate::Word { word, span, error }, Candidate::Word { .. }) = (&left, &right) {
+            return Err(error.clone().unwrap_or_else(|| self.unknown(word, span)));
+        }
+        let table = left.table().cloned();
+        let right = self.settle(right, table.as_ref())?;
+        let table = match &right.ty {
+            Type::Word(table) => Some(table.clone()),
+            _ => None,
+        };
+        let left = self.settle(left, table.as_ref())?;
+        let (left, right) = (coerced(left, &right.ty)?, right);
+        let right = coerced(right, &left.ty)?;
+        Ok((left, right))
+    }
+
+    /// A value; `wanted` is the type of what it goes into or stands beside, if that is known.
+    pub(super) fn value_in(&mut self, ast: &Ast<'t>, wanted: Option<&Type>) -> Result<Typed, ExprError> {
+        let table = match wanted {
+            Some(Type::Word(table)) => Some(table),
+            _ => None,
+        };
+        let typed = match ast.kind {
+            Node::Name(_) => {
+                let candidate = self.candidate(ast)?;
+                self.settle(candidate, table)?
+            }
+            _ => self.node(ast, wanted)?,
+        };
+        match wanted {
+            Some(wanted) => coerced(typed, wanted),
+            None => Ok(typed),
+        }
+    }
+
+    fn candidate(&mut self, ast: &Ast<'t>) -> Result<Candidate<'t>, ExprError> {
+        let Node::Name(path) = ast.kind else { return Ok(Candidate::Value(self.node(ast, None)?, None)) };
+        let span = ast.span.clone();
+        let value = |expr, ty| Ok(Candidate::Value(Typed { expr, ty, span: span.clone() }, Some(path)));
+        match self.scope.lookup(path) {
+            Some(Found::Constant(constant, ty)) => value(Expr::Const(constant), ty),
+            Some(Found::Name(name, ty)) => value(Expr::Name(name), ty),
+            Some(Found::Word(word)) => {
+                let error = ExprError::new(
+                    span.clone(),
+                    format!("`{path}` is the word `{word}`, which means nothing by itself"),
+                )
+                .help("compare it with a name that has this word");
+                Ok(Candidate::Word { word, span, error: Some(error) })
+            }
+            Some(Found::Refused { message, help }) => Err(ExprError { span, message, help }),
+            None => Ok(Candidate::Word { word: path.to_owned(), error: None, span }),
+        }
+    }
+
+    fn settle(&mut self, candidate: Candidate<'t>, table: Option<&Arc<WordTable>>) -> Result<Typed, ExprError> {
+        let word = match &candidate {
+            Candidate::Value(_, bare) => *bare,
+            Candidate::Word { word, .. } => Some(word.as_str()),
+        };
+        let number = word.zip(table).and_then(|(word, table)| Some((table.number(word)?, table)));
+        match (candidate, number) {
+            (Candidate::Value(Typed { span, .. }, _) | Candidate::Word { span, .. }, Some((number, table))) => {
+                Ok(Typed { expr: Expr::Const(Value::Word(number)), ty: Type::Word(table.clone()), span })
+            }
+            (Candidate::Value(typed, _), None) => {
+                if let Expr::Name(name) = typed.expr {
+                    self.names.push(name);
+                    self.leaf(&typed);
+                }
+                Ok(typed)
+            }
+            (Candidate::Word { word, span, error }, None) => Err(match table {
+                Some(table) => no_word(&word, span, table),
+                None => error.unwrap_or_else(|| self.unknown(&word, &span)),
+            }),
+        }
+    }
+
+    /// Keeps a piece of the text whose value belongs into the report of a failure.
+    pub(super) fn leaf(&mut self, typed: &Typed) {
+        if !matches!(typed.expr, Expr::Const(_)) && self.leaves.iter().all(|leaf| leaf.span != typed.span) {
+            self.leaves.push(Leaf { span: typed.span.clone(), expr: typed.expr.clone(), ty: typed.ty.clone() });
+        }
+    }
+
+    fn unknown(&self, path: &str, span: &Range<usize>) -> ExprError {
+        let error = ExprError::new(span.clone(), format!("there is no name `{path}`"));
+        match path {
+            "true" | "on" | "yes" => return error.help("a bit is written 1, and stands alone as a condition"),
+            "false" | "off" | "no" => return error.help("a bit is written 0; a condition is negated with `not`"),
+            _ => {}
+        }
+        let mut best = Nearest::new(path);
+        self.scope.known(&mut |name| best.offer(name));
+        match best.found() {
+            Some(name) => error.did_you_mean(Some(name)),
+            None => error.help("declare it in `device.yaml`, `save` it before, or put a text in double quotes"),
+        }
+    }
+}
+
+fn no_word(word: &str, span: Range<usize>, table: &WordTable) -> ExprError {
+    let error = ExprError::new(span, format!("`{word}` is no word of `{}`", table.name));
+    match nearest(word, table.iter()) {
+        Some(nearest) => error.did_you_mean(Some(nearest)),
+        None => error.help(format!("write one of {}", table.listed())),
+    }
+}
+
+/// A literal read in the type of what it stands beside: a text as octets or address, 0 as a duration, 0 and 1 as a bit.
+fn coerced(typed: Typed, beside: &Type) -> Result<Typed, ExprError> {
+    let Expr::Const(value) = &typed.expr else { return Ok(typed) };
+    let here = |error: ExprError| ExprError { span: typed.span.clone(), ..error };
+    let value = match (value, beside) {
+        (Value::Text(text), Type::Bytes) => bytes_or_pattern(pattern(text).map_err(here)?),
+        (Value::Text(text), Type::Address) => Value::Address(address(text).map_err(here)?),
+        (Value::Number(Number::ZERO), Type::Time) => Value::Time(Number::ZERO),
+        (Value::Number(Number::ZERO), Type::Cycles) => Value::Cycles(Number::ZERO),
+        (Value::Number(number), Type::Bit) => match number.as_whole() {
+            Some(0) => Value::Bit(false),
+            Some(1) => Value::Bit(true),
+            _ => return Err(ExprError::new(typed.span, format!("{number} is no bit")).help("write 0 or 1")),
+        },
+        _ => return Ok(typed),
+    };
+    Ok(Typed { expr: Expr::Const(value), ty: beside.clone(), span: typed.span })
+}

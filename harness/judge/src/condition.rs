@@ -1,0 +1,222 @@
+//! Conditions: is each part true now, and what was wanted and seen.
+
+use super::Truth;
+use super::answer;
+use super::page;
+use super::view::{View, plain};
+use expression::{Env, NameId, Order, Program, State, Value};
+use results::outcome::PartSeen;
+use suite::model::{Condition, Matcher, Part, Test};
+
+/// What the programs of a condition remember of the frames before; each instance of a condition owns one.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    states: Vec<State>,
+}
+
+/// Hands out the state of one program after the other, in the order in which a condition is walked.
+struct Cursor<'a> {
+    states: &'a [State],
+    next: usize,
+    empty: &'a State,
+}
+
+impl<'a> Cursor<'a> {
+    fn next(&mut self) -> &'a State {
+        let state = self.states.get(self.next).unwrap_or(self.empty);
+        self.next += 1;
+        state
+    }
+}
+
+impl Memory {
+    /// Whether the condition holds at the observation `view`.
+    pub fn truth(&self, condition: &Condition, view: &View<'_>) -> Truth {
+        let empty = State::default();
+        let mut cursor = Cursor { states: &self.states, next: 0, empty: &empty };
+        condition.parts.iter().fold(Truth::True, |truth, part| truth.and(part_truth(part, view, &mut cursor)))
+    }
+
+    /// Each part with what was wanted and what was seen at the observation `view`.
+    pub fn parts(&self, condition: &Condition, view: &View<'_>) -> Vec<PartSeen> {
+        let empty = State::default();
+        let mut cursor = Cursor { states: &self.states, next: 0, empty: &empty };
+        condition.parts.iter().flat_map(|part| part_seen(part, view, &mut cursor)).collect()
+    }
+
+    /// Moves on from the observation `view` to the next one, and says whether something else is remembered now.
+    pub fn advance(&mut self, condition: &Condition, view: &View<'_>) -> bool {
+        let (mut index, mut changed) = (0, false);
+        let states = &mut self.states;
+        condition.each_program(&mut |program| {
+            if program.has_history() {
+                if states.len() <= index {
+                    states.resize_with(index + 1, State::default);
+                }
+                if let Some(state) = states.get_mut(index) {
+                    changed |= state.advance(program, view);
+                }
+            }
+            index += 1;
+        });
+        changed
+    }
+
+    /// Forgets everything, as at the begin of a connection.
+    pub fn forget(&mut self) {
+        self.states.iter_mut().for_each(State::forget);
+    }
+}
+
+fn part_truth(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
+    match &part.test {
+        Test::Expression(program) => known(program.truth(view, cursor.next())),
+        Test::Name(name, matcher) => name_truth(*name, matcher, view, cursor),
+    }
+}
+
+/// An answer is compared as an answer, everything else as a value.
+fn name_truth(name: NameId, matcher: &Matcher, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
+    match (view.reply(name), matcher) {
+        (Some(reply), Matcher::Refused(codes)) => Truth::from(answer::refuses(reply, codes)),
+        (Some(reply), Matcher::Accepted) => Truth::from(*reply == answer::Reply::Accepted),
+        (Some(answer::Reply::Accepted | answer::Reply::Refused(_)), Matcher::Any) => Truth::True,
+        _ => matches_at(matcher, &view.value(name), view, cursor),
+    }
+}
+
+fn known(truth: Option<bool>) -> Truth {
+    truth.map_or(Truth::Unknown, Truth::from)
+}
+
+/// Whether `seen` is what `matcher` wants, where the matcher does not look back.
+pub fn matches(matcher: &Matcher, seen: &Value, view: &View<'_>) -> Truth {
+    let empty = State::default();
+    matches_at(matcher, seen, view, &mut Cursor { states: &[], next: 0, empty: &empty })
+}
+
+fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cursor<'_>) -> Truth {
+    match matcher {
+        Matcher::Equal(target) => known(target.holds(seen, view, cursor.next())),
+        Matcher::In(list) => {
+            let mut any = Truth::False;
+            for matcher in list {
+                any = !((!any).and(!matches_at(matcher, seen, view, cursor)));
+            }
+            any
+        }
+        Matcher::Range { from, to } => {
+            let mut bound = |program: &Option<Program>, order: Order| {
+                let Some(program) = program else { return Truth::True };
+                let limit = program.eval(view, cursor.next());
+                known(expression::order(order, seen, &limit, view.position_noise()))
+            };
+            let low = bound(from, Order::GreaterEqual);
+            low.and(bound(to, Order::LessEqual))
+        }
+        Matcher::Not(matcher) => !matches_at(matcher, seen, view, cursor),
+        _ if seen.is_unknown() => Truth::Unknown,
+        Matcher::Any => Truth::True,
+        Matcher::Word(word) => Truth::from(matches!(seen, Value::Text(text) if **text == **word)),
+        Matcher::Bytes(pattern) => match seen {
+            Value::Bytes(bytes) => Truth::from(pattern.matches(bytes)),
+            _ => Truth::False,
+        },
+        Matcher::Contains(texts) => Truth::from(texts.iter().all(|text| page::has(seen, text))),
+        Matcher::Lacks(texts) => Truth::from(page::lacks(seen, texts)),
+        Matcher::Set(words) => {
+            let table = view.device.slave.as_ref().and_then(|slave| Some(&slave.diagnosis.blocks.as_ref()?.table));
+            let wanted =
+                table.and_then(|table| words.iter().map(|word| table.number(word)).collect::<Option<Vec<_>>>());
+            Truth::from(wanted.is_some_and(|wanted| *seen == Value::set(wanted)))
+        }
+        Matcher::Refused(_) | Matcher::Accepted => Truth::False,
+    }
+}
+
+fn part_seen(part: &Part, view: &View<'_>, cursor: &mut Cursor<'_>) -> Vec<PartSeen> {
+    match &part.test {
+        Test::Expression(program) => {
+            let state = cursor.next();
+            program
+                .explain(view, state)
+                .into_iter()
+                .map(|part| PartSeen {
+                    held: part.truth == Some(true),
+                    wanted: "true".into(),
+                    seen: seen_text(&part),
+                    text: part.text,
+                })
+                .collect()
+        }
+        Test::Name(name, matcher) => {
+            let seen = view.value(*name);
+            let at = cursor.next;
+            let held = name_truth(*name, matcher, view, cursor) == Truth::True;
+            cursor.next = at;
+            let wanted = wanted(matcher, Some(*name), view, cursor);
+            let seen = view.reply(*name).map_or_else(|| view.show(*name, &seen), ToString::to_string);
+            vec![PartSeen { text: part.text.clone(), wanted, seen, held }]
+        }
+    }
+}
+
+fn seen_text(part: &expression::Part) -> String {
+    let truth = part.truth.map_or("unknown", |truth| if truth { "true" } else { "false" });
+    let operands: Vec<String> =
+        part.operands.iter().map(|operand| format!("{} = {}", operand.text, operand.value)).collect();
+    if operands.is_empty() { truth.into() } else { format!("{truth} ({})", operands.join(", ")) }
+}
+
+/// What a matcher wants, in words.
+pub fn wanted_text(matcher: &Matcher, view: &View<'_>) -> String {
+    let empty = State::default();
+    wanted(matcher, None, view, &mut Cursor { states: &[], next: 0, empty: &empty })
+}
+
+/// What a matcher wants of a name, in words.
+pub fn wanted_of(matcher: &Matcher, name: NameId, view: &View<'_>) -> String {
+    let empty = State::default();
+    wanted(matcher, Some(name), view, &mut Cursor { states: &[], next: 0, empty: &empty })
+}
+
+fn wanted(matcher: &Matcher, name: Option<NameId>, view: &View<'_>, cursor: &mut Cursor<'_>) -> String {
+    let show = |value: &Value| match name {
+        Some(name) => view.show(name, value),
+        None => plain(value),
+    };
+    match matcher {
+        Matcher::Equal(target) => {
+            let state = cursor.next();
+            let center = show(&target.center().eval(view, state));
+            match target.tolerance(view, state) {
+                Some(tolerance) => format!("{center} +/- {}", plain(&tolerance)),
+                None => center,
+            }
+        }
+        Matcher::In(list) => {
+            let list: Vec<String> = list.iter().map(|matcher| wanted(matcher, name, view, cursor)).collect();
+            format!("one of {}", list.join(", "))
+        }
+        Matcher::Range { from, to } => {
+            let mut bound = |program: &Option<Program>, word: &str| {
+                program.as_ref().map(|program| format!("{word} {}", show(&program.eval(view, cursor.next()))))
+            };
+            let ends = [bound(from, "from"), bound(to, "to")];
+            ends.into_iter().flatten().collect::<Vec<_>>().join(" ")
+        }
+        Matcher::Not(matcher) => format!("anything but {}", wanted(matcher, name, view, cursor)),
+        Matcher::Word(word) => word.clone(),
+        Matcher::Set(words) => format!("[{}]", words.join(", ")),
+        Matcher::Bytes(pattern) => pattern.to_string(),
+        Matcher::Any => "anything".into(),
+        Matcher::Contains(texts) => format!("all of {}", quoted(texts)),
+        Matcher::Lacks(texts) => format!("none of {}", quoted(texts)),
+        Matcher::Accepted => "accepted".into(),
+        Matcher::Refused(codes) => answer::refused(codes),
+    }
+}
+
+fn quoted(texts: &[String]) -> String {
+    texts.iter().map(|text| format!("'{text}'")).collect::<Vec<_>>().join(", ")
+}

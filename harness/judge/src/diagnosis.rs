@@ -1,0 +1,45 @@
+//! What a Slave_Diag says, name by name.
+//!
+//! This room must not know who asked for it, nor when.
+
+use super::image::big_endian;
+use expression::Value;
+use suite::device::{Device, DiagnosisField, DiagnosisName};
+use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
+
+/// The value that a name has in these octets of Slave_Diag; unknown where they are too few for it.
+///
+/// `asker` is the address of the master that asked: it concludes from the diagnosis whether another one has the slave.
+pub fn value(device: &Device, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Value {
+    known(device, name, octets, asker).unwrap_or(Value::Unknown)
+}
+
+fn known(device: &Device, name: DiagnosisName, octets: &[u8], asker: Option<u8>) -> Option<Value> {
+    Some(match name {
+        DiagnosisName::Length => Value::whole(octets.len() as i128),
+        DiagnosisName::Bytes => Value::bytes(octets),
+        DiagnosisName::Ident => Value::whole(i128::from(big_endian(octets.get(4..SlaveDiag::HEAD)?))),
+        DiagnosisName::Master => Value::whole(*octets.get(3)?),
+        DiagnosisName::MasterLock => {
+            let sent = Status1(*octets.first()?).has(Status1::MASTER_LOCK);
+            let master = *octets.get(3)?;
+            let other = asker.is_some_and(|own| master != own && master != NO_MASTER);
+            Value::Bit(sent || other)
+        }
+        DiagnosisName::Bit { octet, bit } => Value::Bit(octets.get(usize::from(octet))? >> bit & 1 == 1),
+        DiagnosisName::Errors => {
+            let blocks = device.slave.as_ref()?.diagnosis.blocks.as_ref()?;
+            Value::set(blocks.codes(octets)?.into_iter().map(i64::from))
+        }
+        DiagnosisName::Field(index) => field(device.slave.as_ref()?.diagnosis.fields.get(index)?, octets)?,
+    })
+}
+
+fn field(field: &DiagnosisField, octets: &[u8]) -> Option<Value> {
+    let Some(number) = field.number_in(octets) else { return field.octets_in(octets).map(Value::bytes) };
+    Some(match (&field.table, field.bits) {
+        (Some(_), _) => Value::Word(i64::try_from(number).ok()?),
+        (None, Some((_, 1))) => Value::Bit(number != 0),
+        (None, _) => Value::whole(number),
+    })
+}

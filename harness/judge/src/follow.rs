@@ -1,0 +1,229 @@
+//! Follows one connection after the other: observations in, ticks out, the image up to date.
+
+use super::image::{AlarmSeen, Happening, Image, LldpSeen, Placement};
+use super::{Tick, TickKind};
+use crate::observe::{Address, Ar, ArId, Direction, Dp, Leaving, Observation};
+use station::Time;
+use suite::device::Device;
+use wire::ethernet::Mac;
+use wire::lldp::{Lldp, Tlv};
+use wire::profinet::alarm::AlarmNotification;
+use wire::profinet::diagnosis::AlarmItem;
+
+/// What an observation changed for whoever follows the connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// A connection stands; what was remembered of the one before does not count any more.
+    Opened,
+    /// A frame or an event to be judged.
+    Tick(Tick),
+    /// The connection ended; what is open stays undecided. The tick is the event that ended it.
+    Closed(Tick, Ending),
+}
+
+/// How a connection ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// It was released.
+    Released,
+    /// An ERR-RTA from this side; PNIO status as one number.
+    Aborted(Direction, u32),
+    /// This direction fell silent for longer than the watchdog.
+    Starved(Direction),
+    /// The slave left the data exchange by itself (PROFIBUS).
+    Left(Leaving),
+}
+
+/// The connection that is followed and what is known about it.
+#[derive(Clone, Debug)]
+pub struct Follower {
+    /// What is known.
+    pub image: Image,
+    /// The device, where it is known before its connection stands.
+    pub station: Option<Address>,
+    ar: Option<ArId>,
+}
+
+impl Follower {
+    /// Follows nothing yet.
+    pub fn new(device: &Device) -> Follower {
+        Follower { image: Image::new(device), station: None, ar: None }
+    }
+
+    /// The connection that is followed.
+    pub fn ar(&self) -> Option<ArId> {
+        self.ar
+    }
+
+    /// Takes in an observation; connections for which `ours` is false are left alone.
+    pub fn observe(
+        &mut self,
+        device: &Device,
+        ars: &[Ar],
+        ours: impl Fn(&Ar) -> bool,
+        (time, frame): (Time, u64),
+        observation: &Observation<'_>,
+    ) -> Option<Change> {
+        let event = Tick { time, frame, kind: TickKind::Event };
+        match observation {
+            Observation::Connected { ar } => {
+                let seen = ars.get(ar.0 as usize)?;
+                if !ours(seen) || seen.submodules.is_empty() {
+                    return None;
+                }
+                self.ar = Some(*ar);
+                self.image.open(device, seen);
+                Some(Change::Opened)
+            }
+            _ if observation.ar().is_none_or(|ar| Some(ar) != self.ar) => match observation {
+                Observation::Lldp { source, pdu } => {
+                    let seen = LldpSeen { source: Some(*source), ..announcement(pdu) };
+                    let is_device = |mac: Mac| self.is_device(ars, Address::Mac(mac));
+                    let is_device = is_device(*source) || seen.mac.is_some_and(is_device);
+                    if is_device { self.happened(Happening::Lldp(seen), event) } else { None }
+                }
+                Observation::Dp { event: Dp::Diagnosis { station, octets, at, .. }, .. }
+                    if self.is_device(ars, Address::Fdl(*station)) =>
+                {
+                    self.image.diagnosed(octets, Placement { time, frame, at: *at });
+                    self.happened(Happening::Diagnosis, event)
+                }
+                _ => None,
+            },
+            Observation::Dp { event: dp, .. } => match dp {
+                Dp::Diagnosis { octets, at, .. } => {
+                    self.image.diagnosed(octets, Placement { time, frame, at: *at });
+                    self.happened(Happening::Diagnosis, event)
+                }
+                Dp::Left { why } => self.end(Happening::Nothing, event, Ending::Left(*why)),
+                Dp::Parameters { .. } | Dp::Configuration { .. } | Dp::AddressGiven { .. } | Dp::Control { .. } => None,
+            },
+            Observation::Cyclic { direction, data, at, status, .. } => {
+                let good = self.image.cyclic(*direction, data, *status, Placement { time, frame, at: *at });
+                self.image.happening = Happening::Nothing;
+                let kind = match (direction, good) {
+                    (Direction::ToDevice, _) => TickKind::Output,
+                    (Direction::ToController, true) => TickKind::Sample,
+                    (Direction::ToController, false) => TickKind::BadSample,
+                };
+                Some(Change::Tick(Tick { time, frame, kind }))
+            }
+            Observation::Record { written: true, target, data, status, .. } => {
+                let (_, slot, subslot, index) = *target;
+                self.image.record(device, slot, subslot, index, data, status.is_ok());
+                None
+            }
+            Observation::Alarm { notification, .. } => self.happened(Happening::Alarm(alarm(notification)), event),
+            Observation::Aborted { direction, status, .. } => {
+                let code = u32::from(*status);
+                self.end(Happening::Abort(code), event, Ending::Aborted(*direction, code))
+            }
+            Observation::Released { .. } => self.end(Happening::Nothing, event, Ending::Released),
+            Observation::Starved { direction, .. } => self.end(Happening::Nothing, event, Ending::Starved(*direction)),
+            Observation::ConnectRefused { .. }
+            | Observation::Record { .. }
+            | Observation::CallFailed { .. }
+            | Observation::ParameterEnd { .. }
+            | Observation::ApplicationReady { .. }
+            | Observation::AlarmAcknowledged { .. }
+            | Observation::Dcp { .. }
+            | Observation::Lldp { .. }
+            | Observation::Traffic(_)
+            | Observation::Gap { .. }
+            | Observation::Unreadable { .. } => None,
+        }
+    }
+
+    /// Whether `address` is the device's: the one of the connection that is followed, else the one that is known. Its ports may
+    /// send from addresses of their own, and then tell the one that they share.
+    fn is_device(&self, ars: &[Ar], address: Address) -> bool {
+        let of_ar = self.ar.and_then(|ar| ars.get(ar.0 as usize)).map(|ar| ar.device.address);
+        of_ar.or(self.station) == Some(address)
+    }
+
+    fn happened(&mut self, happening: Happening, tick: Tick) -> Option<Change> {
+        self.image.happening = happening;
+        Some(Change::Tick(tick))
+    }
+
+    fn end(&mut self, happening: Happening, tick: Tick, ending: Ending) -> Option<Change> {
+        self.image.close();
+        self.image.happening = happening;
+        self.ar = None;
+        Some(Change::Closed(tick, ending))
+    }
+}
+
+/// An announcement as the names show it.
+///
+/// The station name stands in the chassis id, or in the port id behind a dot, as newer devices have it.
+fn announcement(pdu: &Lldp) -> LldpSeen {
+    let text = |octets: &[u8]| String::from_utf8_lossy(octets).into_owned();
+    let mut seen = LldpSeen::default();
+    let mut behind_the_dot = None;
+    for tlv in &pdu.tlvs {
+        match tlv {
+            Tlv::ChassisId { subtype, id } => {
+                let is_name = *subtype == Tlv::LOCALLY_ASSIGNED;
+                seen.name = Some(if is_name { text(id) } else { String::new() });
+                seen.chassis = Some(id.clone());
+            }
+            Tlv::PortId { id, .. } => {
+                let id = text(id);
+                let (port, name) = id.split_once('.').map_or((&*id, None), |(port, name)| (port, Some(name)));
+                behind_the_dot = name.map(str::to_owned);
+                seen.port = Some(port.to_owned());
+            }
+            Tlv::ChassisMac(mac) => seen.mac = Some(*mac),
+            _ => {}
+        }
+    }
+    seen.name = behind_the_dot.or(seen.name);
+    seen
+}
+
+/// An alarm as the names show it: its first channel diagnosis, where it has one.
+fn alarm(notification: &AlarmNotification) -> AlarmSeen {
+    let item = notification.items.iter().find(|item| !item.channels().is_empty()).or(notification.items.first());
+    let channel = item.and_then(|item| item.channels().first().copied());
+    AlarmSeen {
+        slot: notification.slot,
+        subslot: notification.subslot,
+        structure: item.map(AlarmItem::identifier),
+        change: channel.map(|channel| channel.properties.change() as u8),
+        error: channel.map(|channel| channel.error_type.0),
+        severity: channel.map(|channel| channel.properties.severity() as u8),
+        channel: channel.map(|channel| channel.channel),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    const MAC: Mac = Mac([0x10, 0xB9, 0xFE, 0, 0, 1]);
+
+    fn chassis(subtype: u8, id: &[u8]) -> Tlv {
+        Tlv::ChassisId { subtype, id: id.into() }
+    }
+
+    fn port(id: &str) -> Tlv {
+        Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: id.into() }
+    }
+
+    /// The station name stands in the chassis id, in newer devices behind the port; a blank station tells its address only.
+    #[rstest]
+    #[case(vec![chassis(7, b"enc-1"), port("port-001")], (Some("enc-1"), Some("port-001"), None))]
+    #[case(vec![chassis(7, b"Encoder 1.0"), port("port-001.enc.one")], (Some("enc.one"), Some("port-001"), None))]
+    #[case(vec![chassis(4, &MAC.0), port("port-001"), Tlv::ChassisMac(MAC)], (Some(""), Some("port-001"), Some(MAC)))]
+    #[case(vec![chassis(4, &MAC.0), port("port-001.enc-1")], (Some("enc-1"), Some("port-001"), None))]
+    #[case(vec![Tlv::TimeToLive(20)], (None, None, None))]
+    fn what_an_announcement_tells(
+        #[case] tlvs: Vec<Tlv>,
+        #[case] (name, port, mac): (Option<&str>, Option<&str>, Option<Mac>),
+    ) {
+        let seen = announcement(&Lldp { tlvs });
+        assert_eq!((seen.name.as_deref(), seen.port.as_deref(), seen.mac), (name, port, mac));
+    }
+}

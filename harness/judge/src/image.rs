@@ -1,0 +1,613 @@
+//! What is known about one connection: the last cyclic data, the start parameters seen on the wire, the event of this instant.
+//!
+//! Nothing has a value before it was first seen, after the connection ended, and while the device marks its data as bad.
+
+use crate::observe::{Ar, CyclicStatus, DiagnosisTold, Direction, SlaveTold};
+use station::{Duration, Time};
+use std::cmp::Reverse;
+use std::ops::Range;
+use suite::device::{Device, Module, RecordField, UserParameters};
+use wire::ethernet::Mac;
+use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
+use wire::profinet::rt::IoxS;
+
+/// The data area of one direction.
+#[derive(Clone, Debug, Default)]
+pub struct Area {
+    octets: Vec<u8>,
+    seen: bool,
+    good: bool,
+    /// Whether every provider status in it is good.
+    providers: bool,
+    place: Placement,
+    gap: Option<Duration>,
+}
+
+/// When and where an area stood on the wire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Placement {
+    /// When the frame was seen.
+    pub time: Time,
+    /// Number of the frame.
+    pub frame: u64,
+    /// Where the data area begins in the frame, in octets.
+    pub at: usize,
+}
+
+/// Where the parts of a submodule lie.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Spots {
+    input: Option<Range<usize>>,
+    output: Option<Range<usize>>,
+    input_status: Option<usize>,
+    output_status: Option<usize>,
+    output_consumer: Option<usize>,
+}
+
+/// An alarm as the names `alarm.*` show it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct AlarmSeen {
+    /// `alarm.change`: the specifier, where the alarm carries a channel diagnosis.
+    pub change: Option<u8>,
+    /// `alarm.error`: the channel error type.
+    pub error: Option<u16>,
+    /// `alarm.severity`: 0 diagnosis, 1 maintenance required, 2 maintenance demanded.
+    pub severity: Option<u8>,
+    /// `alarm.slot`.
+    pub slot: u16,
+    /// `alarm.subslot`.
+    pub subslot: u16,
+    /// `alarm.channel`.
+    pub channel: Option<u16>,
+    /// `alarm.structure`: the UserStructureIdentifier.
+    pub structure: Option<u16>,
+}
+
+/// An announcement as the names `lldp.*` show it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LldpSeen {
+    /// `lldp.name`.
+    pub name: Option<String>,
+    /// `lldp.chassis`.
+    pub chassis: Option<Vec<u8>>,
+    /// `lldp.port`.
+    pub port: Option<String>,
+    /// `lldp.mac`.
+    pub mac: Option<Mac>,
+    /// `lldp.source`.
+    pub source: Option<Mac>,
+}
+
+/// What happened at this instant, besides cyclic data.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Happening {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// An alarm came.
+    Alarm(AlarmSeen),
+    /// The connection was ended with an ERR-RTA; its PNIO status as one number, ErrorCode first.
+    Abort(u32),
+    /// The device announced itself to its neighbour.
+    Lldp(LldpSeen),
+    /// The device told its diagnosis, which is kept beside this.
+    Diagnosis,
+}
+
+/// The last diagnosis that a slave told, and where it stands; unlike cyclic data it outlives the connection.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DiagnosisSeen {
+    /// The data of Slave_Diag.
+    pub octets: Vec<u8>,
+    /// Where they stood.
+    pub place: Placement,
+}
+
+/// What is known about one connection.
+#[derive(Clone, Debug)]
+pub struct Image {
+    signals: Vec<Option<(Direction, Range<usize>)>>,
+    submodules: Vec<Spots>,
+    inputs: Area,
+    outputs: Area,
+    records: Vec<Option<Vec<u8>>>,
+    stands: bool,
+    module: Option<usize>,
+    cycle: Option<Duration>,
+    /// Goes up with everything that is taken over.
+    version: u64,
+    /// The version at which the layout of the connection was taken over.
+    layout: u64,
+    /// The version at which the start parameters were others the last time.
+    parameters: u64,
+    /// What the last thing that was taken over changed, where that was a cyclic frame like the one before it.
+    changed: Option<(Direction, bool)>,
+    changed_bits: Vec<u64>,
+    diagnosis: Option<DiagnosisSeen>,
+    pending: Option<bool>,
+    /// What happened at this instant.
+    pub happening: Happening,
+}
+
+/// What a cyclic frame changed, where nothing else changed with it.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<'a> {
+    /// Which way it went.
+    pub direction: Direction,
+    /// The bits of the data area that are others than before, eight octets in a word, the first octet lowest.
+    pub bits: &'a [u64],
+    /// Whether it came after another time than the one before it.
+    pub elapsed: bool,
+}
+
+/// Which status octet of a submodule is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Our provider status of the outputs.
+    Output,
+    /// The device's provider status of the inputs.
+    Input,
+    /// The device's consumer status of the outputs.
+    Consumer,
+}
+
+impl Status {
+    fn of(self) -> fn(&Spots) -> Option<usize> {
+        match self {
+            Status::Output => |spots| spots.output_status,
+            Status::Input => |spots| spots.input_status,
+            Status::Consumer => |spots| spots.output_consumer,
+        }
+    }
+}
+
+impl Image {
+    /// No connection: everything is unknown.
+    pub fn new(device: &Device) -> Image {
+        Image {
+            signals: vec![None; device.signals.len()],
+            submodules: vec![Spots::default(); device.submodules.len()],
+            inputs: Area::default(),
+            outputs: Area::default(),
+            records: vec![None; device.records.len()],
+            stands: false,
+            module: None,
+            cycle: None,
+            version: 0,
+            layout: 0,
+            parameters: 0,
+            changed: None,
+            changed_bits: Vec::new(),
+            diagnosis: None,
+            pending: None,
+            happening: Happening::Nothing,
+        }
+    }
+
+    /// Takes over the layout of a connection that the device has just accepted.
+    pub fn open(&mut self, device: &Device, ar: &Ar) {
+        let version = self.version + 1;
+        let diagnosis = ar.slave.as_deref().and_then(told);
+        *self = Image { version, layout: version, parameters: version, diagnosis, ..Image::new(device) };
+        self.stands = true;
+        self.cycle = Some(ar.outputs.cycle).filter(|cycle| !cycle.is_zero());
+        if let Some(told) = &ar.slave {
+            return self.open_slave(device, ar, told);
+        }
+        for (index, submodule) in device.submodules.iter().enumerate() {
+            let found = ar.submodules.iter().find(|placed| {
+                placed.slot == submodule.slot
+                    && placed.subslot == submodule.subslot
+                    && placed.submodule_ident == submodule.ident
+            });
+            let Some(placed) = found else { continue };
+            self.submodules[index] = Spots {
+                input: placed.input.clone(),
+                output: placed.output.clone(),
+                input_status: placed.input_status,
+                output_status: placed.output_status,
+                output_consumer: placed.output_consumer,
+            };
+            self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
+            self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
+        }
+        self.module = self.module_of(device, ar);
+    }
+
+    /// The same for a slave: its layout is that of the module with this configuration, among equals the one whose fixed
+    /// parameters were sent.
+    fn open_slave(&mut self, device: &Device, ar: &Ar, told: &SlaveTold) {
+        let sent = told.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
+        let layout = device.slave.as_ref().map(|slave| &slave.set_prm);
+        let user = sent.as_ref().zip(layout).map(|(prm, layout)| user_octets(prm, layout));
+        if let (Some(known), Some(user)) = (self.records.get_mut(UserParameters::RECORD), user) {
+            *known = Some(user);
+        }
+        let configuration = told.configuration.as_deref();
+        let fits = |module: &Module| {
+            let fields = device.records.get(UserParameters::RECORD).map_or(&[][..], |record| &record.fields);
+            let fixed = module.fixes.iter().filter(|(field, value)| {
+                let seen = fields.get(*field).and_then(|field| self.start_parameter(UserParameters::RECORD, field));
+                seen == Some(*value)
+            });
+            (fixed.count() == module.fixes.len(), Some(module.cfg.as_slice()) == configuration)
+        };
+        let same = device.modules.iter().enumerate().filter(|(_, module)| fits(module).1);
+        let module = same.max_by_key(|(index, module)| (fits(module).0, Reverse(*index))).map(|(index, _)| index);
+        self.module = module;
+        let placed = ar.submodules.first();
+        let (Some(module), Some(placed)) = (module.and_then(|module| device.modules.get(module)), placed) else {
+            return;
+        };
+        for &index in &module.submodules {
+            let Some(submodule) = device.submodules.get(index) else { continue };
+            self.submodules[index] =
+                Spots { input: placed.input.clone(), output: placed.output.clone(), ..Spots::default() };
+            self.place(device, &submodule.inputs, Direction::ToController, placed.input.as_ref());
+            self.place(device, &submodule.outputs, Direction::ToDevice, placed.output.as_ref());
+        }
+    }
+
+    /// The module whose submodules are all there. Modules may share submodules: the one with most of them is meant, among
+    /// equals one with the ident number that the controller expects, else the first.
+    fn module_of(&self, device: &Device, ar: &Ar) -> Option<usize> {
+        let is_there = |index: &usize| self.submodules.get(*index).is_some_and(|spots| *spots != Spots::default());
+        let expected = |ident: u32| ar.submodules.iter().any(|placed| placed.slot != 0 && placed.module_ident == ident);
+        let fits = |module: &Module| {
+            let all = !module.submodules.is_empty() && module.submodules.iter().all(is_there);
+            all.then(|| (module.submodules.len(), expected(module.ident)))
+        };
+        let fitting = device.modules.iter().enumerate().filter_map(|(index, module)| Some((fits(module)?, index)));
+        fitting.max_by_key(|&(fits, index)| (fits, Reverse(index))).map(|(_, index)| index)
+    }
+
+    fn place(&mut self, device: &Device, signals: &[usize], direction: Direction, area: Option<&Range<usize>>) {
+        let Some(area) = area else { return };
+        let mut at = area.start;
+        for &signal in signals {
+            let octets = device.signals[signal].width as usize / 8;
+            if at + octets <= area.end {
+                self.signals[signal] = Some((direction, at..at + octets));
+            }
+            at += octets;
+        }
+    }
+
+    /// Ends the connection: nothing that it carried has a value any more.
+    pub fn close(&mut self) {
+        self.took_over(None);
+        self.parameters = self.version;
+        self.stands = false;
+        self.module = None;
+        self.pending = None;
+        self.inputs = Area::default();
+        self.outputs = Area::default();
+        self.records.iter_mut().for_each(|record| *record = None);
+    }
+
+    /// Takes over a start record that the device accepted or refused (then it is not known which values are in force).
+    pub fn record(&mut self, device: &Device, slot: u16, subslot: u16, index: u16, data: &[u8], accepted: bool) {
+        let found = device.records.iter().position(|record| {
+            let at = &device.submodules[record.at];
+            record.start && record.index == index && (at.slot, at.subslot) == (slot, subslot)
+        });
+        if let Some(known) = found.and_then(|found| self.records.get_mut(found)) {
+            *known = accepted.then(|| data.to_vec());
+            self.took_over(None);
+            self.parameters = self.version;
+        }
+    }
+
+    fn took_over(&mut self, changed: Option<(Direction, bool)>) {
+        self.version += 1;
+        self.changed = changed;
+    }
+
+    /// A number that goes up by 1 with everything that is taken over.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// A number that is another one for each connection.
+    pub fn layout(&self) -> u64 {
+        self.layout
+    }
+
+    /// A number that is another one wherever a start parameter is.
+    pub fn parameters(&self) -> u64 {
+        self.parameters
+    }
+
+    /// What the last version changed, where that was nothing but bits of the cyclic data.
+    pub fn change(&self) -> Option<Change<'_>> {
+        let (direction, elapsed) = self.changed?;
+        Some(Change { direction, bits: &self.changed_bits, elapsed })
+    }
+
+    /// Takes over a cyclic frame and says whether its data are good: valid, running, every provider status good.
+    pub fn cyclic(&mut self, direction: Direction, data: &[u8], status: CyclicStatus, place: Placement) -> bool {
+        let (area, of): (_, fn(&Spots) -> Option<usize>) = match direction {
+            Direction::ToController => (&mut self.inputs, |spots| spots.input_status),
+            Direction::ToDevice => (&mut self.outputs, |spots| spots.output_status),
+        };
+        let is_same = area.seen && area.octets == data;
+        let good_status = |at: usize| data.get(at).is_some_and(|&octet| IoxS(octet).is_good());
+        if !is_same {
+            area.providers = self.submodules.iter().filter_map(of).all(good_status);
+        }
+        let good = match direction {
+            Direction::ToController => is_good(status) && area.providers,
+            Direction::ToDevice => true,
+        };
+        let is_alike = area.seen && area.good == good && area.octets.len() == data.len();
+        if is_same {
+            self.changed_bits.clear();
+        } else {
+            differing_bits(&area.octets, data, &mut self.changed_bits);
+            area.octets.clear();
+            area.octets.extend_from_slice(data);
+        }
+        let gap = area.seen.then(|| place.time.since(area.place.time));
+        let elapsed = area.gap != gap;
+        area.gap = gap;
+        area.seen = true;
+        area.good = good;
+        area.place = place;
+        let mut changed = is_alike.then_some((direction, elapsed));
+        if let (CyclicStatus::Fdl { diagnosis_pending }, Direction::ToController) = (status, direction)
+            && self.pending.replace(diagnosis_pending) != Some(diagnosis_pending)
+        {
+            changed = None;
+        }
+        self.took_over(changed);
+        good
+    }
+
+    /// Takes over a diagnosis.
+    pub fn diagnosed(&mut self, octets: &[u8], place: Placement) {
+        self.took_over(None);
+        let seen = self.diagnosis.get_or_insert_with(|| DiagnosisSeen { octets: Vec::new(), place });
+        seen.octets.clear();
+        seen.octets.extend_from_slice(octets);
+        seen.place = place;
+    }
+
+    /// Frames are missing: what the cyclic data were before says nothing of what they are now.
+    pub fn interrupt(&mut self) {
+        self.took_over(None);
+        for area in [&mut self.inputs, &mut self.outputs] {
+            area.seen = false;
+            area.gap = None;
+        }
+    }
+
+    /// The last frame to the controller and the last one to the device, by number; none where there was none.
+    pub fn last_frames(&self) -> [Option<u64>; 2] {
+        [&self.inputs, &self.outputs].map(|area| area.seen.then_some(area.place.frame))
+    }
+
+    /// The last diagnosis that the device told.
+    pub fn diagnosis(&self) -> Option<&DiagnosisSeen> {
+        self.diagnosis.as_ref()
+    }
+
+    /// Whether the last answer of Data_Exchange had high priority.
+    pub fn diagnosis_pending(&self) -> Option<bool> {
+        self.pending.filter(|_| self.stands)
+    }
+
+    fn area(&self, direction: Direction) -> &Area {
+        match direction {
+            Direction::ToController => &self.inputs,
+            Direction::ToDevice => &self.outputs,
+        }
+    }
+
+    /// Whether the connection stands.
+    pub fn stands(&self) -> bool {
+        self.stands
+    }
+
+    /// Whether a good sample was the last one.
+    pub fn has_good_inputs(&self) -> bool {
+        self.inputs.seen && self.inputs.good
+    }
+
+    /// The module in use (index into `device.modules`), where it is one that the device description knows.
+    pub fn module(&self) -> Option<usize> {
+        self.module
+    }
+
+    /// Says how long a cycle is, where the frames do not.
+    pub fn set_cycle(&mut self, cycle: Duration) {
+        self.took_over(None);
+        self.cycle = Some(cycle);
+    }
+
+    /// The time between two frames to the device.
+    pub fn cycle(&self) -> Option<Duration> {
+        self.cycle.or(self.outputs.gap)
+    }
+
+    /// The direction and the number that a signal carries, where it has a value.
+    pub fn signal(&self, signal: usize) -> Option<u64> {
+        let (direction, octets) = self.signals.get(signal)?.as_ref()?;
+        let area = self.area(*direction);
+        if !(self.stands && area.seen && area.good) {
+            return None;
+        }
+        area.octets.get(octets.clone()).map(big_endian)
+    }
+
+    /// Where a signal lies in the data area of its direction.
+    pub fn octets_of_signal(&self, signal: usize) -> Option<(Direction, Range<usize>)> {
+        self.signals.get(signal)?.clone()
+    }
+
+    /// Where the data octets of one submodule, or of all, lie in the data area of a direction.
+    pub fn octets_of(&self, direction: Direction, submodule: Option<usize>) -> impl Iterator<Item = usize> {
+        let range = move |spots: &Spots| match direction {
+            Direction::ToController => spots.input.clone(),
+            Direction::ToDevice => spots.output.clone(),
+        };
+        self.meant(submodule).filter_map(range).flatten()
+    }
+
+    /// Where the status octets of one submodule, or of all, lie in the data area of their direction.
+    pub fn status_of(&self, status: Status, submodule: Option<usize>) -> impl Iterator<Item = usize> {
+        self.meant(submodule).filter_map(status.of())
+    }
+
+    fn meant(&self, submodule: Option<usize>) -> impl Iterator<Item = &Spots> {
+        let all = self.submodules.iter().enumerate();
+        all.filter(move |(index, _)| submodule.is_none_or(|meant| meant == *index)).map(|(_, spots)| spots)
+    }
+
+    /// Which way a signal goes on this connection.
+    pub fn direction(&self, signal: usize) -> Option<Direction> {
+        self.signals.get(signal)?.as_ref().map(|(direction, _)| *direction)
+    }
+
+    /// Where a signal stood in the last frame: frame number and offset of its first octet in the frame.
+    pub fn place_of(&self, signal: usize) -> Option<(u64, usize)> {
+        let (direction, octets) = self.signals.get(signal)?.as_ref()?;
+        let area = self.area(*direction);
+        area.seen.then_some((area.place.frame, area.place.at + octets.start))
+    }
+
+    /// The time between the last frame of a direction and the one before it.
+    pub fn elapsed(&self, direction: Direction) -> Option<Duration> {
+        self.area(direction).gap.filter(|_| self.stands)
+    }
+
+    /// The data octets of one direction: those of one submodule, or of all, submodule after submodule.
+    pub fn octets(&self, direction: Direction, submodule: Option<usize>) -> Option<Vec<u8>> {
+        let area = self.area(direction);
+        if !(self.stands && area.seen && area.good) {
+            return None;
+        }
+        if submodule.is_some_and(|submodule| self.submodules.get(submodule).is_none_or(|of| *of == Spots::default())) {
+            return None;
+        }
+        let mut octets = Vec::new();
+        let meant = |index: usize| submodule.is_none_or(|submodule| submodule == index);
+        for (_, spots) in self.submodules.iter().enumerate().filter(|(index, _)| meant(*index)) {
+            let range = match direction {
+                Direction::ToController => &spots.input,
+                Direction::ToDevice => &spots.output,
+            };
+            if let Some(range) = range {
+                octets.extend_from_slice(area.octets.get(range.clone())?);
+            }
+        }
+        Some(octets)
+    }
+
+    /// Octets of input data of the module as the Connect agreed them.
+    pub fn input_length(&self) -> Option<usize> {
+        let length = |spots: &Spots| spots.input.as_ref().map_or(0, Range::len);
+        self.stands.then(|| self.submodules.iter().map(length).sum())
+    }
+
+    /// Our provider status of the outputs: of one submodule, or whether all are good.
+    pub fn output_status(&self, submodule: Option<usize>) -> Option<bool> {
+        self.status(&self.outputs, submodule, Status::Output)
+    }
+
+    /// The device's provider status of the inputs.
+    pub fn input_status(&self, submodule: Option<usize>) -> Option<bool> {
+        self.status(&self.inputs, submodule, Status::Input)
+    }
+
+    /// The device's consumer status of the outputs.
+    pub fn consumer_status(&self, submodule: Option<usize>) -> Option<bool> {
+        self.status(&self.inputs, submodule, Status::Consumer)
+    }
+
+    fn status(&self, area: &Area, submodule: Option<usize>, status: Status) -> Option<bool> {
+        let of = status.of();
+        if !(self.stands && area.seen) {
+            return None;
+        }
+        let good = |at: usize| area.octets.get(at).map(|&octet| IoxS(octet).is_good());
+        match submodule {
+            Some(submodule) => self.submodules.get(submodule).and_then(of).and_then(good),
+            None => self.submodules.iter().filter_map(of).map(good).try_fold(true, |all, one| Some(all && one?)),
+        }
+    }
+
+    /// The number in a field of a start record, as it was last seen on the wire and accepted.
+    pub fn start_parameter(&self, record: usize, field: &RecordField) -> Option<i128> {
+        let octets = self.records.get(record)?.as_ref()?;
+        field_number(field, octets)
+    }
+}
+
+/// Which bits of two areas of the same length differ, eight octets in a word, the first octet lowest.
+fn differing_bits(before: &[u8], now: &[u8], bits: &mut Vec<u64>) {
+    let word = |octets: &[u8]| octets.iter().rev().fold(0, |word, &octet| (word << 8) | u64::from(octet));
+    let whole = |octets: &[u8]| <[u8; 8]>::try_from(octets).map_or_else(|_| word(octets), u64::from_le_bytes);
+    bits.clear();
+    bits.extend(before.chunks(8).zip(now.chunks(8)).map(|(before, now)| whole(before) ^ whole(now)));
+}
+
+/// The octets of Set_Prm that the fields of the manual lie in: behind those of DP-V1, out of their block where they have one.
+pub fn user_octets(prm: &SetPrm, layout: &UserParameters) -> Vec<u8> {
+    let behind = if layout.dpv1.is_some() { prm.behind_dpv1() } else { &prm.user };
+    let blocks = prm.dpv1().filter(|_| layout.dpv1.is_some());
+    if !blocks.is_some_and(|dpv1| dpv1.status_3.has(Dpv1Status3::PRM_STRUCTURE)) {
+        return behind.to_vec();
+    }
+    let blocks = PrmBlock::parse_all(behind).unwrap_or_default();
+    blocks
+        .into_iter()
+        .find(|block| block.kind == PrmBlockType::USER_PRM_DATA)
+        .map(|block| block.data)
+        .unwrap_or_default()
+}
+
+/// The last diagnosis before a connection stood.
+fn told(slave: &SlaveTold) -> Option<DiagnosisSeen> {
+    let DiagnosisTold { octets, frame, time, at } = slave.diagnosis.clone()?;
+    Some(DiagnosisSeen { octets, place: Placement { time, frame, at } })
+}
+
+/// Whether the sender vouches for the data beside this status; on PROFIBUS there are no others.
+fn is_good(status: CyclicStatus) -> bool {
+    match status {
+        CyclicStatus::Apdu(status) => status.data_status.is_valid() && status.data_status.is_run(),
+        CyclicStatus::Fdl { .. } => true,
+    }
+}
+
+/// The number in the first 8 octets, most significant first.
+pub fn big_endian(octets: &[u8]) -> u64 {
+    octets.iter().fold(0, |number, &octet| (number << 8) | u64::from(octet))
+}
+
+/// The number that a field of a record has in these octets of the record.
+pub fn field_number(field: &RecordField, octets: &[u8]) -> Option<i128> {
+    let octets = octets.get(field.octet..field.octet + field.octets)?;
+    let number = octets.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
+    let number = match field.bits {
+        Some((low, width)) => (number >> low) & ((1 << width) - 1),
+        None => number,
+    };
+    i128::try_from(number).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bits_that_differ_stand_where_their_octets_do() {
+        let (before, mut now) = ([0u8; 10], [0u8; 10]);
+        (now[0], now[7], now[9]) = (0x01, 0x80, 0x10);
+        let mut bits = vec![1, 2, 3];
+        differing_bits(&before, &now, &mut bits);
+        assert_eq!(bits, [1 | 0x80 << 56, 0x10 << 8]);
+        differing_bits(&now, &now, &mut bits);
+        assert_eq!(bits, [0, 0]);
+    }
+}

@@ -1,0 +1,71 @@
+//! Where a name stood on the wire, and which of several names shows best what is wrong.
+//!
+//! This room must not know why anybody asks.
+
+use super::view::View;
+use crate::observe::Direction;
+use expression::NameId;
+use results::outcome::PartSeen;
+use suite::device::{DiagnosisName, NameKind};
+
+/// Where something stands on the wire: frame, octet in the frame, and the bit in that octet for a single bit.
+pub type Spot = (u64, usize, Option<u8>);
+
+/// Where a name stood on the wire.
+pub fn place_of(name: NameId, view: &View<'_>) -> Option<Spot> {
+    match view.variant.names.get(name.0 as usize)? {
+        NameKind::Signal { signal, low, width, .. } => {
+            let (frame, octet) = view.image.place_of(*signal)?;
+            let octets = view.device.signals.get(*signal)?.width / 8;
+            let last = octets.saturating_sub(1).saturating_sub(low / 8) as usize;
+            let first = octets.saturating_sub(1).saturating_sub((low + width - 1) / 8) as usize;
+            Some((frame, octet + first.min(last), (*width == 1).then_some((low % 8) as u8)))
+        }
+        NameKind::Diagnosis(name) => {
+            let place = view.image.diagnosis()?.place;
+            let (octet, bit) = in_diagnosis(*name, view)?;
+            Some((place.frame, place.at + octet, bit))
+        }
+        _ => None,
+    }
+}
+
+/// Whether a name is in the cyclic data to the controller.
+pub fn is_input(name: NameId, view: &View<'_>) -> bool {
+    match view.variant.names.get(name.0 as usize) {
+        Some(NameKind::Signal { signal, .. }) => view.image.direction(*signal) == Some(Direction::ToController),
+        _ => false,
+    }
+}
+
+/// The octet of Slave_Diag, from 0 at the first of the six standard ones, and the bit in it.
+fn in_diagnosis(name: DiagnosisName, view: &View<'_>) -> Option<(usize, Option<u8>)> {
+    Some(match name {
+        DiagnosisName::Bit { octet, bit } => (usize::from(octet), Some(bit)),
+        DiagnosisName::Master => (3, None),
+        DiagnosisName::Ident => (4, None),
+        DiagnosisName::Field(index) => {
+            let field = view.device.slave.as_ref()?.diagnosis.fields.get(index)?;
+            let bit = field.bits.and_then(|(low, width)| (width == 1).then_some(u8::try_from(low).ok()).flatten());
+            (field.octet, bit)
+        }
+        DiagnosisName::Length | DiagnosisName::Bytes | DiagnosisName::Errors | DiagnosisName::MasterLock => {
+            return None;
+        }
+    })
+}
+
+/// The place of the name that shows best what is wrong: one of a part that did not hold, else the first that has a place.
+pub fn decisive(places: &[(NameId, Option<Spot>)], parts: &[PartSeen], view: &View<'_>) -> Option<Spot> {
+    let of_part = |name: &str| parts.iter().any(|part| !part.held && part.text.contains(name));
+    let spot = places.iter().filter(|(_, place)| place.is_some()).find(|(name, _)| {
+        match view.variant.names.get(name.0 as usize) {
+            Some(NameKind::Signal { signal, .. }) => {
+                view.device.signals.get(*signal).is_some_and(|signal| of_part(&signal.name))
+            }
+            Some(NameKind::Diagnosis(_)) => of_part(&view.name(*name)),
+            _ => false,
+        }
+    });
+    spot.or_else(|| places.iter().find(|(_, place)| place.is_some())).and_then(|(_, place)| *place)
+}

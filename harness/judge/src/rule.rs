@@ -1,0 +1,498 @@
+//! Rules: what has to hold on every connection, or over a block of steps.
+
+use super::condition::Memory;
+use super::image::Happening;
+use super::place::{Spot, decisive, is_input, place_of};
+use super::steady::{self, Steady};
+use super::view::{Reads, View};
+use super::window::{Outcome, Stay, Window};
+use super::witness::{self, Blip, Evidence, Suspicion, Verdict};
+use super::{Tick, TickKind, Truth};
+use expression::{NameId, State, Value};
+use results::outcome::{Decided, PartSeen};
+use station::{Duration, Time};
+use suite::model::{Condition, Hold, RuleBody, Span};
+
+/// A rule that was broken: where, and what was wanted and seen there.
+#[derive(Clone, Debug)]
+pub struct Violation {
+    /// Where it was broken; for a deadline the last tick that was looked at.
+    pub tick: Tick,
+    /// Where the premise was true, for a rule with one.
+    pub trigger: Option<Tick>,
+    /// How, in a few words.
+    pub how: String,
+    /// The parts of the condition.
+    pub parts: Vec<PartSeen>,
+    /// The names of the parts.
+    pub names: Vec<NameId>,
+    /// The frame, the octet and the bit that show it; none where it shows in no frame.
+    pub place: Option<Spot>,
+}
+
+impl Violation {
+    /// The number of the frame that shows it: of the one that brought what is wrong, else of the one at which it was noticed.
+    pub fn frame(&self) -> u64 {
+        self.place.map_or(self.tick.frame, |(frame, ..)| frame)
+    }
+
+    /// The first frame that it rests on.
+    pub fn rests_on(&self) -> u64 {
+        self.trigger.map_or(self.tick.frame, |trigger| trigger.frame.min(self.tick.frame))
+    }
+}
+
+/// Open windows that will all be decided alike, with the first tick that opened one.
+#[derive(Debug)]
+struct Open {
+    window: Window,
+    trigger: Tick,
+    count: u64,
+    /// Samples looked at.
+    samples: u64,
+}
+
+/// A rule at work on one connection after the other.
+#[derive(Debug)]
+pub struct RuleWatch<'a> {
+    body: &'a RuleBody,
+    premise: State,
+    condition: Memory,
+    end: Memory,
+    open: Vec<Open>,
+    closed: bool,
+    last: Option<Tick>,
+    decided: Decided,
+    violation: Option<Box<Violation>>,
+    watchdog: Duration,
+    steady: Steady<Known>,
+    /// The names that its programs ask for.
+    reads: Reads,
+    /// Whether the condition looks back.
+    looks_back: bool,
+    /// There where somebody else recorded the frames, so that one frame is no proof.
+    suspicion: Option<Box<Suspicion>>,
+    /// Whether the frame at hand alone shows the rule to be broken.
+    is_in_doubt: bool,
+    /// Whether it was broken, or one frame showed it to be, since somebody asked.
+    pub(super) is_news: bool,
+}
+
+/// What the programs of a rule came to, as far as they were asked.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// The condition that always holds, or that of `then`.
+    truth: Option<Truth>,
+    premise: Option<Option<bool>>,
+    end: Option<Truth>,
+}
+
+impl<'a> RuleWatch<'a> {
+    /// A rule that has seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
+    pub fn new(body: &'a RuleBody, watchdog: Duration) -> RuleWatch<'a> {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = body;
+        RuleWatch {
+            body,
+            premise: State::default(),
+            condition: Memory::default(),
+            end: Memory::default(),
+            open: Vec::new(),
+            closed: false,
+            last: None,
+            decided: Decided::default(),
+            violation: None,
+            watchdog,
+            steady: Steady::default(),
+            reads: Reads::default(),
+            looks_back: witness::looks_back(condition),
+            suspicion: None,
+            is_in_doubt: false,
+            is_news: false,
+        }
+    }
+
+    /// The same over frames that somebody else recorded: what one frame alone shows is kept apart.
+    #[must_use]
+    pub fn recorded(self) -> RuleWatch<'a> {
+        RuleWatch { suspicion: Some(Box::default()), ..self }
+    }
+
+    /// How often it was decided so far.
+    pub fn decided(&self) -> Decided {
+        self.decided
+    }
+
+    /// The first time it was broken.
+    pub fn violation(&self) -> Option<&Violation> {
+        self.violation.as_deref()
+    }
+
+    /// The first time that one frame alone showed it to be broken, where it was not proven to be.
+    pub fn alone(&self) -> Option<&Violation> {
+        self.suspicion.as_ref().and_then(|suspicion| suspicion.alone()).filter(|_| self.violation.is_none())
+    }
+
+    /// Whether windows are open that may still be decided.
+    pub fn is_waiting(&self) -> bool {
+        self.violation.is_none() && !self.open.is_empty()
+    }
+
+    /// Remembers how things stand before the first frame that is looked at, so that a change in that frame is seen.
+    pub fn begin_with(&mut self, view: &View<'_>) {
+        self.advance(view);
+        self.steady.forget();
+    }
+
+    /// Whether the next frame of this kind will come to the same, if it changes nothing that the rule looks at.
+    pub(super) fn is_idle(&self, place: usize) -> bool {
+        if self.violation.is_some() {
+            return true;
+        }
+        let waits = self.is_waiting() || self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open());
+        match (waits, self.steady.kept(place), self.body) {
+            (true, ..) => false,
+            // Frames to the device are not judged.
+            (_, None, RuleBody::Always(_)) => place == steady::OUTPUT && !self.looks_back,
+            (_, None, RuleBody::When { .. }) => false,
+            (_, Some(known), RuleBody::Always(_)) => {
+                place == steady::OUTPUT || matches!(known.truth, Some(Truth::True | Truth::Unknown))
+            }
+            (_, Some(known), RuleBody::When { .. }) => matches!(known.premise, Some(None | Some(false))),
+        }
+    }
+
+    /// Whether a look at this frame would come to what is kept of the last one of its kind, and remember nothing else.
+    pub(super) fn stays_as_kept(&self, place: usize, view: &View<'_>) -> bool {
+        let Some(kept) = self.steady.kept(place).filter(|_| self.violation.is_none()) else { return true };
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        let is_true_as_kept = kept.truth.is_none_or(|truth| truth == self.condition.truth(condition, view));
+        let begins_as_kept = match self.body {
+            RuleBody::Always(_) => true,
+            RuleBody::When { premise, .. } => {
+                let remembered = !self.premise.clone().advance(premise, view);
+                remembered && kept.premise.is_none_or(|begins| begins == premise.truth(view, &self.premise))
+            }
+        };
+        is_true_as_kept && begins_as_kept && !self.condition.clone().advance(condition, view)
+    }
+
+    /// Counts frames of a kind that came to the same as the last one, so that nobody had to look.
+    pub(super) fn count(&mut self, place: usize, frames: u64) {
+        if self.violation.is_some() {
+            return;
+        }
+        self.decided.looked_at += frames;
+        if let (RuleBody::Always(_), false, Some(known)) = (self.body, place == steady::OUTPUT, self.steady.kept(place))
+        {
+            match known.truth {
+                Some(Truth::True) => self.decided.premises += frames,
+                Some(Truth::Unknown) => self.decided.undecided += frames,
+                Some(Truth::False) | None => {}
+            }
+        }
+    }
+
+    /// What it looks at, as a part of the layout of the connection at hand.
+    pub(super) fn steady(&mut self) -> &mut Steady<Known> {
+        &mut self.steady
+    }
+
+    /// Lets nothing new begin: premises open no window any more, `always` is not judged; open windows go on.
+    pub fn close(&mut self) {
+        self.closed = true;
+    }
+
+    /// Looks at a frame or an event; says whether the rule spoke of the event that happens at this tick.
+    pub fn tick(&mut self, view: &View<'_>) -> bool {
+        if self.violation.is_some() || self.closed && self.open.is_empty() {
+            return false;
+        }
+        if self.suspicion.as_ref().is_some_and(|suspicion| suspicion.is_open()) && self.is_confirmed(view) {
+            return false;
+        }
+        self.decided.looked_at += 1;
+        let before = self.steady.known(self.body, view);
+        let mut known = before.unwrap_or_default();
+        let mut reads = std::mem::take(&mut self.reads);
+        let noted = View { reads: Some(&reads), ..*view };
+        let speaks = self.judge(&noted, &mut known);
+        // What is remembered stays as well where neither what is seen nor what is remembered has changed.
+        let moved = before.is_none() && self.advance(&noted);
+        self.steady.keep(view, known, moved);
+        self.steady.asked(reads.names());
+        reads.names().clear();
+        self.reads = reads;
+        if std::mem::take(&mut self.is_in_doubt) {
+            self.forget();
+        }
+        self.last = Some(view.tick);
+        speaks
+    }
+
+    fn judge(&mut self, view: &View<'_>, known: &mut Known) -> bool {
+        match self.body {
+            RuleBody::Always(condition) => {
+                if !view.tick.kind.is_judged() {
+                    return false;
+                }
+                let truth = *known.truth.get_or_insert_with(|| self.condition.truth(condition, view));
+                match truth {
+                    Truth::True => self.decided.premises += 1,
+                    Truth::Unknown => self.decided.undecided += 1,
+                    Truth::False => {
+                        self.decided.premises += 1;
+                        let parts = self.condition.parts(condition, view);
+                        let evidence = match witness::speaks_of_events(condition, view) || self.looks_back {
+                            true => Evidence::Once,
+                            false => Evidence::Frame,
+                        };
+                        self.break_with("it does not hold", view, (view.tick, None), parts, evidence);
+                    }
+                }
+                truth != Truth::Unknown && names_happening(condition, view)
+            }
+            RuleBody::When { premise, then, within, hold } => {
+                let mut speaks = false;
+                if !self.closed {
+                    let begins = *known.premise.get_or_insert_with(|| premise.truth(view, &self.premise));
+                    if begins == Some(true) {
+                        speaks = premise.names().any(|name| view.is_happening(name));
+                        self.open_window(within, hold, view);
+                    }
+                }
+                if !self.open.is_empty() {
+                    speaks |= self.look(view, then, hold, known) == Truth::True && names_happening(then, view);
+                }
+                speaks
+            }
+        }
+    }
+
+    /// Moves on to the next observation, and says whether something else is remembered now.
+    fn advance(&mut self, view: &View<'_>) -> bool {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        let mut changed = self.condition.advance(condition, view);
+        if let RuleBody::When { premise, hold, .. } = self.body {
+            changed |= self.premise.advance(premise, view);
+            if let Hold::Until(end) = hold {
+                changed |= self.end.advance(end, view);
+            }
+        }
+        changed
+    }
+
+    /// Opens the window of a premise; without knowing how long it is nothing can be decided.
+    fn open_window(&mut self, within: &Span, hold: &Hold, view: &View<'_>) {
+        let (Some(within), Some(stay)) = (length(within, view), stay(hold, view)) else {
+            self.decided.undecided += 1;
+            return;
+        };
+        let window = Window::open(view.tick.time, within, view.notebook.slack, stay, self.watchdog).of_rule();
+        let window = if view.tick.kind == TickKind::Event { window.by_event() } else { window };
+        self.open.push(Open { window, trigger: view.tick, count: 1, samples: 0 });
+    }
+
+    fn look(&mut self, view: &View<'_>, then: &Condition, hold: &Hold, known: &mut Known) -> Truth {
+        let truth = *known.truth.get_or_insert_with(|| self.condition.truth(then, view));
+        let end = match hold {
+            Hold::Until(end) => *known.end.get_or_insert_with(|| self.end.truth(end, view)),
+            Hold::None | Hold::For(_) => Truth::False,
+        };
+        let is_sample = matches!(view.tick.kind, TickKind::Sample | TickKind::BadSample);
+        for open in &mut self.open {
+            open.samples += u64::from(is_sample);
+            open.window.tick(view.tick, truth, end);
+        }
+        self.settle(then, view, view.tick);
+        // A premise that stays true opens a window at every frame: those without a difference are kept as one.
+        self.open.dedup_by(|later, earlier| {
+            let like = later.window.is_like(&earlier.window);
+            earlier.count += if like { later.count } else { 0 };
+            like
+        });
+        truth
+    }
+
+    /// Takes the decided windows out; the first broken one is kept as the violation.
+    fn settle(&mut self, then: &Condition, view: &View<'_>, tick: Tick) {
+        let mut broken = None;
+        let decided = &mut self.decided;
+        self.open.retain(|Open { window, trigger, count, samples }| {
+            match window.outcome() {
+                Outcome::Open => return true,
+                Outcome::Held => decided.premises += count,
+                Outcome::Undecided | Outcome::Starved(_) => decided.undecided += count,
+                Outcome::Late(at) => {
+                    decided.premises += count;
+                    broken.get_or_insert(("it did not come in time", at.unwrap_or(tick), *trigger, *samples));
+                }
+                Outcome::Relapsed(at) => {
+                    decided.premises += count;
+                    broken.get_or_insert(("it did not stay", at, *trigger, 1));
+                }
+            }
+            false
+        });
+        if let Some((how, at, trigger, samples)) = broken {
+            let parts = self.condition.parts(then, view);
+            let evidence = match trigger.kind == TickKind::Event || witness::speaks_of_events(then, view) {
+                true => Evidence::Once,
+                false if samples > 1 => Evidence::Frames,
+                false if self.looks_back => Evidence::Once,
+                false => Evidence::Frame,
+            };
+            self.break_with(how, view, (at, Some(trigger)), parts, evidence);
+        }
+    }
+
+    /// Lets time go by without a frame.
+    pub fn time(&mut self, view: &View<'_>, now: Time) {
+        if self.open.is_empty() {
+            return;
+        }
+        for open in &mut self.open {
+            open.window.time(now);
+        }
+        if let (RuleBody::When { then, .. }, Some(last)) = (self.body, self.last) {
+            self.settle(then, view, last);
+        }
+    }
+
+    /// Whether this frame, too, shows what one frame before it showed.
+    fn is_confirmed(&mut self, view: &View<'_>) -> bool {
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        let Some(suspicion) = self.suspicion.as_mut().filter(|_| view.tick.kind == TickKind::Sample) else {
+            return false;
+        };
+        let verdict = suspicion.confirm(view.image, || self.condition.truth(condition, view));
+        self.take(verdict)
+    }
+
+    /// Takes back what rests on a frame whose bits the next one took back.
+    pub(super) fn take_back(&mut self, blip: &Blip<'_>) {
+        if !self.steady.looks_at(blip.direction, blip.bits) {
+            return;
+        }
+        let (open, undecided) = (&mut self.open, &mut self.decided.undecided);
+        open.retain(|open| {
+            let rests = open.trigger.frame >= blip.frame;
+            *undecided += if rests { open.count } else { 0 };
+            !rests
+        });
+        if let Some(suspicion) = &mut self.suspicion {
+            let verdict = suspicion.give_up(blip.frame);
+            self.take(verdict);
+        }
+        self.forget();
+    }
+
+    fn take(&mut self, verdict: Verdict) -> bool {
+        match verdict {
+            Verdict::Proven(violation) => {
+                self.violation = Some(violation);
+                self.is_news = true;
+            }
+            Verdict::Alone => {
+                self.is_news = true;
+                self.decided.premises = self.decided.premises.saturating_sub(1);
+                self.decided.undecided += 1;
+            }
+            Verdict::Open => {}
+        }
+        self.violation.is_some()
+    }
+
+    fn forget(&mut self) {
+        self.premise.forget();
+        self.condition.forget();
+        self.end.forget();
+        self.steady.forget();
+    }
+
+    /// Ends what is open where a connection or the trace ends or has a gap, and forgets what came before.
+    pub fn cut(&mut self) {
+        self.decided.undecided += self.open.iter().map(|open| open.count).sum::<u64>();
+        self.open.clear();
+        if let Some(suspicion) = &mut self.suspicion {
+            let verdict = suspicion.give_up(0);
+            self.take(verdict);
+        }
+        self.forget();
+    }
+
+    fn break_with(
+        &mut self,
+        how: &str,
+        view: &View<'_>,
+        (tick, trigger): (Tick, Option<Tick>),
+        parts: Vec<PartSeen>,
+        evidence: Evidence,
+    ) {
+        let (mut names, mut premises) = (Vec::new(), Vec::new());
+        let (RuleBody::Always(condition) | RuleBody::When { then: condition, .. }) = self.body;
+        condition.each_name(&mut |name| names.push(name));
+        if let RuleBody::When { premise, .. } = self.body {
+            premises.extend(premise.names());
+        }
+        // Of what is wanted, else of what it is wanted for, that which stands in the frame at which it was noticed; what
+        // always holds may be broken by what was told before anything was judged.
+        let of = |names: &[NameId], anywhere: bool| {
+            let places = names.iter().map(|name| (*name, place_of(*name, view)));
+            let meant = |place: Option<Spot>| place.is_some_and(|(frame, ..)| anywhere || frame == tick.frame);
+            let meant: Vec<_> = places.filter(|(_, place)| meant(*place)).collect();
+            decisive(&meant, &parts, view)
+        };
+        let told_before = || of(&names, true).filter(|_| matches!(self.body, RuleBody::Always(_)));
+        // What did not come in time is noticed at a later frame, in which it would stand at the same octet.
+        let inputs: Vec<NameId> = names.iter().copied().filter(|name| is_input(*name, view)).collect();
+        let at_a_sample = matches!(tick.kind, TickKind::Sample | TickKind::BadSample);
+        let later = || of(&inputs, true).filter(|_| at_a_sample).map(|(_, octet, bit)| (tick.frame, octet, bit));
+        let place = of(&names, false).or_else(|| of(&premises, false)).or_else(told_before).or_else(later);
+        let violation = Violation { tick, trigger, how: how.to_owned(), parts, names, place };
+        match &mut self.suspicion {
+            None => {
+                self.violation = Some(Box::new(violation));
+                self.is_news = true;
+            }
+            Some(suspicion) => {
+                let verdict = suspicion.add(violation, evidence, view.image);
+                if !self.take(verdict) {
+                    // What one frame showed is not what the next one is compared with.
+                    self.is_in_doubt = true;
+                }
+            }
+        }
+    }
+}
+
+/// Whether a condition names the event that happens at the instant of `view`.
+fn names_happening(condition: &Condition, view: &View<'_>) -> bool {
+    if view.image.happening == Happening::Nothing {
+        return false;
+    }
+    let mut found = false;
+    condition.each_name(&mut |name| found |= view.is_happening(name));
+    found
+}
+
+/// A span as time, with the cycle and the values of this instant; `None` if it cannot be known.
+pub fn length(span: &Span, view: &View<'_>) -> Option<Duration> {
+    match span {
+        Span::Time(time) => Some(*time),
+        Span::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(*cycles).unwrap_or(u32::MAX)),
+        Span::Computed(program) => match program.eval(view, &State::default()) {
+            Value::Time(nanos) => u64::try_from(nanos.as_whole()?).ok().map(Duration::from_nanos),
+            Value::Cycles(cycles) => Some(view.image.cycle()? * u32::try_from(cycles.as_whole()?).ok()?),
+            _ => None,
+        },
+    }
+}
+
+/// A hold with its length as time; `None` if that cannot be known.
+pub fn stay(hold: &Hold, view: &View<'_>) -> Option<Stay> {
+    Some(match hold {
+        Hold::None => Stay::No,
+        Hold::For(span) => Stay::For(length(span, view)?),
+        Hold::Until(_) => Stay::Until,
+    })
+}

@@ -1,0 +1,291 @@
+//! The rules of a variant at work: at each frame only those are looked at that asked at their last look for what it changed, the
+//! others are counted.
+//!
+//! It must not know what a rule says; each says itself what it depends on and whether it waits for something.
+
+use super::image::Change;
+use super::rule::{Known, RuleWatch};
+use super::steady::{self, Steady};
+use super::view::View;
+use super::witness::Blip;
+use crate::observe::Direction;
+use station::{Duration, Time};
+use suite::model::Rule;
+
+/// Rules by their number in a variant, as far as there are so many; beyond that all are looked at.
+type Rules = u128;
+
+/// The rules of a variant at work.
+#[derive(Debug)]
+pub struct RuleSet<'a> {
+    rules: &'a [Rule],
+    watches: Vec<RuleWatch<'a>>,
+    /// Whether a window is open.
+    is_waiting: bool,
+    /// Whether somebody else recorded the frames.
+    is_recorded: bool,
+    /// Whether a rule was broken since somebody asked.
+    is_newly_broken: bool,
+    /// Frames of each kind so far, and those up to which each rule was counted.
+    frames: [u64; 3],
+    counted: Vec<[u64; 3]>,
+    index: Option<Index>,
+    /// The image and the notebook at the last look.
+    version: (u64, u64),
+}
+
+/// Which rules depend on what, on one connection, by what each asked for at its last look.
+#[derive(Debug)]
+struct Index {
+    layout: u64,
+    module: usize,
+    /// Those that are judged with this module.
+    judged: Rules,
+    to_controller: Vec<Rules>,
+    to_device: Vec<Rules>,
+    elapsed: Rules,
+    clock: Rules,
+    /// Those that have to be looked at at the next frame of a kind whatever it changes.
+    restless: [Rules; 3],
+}
+
+impl Index {
+    fn new(rules: &[Rule], watches: &mut [RuleWatch<'_>], layout: u64, module: usize) -> Option<Index> {
+        if rules.len() > Rules::BITS as usize {
+            return None;
+        }
+        let (to_controller, to_device) = (Vec::new(), Vec::new());
+        let (judged, elapsed, clock) = (0, 0, 0);
+        let mut index =
+            Index { layout, module, judged, to_controller, to_device, elapsed, clock, restless: [Rules::MAX; 3] };
+        for (place, (rule, watch)) in rules.iter().zip(watches).enumerate() {
+            if !rule.modules.contains(&module) {
+                continue;
+            }
+            let bit = 1 << place;
+            index.judged |= bit;
+            let steady = watch.steady();
+            index.elapsed |= if steady.sees_elapsed() { bit } else { 0 };
+            index.clock |= if steady.sees_the_clock() { bit } else { 0 };
+            index.list(place, steady);
+        }
+        Some(index)
+    }
+
+    /// Writes down on which octets a rule depends now.
+    fn list(&mut self, rule: usize, steady: &mut Steady<Known>) {
+        let bit = 1 << rule;
+        self.to_controller.iter_mut().chain(&mut self.to_device).for_each(|rules| *rules &= !bit);
+        steady.list_octets(&mut |direction, octet| {
+            let of = match direction {
+                Direction::ToController => &mut self.to_controller,
+                Direction::ToDevice => &mut self.to_device,
+            };
+            if of.len() <= octet {
+                of.resize(octet + 1, 0);
+            }
+            of[octet] |= bit;
+        });
+    }
+
+    /// The rules that depend on what a frame of a kind changed.
+    #[inline]
+    fn meant(&self, place: usize, change: &Change<'_>) -> Rules {
+        let of = match change.direction {
+            Direction::ToController => &self.to_controller,
+            Direction::ToDevice => &self.to_device,
+        };
+        let mut meant = self.restless[place] | self.clock | if change.elapsed { self.elapsed } else { 0 };
+        for (word, &bits) in change.bits.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            for (octet, bits) in bits.to_le_bytes().into_iter().enumerate() {
+                if bits != 0 {
+                    meant |= of.get(word * 8 + octet).copied().unwrap_or(0);
+                }
+            }
+        }
+        meant & self.judged
+    }
+}
+
+impl<'a> RuleSet<'a> {
+    /// Rules that have seen nothing yet; a hold without samples for longer than `watchdog` is undecided.
+    pub fn new(rules: &'a [Rule], watchdog: Duration) -> RuleSet<'a> {
+        let watches = rules.iter().map(|rule| RuleWatch::new(&rule.body, watchdog)).collect();
+        let counted = vec![[0; 3]; rules.len()];
+        let (frames, version) = ([0; 3], (0, 0));
+        RuleSet {
+            rules,
+            watches,
+            is_waiting: false,
+            is_newly_broken: false,
+            is_recorded: false,
+            frames,
+            counted,
+            index: None,
+            version,
+        }
+    }
+
+    /// The same over frames that somebody else recorded: what one frame alone shows is kept apart, and time goes by with the
+    /// frames of the connection only, since others may be missing.
+    #[must_use]
+    pub fn recorded(self) -> RuleSet<'a> {
+        let watches = self.watches.into_iter().map(RuleWatch::recorded).collect();
+        RuleSet { watches, is_recorded: true, ..self }
+    }
+
+    /// Looks at a frame or an event; a rule that names a signal which the module in use lacks is not judged. In a recording the
+    /// frame may take back what the one before it showed.
+    pub fn tick(&mut self, view: &View<'_>, blip: Option<&Blip<'_>>) {
+        let Some(module) = view.image.module() else { return };
+        let (image, notebook) = (view.image.version(), view.notebook.version());
+        let before = std::mem::replace(&mut self.version, (image, notebook));
+        let follows = before == (image.wrapping_sub(1), notebook);
+        let is_of = |index: &&mut Index| (index.layout, index.module) == (view.image.layout(), module);
+        let place = steady::place(view.tick.kind);
+        let is_recorded = self.is_recorded;
+        if let (Some(place), true, Some(change), Some(index)) =
+            (place, follows, view.image.change(), self.index.as_mut().filter(is_of))
+        {
+            let mut meant = index.meant(place, &change);
+            self.frames[place] += 1;
+            debug_assert_eq!(left_out_wrongly(index, &self.watches, place, meant, view), None);
+            if meant == 0 {
+                return;
+            }
+            while meant != 0 {
+                let rule = meant.trailing_zeros() as usize;
+                meant &= meant - 1;
+                let watch = &mut self.watches[rule];
+                let mut counted = std::mem::replace(&mut self.counted[rule], self.frames);
+                counted[place] += 1;
+                settle(watch, counted, self.frames);
+                watch.steady().stays_until(image.wrapping_sub(1), notebook);
+                if let Some(blip) = blip {
+                    watch.take_back(blip);
+                }
+                look(watch, view, is_recorded);
+                self.is_newly_broken |= watch.is_news;
+                if watch.steady().is_listed_otherwise() {
+                    index.list(rule, watch.steady());
+                }
+                for (place, restless) in index.restless.iter_mut().enumerate() {
+                    let bit = 1 << rule;
+                    *restless = if watch.is_idle(place) { *restless & !bit } else { *restless | bit };
+                }
+            }
+            // In a recording time goes by with the frames, so that nobody asks.
+            self.is_waiting = !is_recorded && self.watches.iter().any(RuleWatch::is_waiting);
+            return;
+        }
+        settle_all(self.index.as_ref(), &mut self.watches, &mut self.counted, self.frames);
+        if let Some(place) = place {
+            self.frames[place] += 1;
+        }
+        self.counted.fill(self.frames);
+        self.is_waiting = false;
+        for (rule, watch) in self.rules.iter().zip(&mut self.watches) {
+            if !rule.modules.contains(&module) {
+                continue;
+            }
+            if let Some(blip) = blip {
+                watch.take_back(blip);
+            }
+            look(watch, view, is_recorded);
+            self.is_newly_broken |= watch.is_news;
+            self.is_waiting |= watch.is_waiting();
+        }
+        match self.index.as_mut().filter(is_of) {
+            Some(index) => index.restless = [Rules::MAX; 3],
+            // What a rule depends on is known once it has looked at a frame.
+            None if place.is_some() => {
+                self.index = Index::new(self.rules, &mut self.watches, view.image.layout(), module);
+            }
+            None => self.index = None,
+        }
+    }
+
+    /// Lets time go by without a frame.
+    pub fn time(&mut self, view: &View<'_>, now: Time) {
+        if self.is_waiting && !self.is_recorded {
+            for watch in &mut self.watches {
+                watch.time(view, now);
+                self.is_newly_broken |= watch.is_news;
+            }
+        }
+    }
+
+    /// Whether a rule was broken, or one frame showed it to be, since [`take_newly_broken`](Self::take_newly_broken).
+    pub fn is_newly_broken(&self) -> bool {
+        self.is_newly_broken
+    }
+
+    /// The same, and forgets it.
+    pub fn take_newly_broken(&mut self) -> bool {
+        if self.is_newly_broken {
+            self.watches.iter_mut().for_each(|watch| watch.is_news = false);
+        }
+        std::mem::take(&mut self.is_newly_broken)
+    }
+
+    /// Ends what is open where a connection or the trace ends or has a gap.
+    pub fn cut(&mut self) {
+        self.settle();
+        self.is_waiting = false;
+        for watch in &mut self.watches {
+            watch.cut();
+            self.is_newly_broken |= watch.is_news;
+        }
+        if let Some(index) = &mut self.index {
+            index.restless = [Rules::MAX; 3];
+        }
+    }
+
+    /// The rules with what each has seen up to the last [`settle`](Self::settle) or [`cut`](Self::cut), in the order of the variant.
+    pub fn iter(&self) -> impl Iterator<Item = (&'a Rule, &RuleWatch<'a>)> {
+        self.rules.iter().zip(&self.watches)
+    }
+
+    /// Counts the frames that nobody had to look at.
+    pub fn settle(&mut self) {
+        settle_all(self.index.as_ref(), &mut self.watches, &mut self.counted, self.frames);
+    }
+}
+
+/// The rule among those that are left out at a frame which should not have been; another one is looked at with each frame.
+fn left_out_wrongly(
+    index: &Index,
+    watches: &[RuleWatch<'_>],
+    place: usize,
+    meant: Rules,
+    view: &View<'_>,
+) -> Option<usize> {
+    let rule = usize::try_from(view.image.version()).ok()? % watches.len().max(1);
+    let is_left_out = (index.judged & !meant) >> rule & 1 == 1;
+    (is_left_out && !watches.get(rule)?.stays_as_kept(place, view)).then_some(rule)
+}
+
+fn settle_all(index: Option<&Index>, watches: &mut [RuleWatch<'_>], counted: &mut [[u64; 3]], frames: [u64; 3]) {
+    let Some(index) = index else { return };
+    for (rule, (watch, counted)) in watches.iter_mut().zip(counted).enumerate() {
+        let before = std::mem::replace(counted, frames);
+        if index.judged >> rule & 1 == 1 {
+            settle(watch, before, frames);
+        }
+    }
+}
+
+fn settle(watch: &mut RuleWatch<'_>, counted: [u64; 3], frames: [u64; 3]) {
+    for (place, (before, now)) in counted.into_iter().zip(frames).enumerate() {
+        if now > before {
+            watch.count(place, now - before);
+        }
+    }
+}
+
+fn look(watch: &mut RuleWatch<'_>, view: &View<'_>, is_recorded: bool) {
+    if is_recorded {
+        watch.time(view, view.tick.time);
+    }
+    watch.tick(view);
+}

@@ -1,0 +1,70 @@
+//! What there is to see for one trial or one pair of stations: a connection after the other, and what is known besides.
+
+use super::follow::{Change, Follower};
+use super::image::Happening;
+use super::view::{Notebook, View};
+use super::{Tick, TickKind};
+use crate::observe::{Ar, Observation};
+use station::Time;
+use suite::device::Device;
+use suite::model::{Manual, Variant};
+
+/// The names of a variant over the connections that are followed.
+#[derive(Clone, Debug)]
+pub struct Scene<'a> {
+    /// The device description.
+    pub device: &'a Device,
+    /// The variant whose names are asked for.
+    pub variant: &'a Variant,
+    /// The connection that is followed.
+    pub follower: Follower,
+    notebook: Notebook,
+}
+
+impl<'a> Scene<'a> {
+    /// Nothing was seen yet.
+    pub fn new(manual: &'a Manual, variant: &'a Variant) -> Scene<'a> {
+        let device: &Device = &manual.device;
+        Scene { device, variant, follower: Follower::new(device), notebook: Notebook::default() }
+    }
+
+    /// What is known besides; nothing on a capture.
+    pub fn notebook(&self) -> &Notebook {
+        &self.notebook
+    }
+
+    /// What is known besides, to be written.
+    pub fn notebook_mut(&mut self) -> &mut Notebook {
+        self.notebook.is_written();
+        &mut self.notebook
+    }
+
+    /// The names at an instant.
+    pub fn view(&self, tick: Tick) -> View<'_> {
+        let Scene { device, variant, follower, notebook } = self;
+        View { device, variant, image: &follower.image, notebook, tick, reads: None, settled: None }
+    }
+
+    /// The names at a time at which no frame came.
+    pub fn view_at(&self, time: Time, frame: u64) -> View<'_> {
+        self.view(Tick { time, frame, kind: TickKind::Event })
+    }
+
+    /// Takes in an observation; connections for which `ours` is false are left alone.
+    pub fn observe(
+        &mut self,
+        ars: &[Ar],
+        ours: impl Fn(&Ar) -> bool,
+        at: (Time, u64),
+        observation: &Observation<'_>,
+    ) -> Option<Change> {
+        self.follower.observe(self.device, ars, ours, at, observation)
+    }
+
+    /// Ends the instant of an event: it is true at one instant only.
+    pub fn end_of(&mut self, tick: Tick) {
+        if tick.kind == TickKind::Event {
+            self.follower.image.happening = Happening::Nothing;
+        }
+    }
+}

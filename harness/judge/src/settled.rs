@@ -1,0 +1,84 @@
+//! What is worked out of parameters only, such as the size of a circle: once, and not at each frame.
+//!
+//! It knows which names no cyclic frame changes. It must not know what they are worked out for.
+
+use super::view::View;
+use expression::{Program, Value};
+use std::cell::{Cell, RefCell};
+use suite::device::{NameId, NameKind};
+
+/// Values that hold until a parameter is another one; those of one variant.
+#[derive(Debug, Default)]
+pub struct Settled {
+    /// The start parameters and the notebook that the values hold for.
+    of: Cell<(u64, u64)>,
+    /// By the number of the name.
+    values: RefCell<Vec<Settling>>,
+}
+
+#[derive(Clone, Debug, Default)]
+enum Settling {
+    /// Nobody has asked.
+    #[default]
+    Open,
+    /// A frame may change it.
+    Moves,
+    At(Value),
+}
+
+impl Settled {
+    /// What the program of a name comes to; `now` works it out.
+    pub fn value(&self, name: NameId, program: &Program, view: &View<'_>, now: impl FnOnce() -> Value) -> Value {
+        self.forget_what_moved(view);
+        let place = name.0 as usize;
+        match self.values.borrow().get(place) {
+            Some(Settling::At(value)) => return value.clone(),
+            Some(Settling::Moves) => return now(),
+            Some(Settling::Open) | None => {}
+        }
+        let value = now();
+        let mut values = self.values.borrow_mut();
+        if values.len() <= place {
+            values.resize(place + 1, Settling::Open);
+        }
+        let settles = program.names().all(|name| is_settled(name, view));
+        values[place] = if settles { Settling::At(value.clone()) } else { Settling::Moves };
+        value
+    }
+
+    /// The whole number that a name is, or that it has no value, if that was worked out before and holds.
+    pub fn whole(&self, name: NameId, view: &View<'_>) -> Option<Option<i128>> {
+        self.forget_what_moved(view);
+        match self.values.borrow().get(name.0 as usize)? {
+            Settling::At(Value::Number(number)) => number.as_whole().map(Some),
+            Settling::At(Value::Unknown) => Some(None),
+            Settling::At(_) | Settling::Moves | Settling::Open => None,
+        }
+    }
+
+    fn forget_what_moved(&self, view: &View<'_>) {
+        let of = (view.image.parameters(), view.notebook.version());
+        if self.of.replace(of) != of {
+            self.values.borrow_mut().clear();
+        }
+    }
+}
+
+/// Whether neither a frame nor an event nor time changes the value of a name.
+fn is_settled(name: NameId, view: &View<'_>) -> bool {
+    match view.variant.names.get(name.0 as usize) {
+        Some(NameKind::Derived(index)) => {
+            let program = view.variant.derived.get(*index).map(|(_, program)| program);
+            program.is_some_and(|program| !program.has_history() && program.names().all(|name| is_settled(name, view)))
+        }
+        Some(
+            NameKind::StartParameter { .. }
+            | NameKind::Parameter { .. }
+            | NameKind::Record { .. }
+            | NameKind::Saved(_)
+            | NameKind::Bench(_)
+            | NameKind::Constant(_),
+        ) => true,
+        _ => false,
+    }
+}

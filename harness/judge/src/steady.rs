@@ -1,0 +1,424 @@
+//! Steadiness: whether everything that a condition sees is as it was one look before, so that it comes to the same.
+//!
+//! It knows on which bits of the cyclic data a name depends, and compares those that a frame changed with them. It must not
+//! know what a condition says: whoever evaluates it keeps what it came to.
+
+use super::TickKind;
+use super::image::{Image, Status};
+use super::view::View;
+use crate::observe::Direction;
+use expression::Program;
+use suite::device::{NameId, NameKind};
+use suite::model::{Condition, Hold, RuleBody};
+
+/// What a condition or a rule looks at, the last instant at which it looked, and what it came to since nothing changes.
+#[derive(Clone, Debug)]
+pub struct Steady<K> {
+    /// What it came to at the last frame of each kind; an event is like no other.
+    known: [Option<K>; 3],
+    inputs: Inputs,
+    /// The inputs of each name, where somebody says which names were asked for.
+    leaves: Vec<(NameId, Inputs)>,
+    /// The inputs that were asked for since it last forgot; what was not asked for decides nothing.
+    read: Option<Inputs>,
+    /// The names of these inputs, as they were asked for.
+    asked: Vec<NameId>,
+    /// Whether they are from before it last forgot.
+    is_outdated: bool,
+    /// Whether they are others than those that somebody wrote down.
+    is_listed_otherwise: bool,
+    /// The layout of the connection for which the inputs were looked up.
+    layout: Option<u64>,
+    image: u64,
+    notebook: u64,
+}
+
+/// Bits of the cyclic data, and what else may change from frame to frame.
+#[derive(Clone, Debug, Default)]
+struct Inputs {
+    to_controller: Mask,
+    to_device: Mask,
+    /// The time between two frames.
+    elapsed: bool,
+    /// The clock itself, so that nothing stays as it was.
+    clock: bool,
+}
+
+/// Bits of the data area of one direction, eight octets in a word.
+#[derive(Clone, Debug, Default)]
+struct Mask {
+    /// The first words, which nearly always are all: they are looked at in every frame.
+    near: [u64; NEAR],
+    far: Vec<u64>,
+}
+
+/// How many words of a mask stand in it.
+const NEAR: usize = 4;
+
+impl Mask {
+    fn add(&mut self, octet: usize, bits: u8) {
+        let word = octet / 8;
+        if word >= NEAR && self.far.len() <= word - NEAR {
+            self.far.resize(word - NEAR + 1, 0);
+        }
+        let word = self.near.iter_mut().chain(&mut self.far).nth(word);
+        word.into_iter().for_each(|word| *word |= u64::from(bits) << (octet % 8 * 8));
+    }
+
+    fn unite(&mut self, other: &Mask) {
+        if self.far.len() < other.far.len() {
+            self.far.resize(other.far.len(), 0);
+        }
+        self.near.iter_mut().zip(&other.near).for_each(|(own, other)| *own |= other);
+        self.far.iter_mut().zip(&other.far).for_each(|(own, other)| *own |= other);
+    }
+
+    fn meets(&self, changed: &[u64]) -> bool {
+        let meet = |mask: &[u64], changed: &[u64]| mask.iter().zip(changed).any(|(mask, changed)| mask & changed != 0);
+        meet(&self.near, changed)
+            || !self.far.is_empty() && changed.get(NEAR..).is_some_and(|changed| meet(&self.far, changed))
+    }
+}
+
+/// Programs and names that are looked at together.
+pub trait Sees {
+    /// Visits every program.
+    fn programs(&self, visit: &mut dyn FnMut(&Program));
+
+    /// Visits every name, those of the programs included.
+    fn names(&self, visit: &mut dyn FnMut(NameId));
+}
+
+impl Sees for RuleBody {
+    fn programs(&self, visit: &mut dyn FnMut(&Program)) {
+        match self {
+            RuleBody::Always(condition) => condition.each_program(&mut |program| visit(program)),
+            RuleBody::When { premise, then, hold, .. } => {
+                visit(premise);
+                then.each_program(&mut |program| visit(program));
+                if let Hold::Until(end) = hold {
+                    end.each_program(&mut |program| visit(program));
+                }
+            }
+        }
+    }
+
+    fn names(&self, visit: &mut dyn FnMut(NameId)) {
+        match self {
+            RuleBody::Always(condition) => condition.each_name(visit),
+            RuleBody::When { premise, then, hold, .. } => {
+                premise.names().for_each(&mut *visit);
+                then.each_name(visit);
+                if let Hold::Until(end) = hold {
+                    end.each_name(visit);
+                }
+            }
+        }
+    }
+}
+
+impl Sees for Program {
+    fn programs(&self, visit: &mut dyn FnMut(&Program)) {
+        visit(self);
+    }
+
+    fn names(&self, visit: &mut dyn FnMut(NameId)) {
+        Program::names(self).for_each(visit);
+    }
+}
+
+impl Sees for (&Condition, &Hold) {
+    fn programs(&self, visit: &mut dyn FnMut(&Program)) {
+        self.0.each_program(&mut |program| visit(program));
+        if let Hold::Until(end) = self.1 {
+            end.each_program(&mut |program| visit(program));
+        }
+    }
+
+    fn names(&self, visit: &mut dyn FnMut(NameId)) {
+        self.0.each_name(visit);
+        if let Hold::Until(end) = self.1 {
+            end.each_name(visit);
+        }
+    }
+}
+
+impl<K> Default for Steady<K> {
+    fn default() -> Steady<K> {
+        let known = [None, None, None];
+        Steady {
+            known,
+            inputs: Inputs::default(),
+            leaves: Vec::new(),
+            read: None,
+            asked: Vec::new(),
+            is_outdated: false,
+            is_listed_otherwise: false,
+            layout: None,
+            image: 0,
+            notebook: 0,
+        }
+    }
+}
+
+/// The place of frames to the device.
+pub(super) const OUTPUT: usize = 0;
+
+/// The place of what is known about frames of a kind.
+pub(super) fn place(kind: TickKind) -> Option<usize> {
+    match kind {
+        TickKind::Output => Some(OUTPUT),
+        TickKind::Sample => Some(1),
+        TickKind::BadSample => Some(2),
+        TickKind::Event => None,
+    }
+}
+
+impl<K: Copy> Steady<K> {
+    /// What was kept at a frame of this kind, if since then nothing changed of what `sees` looks at or remembers.
+    ///
+    /// It is to be asked once at every look; after a look that was left out nothing is known.
+    pub fn known(&mut self, sees: &impl Sees, view: &View<'_>) -> Option<K> {
+        if !self.is_unchanged(sees, view) {
+            self.forget();
+        }
+        self.known[place(view.tick.kind)?]
+    }
+
+    /// Keeps what was found at `view`, unless what is remembered of the frames before is not what it was there.
+    pub fn keep(&mut self, view: &View<'_>, known: K, remembers_else: bool) {
+        match place(view.tick.kind) {
+            _ if remembers_else => self.forget(),
+            Some(place) => self.known[place] = Some(known),
+            None => {}
+        }
+    }
+
+    /// What was kept at the last frame of a kind.
+    pub(super) fn kept(&self, place: usize) -> Option<K> {
+        self.known[place]
+    }
+
+    /// Says that up to `image` nothing changed of what is looked at, as somebody found who asked in its place.
+    pub(super) fn stays_until(&mut self, image: u64, notebook: u64) {
+        (self.image, self.notebook) = (image, notebook);
+    }
+
+    /// Takes in the names that were asked for at this look; before the first of these calls all inputs count.
+    pub(super) fn asked(&mut self, names: &[NameId]) {
+        let Steady { inputs, leaves, read, asked, is_outdated, is_listed_otherwise, .. } = self;
+        let is_outdated = std::mem::take(is_outdated);
+        let is_nothing_else = if is_outdated { asked == names } else { names.is_empty() };
+        if read.is_some() && is_nothing_else {
+            return;
+        }
+        let read = read.get_or_insert_default();
+        if is_outdated {
+            asked.clear();
+            read.clear();
+        }
+        asked.extend_from_slice(names);
+        for name in names {
+            let leaf = leaves.iter().find(|(known, _)| known == name);
+            read.unite(leaf.map_or(inputs, |(_, leaf)| leaf));
+        }
+        *is_listed_otherwise = true;
+    }
+
+    /// Whether other octets count than those that somebody wrote down.
+    pub(super) fn is_listed_otherwise(&self) -> bool {
+        self.is_listed_otherwise
+    }
+
+    /// Visits the octets of the data areas that count, for somebody who writes them down.
+    pub(super) fn list_octets(&mut self, visit: &mut dyn FnMut(Direction, usize)) {
+        self.is_listed_otherwise = false;
+        let counting = self.counting();
+        for direction in [Direction::ToController, Direction::ToDevice] {
+            let mask = counting.of_direction(direction);
+            for (place, word) in mask.near.iter().chain(&mask.far).enumerate() {
+                let octets = (0..8).filter(|octet| word >> (octet * 8) & 0xFF != 0);
+                octets.for_each(|octet| visit(direction, place * 8 + octet));
+            }
+        }
+    }
+
+    /// Whether the time between two frames is looked at.
+    pub(super) fn sees_elapsed(&self) -> bool {
+        self.inputs.elapsed
+    }
+
+    /// Whether the clock itself is looked at, or what no frame shows.
+    pub(super) fn sees_the_clock(&self) -> bool {
+        self.inputs.clock
+    }
+
+    /// Whether what is looked at depends on one of these bits of a direction.
+    pub fn looks_at(&self, direction: Direction, bits: &[u64]) -> bool {
+        self.inputs.of_direction(direction).meets(bits)
+    }
+
+    /// Forgets what was kept, where something else is remembered now.
+    pub fn forget(&mut self) {
+        self.known = [None; 3];
+        self.is_outdated = true;
+    }
+
+    /// The inputs on which what is kept depends.
+    fn counting(&self) -> &Inputs {
+        self.read.as_ref().unwrap_or(&self.inputs)
+    }
+
+    fn is_unchanged(&mut self, sees: &impl Sees, view: &View<'_>) -> bool {
+        let (image, notebook) = (view.image.version(), view.notebook.version());
+        let before = (std::mem::replace(&mut self.image, image), std::mem::replace(&mut self.notebook, notebook));
+        if view.tick.kind == TickKind::Event {
+            return false;
+        }
+        if self.layout != Some(view.image.layout()) {
+            self.layout = Some(view.image.layout());
+            self.inputs = Inputs::of(sees, view);
+            self.leaves.clear();
+            self.read = None;
+            self.asked.clear();
+            sees.names(&mut |name| leaves(name, view, &mut self.leaves));
+            return false;
+        }
+        if before != (image.wrapping_sub(1), notebook) || self.inputs.clock {
+            return false;
+        }
+        let Some(change) = view.image.change() else { return false };
+        let counting = self.counting();
+        !(counting.of_direction(change.direction).meets(change.bits) || counting.elapsed && change.elapsed)
+    }
+}
+
+/// Adds a name and those that it is made of, each with the inputs that are its own.
+fn leaves(name: NameId, view: &View<'_>, list: &mut Vec<(NameId, Inputs)>) {
+    if list.iter().any(|(known, _)| *known == name) {
+        return;
+    }
+    let mut own = Inputs::default();
+    let parts = match view.variant.names.get(name.0 as usize) {
+        Some(NameKind::Signal { signal, low, width, circle, .. }) => {
+            own.add_signal(*signal, *low, *width, view.image);
+            circle.as_ref()
+        }
+        Some(NameKind::Derived(index)) => view.variant.derived.get(*index).map(|(_, program)| program),
+        _ => {
+            own.add(name, view);
+            None
+        }
+    };
+    list.push((name, own));
+    parts.into_iter().flat_map(Program::names).for_each(|name| leaves(name, view, list));
+}
+
+impl Inputs {
+    fn of(sees: &impl Sees, view: &View<'_>) -> Inputs {
+        let mut inputs = Inputs::default();
+        sees.programs(&mut |program| inputs.clock |= program.looks_at_the_clock());
+        sees.names(&mut |name| inputs.add(name, view));
+        inputs
+    }
+
+    fn unite(&mut self, other: &Inputs) {
+        self.to_controller.unite(&other.to_controller);
+        self.to_device.unite(&other.to_device);
+        self.elapsed |= other.elapsed;
+        self.clock |= other.clock;
+    }
+
+    fn clear(&mut self) {
+        for mask in [&mut self.to_controller, &mut self.to_device] {
+            mask.near = [0; NEAR];
+            mask.far.clear();
+        }
+        (self.elapsed, self.clock) = (false, false);
+    }
+
+    fn of_direction(&self, direction: Direction) -> &Mask {
+        match direction {
+            Direction::ToController => &self.to_controller,
+            Direction::ToDevice => &self.to_device,
+        }
+    }
+
+    fn add(&mut self, name: NameId, view: &View<'_>) {
+        let image = view.image;
+        match view.variant.names.get(name.0 as usize) {
+            Some(NameKind::Signal { signal, low, width, circle, .. }) => {
+                self.add_signal(*signal, *low, *width, image);
+                circle.iter().flat_map(Program::names).for_each(|name| self.add(name, view));
+            }
+            Some(NameKind::OutputOctets(of)) => {
+                self.add_all(Direction::ToDevice, image.octets_of(Direction::ToDevice, *of))
+            }
+            Some(NameKind::InputOctets(of)) => {
+                self.add_all(Direction::ToController, image.octets_of(Direction::ToController, *of));
+            }
+            Some(NameKind::OutputStatus(of)) => self.add_all(Direction::ToDevice, image.status_of(Status::Output, *of)),
+            Some(NameKind::InputStatus(of)) => {
+                self.add_all(Direction::ToController, image.status_of(Status::Input, *of))
+            }
+            Some(NameKind::ConsumerStatus(of)) => {
+                self.add_all(Direction::ToController, image.status_of(Status::Consumer, *of));
+            }
+            Some(NameKind::Derived(index)) => {
+                let program = view.variant.derived.get(*index).map(|(_, program)| program);
+                program.into_iter().flat_map(Program::names).for_each(|name| self.add(name, view));
+            }
+            // Where nobody says how long a cycle is, it is measured.
+            Some(NameKind::Elapsed | NameKind::Cycle) => self.elapsed = true,
+            // No octet of the cyclic data shows them.
+            Some(NameKind::DiagnosisPending | NameKind::Diagnosis(_)) => self.clock = true,
+            // Known to the image, where it is counted, or to the notebook, or it never changes. Events are looked at anew.
+            Some(
+                NameKind::InputLength
+                | NameKind::Connection
+                | NameKind::StartParameter { .. }
+                | NameKind::Event(_)
+                | NameKind::Parameter { .. }
+                | NameKind::Record { .. }
+                | NameKind::Page { .. }
+                | NameKind::Station(_)
+                | NameKind::Led(_)
+                | NameKind::Counter(_)
+                | NameKind::Answer(_)
+                | NameKind::Saved(_)
+                | NameKind::Bench(_)
+                | NameKind::Constant(_)
+                | NameKind::Cyclic
+                | NameKind::Configuration
+                | NameKind::GlobalControl
+                | NameKind::ClockOffset
+                | NameKind::AlarmAcknowledge
+                | NameKind::Stand(_),
+            )
+            | None => {}
+        }
+    }
+
+    fn add_signal(&mut self, signal: usize, low: u32, width: u32, image: &Image) {
+        let Some((direction, octets)) = image.octets_of_signal(signal) else { return };
+        let count = octets.len();
+        for (index, octet) in octets.enumerate() {
+            // The last octet holds bits 0 to 7.
+            let first = (count - 1 - index) as u32 * 8;
+            let meant = (0..8).filter(|bit| (low..low.saturating_add(width)).contains(&(first + bit)));
+            let bits = meant.fold(0u8, |bits, bit| bits | 1 << bit);
+            self.mask(direction).add(octet, bits);
+        }
+    }
+
+    fn add_all(&mut self, direction: Direction, octets: impl Iterator<Item = usize>) {
+        octets.for_each(|octet| self.mask(direction).add(octet, 0xFF));
+    }
+
+    fn mask(&mut self, direction: Direction) -> &mut Mask {
+        match direction {
+            Direction::ToController => &mut self.to_controller,
+            Direction::ToDevice => &mut self.to_device,
+        }
+    }
+}

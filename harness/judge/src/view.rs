@@ -1,0 +1,478 @@
+//! The view of the names at one instant: what a condition sees.
+
+use super::answer::Reply;
+use super::diagnosis;
+use super::image::{Happening, Image};
+use super::settled::Settled;
+use super::{Tick, TickKind};
+use crate::observe::Direction;
+use expression::{Env, Number, Program, Shown, State, Type, Value};
+use station::{Duration, Time};
+use std::cell::RefCell;
+use std::net::Ipv4Addr;
+use suite::device::{BenchName, Bus, Device, DiagnosisName, EventName, Field, NameId, NameKind};
+use suite::model::{AnswerPart, Variant};
+use suite::words;
+
+/// What a trial knows besides its connection: saved values, answers, what the stand shows. Empty on a capture.
+#[derive(Clone, Debug, Default)]
+pub struct Notebook {
+    /// Values of `save`, by the number of the name.
+    pub saved: Vec<Value>,
+    /// The last answer and its parts.
+    pub answers: Vec<(AnswerPart, Reply)>,
+    /// The last value that each asked name was read with.
+    pub read: Vec<(NameId, Value)>,
+    /// What each LED shows, as the number of its word.
+    pub leds: Vec<Option<i64>>,
+    /// The addresses of the bench.
+    pub bench: Option<BenchAddresses>,
+    /// By how many steps two looks at a shaft at rest may differ.
+    pub noise: u32,
+    /// The extra time that deadlines get on a live bench.
+    pub slack: Duration,
+    version: u64,
+}
+
+impl Notebook {
+    /// A number that goes up each time somebody may have written.
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// Notes that somebody may write.
+    pub(super) fn is_written(&mut self) {
+        self.version += 1;
+    }
+}
+
+/// The addresses of a bench.
+#[derive(Clone, Copy, Debug)]
+pub struct BenchAddresses {
+    /// That of our first controller.
+    pub controller: Ipv4Addr,
+    /// What the bench gives the device.
+    pub device: Ipv4Addr,
+    /// The mask that goes with it.
+    pub mask: Ipv4Addr,
+    /// One of the device's subnet that nobody has.
+    pub free: Ipv4Addr,
+    /// The numbers of the stations on PROFIBUS.
+    pub stations: StationNumbers,
+}
+
+/// The addresses of a bench on PROFIBUS.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StationNumbers {
+    /// That of the device.
+    pub device: u8,
+    /// That of our first master.
+    pub master: u8,
+    /// That of the second.
+    pub second: u8,
+    /// One that nobody has.
+    pub free: u8,
+}
+
+impl BenchAddresses {
+    fn of(&self, name: BenchName, bus: Bus) -> Value {
+        let ip = |address: Ipv4Addr| Value::Address(address.octets());
+        match (name, bus) {
+            (BenchName::Address, Bus::Profinet) => ip(self.controller),
+            (BenchName::Address, Bus::Profibus) => Value::whole(self.stations.master),
+            (BenchName::Ip, _) => ip(self.device),
+            (BenchName::Mask, _) => ip(self.mask),
+            (BenchName::FreeIp, _) => ip(self.free),
+            (BenchName::Station, _) => Value::whole(self.stations.device),
+            (BenchName::FreeStation, _) => Value::whole(self.stations.free),
+            (BenchName::Second, _) => Value::whole(self.stations.second),
+        }
+    }
+}
+
+/// The names of one variant at one instant of one connection.
+#[derive(Clone, Copy)]
+pub struct View<'a> {
+    /// The device description.
+    pub device: &'a Device,
+    /// The variant whose names are asked for.
+    pub variant: &'a Variant,
+    /// The connection.
+    pub image: &'a Image,
+    /// What the trial knows besides.
+    pub notebook: &'a Notebook,
+    /// The instant.
+    pub tick: Tick,
+    /// Where the names are noted that somebody asks for, if anybody wants to know.
+    pub reads: Option<&'a Reads>,
+    /// What is worked out once for many frames, if anybody keeps it.
+    pub settled: Option<&'a Settled>,
+}
+
+/// The names that somebody asked for, in the order of asking.
+#[derive(Debug, Default)]
+pub struct Reads(RefCell<Vec<NameId>>);
+
+impl Reads {
+    fn note(&self, name: NameId) {
+        self.0.borrow_mut().push(name);
+    }
+
+    /// The names so far.
+    pub fn names(&mut self) -> &mut Vec<NameId> {
+        self.0.get_mut()
+    }
+}
+
+impl View<'_> {
+    fn kind(&self, name: NameId) -> Option<&NameKind> {
+        self.variant.names.get(name.0 as usize)
+    }
+
+    /// Whether a name speaks of the event that happens at this instant.
+    pub fn is_happening(&self, name: NameId) -> bool {
+        let Some(NameKind::Event(event)) = self.kind(name) else { return false };
+        match self.image.happening {
+            Happening::Nothing => false,
+            Happening::Abort(_) => matches!(event, EventName::Abort | EventName::AbortCode),
+            Happening::Lldp(_) => event.is_lldp(),
+            Happening::Diagnosis => false,
+            Happening::Alarm(_) => !matches!(event, EventName::Abort | EventName::AbortCode) && !event.is_lldp(),
+        }
+    }
+
+    /// The last answer, or the part of it, that a name stands for.
+    pub fn reply(&self, name: NameId) -> Option<&Reply> {
+        let NameKind::Answer(part) = self.kind(name)? else { return None };
+        self.notebook.answers.iter().find(|(known, _)| known == part).map(|(_, reply)| reply)
+    }
+
+    /// A name as suites write it.
+    pub fn name(&self, name: NameId) -> String {
+        self.variant.paths.get(name.0 as usize).cloned().unwrap_or_default()
+    }
+
+    /// A value of a name as reports show it: hexadecimal and decimal, words, and the bits that are set by name.
+    pub fn show(&self, name: NameId, value: &Value) -> String {
+        if let Some(&NameKind::Signal { signal, shift: shift @ 1.., .. }) = self.kind(name)
+            && let Some(width) = self.device.signals.get(signal).map(|signal| signal.width)
+        {
+            return left_aligned(value, shift, width);
+        }
+        if let (Value::Set(codes), Some(slave)) = (value, &self.device.slave) {
+            let table = slave.diagnosis.blocks.as_ref().map(|blocks| &blocks.table);
+            let word = |code: &i64| {
+                table.and_then(|table| table.word(*code)).map_or_else(|| hex((*code).into(), 0), str::to_owned)
+            };
+            return format!("[{}]", codes.iter().map(word).collect::<Vec<_>>().join(", "));
+        }
+        let Some(number) = value.as_whole() else { return plain(value) };
+        let table: Option<&[(String, i128)]> = match self.kind(name) {
+            Some(NameKind::Signal { signal, low: 0, width, field: None, circle: None, .. }) => {
+                let signal = &self.device.signals[*signal];
+                return format!("{}{}", hex(number, *width), set_bits(number, &signal.fields));
+            }
+            Some(NameKind::Signal { signal, field: Some(field), .. }) => self
+                .device
+                .signals
+                .get(*signal)
+                .and_then(|signal| signal.fields.get(*field))
+                .map(|field| &field.words[..]),
+            Some(NameKind::Record { record, field: Some(field) } | NameKind::StartParameter { record, field }) => {
+                let record = self.device.records.get(*record);
+                record.and_then(|record| record.fields.get(*field)).map(|field| &field.words[..])
+            }
+            Some(NameKind::Page { page, value }) => {
+                let of = self.device.pages.get(*page).and_then(|page| page.shows.get(*value));
+                let word = of.and_then(|of| of.table.as_ref()?.word(i64::try_from(number).ok()?));
+                return word.map_or_else(|| hex(number, 0), str::to_owned);
+            }
+            Some(NameKind::Led(led)) => {
+                let words = self.device.stand.leds.get(*led).map(|(_, words)| words);
+                let word = usize::try_from(number).ok().and_then(|number| words?.get(number));
+                return word.cloned().unwrap_or_else(|| number.to_string());
+            }
+            Some(NameKind::Diagnosis(DiagnosisName::Field(index))) => {
+                let field = self.device.slave.as_ref().and_then(|slave| slave.diagnosis.fields.get(*index));
+                let word = field.and_then(|field| field.table.as_ref()?.word(i64::try_from(number).ok()?));
+                return word.map_or_else(|| hex(number, 0), str::to_owned);
+            }
+            Some(NameKind::Connection) => return builtin(words::CONNECTION, number),
+            Some(NameKind::OutputStatus(_) | NameKind::InputStatus(_) | NameKind::ConsumerStatus(_)) => {
+                return builtin(words::STATUS, number);
+            }
+            Some(NameKind::Event(EventName::AlarmChange)) => return builtin(words::ALARM_CHANGE, number),
+            Some(NameKind::Event(EventName::AlarmSeverity)) => return builtin(words::ALARM_SEVERITY, number),
+            _ => None,
+        };
+        let word = table.and_then(|table| table.iter().find(|(_, value)| *value == number));
+        match (word, value) {
+            (Some((word, _)), _) => word.clone(),
+            (None, Value::Bit(_)) => number.to_string(),
+            (None, _) => hex(number, 0),
+        }
+    }
+
+    /// What the program of a name comes to: the circle of a signal, or what is derived.
+    fn work_out(&self, name: NameId, program: &Program) -> Value {
+        let now = || program.eval(self, &State::default());
+        self.settled.map_or_else(now, |settled| settled.value(name, program, self, now))
+    }
+
+    /// The value that an asked name was last read with.
+    fn read(&self, name: NameId) -> Option<&Value> {
+        self.notebook.read.iter().find(|(read, _)| *read == name).map(|(_, value)| value)
+    }
+
+    fn known(&self, name: NameId) -> Option<Value> {
+        Some(match self.kind(name)? {
+            NameKind::Signal { signal, low, width, signed, field, circle, shift } => {
+                let number = bits(self.image.signal(*signal)?, *low, *width, *signed);
+                let field = field.and_then(|field| self.device.signals.get(*signal)?.fields.get(field));
+                let Some(number) = steps(number, *shift) else { return Some(fraction(number, *shift)) };
+                match circle {
+                    Some(circle) => Value::place(number, self.work_out(name, circle).as_whole()),
+                    None => typed(number, field),
+                }
+            }
+            NameKind::OutputOctets(of) => Value::bytes(self.image.octets(Direction::ToDevice, *of)?),
+            NameKind::InputOctets(of) => Value::bytes(self.image.octets(Direction::ToController, *of)?),
+            NameKind::InputLength => Value::whole(self.image.input_length()? as i128),
+            NameKind::OutputStatus(submodule) => Value::Word(self.image.output_status(*submodule)?.into()),
+            NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
+            NameKind::ConsumerStatus(submodule) => Value::Word(self.image.consumer_status(*submodule)?.into()),
+            NameKind::Connection => Value::Word(self.image.stands().into()),
+            NameKind::Parameter { .. }
+            | NameKind::Record { .. }
+            | NameKind::Station(_)
+            | NameKind::Page { .. }
+            | NameKind::Configuration
+            | NameKind::Counter(_) => self.read(name)?.clone(),
+            NameKind::Led(led) => Value::Word((*self.notebook.leds.get(*led)?)?),
+            NameKind::Event(event) => self.event(*event)?,
+            NameKind::Answer(_) => match self.reply(name)? {
+                Reply::Value(value) => value.clone(),
+                Reply::Accepted | Reply::Refused(_) | Reply::Wrong(_) | Reply::Silent(_) => return None,
+            },
+            NameKind::StartParameter { record, field } => {
+                let field = self.device.records.get(*record)?.fields.get(*field)?;
+                let number = self.image.start_parameter(*record, field)?;
+                match (field.words.is_empty(), field.bits) {
+                    (false, _) => Value::Word(i64::try_from(number).ok()?),
+                    (true, Some((_, 1))) => Value::Bit(number != 0),
+                    (true, _) => Value::whole(number),
+                }
+            }
+            NameKind::Derived(index) => self.work_out(name, &self.variant.derived.get(*index)?.1),
+            NameKind::Saved(index) => self.notebook.saved.get(*index)?.clone(),
+            NameKind::Elapsed => {
+                let direction = match self.tick.kind {
+                    TickKind::Sample | TickKind::BadSample => Direction::ToController,
+                    TickKind::Output => Direction::ToDevice,
+                    TickKind::Event => return None,
+                };
+                Value::nanos(self.image.elapsed(direction)?.as_nanos() as i128)
+            }
+            NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
+            NameKind::Bench(name) => self.notebook.bench?.of(*name, self.device.bus),
+            NameKind::Constant(value) => value.clone(),
+            NameKind::DiagnosisPending => Value::Bit(self.image.diagnosis_pending()?),
+            // What a master concludes from the diagnosis is known to who asked for it only.
+            NameKind::Diagnosis(DiagnosisName::MasterLock) if self.read(name).is_some() => self.read(name)?.clone(),
+            NameKind::Diagnosis(part) => diagnosis::value(self.device, *part, &self.image.diagnosis()?.octets, None),
+            NameKind::Cyclic
+            | NameKind::AlarmAcknowledge
+            | NameKind::GlobalControl
+            | NameKind::ClockOffset
+            | NameKind::Stand(_) => return None,
+        })
+    }
+
+    /// Events are true at one instant; their parts have a value at that instant only.
+    fn event(&self, name: EventName) -> Option<Value> {
+        let happening = &self.image.happening;
+        let alarm = match happening {
+            Happening::Alarm(alarm) => Some(alarm),
+            Happening::Nothing | Happening::Abort(_) | Happening::Lldp(_) | Happening::Diagnosis => None,
+        };
+        let lldp = match happening {
+            Happening::Lldp(lldp) => Some(lldp),
+            Happening::Nothing | Happening::Abort(_) | Happening::Alarm(_) | Happening::Diagnosis => None,
+        };
+        match name {
+            EventName::Alarm => (alarm.is_some() || self.image.stands()).then_some(Value::Bit(alarm.is_some())),
+            EventName::Abort => Some(Value::Bit(matches!(happening, Happening::Abort(_)))),
+            EventName::Lldp => Some(Value::Bit(lldp.is_some())),
+            EventName::LldpName => lldp?.name.as_deref().map(Value::text),
+            EventName::LldpChassis => lldp?.chassis.as_deref().map(Value::bytes),
+            EventName::LldpPort => lldp?.port.as_deref().map(Value::text),
+            EventName::LldpMac => lldp?.mac.map(|mac| Value::bytes(&mac.0[..])),
+            EventName::LldpSource => lldp?.source.map(|mac| Value::bytes(&mac.0[..])),
+            EventName::AlarmChange => alarm?.change.map(|word| Value::Word(word.into())),
+            EventName::AlarmError => alarm?.error.map(|word| Value::Word(word.into())),
+            EventName::AlarmSeverity => alarm?.severity.map(|word| Value::Word(word.into())),
+            EventName::AlarmSlot => alarm.map(|alarm| Value::whole(alarm.slot)),
+            EventName::AlarmSubslot => alarm.map(|alarm| Value::whole(alarm.subslot)),
+            EventName::AlarmChannel => alarm?.channel.map(Value::whole),
+            EventName::AlarmStructure => alarm?.structure.map(Value::whole),
+            EventName::AbortCode => match happening {
+                // The reason is ErrorCode2, the last octet of the status.
+                Happening::Abort(code) => Some(Value::Word(i64::from(code & 0xFF))),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// A value of no particular name, as reports show it.
+pub fn plain(value: &Value) -> String {
+    match (value, value.as_whole()) {
+        (Value::Bit(_), Some(number)) => number.to_string(),
+        (_, Some(number)) => hex(number, 0),
+        _ => Shown(value, &Type::WHOLE).to_string(),
+    }
+}
+
+fn builtin(table: words::Table, number: i128) -> String {
+    let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
+    word.map_or_else(|| number.to_string(), str::to_owned)
+}
+
+/// The steps of a number that stands `shift` bits further left, where it is a whole number of steps.
+fn steps(number: i128, shift: u32) -> Option<i128> {
+    let steps = number >> shift;
+    (steps << shift == number).then_some(steps)
+}
+
+/// The number of steps, with a fraction: the bits below the lowest place are not 0, so that it equals no whole number.
+fn fraction(number: i128, shift: u32) -> Value {
+    Number::new(number, 1 << shift).map_or(Value::Unknown, Value::Number)
+}
+
+/// A number of steps that stands further left on the wire, both ways: `0x100 (256), on the wire 0x00000400`.
+fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
+    let on_the_wire = |number: Number| number.times(Number::whole(1 << shift)).and_then(Number::as_whole);
+    let raw = |number: i128| format!("0x{number:0digits$X}", digits = width as usize / 4);
+    match (value.as_whole(), value) {
+        (Some(steps), _) if steps >= 0 => format!("{}, on the wire {}", hex(steps, 0), raw(steps << shift)),
+        (None, Value::Number(number)) => match on_the_wire(*number) {
+            Some(number) => format!("{}, of which the lowest {shift} bits are not 0", raw(number)),
+            None => plain(value),
+        },
+        _ => plain(value),
+    }
+}
+
+/// `0x00012345 (74565)`; small numbers without the hexadecimal.
+fn hex(number: i128, width: u32) -> String {
+    match (number, width as usize / 4) {
+        (..=-1, _) => number.to_string(),
+        (0..=9, 0) => number.to_string(),
+        (_, 0) => format!("0x{number:X} ({number})"),
+        (_, digits) => format!("0x{number:0digits$X} ({number})"),
+    }
+}
+
+/// The bits that are set, by name: ` [parked, sensor_error]`.
+fn set_bits(number: i128, fields: &[Field]) -> String {
+    let set: Vec<String> = fields
+        .iter()
+        .filter_map(|field| {
+            let value = (number >> field.low) & ((1i128 << field.width) - 1);
+            match (value, field.width) {
+                (0, _) => None,
+                (_, 1) => Some(field.name.clone()),
+                (value, _) => Some(format!("{} {value}", field.name)),
+            }
+        })
+        .collect();
+    if set.is_empty() { String::new() } else { format!(" [{}]", set.join(", ")) }
+}
+
+/// The number in some bits of a signal.
+pub fn bits(number: u64, low: u32, width: u32, signed: bool) -> i128 {
+    let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
+    let number = number.checked_shr(low).unwrap_or(0) & mask;
+    let negative = signed && width > 0 && number >> (width - 1) & 1 == 1;
+    if negative { i128::from(number) - (1 << width) } else { i128::from(number) }
+}
+
+fn typed(number: i128, field: Option<&Field>) -> Value {
+    match field {
+        Some(field) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
+        Some(field) if field.width == 1 => Value::Bit(number != 0),
+        _ => Value::whole(number),
+    }
+}
+
+impl Env for View<'_> {
+    fn value(&self, name: NameId) -> Value {
+        if let Some(reads) = self.reads {
+            reads.note(name);
+        }
+        self.known(name).unwrap_or(Value::Unknown)
+    }
+
+    fn truth(&self, name: NameId) -> Option<bool> {
+        if let Some(reads) = self.reads {
+            reads.note(name);
+        }
+        // The way of most names in conditions: a bit of a signal needs no number.
+        if let Some(NameKind::Signal { signal, low, width: 1, field: Some(field), circle: None, shift: 0, .. }) =
+            self.kind(name)
+            && let Some(Field { width: 1, words, .. }) = self.device.signals.get(*signal)?.fields.get(*field)
+            && words.is_empty()
+        {
+            return Some(self.image.signal(*signal)?.checked_shr(*low).unwrap_or(0) & 1 == 1);
+        }
+        self.value(name).truth()
+    }
+
+    fn whole(&self, name: NameId) -> Option<Option<i128>> {
+        let whole = match self.kind(name)? {
+            NameKind::Signal { signal, low, width, signed, field: None, shift, .. } => {
+                match self.image.signal(*signal) {
+                    Some(number) => Some(steps(bits(number, *low, *width, *signed), *shift)?),
+                    None => None,
+                }
+            }
+            NameKind::Derived(_) => self.settled?.whole(name, self)?,
+            _ => return None,
+        };
+        if let Some(reads) = self.reads {
+            reads.note(name);
+        }
+        Some(whole)
+    }
+
+    fn fresh(&self, name: NameId) -> bool {
+        match self.kind(name) {
+            Some(NameKind::Signal { signal, .. }) => match self.image.direction(*signal) {
+                Some(Direction::ToController) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
+                Some(Direction::ToDevice) => self.tick.kind == TickKind::Output,
+                None => false,
+            },
+            Some(NameKind::OutputOctets(_) | NameKind::OutputStatus(_)) => self.tick.kind == TickKind::Output,
+            Some(
+                NameKind::InputOctets(_)
+                | NameKind::InputLength
+                | NameKind::InputStatus(_)
+                | NameKind::DiagnosisPending
+                | NameKind::ConsumerStatus(_),
+            ) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
+            Some(NameKind::Event(_)) => self.tick.kind == TickKind::Event,
+            Some(NameKind::Diagnosis(_)) => {
+                self.tick.kind == TickKind::Event && self.image.happening == Happening::Diagnosis
+            }
+            _ => true,
+        }
+    }
+
+    fn now(&self) -> Time {
+        self.tick.time
+    }
+
+    fn position_noise(&self) -> u32 {
+        self.notebook.noise
+    }
+}

@@ -1,0 +1,289 @@
+//! The control channel of a stand: one line for each command, one line back.
+//!
+//! Both sides read and write with the same types: [`Command`] for what is asked, [`Answer`] for what came of it.
+//! A command is done when its answer is there, but for a way that the shaft has to go: `ok done-in` says how long that takes.
+//! Words stand apart by spaces; numbers are decimal; a line has at most 1000 octets, without the line feed.
+//! This room must not know sockets, nor what a device makes of a command.
+
+use plain_text::nearest;
+use station::{Refusal, StandAction};
+use std::fmt;
+use std::time::Duration;
+
+/// Most octets of a line, its line feed not counted.
+pub const LONGEST_LINE: usize = 1_000;
+
+/// Every command and what it does, as `help` tells it.
+pub const FORMS: [(&str, &str); 19] = [
+    ("power up|down", "connects or cuts the supply"),
+    ("link up|down", "plugs or pulls the cable of the bus"),
+    ("shaft speed RPM", "turns the shaft steadily, clockwise positive"),
+    ("shaft speed RPM acceleration A", "the same, reached by so many revolutions per minute each second"),
+    ("shaft counts N", "puts the shaft at a raw place, in hardware steps"),
+    ("turn counts N rpm R", "turns the shaft by so many hardware steps, clockwise positive"),
+    ("turn revolutions X rpm R", "turns the shaft by so many revolutions, clockwise positive"),
+    ("fault NAME present|absent", "makes a condition of the encoder present or absent"),
+    ("button NAME pressed|released", "presses or releases a button"),
+    ("switch NAME N", "turns a coding switch to a position"),
+    ("voltage V", "sets the supply voltage, in volts"),
+    ("temperature C", "sets the temperature of the device, in degrees Celsius"),
+    ("renew", "puts a device as delivered into its place, with the same name and addresses"),
+    (
+        "device as_delivered",
+        "brings back the state in which it was delivered: no addresses, nothing stored, the name of then",
+    ),
+    ("clock SECONDS", "lets so much time go by for the device at once"),
+    ("led NAME", "asks what an LED shows"),
+    ("counter NAME", "asks how often something was counted"),
+    ("abilities", "asks for the names of all that this stand can do"),
+    ("help", "asks for the commands"),
+];
+
+/// A command to a stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command<'a> {
+    /// Something is done to the device. Answer: [`Answer::Done`].
+    Act(StandAction<'a>),
+    /// What an LED shows is asked. Answer: [`Answer::Word`], a word of `device.yaml`.
+    Led(&'a str),
+    /// What a counter has counted is asked. Answer: [`Answer::Word`], a number.
+    Counter(&'a str),
+    /// What the stand can do is asked. Answer: [`Answer::Word`], names as [`ability`] has them with spaces between.
+    Abilities,
+    /// The commands are asked for. Answer: [`Answer::Word`], the forms with semicolons between.
+    Help,
+}
+
+/// What came of a command.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// It is done once this time has gone by: zero for a switch, more for a turning shaft.
+    Done(Duration),
+    /// What was asked for; never empty.
+    Word(String),
+    /// The stand has no means for it, or the line is no command; the sentence says why.
+    Cannot(String),
+    /// The stand has the means, and they failed; the sentence says why.
+    Broken(String),
+}
+
+/// The name of what a stand must be able to do for `action`, as suites name it: `power`, `shaft.speed`, `fault.x`.
+pub fn ability(action: &StandAction<'_>) -> String {
+    match action {
+        StandAction::Power(_) => "power".into(),
+        StandAction::Link(_) => "link".into(),
+        StandAction::ShaftSpeed(_) => "shaft.speed".into(),
+        StandAction::ShaftRamp { .. } => "shaft.acceleration".into(),
+        StandAction::ShaftCounts(_) => "shaft.counts".into(),
+        StandAction::Turn { .. } | StandAction::TurnRevolutions { .. } => "turn".into(),
+        StandAction::Fault(name, _) => format!("fault.{name}"),
+        StandAction::Button(name, _) => format!("button.{name}"),
+        StandAction::Switch(name, _) => format!("switch.{name}"),
+        StandAction::SupplyVoltage(_) => "supply.voltage".into(),
+        StandAction::Temperature(_) => "supply.temperature".into(),
+        StandAction::Renew => "renew".into(),
+        StandAction::Deliver => "device".into(),
+        StandAction::Skip(_) => "clock".into(),
+    }
+}
+
+impl<'a> Command<'a> {
+    /// Reads a line, with or without its line feed; the error is the sentence for [`Answer::Cannot`].
+    pub fn parse(line: &'a str) -> Result<Command<'a>, String> {
+        if line.len() > LONGEST_LINE {
+            return Err(format!("a line has at most {LONGEST_LINE} octets, this one has {}", line.len()));
+        }
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let act = |action| Ok(Command::Act(action));
+        match *words {
+            ["power", to] => act(StandAction::Power(either(to, "up", "down")?)),
+            ["link", to] => act(StandAction::Link(either(to, "up", "down")?)),
+            ["shaft", "speed", rpm] => act(StandAction::ShaftSpeed(number(rpm)?)),
+            ["shaft", "speed", rpm, "acceleration", by] => {
+                act(StandAction::ShaftRamp { rpm: number(rpm)?, acceleration: positive(by)? })
+            }
+            ["shaft", "counts", place] => act(StandAction::ShaftCounts(whole(place)?)),
+            ["turn", "counts", steps, "rpm", rpm] => {
+                act(StandAction::Turn { steps: number(steps)?, rpm: positive(rpm)? })
+            }
+            ["turn", "revolutions", revolutions, "rpm", rpm] => {
+                act(StandAction::TurnRevolutions { revolutions: number(revolutions)?, rpm: positive(rpm)? })
+            }
+            ["fault", name, to] => act(StandAction::Fault(self::name(name)?, either(to, "present", "absent")?)),
+            ["button", name, to] => act(StandAction::Button(self::name(name)?, either(to, "pressed", "released")?)),
+            ["switch", name, position] => act(StandAction::Switch(self::name(name)?, whole(position)?)),
+            ["voltage", volts] => act(StandAction::SupplyVoltage(number(volts)?)),
+            ["temperature", degrees] => act(StandAction::Temperature(number(degrees)?)),
+            ["renew"] => act(StandAction::Renew),
+            ["device", "as_delivered"] => act(StandAction::Deliver),
+            ["clock", time] => act(StandAction::Skip(seconds(time)?)),
+            ["led", name] => Ok(Command::Led(self::name(name)?)),
+            ["counter", name] => Ok(Command::Counter(self::name(name)?)),
+            ["abilities"] => Ok(Command::Abilities),
+            ["help"] => Ok(Command::Help),
+            [] => Err("the line is empty; ask for help".into()),
+            [first, ..] => Err(unknown(first)),
+        }
+    }
+}
+
+/// The line, without line feed.
+impl fmt::Display for Command<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Command::Act(action) => write_action(action, f),
+            Command::Led(name) => write!(f, "led {name}"),
+            Command::Counter(name) => write!(f, "counter {name}"),
+            Command::Abilities => f.write_str("abilities"),
+            Command::Help => f.write_str("help"),
+        }
+    }
+}
+
+fn write_action(action: &StandAction<'_>, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let word = |on: bool, yes: &'static str, no: &'static str| if on { yes } else { no };
+    match *action {
+        StandAction::Power(on) => write!(f, "power {}", word(on, "up", "down")),
+        StandAction::Link(up) => write!(f, "link {}", word(up, "up", "down")),
+        StandAction::ShaftSpeed(rpm) => write!(f, "shaft speed {rpm}"),
+        StandAction::ShaftRamp { rpm, acceleration } => write!(f, "shaft speed {rpm} acceleration {acceleration}"),
+        StandAction::ShaftCounts(place) => write!(f, "shaft counts {place}"),
+        StandAction::Turn { steps, rpm } => write!(f, "turn counts {steps} rpm {rpm}"),
+        StandAction::TurnRevolutions { revolutions, rpm } => write!(f, "turn revolutions {revolutions} rpm {rpm}"),
+        StandAction::Fault(name, there) => write!(f, "fault {name} {}", word(there, "present", "absent")),
+        StandAction::Button(name, down) => write!(f, "button {name} {}", word(down, "pressed", "released")),
+        StandAction::Switch(name, position) => write!(f, "switch {name} {position}"),
+        StandAction::SupplyVoltage(volts) => write!(f, "voltage {volts}"),
+        StandAction::Temperature(degrees) => write!(f, "temperature {degrees}"),
+        StandAction::Renew => f.write_str("renew"),
+        StandAction::Deliver => f.write_str("device as_delivered"),
+        StandAction::Skip(time) => write!(f, "clock {}.{:09}", time.as_secs(), time.subsec_nanos()),
+    }
+}
+
+impl Answer {
+    /// Reads a line, with or without its line feed; the error says what came instead of an answer.
+    pub fn parse(line: &str) -> Result<Answer, String> {
+        let line = line.trim_end_matches(['\r', '\n']);
+        let nonsense = || format!("the stand answered `{}`, which is no answer", shown(line));
+        if line.len() > LONGEST_LINE {
+            return Err(nonsense());
+        }
+        let (word, rest) = line.split_once(' ').unwrap_or((line, ""));
+        match (word, rest) {
+            ("ok", "") => Ok(Answer::Done(Duration::ZERO)),
+            ("ok", rest) => match rest.strip_prefix("done-in ") {
+                Some(time) => Ok(Answer::Done(Duration::from_nanos(whole(time).map_err(|_| nonsense())?))),
+                None => Ok(Answer::Word(shown(rest))),
+            },
+            ("cannot", why) if !why.is_empty() => Ok(Answer::Cannot(shown(why))),
+            ("broken", why) if !why.is_empty() => Ok(Answer::Broken(shown(why))),
+            _ => Err(nonsense()),
+        }
+    }
+
+    /// The forms of all commands, as `help` is answered.
+    pub fn help() -> Answer {
+        let forms: Vec<&str> = FORMS.iter().map(|(form, _)| *form).collect();
+        Answer::Word(forms.join("; "))
+    }
+}
+
+/// The line, without line feed; what could steer a terminal or break the line is escaped.
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Answer::Done(Duration::ZERO) => f.write_str("ok"),
+            Answer::Done(time) => write!(f, "ok done-in {}", time.as_nanos()),
+            Answer::Word(word) => write!(f, "ok {}", shown(word)),
+            Answer::Cannot(why) => write!(f, "cannot {}", shown(why)),
+            Answer::Broken(why) => write!(f, "broken {}", shown(why)),
+        }
+    }
+}
+
+impl From<Refusal> for Answer {
+    fn from(refusal: Refusal) -> Answer {
+        match refusal {
+            Refusal::CannotDo(why) => Answer::Cannot(why),
+            Refusal::Broken(why) => Answer::Broken(why),
+        }
+    }
+}
+
+/// What somebody sent, in one line and safe to show; cut so that an answer with it stays a line.
+fn shown(text: &str) -> String {
+    let mut shown = String::new();
+    for c in text.chars() {
+        let before = shown.len();
+        if c == ' ' || c.is_ascii_graphic() {
+            shown.push(c)
+        } else {
+            shown.extend(c.escape_default())
+        }
+        if shown.len() > LONGEST_LINE - 100 {
+            shown.truncate(before);
+            break;
+        }
+    }
+    shown
+}
+
+/// A name of `device.yaml`.
+fn name(word: &str) -> Result<&str, String> {
+    let fits = word.len() <= 64 && word.bytes().all(|octet| octet.is_ascii_alphanumeric() || b"_-.".contains(&octet));
+    fits.then_some(word).ok_or_else(|| format!("`{}` is no name", shown(word)))
+}
+
+fn either(word: &str, yes: &str, no: &str) -> Result<bool, String> {
+    match word {
+        word if word == yes => Ok(true),
+        word if word == no => Ok(false),
+        word => Err(format!("`{}` is neither {yes} nor {no}", shown(word))),
+    }
+}
+
+fn number(word: &str) -> Result<f64, String> {
+    let plain = word.bytes().all(|octet| octet.is_ascii_digit() || b"+-.eE".contains(&octet));
+    let number = word.parse::<f64>().ok().filter(|number| plain && number.is_finite());
+    number.ok_or_else(|| format!("`{}` is no number", shown(word)))
+}
+
+fn positive(word: &str) -> Result<f64, String> {
+    let rpm = number(word)?;
+    if rpm > 0.0 { Ok(rpm) } else { Err(format!("the shaft moves by more than 0 rpm, not by {rpm}")) }
+}
+
+fn whole<T: std::str::FromStr>(word: &str) -> Result<T, String> {
+    word.parse().map_err(|_| format!("`{}` is no whole number in range", shown(word)))
+}
+
+fn seconds(word: &str) -> Result<Duration, String> {
+    let no_time = || format!("`{}` is no number of seconds", shown(word));
+    let (whole, fraction) = word.split_once('.').unwrap_or((word, "0"));
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|octet| octet.is_ascii_digit());
+    if !digits(whole) || !digits(fraction) || fraction.len() > 9 {
+        return Err(no_time());
+    }
+    let nanos: u32 = format!("{fraction:0<9}").parse().map_err(|_| no_time())?;
+    let seconds: u32 = whole.parse().map_err(|_| no_time())?;
+    Ok(Duration::new(seconds.into(), nanos))
+}
+
+/// A sentence about a line that is no command.
+fn unknown(first: &str) -> String {
+    let forms = || FORMS.iter().map(|(form, _)| *form);
+    let head = |form: &'static str| form.split(' ').next().unwrap_or(form);
+    let same: Vec<&str> = forms().filter(|form| head(form) == first).collect();
+    if !same.is_empty() {
+        return format!("write it as {}", same.join(" or "));
+    }
+    let heads: Vec<&str> = forms().map(head).collect();
+    match nearest(first, heads.iter().copied()) {
+        Some(meant) => format!("there is no command {}; did you mean {meant}?", shown(first)),
+        None => format!("there is no command {}; ask for help", shown(first)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,416 @@
+//! A live device as the engine sees it: its segment, what may be done to it, and what became of it between trials.
+//!
+//! What carries the frames of a trial is `segment`'s; this room must not know it, nor how a bench is found or prepared.
+
+mod bus_watch;
+mod segment;
+
+use crate::journal::Journal;
+use crate::line::Line;
+use crate::stand::LiveStand;
+use crate::{preflight, profibus};
+use engine::dut::{CONTROLLER, SECOND};
+use engine::needs::{self, Consent, Need};
+use engine::scan::each_step_of;
+use engine::segment::Segment;
+use engine::{DpLine, Excluded, Kept, LiveDevice, Place};
+use results::bench_file::BenchFile;
+use results::journal::{Entry, Found, Parameter};
+use results::outcome::Finding;
+use station::{Duration, Stand, StandAction, Time};
+use std::fmt;
+use std::net::Ipv4Addr;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use suite::model::{DpService, Manual, Service, Start, Trial, Variant, Verb, Via};
+use suite::persona::Persona;
+use wire::profinet::dcp::block::IpParameter;
+
+/// What a journal calls parameters that are written and not kept by the device.
+const PARAMETERS: &str = "parameters";
+/// How a journal's word for writes to the memory begins.
+const MEMORY: &str = "nvm_write";
+/// After so many trials in a row without an answer the device is not asked any more.
+const PATIENCE: u32 = 3;
+/// How long a line that is gone is waited for before the next trial.
+const COMES_BACK: Duration = Duration::from_secs(10);
+/// How often it is looked whether the line is back.
+const LOOK_FOR_LINE: Duration = Duration::from_millis(100);
+/// How long a new device may take to be there.
+const RENEWED: Duration = Duration::from_secs(60);
+/// The time between two questions whether it is there.
+const LOOK_AGAIN: Duration = Duration::from_millis(1);
+
+/// A live device on its bench; copies are the same device.
+#[derive(Clone)]
+pub struct DeviceOnBench(Arc<Inner>);
+
+struct Inner {
+    bench: BenchFile,
+    manual: Manual,
+    place: Place,
+    found: Found,
+    passive: Option<String>,
+    long: bool,
+    findings: Vec<Finding>,
+    notes: Vec<String>,
+    hands: Mutex<Hands>,
+    /// How many calls asked for a number of their own, whoever has the hands.
+    calls: AtomicU64,
+}
+
+/// What only one trial at a time has its hands on.
+struct Hands {
+    line: Line,
+    stand: LiveStand,
+    journal: Journal,
+    has_changed: bool,
+    nvm_left: u32,
+    frames_lost: u64,
+    wrote_parameters: bool,
+    saved: bool,
+    /// Trials in a row in which the device did not answer.
+    unanswered: u32,
+    /// The line did not come back, and why it went.
+    lost: Option<String>,
+}
+
+impl Hands {
+    fn new(bench: &BenchFile, line: Line, journal: Journal, has_changed: bool) -> Hands {
+        Hands {
+            line,
+            stand: LiveStand::new(&bench.stand),
+            journal,
+            has_changed,
+            nvm_left: bench.consent.nvm_write,
+            frames_lost: 0,
+            wrote_parameters: false,
+            saved: false,
+            unanswered: 0,
+            lost: None,
+        }
+    }
+}
+
+/// What every bench says of the place of its device; who is where is known by those who looked.
+fn place(bench: &BenchFile) -> Place {
+    let seed = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    Place {
+        name: String::new(),
+        mac: None,
+        ip: IpParameter::NONE,
+        controllers: [CONTROLLER, SECOND],
+        free_ip: Ipv4Addr::UNSPECIFIED,
+        seed: seed.as_nanos() as u64,
+        noise: bench.position_noise,
+        slack: Duration::ZERO,
+        bench: Some(Arc::new(bench.clone())),
+        persona: None,
+        deviates: false,
+        line: DpLine::default(),
+    }
+}
+
+impl DeviceOnBench {
+    /// A device of PROFINET on a bench that was prepared, with the suite of what it claims to be, addressed in the manner of
+    /// `persona`.
+    pub fn new(
+        bench: BenchFile,
+        manual: Manual,
+        prepared: preflight::Prepared,
+        long: bool,
+        findings: Vec<Finding>,
+        persona: Option<Arc<Persona>>,
+    ) -> DeviceOnBench {
+        let place = Place {
+            name: String::from_utf8_lossy(&prepared.station.name).into_owned(),
+            mac: Some(prepared.station.mac),
+            ip: prepared.ip,
+            controllers: prepared.controllers,
+            free_ip: prepared.free_ip,
+            slack: prepared.slack,
+            persona,
+            ..place(&bench)
+        };
+        let preflight::Prepared { line, found, journal, has_changed, passive, notes, .. } = prepared;
+        let hands = Hands::new(&bench, line, journal, has_changed);
+        let hands = Mutex::new(hands);
+        let calls = AtomicU64::new(0);
+        DeviceOnBench(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
+    }
+
+    /// A slave of PROFIBUS on a bench that was prepared, with the suite of what it claims to be.
+    pub fn on_bus(
+        bench: BenchFile,
+        manual: Manual,
+        prepared: profibus::preflight::Prepared,
+        long: bool,
+        findings: Vec<Finding>,
+    ) -> DeviceOnBench {
+        let profibus::preflight::Prepared { line, found, journal, passive, notes, .. } = prepared;
+        let dp = DpLine {
+            station: prepared.station,
+            masters: prepared.masters,
+            free: prepared.free,
+            baud: prepared.baud,
+            pace: Some(prepared.pace),
+        };
+        let place = Place { line: dp, slack: prepared.slack, ..place(&bench) };
+        let hands = Mutex::new(Hands::new(&bench, line, journal, false));
+        let calls = AtomicU64::new(0);
+        DeviceOnBench(Arc::new(Inner { bench, manual, place, found, passive, long, findings, notes, hands, calls }))
+    }
+
+    /// The fence with the device behind it: one trial at a time.
+    fn hands(&self) -> MutexGuard<'_, Hands> {
+        self.0.hands.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Why a start-up of the trial cannot be made here, because something in it is invented for the reference device.
+    fn lacks_description(&self, trial: &Trial) -> Option<String> {
+        let device = &self.manual().device;
+        let mut starts: Vec<&Start> = trial.start.iter().collect();
+        each_step_of(trial, &mut |step| {
+            if let Verb::Connect { start, .. } = &step.verb {
+                starts.push(start);
+            }
+        });
+        starts.into_iter().find_map(|start| description::gsdml::needs_description(device, start))
+    }
+
+    /// Waits for a line that is gone; once it did not come back it is not waited for again.
+    fn line_is_there(&self) -> Result<(), String> {
+        let mut hands = self.hands();
+        if let Some(why) = &hands.lost {
+            return Err(format!("nothing more can be tested: {why}"));
+        }
+        hands.line.restart();
+        let Err(error) = hands.line.step_alone(Time::ZERO) else { return Ok(()) };
+        let until = hands.line.now() + COMES_BACK;
+        while hands.line.now() < until && !link::interrupt::requested() {
+            let soon = hands.line.now() + LOOK_FOR_LINE;
+            if hands.line.recover(soon).is_ok() {
+                return Ok(());
+            }
+        }
+        hands.lost = Some(error.to_string());
+        Err(error.to_string())
+    }
+
+    /// Puts a new device into the place of the old one.
+    fn renew(&self) -> Result<(), String> {
+        let mut hands = self.hands();
+        let Hands { line, stand, .. } = &mut *hands;
+        let no_new = |refusal| format!("no new device: {refusal:?}");
+        let latest = line.now() + RENEWED;
+        let mut until = stand.act(line.now(), &StandAction::Renew).map_err(no_new)?.min(latest);
+        let mut at_work = true;
+        while at_work || line.now() < until {
+            if at_work {
+                if link::interrupt::requested() {
+                    return Err("the run was interrupted".to_owned());
+                }
+                if line.now() >= latest {
+                    return Err(format!("no new device: the stand has not done it within {} s", RENEWED.as_secs()));
+                }
+                let outcome = stand.outcome(line.now()).transpose().map_err(no_new)?;
+                at_work = outcome.is_none();
+                until = outcome.unwrap_or(line.now() + LOOK_AGAIN).min(latest);
+            }
+            line.step_alone(until).map_err(|error| error.to_string())?;
+        }
+        Ok(())
+    }
+}
+
+impl LiveDevice for DeviceOnBench {
+    fn manual(&self) -> &Manual {
+        &self.0.manual
+    }
+
+    fn bench(&self) -> &BenchFile {
+        &self.0.bench
+    }
+
+    fn identity(&self) -> String {
+        let Found { mac, station, vendor_id, device_id, .. } = &self.0.found;
+        if let Some(station) = station {
+            return format!("ident 0x{device_id:04X} at station {station}");
+        }
+        format!("{mac} (vendor 0x{vendor_id:04X}, device 0x{device_id:04X})")
+    }
+
+    fn place(&self) -> &Place {
+        &self.0.place
+    }
+
+    fn found(&self) -> &Found {
+        &self.0.found
+    }
+
+    fn findings(&self) -> &[Finding] {
+        &self.0.findings
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.0.notes
+    }
+
+    fn passive(&self) -> Option<&str> {
+        self.0.passive.as_deref()
+    }
+
+    fn segment(&self) -> Box<dyn Segment + '_> {
+        segment::of(self.hands(), self.place())
+    }
+
+    fn note(&self, entry: &Entry) -> Result<(), String> {
+        let mut hands = self.hands();
+        if let Entry::Changes { what, .. } = entry {
+            hands.has_changed = true;
+            hands.wrote_parameters |= what.iter().any(|word| word == PARAMETERS);
+            hands.saved |= what.iter().any(|word| word.starts_with(MEMORY));
+        }
+        let journal = &mut hands.journal;
+        journal.add(entry).map_err(|error| {
+            format!("the journal {} cannot be written, so nothing more is changed: {error}", journal.path().display())
+        })
+    }
+
+    fn kept<'k>(&self, parameters: &'k [Parameter]) -> Kept<'k> {
+        let hands = self.hands();
+        let parameters = if hands.wrote_parameters { parameters } else { &[] };
+        Kept { parameters, wrote_parameters: hands.wrote_parameters, saved: hands.saved }
+    }
+
+    fn counts(&self, answered: bool) {
+        let mut hands = self.hands();
+        hands.unanswered = if answered { 0 } else { hands.unanswered + 1 };
+        if hands.unanswered >= PATIENCE {
+            hands
+                .lost
+                .get_or_insert_with(|| format!("the device has not answered in {PATIENCE} trials one after the other"));
+        }
+    }
+
+    fn next_call(&self) -> u64 {
+        (self.0.calls.fetch_add(1, Ordering::Relaxed) + 1) << 32
+    }
+
+    fn lose(&self, why: &str) {
+        self.hands().lost.get_or_insert_with(|| why.to_owned());
+    }
+
+    fn has_changed(&self) -> bool {
+        self.hands().has_changed
+    }
+
+    fn admit(&self, variant: &Variant, trial: &Trial) -> Result<(), Excluded> {
+        if link::interrupt::requested() {
+            return Err(Excluded::NotRun("the run was interrupted".to_owned()));
+        }
+        let needs = needs::needs(self.manual(), variant, trial);
+        if let Some(why) = needs::missing(&needs, self.bench(), self.0.long, self.hands().nvm_left) {
+            return Err(Excluded::NotApplicable(why));
+        }
+        if let Some(why) = self.lacks_description(trial) {
+            return Err(Excluded::NotApplicable(why));
+        }
+        if let Some(why) = &self.0.passive
+            && !only_reads(trial)
+        {
+            return Err(Excluded::NotApplicable(format!("only what reads may run: {why}")));
+        }
+        self.line_is_there().map_err(Excluded::Inconclusive)?;
+        let mut what: Vec<String> = needs.iter().filter_map(lasting).collect();
+        if !self.manual().device.parameters.is_empty() && changes_parameters(self.manual(), trial, &needs) {
+            what.push(PARAMETERS.to_owned());
+        }
+        let renews = self.0.passive.is_none() && self.bench().stand.serves("renew");
+        if renews {
+            what.push("renew".to_owned());
+        }
+        if !what.is_empty() {
+            let entry = Entry::Changes { trial: trial.id.clone(), what };
+            self.note(&entry).map_err(Excluded::Inconclusive)?;
+        }
+        if renews {
+            self.renew().map_err(Excluded::Inconclusive)?;
+        }
+        let mut hands = self.hands();
+        hands.nvm_left = hands.nvm_left.saturating_sub(needs::nvm_writes(&needs));
+        Ok(())
+    }
+}
+
+/// Whether a trial changes parameters: by the base mode parameter access, by a web page, or by a reset.
+fn changes_parameters(manual: &Manual, trial: &Trial, needs: &[Need]) -> bool {
+    let access = manual.device.parameter_access.index;
+    let mut changes = needs.contains(&Need::Consent(Consent::FactoryReset));
+    each_step_of(trial, &mut |step| {
+        changes |= match &step.verb {
+            Verb::Write(access) => matches!(access.via, Via::Parameters),
+            Verb::Send { service: Service::RecordWrite { index, .. }, .. } => *index == access,
+            // What is entered in a page is a parameter too.
+            Verb::Send { service: Service::HttpPost { .. }, .. } => true,
+            _ => false,
+        };
+    });
+    changes
+}
+
+/// What a need changes for good, in the word of the consent.
+fn lasting(need: &Need) -> Option<String> {
+    match need {
+        Need::Consent(consent) => Some(consent.to_string()),
+        _ => None,
+    }
+}
+
+/// Whether a trial connects to nothing and changes nothing.
+fn only_reads(trial: &Trial) -> bool {
+    let mut reads = trial.start.is_none();
+    each_step_of(trial, &mut |step| {
+        reads &= match &step.verb {
+            Verb::Read { access, .. } => matches!(access.via, Via::Station | Via::Diagnosis | Via::Configuration),
+            Verb::Send { service, .. } => matches!(
+                service,
+                Service::DcpIdentify(_)
+                    | Service::Dp(
+                        DpService::FdlStatus | DpService::SlaveDiag | DpService::GetCfg | DpService::ReadInputs
+                    )
+            ),
+            Verb::Expect { .. } | Verb::Wait(_) | Verb::Save(_) | Verb::Block { .. } | Verb::Either(_) => true,
+            Verb::Set(_) | Verb::Turn(_) | Verb::Exchange(_) | Verb::Write(_) => false,
+            Verb::Connect { .. } | Verb::Disconnect { .. } => false,
+        };
+    });
+    reads
+}
+
+impl fmt::Debug for DeviceOnBench {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "DeviceOnBench({})", self.0.bench.link)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+    use suite::load;
+
+    #[rstest]
+    #[case::by_a_page("web/entry-is-hexadecimal", true)]
+    #[case::by_a_reset("factory-reset/still-to-be-found", true)]
+    #[case::by_another_device("start-parameters/as-delivered", true)]
+    #[case::by_the_parameter_access("parameter-values/save-and-confirm", true)]
+    #[case::not_at_all("web/links", false)]
+    fn what_a_trial_changes_of_the_parameters(#[case] id: &str, #[case] changes: bool) {
+        let manuals = load(&suites::sources(), Some("lika-xac77-profinet"));
+        let manuals = manuals.unwrap_or_else(|errors| panic!("{errors}"));
+        let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
+        let trial = variant.trials.iter().find(|trial| trial.id.starts_with(id)).expect("the suite has it");
+        assert_eq!(changes_parameters(manual, trial, &needs::needs(manual, variant, trial)), changes);
+    }
+}

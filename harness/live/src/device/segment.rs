@@ -1,0 +1,218 @@
+//! A real line with our stations on it, for one trial: Ethernet frames, or a PROFIBUS at a serial line.
+//!
+//! It also sees what makes evidence worthless: a line that is gone, frames that were lost, somebody else at work. This room must
+//! not know trials.
+
+use super::Hands;
+use super::bus_watch::BusWatch;
+use crate::line::Line;
+use crate::scout::is_cyclic;
+use controllers::profinet_io::Controller;
+use engine::Ours;
+use engine::Place;
+use engine::segment::{Segment, Tap};
+use link::{Heard, LinkError, Step};
+use station::{Duration, Outbox, Stand, Time};
+use std::sync::MutexGuard;
+use wire::ethernet::Mac;
+
+/// How often a line that is gone is looked after while a trial runs.
+const LOOK_AFTER: Duration = Duration::from_millis(20);
+/// How often it is looked whether something is plugged in.
+const CARRIER: Duration = Duration::from_millis(100);
+
+/// The line of `hands` with nobody else on it, for one trial; its clock shows zero.
+pub(super) fn of<'a>(mut hands: MutexGuard<'a, Hands>, place: &Place) -> Box<dyn Segment + 'a> {
+    hands.line.restart();
+    let [(first, _), (second, _)] = place.controllers;
+    let slot = place.line.pace.map(|pace| Duration::from_nanos(place.line.baud.nanoseconds(pace.slot_time)));
+    Box::new(LiveSegment {
+        hands,
+        broken: None,
+        gone: false,
+        unheard: Outbox::new(),
+        looked_at: Time::ZERO,
+        spoilt: None,
+        device: place.mac.unwrap_or_default(),
+        ours: [first, second],
+        watch: BusWatch::new(slot.unwrap_or_default()),
+    })
+}
+
+/// A real line with our stations on it, for one trial.
+struct LiveSegment<'a> {
+    hands: MutexGuard<'a, Hands>,
+    broken: Option<String>,
+    gone: bool,
+    unheard: Outbox,
+    looked_at: Time,
+    /// What makes the evidence worthless although the line is there.
+    spoilt: Option<String>,
+    /// The device, and who may exchange data with it, on PROFINET.
+    device: Mac,
+    ours: [Mac; 2],
+    watch: BusWatch,
+}
+
+/// Whether a frame is cyclic data from the device to somebody who is not us.
+fn is_foreign_exchange(frame: &[u8], device: Mac, ours: &[Mac; 2]) -> bool {
+    let (Some(to), Some(from)) = (frame.get(..6), frame.get(6..12)) else { return false };
+    from == device.0 && !ours.iter().any(|own| own.0 == to) && is_cyclic(frame)
+}
+
+impl LiveSegment<'_> {
+    /// Notes what makes evidence worthless although frames still come and go: no cable, frames lost on our side.
+    fn look(&mut self, now: Time) {
+        self.looked_at = now + CARRIER;
+        let Hands { line, frames_lost, .. } = &mut *self.hands;
+        match line {
+            Line::Wire(wire, _) => {
+                let port = wire.port_mut();
+                if !port.carrier() {
+                    let what = format!("nothing is plugged in at the other end of {}", port.describe());
+                    self.broken.get_or_insert(what);
+                }
+                let lost = port.lost();
+                if lost > *frames_lost {
+                    *frames_lost = lost;
+                    self.spoilt.get_or_insert("this machine was too slow and lost frames that had arrived".to_owned());
+                }
+            }
+            Line::Bus(bus, _) => {
+                let garbled = bus.serial().garbled();
+                if garbled > *frames_lost {
+                    *frames_lost = garbled;
+                    self.spoilt.get_or_insert("somebody else sent on the bus while we did".to_owned());
+                }
+            }
+        }
+    }
+
+    /// Lets time go by without a line: our stations wait in vain, and their timers run.
+    fn without_line(&mut self, ours: &mut Ours, until: Time) -> bool {
+        let now = self.hands.line.now();
+        let due = ours.deadline();
+        let next = due.unwrap_or(until).min(until).min(now + LOOK_AFTER);
+        self.gone = self.hands.line.recover(next).is_err();
+        let now = self.hands.line.now();
+        ours.with_each(|station| {
+            if station.deadline().is_some_and(|due| due <= now) {
+                station.wake(now, &mut self.unheard);
+                self.unheard.clear();
+            }
+        });
+        now < until
+    }
+
+    /// Lets the next thing happen on a line that is there.
+    fn step_on_line(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> Result<Step, LinkError> {
+        let (device, ours, spoilt, watch) = (self.device, self.ours, &mut self.spoilt, &mut self.watch);
+        match &mut self.hands.line {
+            Line::Wire(wire, guard) => {
+                let mac = |controller: &Controller| controller.settings().mac.0;
+                let mut fence = |frame: &[u8]| guard.allows(frame);
+                let tap: Tap<'_> = &mut |time, frame| {
+                    if spoilt.is_none() && is_foreign_exchange(frame, device, &ours) {
+                        *spoilt = Some("another controller exchanges data with the device".to_owned());
+                    }
+                    tap(time, frame);
+                };
+                match stations.controllers_mut() {
+                    [first] => wire.step(&mut [(mac(first), first)], until, &mut fence, tap),
+                    [first, second] => {
+                        wire.step(&mut [(mac(first), first), (mac(second), second)], until, &mut fence, tap)
+                    }
+                    _ => wire.step(&mut [], until, &mut fence, tap),
+                }
+            }
+            Line::Bus(bus, fence) => {
+                let mut fence = |octets: &[u8]| fence.allows(octets);
+                let mut tap = |heard: Heard<'_>| {
+                    let (begin, objection) = watch.see(&heard);
+                    if spoilt.is_none() {
+                        *spoilt = objection;
+                    }
+                    tap(begin, heard.octets);
+                };
+                match stations.masters_mut() {
+                    [first] => bus.step(&mut [first], until, &mut fence, &mut tap),
+                    [first, second] => bus.step(&mut [first, second], until, &mut fence, &mut tap),
+                    _ => bus.step(&mut [], until, &mut fence, &mut tap),
+                }
+            }
+        }
+    }
+}
+
+impl Segment for LiveSegment<'_> {
+    fn now(&self) -> Time {
+        self.hands.line.now()
+    }
+
+    fn step(&mut self, stations: &mut Ours, until: Time, tap: Tap<'_>) -> bool {
+        if self.gone {
+            return self.without_line(stations, until);
+        }
+        match self.step_on_line(stations, until, tap) {
+            Ok(step) => {
+                let now = self.hands.line.now();
+                if now >= self.looked_at {
+                    self.look(now);
+                }
+                step == Step::Worked
+            }
+            Err(error) => {
+                self.gone = true;
+                self.broken.get_or_insert(error.to_string());
+                true
+            }
+        }
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        &mut self.hands.stand
+    }
+
+    fn is_model(&self) -> bool {
+        false
+    }
+
+    fn objections(&self) -> Vec<String> {
+        self.hands.line.held_back().told().into_iter().collect()
+    }
+
+    fn withheld(&self) -> Option<String> {
+        self.hands.line.held_back().withheld().map(|what| format!("the guard of the bench kept back {what}"))
+    }
+
+    fn broken_line(&self) -> Option<String> {
+        self.broken.clone()
+    }
+
+    fn spoilt(&self) -> Option<String> {
+        self.spoilt.clone()
+    }
+
+    fn look_at_line(&mut self) {
+        let now = self.hands.line.now();
+        self.look(now);
+    }
+
+    fn is_interrupted(&self) -> bool {
+        link::interrupt::requested()
+    }
+
+    fn lateness(&self) -> Duration {
+        self.hands.line.lateness().wakes().max()
+    }
+
+    fn latest_answer(&self) -> Duration {
+        self.watch.latest()
+    }
+}
+
+impl Drop for LiveSegment<'_> {
+    fn drop(&mut self) {
+        self.hands.line.forget_held_back();
+    }
+}

@@ -1,0 +1,249 @@
+//! The journal of a live run: what the device was before, what is changed and why, and every verdict, each on the disk before
+//! the run goes on.
+//!
+//! A journal is a file of JSON lines in the folder `encspec-journal`. Its first line tells how the device was found; a line
+//! that ends it tells that everything was put back. What lies between survives a crash, and `encspec bench restore` reads it.
+//! This room must not know how anything is put back.
+
+pub use results::journal::{Entry, Found, Parameter};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// The folder of the journals, below the current one.
+pub const FOLDER: &str = "encspec-journal";
+
+/// A journal that is being written.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    path: PathBuf,
+}
+
+impl Journal {
+    /// Begins a journal in `folder` with how the device was found; it is on the disk when this returns.
+    pub fn begin(folder: &Path, found: &Found) -> io::Result<Journal> {
+        fs::create_dir_all(folder)?;
+        let mac: String = match found.station {
+            Some(station) => format!("station-{station}"),
+            None => found.mac.chars().filter(char::is_ascii_hexdigit).collect(),
+        };
+        for number in 0..1000 {
+            let path = folder.join(format!("{mac}-{}-{number}.jsonl", found.began));
+            match OpenOptions::new().append(true).create_new(true).open(&path) {
+                Ok(file) => {
+                    let mut journal = Journal { file, path };
+                    journal.add(&Entry::Found(found.clone()))?;
+                    // A new file is safe when its folder is, too.
+                    File::open(folder)?.sync_all()?;
+                    return Ok(journal);
+                }
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(io::Error::other("there is a journal of this device and second for every number"))
+    }
+
+    /// Goes on with a journal that is there.
+    pub fn resume(path: &Path) -> io::Result<Journal> {
+        let file = OpenOptions::new().append(true).open(path)?;
+        Ok(Journal { file, path: path.to_owned() })
+    }
+
+    /// Adds a line; it is on the disk when this returns.
+    pub fn add(&mut self, entry: &Entry) -> io::Result<()> {
+        let mut line = serde_json::to_string(entry)?;
+        line.push('\n');
+        self.file.write_all(line.as_bytes())?;
+        self.file.sync_data()
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Why a journal cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum JournalError {
+    /// The file.
+    #[error("the journal {} cannot be read: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A line in the middle is none of a journal.
+    #[error("line {line} of {} is no line of a journal: {why}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// Why.
+        why: String,
+    },
+    /// It does not tell how the device was found.
+    #[error("{} does not begin with how the device was found, so nothing can be put back from it", path.display())]
+    NoBegin {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// What a journal says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// How the device was found.
+    pub found: Found,
+    /// The parameters as they were found.
+    pub parameters: Vec<Parameter>,
+    /// What was changed, in words; empty where nothing was.
+    pub changes: Vec<String>,
+    /// The verdicts that the run came to.
+    pub verdicts: usize,
+    /// Whether everything was put back.
+    pub restored: bool,
+}
+
+impl Kept {
+    /// Whether something is still to be put back.
+    pub fn is_open(&self) -> bool {
+        !self.restored && !self.changes.is_empty()
+    }
+}
+
+/// Reads a journal; a last line that a crash cut short is left out.
+pub fn read(path: &Path) -> Result<Kept, JournalError> {
+    let failed = |source| JournalError::File { path: path.to_owned(), source };
+    let text = fs::read(path).map_err(failed)?;
+    let text = String::from_utf8_lossy(&text);
+    let mut entries = Vec::new();
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
+    for (index, line) in lines.iter().enumerate() {
+        match serde_json::from_str::<Entry>(line.trim_end()) {
+            Ok(entry) => entries.push(entry),
+            Err(_) if index + 1 == lines.len() && !line.ends_with('\n') => {}
+            Err(error) => {
+                return Err(JournalError::Line { path: path.to_owned(), line: index + 1, why: error.to_string() });
+            }
+        }
+    }
+    let mut entries = entries.into_iter();
+    let Some(Entry::Found(found)) = entries.next() else {
+        return Err(JournalError::NoBegin { path: path.to_owned() });
+    };
+    let mut kept = Kept { found, parameters: Vec::new(), changes: Vec::new(), verdicts: 0, restored: false };
+    for entry in entries {
+        match entry {
+            Entry::Found(_) => {}
+            Entry::Parameters(parameters) => kept.parameters = parameters,
+            Entry::Changes { what, .. } => {
+                kept.restored = false;
+                for word in what.into_iter().filter(|word| !kept.changes.contains(word)).collect::<Vec<_>>() {
+                    kept.changes.push(word);
+                }
+            }
+            Entry::Verdict { .. } => kept.verdicts += 1,
+            Entry::Restored => kept.restored = true,
+        }
+    }
+    Ok(kept)
+}
+
+/// The journals in `folder` by which something is still to be put back, the newest first: what the last run found is put
+/// back before what the one before it found.
+pub fn open_ones(folder: &Path) -> Vec<(PathBuf, Kept)> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|end| end == "jsonl"));
+    let journals = paths.filter_map(|path| read(&path).ok().map(|kept| (path, kept)));
+    let mut open: Vec<_> = journals.filter(|(_, kept)| kept.is_open()).collect();
+    open.sort_by_key(|(_, kept)| std::cmp::Reverse(kept.found.began));
+    open
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::net::Ipv4Addr;
+
+    fn found() -> Found {
+        Found {
+            version: "0.1.0".into(),
+            began: 1_700_000_000,
+            link: "nic:eth0".into(),
+            bench: None,
+            manual: "a-manual".into(),
+            variant: "a-variant".into(),
+            mac: "02:00:00:00:01:00".into(),
+            station: None,
+            vendor_id: 0x0239,
+            device_id: 1,
+            name: b"encoder-7".to_vec(),
+            ip: Ipv4Addr::new(192, 168, 0, 10),
+            mask: Ipv4Addr::new(255, 255, 255, 0),
+            gateway: Ipv4Addr::UNSPECIFIED,
+        }
+    }
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("encspec-journal-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        folder
+    }
+
+    #[test]
+    fn what_was_changed_is_known_wherever_the_run_broke_off() {
+        let folder = folder("cut");
+        let mut journal = Journal::begin(&folder, &found()).expect("a new journal");
+        let parameters = vec![Parameter { number: 65000, subindex: 0, format: 0x43, octets: vec![0, 0, 0x12, 0x34] }];
+        journal.add(&Entry::Parameters(parameters.clone())).expect("written");
+        journal.add(&Entry::Changes { trial: "t".into(), what: vec!["set_name".into()] }).expect("written");
+        journal.add(&Entry::Verdict { trial: "t".into(), verdict: "pass".into() }).expect("written");
+        let whole = fs::read(journal.path()).expect("the file");
+        let lines: Vec<usize> = (0..whole.len()).filter(|&at| whole[at] == b'\n').collect();
+        for cut in 0..=whole.len() {
+            fs::write(journal.path(), &whole[..cut]).expect("the file");
+            let complete = lines.iter().filter(|&&end| cut >= end).count();
+            match read(journal.path()) {
+                Ok(kept) => {
+                    assert!(complete >= 1, "cut at {cut}");
+                    assert_eq!(kept.found, found());
+                    assert_eq!(kept.parameters == parameters, complete >= 2, "cut at {cut}");
+                    assert_eq!(kept.changes.len(), usize::from(complete >= 3), "cut at {cut}");
+                    assert_eq!(kept.verdicts, usize::from(complete >= 4), "cut at {cut}");
+                    assert_eq!(open_ones(&folder).len(), usize::from(complete >= 3), "cut at {cut}");
+                }
+                Err(error) => assert!(complete == 0, "cut at {cut}: {error}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_journal_is_closed_by_its_last_line_and_not_mixed_with_another() {
+        let folder = folder("two");
+        let mut first = Journal::begin(&folder, &found()).expect("a new journal");
+        let second = Journal::begin(&folder, &found()).expect("another one in the same second");
+        assert_ne!(first.path(), second.path());
+        first.add(&Entry::Changes { trial: "t".into(), what: vec!["set_ip".into()] }).expect("written");
+        let open: Vec<PathBuf> = open_ones(&folder).into_iter().map(|(path, _)| path).collect();
+        assert_eq!(open, [first.path()]);
+        first.add(&Entry::Restored).expect("written");
+        assert!(open_ones(&folder).is_empty());
+    }
+
+    #[test]
+    fn a_line_that_is_none_is_told() {
+        let folder = folder("line");
+        let journal = Journal::begin(&folder, &found()).expect("a new journal");
+        let mut text = fs::read_to_string(journal.path()).expect("the file");
+        text.push_str("{\"verdikt\": 1}\n");
+        fs::write(journal.path(), &text).expect("the file");
+        let error = read(journal.path()).expect_err("no such line").to_string();
+        assert!(error.starts_with("line 2 of ") && error.contains("verdikt"), "{error}");
+        assert!(matches!(read(&folder.join("none")), Err(JournalError::File { .. })));
+    }
+}

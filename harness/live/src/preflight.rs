@@ -1,0 +1,260 @@
+//! Whether a bench can be used, and what may be done on it: listens, asks who is there, and only then touches the device.
+//!
+//! Nothing is changed here but a station name or an address that the bench file asks for. This room must not know suites.
+
+use super::guard::Guard;
+use super::journal::{self, Found, Journal};
+use super::line::Line;
+use super::scout::{Heard, Scout, TICK, Ticker};
+use controllers::profinet_io::{Controller, Settings, StationSeen};
+use description::gsdml::DeviceSays;
+use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
+use results::bench_file::{BenchFile, LinkSpec};
+use station::{Duration, Time};
+use std::net::Ipv4Addr;
+use std::path::Path;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::block::IpParameter;
+
+/// How long is listened before the first frame of ours.
+const LISTEN: Duration = Duration::from_millis(1500);
+/// Deadlines get at least so many cycles more than the manual says.
+const SLACK_CYCLES: u32 = 2;
+/// Our addresses where the link has none of its own.
+const WITHOUT_INTERFACE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x00];
+
+/// What the device has to be.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Its vendor number.
+    pub vendor_id: u16,
+    /// Its device number, where a manual or a description prints it.
+    pub device_id: Option<u16>,
+    /// The cycle of most connections, for the slack.
+    pub cycle: Duration,
+    /// The web pages whose forms let it wait for another firmware, by their paths.
+    pub firmware_pages: Vec<String>,
+}
+
+/// A bench that can be used.
+pub struct Prepared {
+    /// The wire with the fence before it.
+    pub line: Line,
+    /// The device as it was found, before anything was changed.
+    pub found: Found,
+    /// The journal, which begins with that.
+    pub journal: Journal,
+    /// Whether something was changed that may have to be put back.
+    pub has_changed: bool,
+    /// What the device says of itself.
+    pub says: DeviceSays,
+    /// The device as it is now.
+    pub station: StationSeen,
+    /// The address that our controller gives it.
+    pub ip: IpParameter,
+    /// Our controllers.
+    pub controllers: [(Mac, Ipv4Addr); 2],
+    /// An address of its subnet that nobody has.
+    pub free_ip: Ipv4Addr,
+    /// The extra time that deadlines get.
+    pub slack: Duration,
+    /// Why only what reads may run, where that is so.
+    pub passive: Option<String>,
+    /// Remarks for the report.
+    pub notes: Vec<String>,
+}
+
+/// Why a bench cannot be used, in one sentence that says what to do.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Unusable(pub String);
+
+impl From<link::LinkError> for Unusable {
+    fn from(error: link::LinkError) -> Unusable {
+        Unusable(error.to_string())
+    }
+}
+
+pub(super) type Ready<T> = Result<T, Unusable>;
+
+pub(super) fn unusable<T>(why: impl Into<String>) -> Ready<T> {
+    Err(Unusable(why.into()))
+}
+
+/// Opens the port of a link.
+pub fn open(link: &LinkSpec) -> Ready<Box<dyn Port>> {
+    Ok(match link {
+        LinkSpec::Nic(name) => Box::new(Nic::open(name)?),
+        LinkSpec::Socket(address) => {
+            let address: SocketAddress =
+                address.parse().map_err(|error| Unusable(format!("socket:{address}: {error}")))?;
+            Box::new(FrameSocket::open(&address)?)
+        }
+        LinkSpec::Serial(path) => return unusable(format!("the serial line {path} carries no Ethernet frames")),
+    })
+}
+
+/// The MAC addresses of our controllers: derived from that of the interface, locally administered, so that neither the
+/// machine's own traffic nor the other controller is mixed up with them.
+pub fn controller_macs(bench: &BenchFile, port: &dyn Port) -> [Mac; 2] {
+    let mut first = port.mac().unwrap_or(WITHOUT_INTERFACE);
+    first[0] = (first[0] | 0x02) & 0xFE;
+    first[1] ^= 0x45;
+    let first = bench.controller_mac.map_or(first, |mac| mac.0);
+    let mut second = first;
+    second[5] ^= 0x01;
+    [Mac(first), Mac(second)]
+}
+
+/// Makes a bench ready: opens the link, listens, finds the device, and gives it the name and the address of the bench.
+///
+/// `opened` is called once the link is open and privileges are given up, before anything is sent.
+pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> Result<(), String>) -> Ready<Prepared> {
+    let port = open(&bench.link)?;
+    link::privileges::drop()?;
+    opened().map_err(Unusable)?;
+    let macs = controller_macs(bench, port.as_ref());
+    let mut scout =
+        Scout { wire: Wire::new(port), guard: Guard::new(None, bench.consent, Vec::new()), heard: Heard::default() };
+    scout.wire.restart();
+    let mut ticker = Ticker(Time::ZERO + TICK);
+    let listened = scout.wire.clock().now() + LISTEN;
+    scout.run(&mut [(macs[0].0, &mut ticker)], listened, |_| false)?;
+    let late = scout.wire.lateness().wakes().max();
+    let slack = wanted.cycle * SLACK_CYCLES + late.min(wanted.cycle * SLACK_CYCLES);
+    let mut controller = controller(macs[0], Ipv4Addr::UNSPECIFIED, bench.mask);
+    let (found, others) = scout.find(bench, wanted, &mut controller)?;
+    scout.guard = Guard::new(Some(found.mac), bench.consent, wanted.firmware_pages.clone());
+    let passive = passive(bench, &scout.heard, &found, &others, &macs);
+    let mut notes = Vec::new();
+    let mut station = found.clone();
+    let found = written_down(bench, &station);
+    let folder = Path::new(journal::FOLDER);
+    let open_before = journal::open_ones(folder).into_iter().find(|(_, kept)| kept.found.mac == found.mac);
+    if let Some((path, _)) = open_before {
+        notes.push(format!(
+            "an earlier run on this device did not put everything back ({}): `encspec bench restore` does",
+            path.display()
+        ));
+    }
+    let begun = Journal::begin(folder, &found);
+    let mut journal = begun
+        .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
+    let mut has_changed = false;
+    if passive.is_none() {
+        has_changed = scout.name(bench, &mut controller, &mut station, &mut journal)?;
+    }
+    let ip = address(bench, &station, &mut notes)?;
+    let addresses = scout.free_addresses(bench, &ip, &macs, &others)?;
+    if scout.answers(macs[0], ip.address)?.into_iter().any(|mac| mac != station.mac) {
+        return unusable(format!(
+            "another station has the address {} of the device: give one of them another",
+            ip.address
+        ));
+    }
+    if late > wanted.cycle {
+        notes.push(format!("this machine was up to {late:?} late while it listened; deadlines get {slack:?} more"));
+    }
+    let [first, second, free_ip] = addresses;
+    let controllers = [(macs[0], first), (macs[1], second)];
+    let mut says = DeviceSays::default();
+    if let Some((vendor, device)) = station.id {
+        says.ids(vendor, device);
+    }
+    if passive.is_none() {
+        let mut controller = self::controller(macs[0], first, ip.mask);
+        has_changed |= scout.give_address(&mut controller, &station, ip, &mut journal)?;
+        scout.ask_what_is_plugged(&mut controller, &station, ip, &mut says)?;
+    }
+    let Scout { wire, guard, .. } = scout;
+    let prepared = Prepared {
+        line: Line::Wire(Box::new(wire), guard),
+        found,
+        journal,
+        has_changed,
+        says,
+        station,
+        ip,
+        controllers,
+        free_ip,
+        slack,
+        passive,
+        notes,
+    };
+    Ok(prepared)
+}
+
+/// The device as a journal has it.
+fn written_down(bench: &BenchFile, station: &StationSeen) -> Found {
+    let (vendor_id, device_id) = station.id.unwrap_or_default();
+    Found {
+        mac: station.mac.to_string(),
+        vendor_id,
+        device_id,
+        name: station.name.clone(),
+        ip: station.ip.address,
+        mask: station.ip.mask,
+        gateway: station.ip.gateway,
+        ..Found::of(bench)
+    }
+}
+
+/// A controller for questions.
+fn controller(mac: Mac, ip: Ipv4Addr, mask: Ipv4Addr) -> Controller {
+    Controller::new(Settings {
+        mac,
+        ip,
+        mask,
+        gateway: Ipv4Addr::UNSPECIFIED,
+        station_name: b"encspec".to_vec(),
+        vendor_id: 0xFEED,
+        device_id: 0x0001,
+        seed: u64::from(std::process::id()),
+    })
+}
+
+/// Why only what reads may run: others could be disturbed, or somebody works with the device.
+fn passive(
+    bench: &BenchFile,
+    heard: &Heard,
+    found: &StationSeen,
+    others: &[StationSeen],
+    own: &[Mac; 2],
+) -> Option<String> {
+    let foreign = |mac: &Mac| !own.contains(mac);
+    let with_device = |pair: &&(Mac, Mac)| pair.0 == found.mac || pair.1 == found.mac;
+    if let Some((from, to)) = heard.cyclic.iter().find(with_device) {
+        let partner = if *from == found.mac { to } else { from };
+        return Some(format!("the device works with the controller {partner}, whose connection is not to be touched"));
+    }
+    if bench.consent.alone {
+        return None;
+    }
+    if let Some((from, to)) = heard.cyclic.iter().find(|(from, to)| foreign(from) && foreign(to)) {
+        return Some(format!("{from} and {to} exchange data on this segment, and the bench does not say `alone`"));
+    }
+    let other = others.iter().map(|station| station.mac).chain(heard.speakers.iter().copied());
+    let other = other.filter(foreign).find(|mac| *mac != found.mac)?;
+    Some(format!("another station ({other}) is on this segment, and the bench does not say `alone`"))
+}
+
+/// The address that the device is given: the bench's, else its own.
+fn address(bench: &BenchFile, station: &StationSeen, notes: &mut Vec<String>) -> Ready<IpParameter> {
+    let has = !station.ip.address.is_unspecified();
+    match bench.ip {
+        // Even one that is set for the run only may clear what the device has stored.
+        Some(address) if has && address != station.ip.address && !bench.consent.set_ip => {
+            let own = station.ip.address;
+            notes.push(format!("the device keeps its address {own}, since the bench gives no consent to set_ip"));
+            Ok(station.ip)
+        }
+        Some(address) => Ok(IpParameter { address, mask: bench.mask, gateway: station.ip.gateway }),
+        None if station.ip.address != Ipv4Addr::UNSPECIFIED => Ok(station.ip),
+        None => unusable(match &bench.path {
+            Some(path) => format!("the device has no IP address: say in {} by `ip` which one it gets for the run", path.display()),
+            None => "the device has no IP address: write a bench file (`encspec bench init`) with the `ip` that it gets for \
+                     the run"
+                .to_owned(),
+        }),
+    }
+}

@@ -1,0 +1,172 @@
+//! The last fence before a PROFIBUS: tokens, questions whether a station is there and Global_Control go to everybody; anything
+//! else goes to the device under test, or it does not go.
+//!
+//! It also holds back what the bench gives no consent to. This room must not know why a frame is sent.
+
+use crate::held_back::HeldBack;
+use results::bench_file::Consents;
+use wire::profibus::fdl::{BROADCAST, DataFrame, Frame, RequestFunction};
+use wire::profibus::sap::{Service, SlaveSap};
+
+/// What is let through, and what was not.
+///
+/// A suite puts a slave at other addresses, by its switches or over the bus. So what is known of the bus decides: an address at
+/// which nobody was found is that of the device or of nobody; one at which another station was found is left alone.
+#[derive(Clone, Debug)]
+pub struct Fence {
+    device: u8,
+    /// Who else is there; none: nobody knows yet.
+    others: Option<Vec<u8>>,
+    consent: Consents,
+    held_back: HeldBack,
+}
+
+impl Fence {
+    /// A fence around the slave at `device`, before it is known who else is there: nobody else is asked for anything yet.
+    pub fn new(device: u8, consent: Consents) -> Fence {
+        Fence { device, others: None, consent, held_back: HeldBack::default() }
+    }
+
+    /// Says at which addresses other stations are.
+    pub fn knows(&mut self, others: Vec<u8>) {
+        self.others = Some(others);
+    }
+
+    /// Whether `octets` may be sent; a frame that may not is counted.
+    pub fn allows(&mut self, octets: &[u8]) -> bool {
+        let Err((to, why)) = self.judge(octets) else { return true };
+        self.held_back.count(why, self.is_device(to));
+        false
+    }
+
+    /// What was held back.
+    pub fn held_back(&self) -> &HeldBack {
+        &self.held_back
+    }
+
+    /// Forgets what was held back.
+    pub fn forget_held_back(&mut self) {
+        self.held_back = HeldBack::default();
+    }
+
+    fn is_device(&self, to: u8) -> bool {
+        match &self.others {
+            None => to == self.device,
+            Some(others) => to != BROADCAST && !others.contains(&to),
+        }
+    }
+
+    /// Whether a frame may go; where it may not, its destination and why.
+    fn judge(&self, octets: &[u8]) -> Result<(), (u8, String)> {
+        let frame = match Frame::parse(octets) {
+            Ok(Frame::Data(frame)) => frame,
+            // A token reaches masters only, an acknowledgement nobody, and what is no frame is taken by nobody.
+            Ok(Frame::Token { .. } | Frame::ShortAcknowledgement) | Err(_) => return Ok(()),
+        };
+        let no = |why: String| Err((frame.da, why));
+        // We answer nobody but another master, of which there is none.
+        if frame.fc.requested() == Some(RequestFunction::FDL_STATUS) || !frame.fc.is_request() {
+            return Ok(());
+        }
+        let service = Service::of(&frame);
+        if frame.da == BROADCAST {
+            let is_control = service == Service::Slave(SlaveSap::GLOBAL_CONTROL);
+            return if is_control {
+                Ok(())
+            } else {
+                no("a frame to all stations that is no Global_Control".to_owned())
+            };
+        }
+        if !self.is_device(frame.da) {
+            return no(format!("a frame to station {}, which is not the device under test", frame.da));
+        }
+        match self.lacks_consent(&frame, service) {
+            Some(why) => no(why),
+            None => Ok(()),
+        }
+    }
+
+    /// What a frame to the device would change for good without consent.
+    fn lacks_consent(&self, frame: &DataFrame<'_>, service: Service) -> Option<String> {
+        if service != Service::Slave(SlaveSap::SET_SLAVE_ADDRESS) {
+            return None;
+        }
+        let new = frame.data.first().copied();
+        if let (Some(new), Some(others)) = (new, &self.others)
+            && others.contains(&new)
+        {
+            return Some(format!("a Set_Slave_Address to {new}, which another station has"));
+        }
+        (!self.consent.set_address).then(|| "a Set_Slave_Address without the consent set_address".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    const DEVICE: u8 = 5;
+    const OTHER: u8 = 9;
+
+    /// A frame with data of master 2 as IEC 61158-4-3 has it: SD2, twice the length, SD2, and so on.
+    fn frame(to: u8, function: u8, saps: Option<(u8, u8)>, data: &[u8]) -> Vec<u8> {
+        let mut body =
+            vec![if saps.is_some() { to | 0x80 } else { to }, if saps.is_some() { 0x82 } else { 2 }, function];
+        body.extend(saps.into_iter().flat_map(|(dsap, ssap)| [dsap, ssap]));
+        body.extend(data);
+        let (length, sum) = (body.len() as u8, body.iter().fold(0u8, |sum, octet| sum.wrapping_add(*octet)));
+        [&[0x68, length, length, 0x68][..], &body, &[sum, 0x16]].concat()
+    }
+
+    fn status(to: u8) -> Vec<u8> {
+        vec![0x10, to, 2, 0x49, to.wrapping_add(2).wrapping_add(0x49), 0x16]
+    }
+
+    fn fence(set_address: bool) -> Fence {
+        let mut fence = Fence::new(DEVICE, Consents { set_address, ..Consents::default() });
+        fence.knows(vec![OTHER]);
+        fence
+    }
+
+    #[rstest]
+    #[case::token(vec![0xDC, 2, 2], true)]
+    #[case::is_anybody_there(status(OTHER), true)]
+    #[case::global_control(frame(127, 0x46, Some((58, 62)), &[0, 0]), true)]
+    #[case::other_to_all(frame(127, 0x46, Some((55, 62)), &[6, 0x16, 0x55, 0]), false)]
+    #[case::data_to_all(frame(127, 0x46, None, &[0]), false)]
+    #[case::diagnosis(frame(DEVICE, 0x6D, Some((60, 62)), &[]), true)]
+    #[case::diagnosis_of_another(frame(OTHER, 0x6D, Some((60, 62)), &[]), false)]
+    #[case::parameters_of_another(frame(OTHER, 0x7D, Some((61, 62)), &[0x88, 1, 1, 11, 0, 0, 0]), false)]
+    #[case::where_nobody_was(frame(17, 0x6D, Some((60, 62)), &[]), true)]
+    #[case::no_frame(vec![0xFF, 1, 2], true)]
+    fn only_the_device_is_addressed(#[case] frame: Vec<u8>, #[case] goes: bool) {
+        let mut fence = fence(true);
+        assert_eq!(fence.allows(&frame), goes, "{:?}", fence.held_back().told());
+        assert_eq!(fence.held_back().told().is_none(), goes);
+        assert_eq!(fence.held_back().withheld(), None, "nothing was kept from the device itself");
+    }
+
+    #[test]
+    fn before_others_are_known_only_the_device_is_addressed() {
+        let mut fence = Fence::new(DEVICE, Consents::default());
+        assert!(fence.allows(&frame(DEVICE, 0x6D, Some((60, 62)), &[])));
+        assert!(fence.allows(&status(17)));
+        assert!(!fence.allows(&frame(17, 0x6D, Some((60, 62)), &[])));
+        let said = fence.held_back().told().expect("one was held back");
+        assert_eq!(
+            said,
+            "1 frame(s) of ours were held back; the first: a frame to station 17, which is not the device under test"
+        );
+    }
+
+    #[rstest]
+    #[case(false, 6, false)]
+    #[case(true, 6, true)]
+    #[case(true, OTHER, false)]
+    fn an_address_needs_consent_and_is_never_that_of_another(#[case] given: bool, #[case] new: u8, #[case] goes: bool) {
+        let mut fence = fence(given);
+        assert_eq!(fence.allows(&frame(126, 0x6D, Some((55, 62)), &[new, 0x16, 0x55, 0])), goes);
+        assert_eq!(fence.held_back().withheld().is_none(), goes, "{:?}", fence.held_back().withheld());
+    }
+}

@@ -1,0 +1,39 @@
+//! A live slave at a serial line: what may be sent to whom ([`Fence`]), how long is waited ([`controllers::profibus_dp::Pace`]), and whether the bus can
+//! be used ([`preflight`]).
+//!
+//! This room must not know suites.
+
+mod fence;
+pub mod preflight;
+
+pub use fence::Fence;
+
+use wire::profibus::fdl::Frame;
+
+/// Octets of a frame that a message shows.
+const SHOWN: usize = 16;
+
+/// Whether only a master sends such octets: a token, or a request.
+pub fn is_of_master(octets: &[u8]) -> bool {
+    match Frame::parse(octets) {
+        Ok(Frame::Token { .. }) => true,
+        Ok(Frame::Data(frame)) => frame.fc.is_request(),
+        Ok(Frame::ShortAcknowledgement) | Err(_) => false,
+    }
+}
+
+/// What was heard, for messages.
+pub fn words(octets: &[u8]) -> String {
+    match Frame::parse(octets) {
+        Ok(Frame::Token { da, sa }) => format!("a token from station {sa} to station {da}"),
+        Ok(Frame::Data(frame)) if frame.fc.is_request() => {
+            format!("a request of station {} to station {}", frame.sa, frame.da)
+        }
+        Ok(Frame::Data(frame)) => format!("an answer of station {} to station {}", frame.sa, frame.da),
+        Ok(Frame::ShortAcknowledgement) => "a short acknowledgement".to_owned(),
+        Err(_) => {
+            let shown: Vec<String> = octets.iter().take(SHOWN).map(|octet| format!("{octet:02X}")).collect();
+            format!("something that is no frame ({})", shown.join(" "))
+        }
+    }
+}

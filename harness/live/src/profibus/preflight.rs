@@ -1,0 +1,345 @@
+//! Whether a PROFIBUS at a serial line can be used: what the line can time, who else is on it, and whether the slave is there.
+//!
+//! The bus is listened to before the first frame of ours, and nothing is changed here. This room must not know suites.
+
+use super::{Fence, is_of_master, words};
+use crate::fdl::FdlFrames;
+use crate::journal::{self, Found, Journal};
+use crate::line::Line;
+use crate::preflight::{Ready, Unusable, unusable};
+use crate::scout::{TICK, Ticker};
+use controllers::profibus_dp::Pace;
+use controllers::profibus_dp::{Answer, Master, Outcome, Request};
+use link::{Heard, Serial, SerialBus, SerialSettings};
+use results::bench_file::{BenchFile, Driver, LineSpec, LinkSpec};
+use station::{Duration, Time};
+use std::path::Path;
+use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
+
+/// The rate up to which a kernel keeps the times of a master on a real line.
+const FASTEST_MASTER: BaudRate = BaudRate(187_500);
+/// The rate of a pseudoterminal that is said to have none.
+const USUAL: BaudRate = BaudRate(1_500_000);
+/// The rate at which a line is opened to see what it is.
+const SLOWEST: BaudRate = BaudRate(9_600);
+/// The shortest time that is listened before the first frame of ours.
+const LISTEN: Duration = Duration::from_secs(1);
+/// The longest time that a token takes to come round on most buses (TTR), in bit times.
+const ROTATION: BitTimes = BitTimes(50_000);
+/// How long the slave may take to answer; it may just have been switched on.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// How often the slave is asked to see how soon its answers are here.
+const QUESTIONS: u32 = 8;
+/// How long a request of the preflight may take, the time without a token included.
+const REQUEST: Duration = Duration::from_secs(5);
+/// Our masters where the bench says none.
+const MASTERS: [u8; 2] = [1, 2];
+/// The highest address of a slave.
+const HIGHEST: u8 = 125;
+
+/// What the slave has to be.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Its ident number, where a manual or a description prints it.
+    pub ident: Option<u16>,
+    /// Its address where the bench says none.
+    pub address: u8,
+    /// The cycle of most connections, for the slack.
+    pub cycle: Duration,
+}
+
+/// A bus that can be used.
+pub struct Prepared {
+    /// The bus with the fence before it.
+    pub line: Line,
+    /// The slave as it was found.
+    pub found: Found,
+    /// The journal, which begins with that.
+    pub journal: Journal,
+    /// The address of the slave.
+    pub station: u8,
+    /// Those of our masters.
+    pub masters: [u8; 2],
+    /// One that nobody has.
+    pub free: u8,
+    /// The rate of the bus.
+    pub baud: BaudRate,
+    /// How long is waited on it.
+    pub pace: Pace,
+    /// The extra time that deadlines get.
+    pub slack: Duration,
+    /// Why only what reads may run, where that is so.
+    pub passive: Option<String>,
+    /// Remarks for the report.
+    pub notes: Vec<String>,
+}
+
+/// Makes a bus ready: opens the line, listens, and finds the slave and who else is there.
+///
+/// `opened` is called once the line is open and privileges are given up, before anything is sent.
+pub fn prepare(bench: &BenchFile, wanted: &Wanted, opened: &mut dyn FnMut() -> Result<(), String>) -> Ready<Prepared> {
+    let (serial, baud) = open(bench)?;
+    link::privileges::drop()?;
+    opened().map_err(Unusable)?;
+    let pace = Pace::new(baud, bench.line.slot_time, bench.line.max_tsdr);
+    let (station, masters) = addresses(bench, wanted)?;
+    let name = serial.describe();
+    let mut scout = Scout {
+        bus: SerialBus::new(serial, Box::<FdlFrames>::default()),
+        fence: Fence::new(station, bench.consent),
+        master: Master::new(pace.settings(masters[0], baud, masters[0])),
+        name,
+        sent: Time::ZERO,
+        answered: Duration::ZERO,
+    };
+    let claims = Duration::from_nanos(baud.nanoseconds(BitTimes(8 * pace.slot_time.0)));
+    let round = Duration::from_nanos(baud.nanoseconds(ROTATION));
+    scout.listen(LISTEN.max(claims).max(round))?;
+    let late = scout.bus.lateness().wakes().max();
+    let others = scout.others(station, &masters)?;
+    let ident = scout.find(station, wanted, &others)?;
+    scout.fence.knows(others.clone());
+    let found = Found { station: Some(station), device_id: ident, ..Found::of(bench) };
+    let mut notes = Vec::new();
+    let folder = Path::new(journal::FOLDER);
+    let same = |kept: &journal::Kept| kept.found.link == found.link && kept.found.station == found.station;
+    if let Some((path, _)) = journal::open_ones(folder).into_iter().find(|(_, kept)| same(kept)) {
+        notes.push(format!(
+            "an earlier run on this device did not put everything back ({}): `encspec bench restore` does",
+            path.display()
+        ));
+    }
+    let begun = Journal::begin(folder, &found);
+    let journal = begun
+        .map_err(|error| Unusable(format!("the journal below {} cannot be written: {error}", folder.display())))?;
+    let cycles = wanted.cycle * 2;
+    // An adapter may take its time with each answer.
+    let slack = cycles + late.min(cycles) + scout.turnaround(station)? * 2;
+    if late > wanted.cycle {
+        notes.push(format!("this machine was up to {late:?} late while it listened; deadlines get {slack:?} more"));
+    }
+    let passive = others
+        .first()
+        .filter(|_| !bench.consent.alone)
+        .map(|other| format!("another station ({other}) is on this bus, and the bench does not say `alone`"));
+    let free =
+        (0..=99).rev().find(|address| *address != station && !masters.contains(address) && !others.contains(address));
+    let free = free.ok_or_else(|| Unusable("no station address is free on this bus".to_owned()))?;
+    let Scout { bus, fence, .. } = scout;
+    let line = Line::Bus(Box::new(bus), fence);
+    Ok(Prepared { line, found, journal, station, masters, free, baud, pace, slack, passive, notes })
+}
+
+/// Opens the line; one that cannot keep the times of a master is refused.
+fn open(bench: &BenchFile) -> Ready<(Serial, BaudRate)> {
+    let LinkSpec::Serial(path) = &bench.link else {
+        return unusable(format!("{} is no serial line", bench.link));
+    };
+    let spec = &bench.line;
+    let settings = SerialSettings {
+        baud: spec.baud.unwrap_or(SLOWEST).0,
+        parity: spec.parity,
+        echo: spec.echo,
+        rs485: spec.driver == Some(Driver::Port),
+    };
+    let serial = Serial::open(Path::new(path), &settings)?;
+    let name = serial.describe();
+    if serial.is_pty() {
+        return Ok((serial, spec.baud.unwrap_or(USUAL)));
+    }
+    timed(spec, &name).map(|baud| (serial, baud))
+}
+
+/// The rate of a line that is no pseudoterminal and is called `name`, where its times can be kept.
+fn timed(spec: &LineSpec, name: &str) -> Ready<BaudRate> {
+    match (spec.baud, spec.driver) {
+        (None, _) => unusable(format!("say in a bench file by `line: {{ baud: .. }}` how fast the bus at {name} is")),
+        (Some(baud), _) if baud > FASTEST_MASTER => unusable(format!(
+            "{name} cannot time a bus at {} bit/s; set the bus to {} bit/s or less",
+            baud.0, FASTEST_MASTER.0
+        )),
+        (_, None) => unusable(format!(
+            "the driver of the adapter at {name} has to be switched by hardware; say in a bench file which does it: \
+             `line: {{ driver: adapter }}` or `line: {{ driver: port }}`"
+        )),
+        (Some(baud), Some(_)) => Ok(baud),
+    }
+}
+
+/// The addresses of the slave and of our masters.
+fn addresses(bench: &BenchFile, wanted: &Wanted) -> Ready<(u8, [u8; 2])> {
+    let (station, masters) = (bench.line.address.unwrap_or(wanted.address), bench.line.masters.unwrap_or(MASTERS));
+    if masters.contains(&station) {
+        return unusable(format!(
+            "the device has the address {station} of one of our masters; say in a bench file which others they have: \
+             `line: {{ masters: [..] }}`"
+        ));
+    }
+    Ok((station, masters))
+}
+
+/// Looks around on a bus.
+struct Scout {
+    bus: SerialBus,
+    fence: Fence,
+    master: Master,
+    name: String,
+    /// When our last frame had been sent.
+    sent: Time,
+    /// How long after its request the last answer began.
+    answered: Duration,
+}
+
+impl Scout {
+    /// Says nothing for `time`, and refuses a bus on which somebody else does.
+    fn listen(&mut self, time: Duration) -> Ready<()> {
+        self.bus.restart();
+        self.bus.reset_lateness();
+        let until = self.bus.now() + time;
+        let mut ticker = Ticker(Time::ZERO + TICK);
+        while self.bus.now() < until {
+            interruptible()?;
+            let mut heard = None;
+            let mut tap = |of: Heard<'_>| heard = heard.take().or_else(|| Some(words(of.octets)));
+            self.bus.step(&mut [&mut ticker], until, &mut |_| false, &mut tap)?;
+            if let Some(heard) = heard {
+                return unusable(format!(
+                    "{} is in use: {heard} was heard before we said anything; take the other master off the bus",
+                    self.name
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks every address whether a station is there; those that are neither the slave nor ours.
+    fn others(&mut self, station: u8, masters: &[u8; 2]) -> Ready<Vec<u8>> {
+        let mut others = Vec::new();
+        for address in (0..BROADCAST).filter(|address| *address != station && *address != masters[0]) {
+            if self.ask(Request::FdlStatus { to: address })? == Answer::None {
+                continue;
+            }
+            if address == masters[1] {
+                return unusable(format!(
+                    "a station at {} has the address {address} of our second master; say in a bench file which others our \
+                     masters have: `line: {{ masters: [..] }}`",
+                    self.name
+                ));
+            }
+            others.push(address);
+        }
+        Ok(others)
+    }
+
+    /// Waits until the slave says what it is; its ident number.
+    fn find(&mut self, station: u8, wanted: &Wanted, others: &[u8]) -> Ready<u16> {
+        let until = self.bus.now() + PATIENCE;
+        loop {
+            let answer = self.ask(Request::Diagnosis { to: station })?;
+            match (answer.diagnosis(), wanted.ident) {
+                (Some(found), Some(ident)) if found.ident != ident => {
+                    return unusable(format!(
+                        "the slave at station {station} has ident 0x{:04X}, the claim wants 0x{ident:04X}: is the claim right?",
+                        found.ident
+                    ));
+                }
+                (Some(found), _) => return Ok(found.ident),
+                (None, _) if self.bus.now() < until => {}
+                (None, _) => {
+                    let there: Vec<String> =
+                        others.iter().filter(|of| **of <= HIGHEST + 1).map(u8::to_string).collect();
+                    let there = match there.as_slice() {
+                        [] => "nobody else does; is it switched on and connected here?".to_owned(),
+                        there => format!(
+                            "there are stations at {}; say in a bench file which it is: `line: {{ address: .. }}`",
+                            there.join(", ")
+                        ),
+                    };
+                    return unusable(format!("no slave answers at station {station}; {there}"));
+                }
+            }
+        }
+    }
+
+    /// How long after its request an answer of the slave begins, at most.
+    fn turnaround(&mut self, station: u8) -> Ready<Duration> {
+        let mut longest = Duration::ZERO;
+        for _ in 0..QUESTIONS {
+            let answer = self.ask(Request::Diagnosis { to: station })?;
+            if answer.diagnosis().is_some() {
+                longest = longest.max(self.answered);
+            }
+        }
+        Ok(longest)
+    }
+
+    /// Asks for something that the data link answers.
+    fn ask(&mut self, request: Request) -> Ready<Answer> {
+        let now = self.bus.now();
+        self.master.request(now, request).map_err(|busy| Unusable(busy.to_string()))?;
+        let until = now + REQUEST;
+        loop {
+            match self.master.take_outcome() {
+                Some(Outcome::Answer(answer)) => return Ok(answer),
+                Some(outcome) => return unusable(format!("the bus at {} cannot be asked: {outcome:?}", self.name)),
+                None if self.bus.now() >= until => {
+                    return unusable(format!("our master gets no turn on {}", self.name));
+                }
+                None => {}
+            }
+            interruptible()?;
+            let Scout { bus, fence, master, name, sent, answered } = self;
+            let mut foreign = None;
+            let mut tap = |of: Heard<'_>| {
+                match of.sender {
+                    Some(_) => *sent = of.end,
+                    None => *answered = of.begin.since(*sent),
+                }
+                if of.sender.is_none() && is_of_master(of.octets) {
+                    foreign = Some(words(of.octets));
+                }
+            };
+            bus.step(&mut [master], until, &mut |frame| fence.allows(frame), &mut tap)?;
+            if let Some(foreign) = foreign {
+                return unusable(format!("{name} has another master: {foreign} was heard; take it off the bus"));
+            }
+        }
+    }
+}
+
+/// Fails where somebody wants the end of the run.
+fn interruptible() -> Ready<()> {
+    if link::interrupt::requested() { unusable("interrupted; nothing was changed") } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    #[rstest]
+    #[case(
+        None,
+        Some(Driver::Adapter),
+        Err("say in a bench file by `line: { baud: .. }` how fast the bus at a line is")
+    )]
+    #[case(
+        Some(500_000),
+        Some(Driver::Adapter),
+        Err("a line cannot time a bus at 500000 bit/s; set the bus to 187500 bit/s or less")
+    )]
+    #[case(Some(9_600), None, Err("the driver of the adapter at a line has to be switched by hardware"))]
+    #[case(Some(187_500), Some(Driver::Port), Ok(187_500))]
+    fn what_a_line_cannot_time_is_refused(
+        #[case] baud: Option<u32>,
+        #[case] driver: Option<Driver>,
+        #[case] expected: Result<u32, &str>,
+    ) {
+        let spec = LineSpec { baud: baud.map(BaudRate), driver, ..LineSpec::default() };
+        match (timed(&spec, "a line"), expected) {
+            (Ok(baud), expected) => assert_eq!(Ok(baud.0), expected),
+            (Err(Unusable(why)), Err(expected)) => assert!(why.starts_with(expected), "{why}"),
+            (Err(why), Ok(_)) => panic!("{why}"),
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! One served device: a reference device that can be renewed, with its stand behind control lines.
+
+use crate::control::{Answer, Command, ability};
+use engine::reborn::Reborn;
+use reference_devices::ReferenceDevice;
+use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
+
+/// In which state a device is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Made {
+    /// With the name and the address that it is served with.
+    Named,
+    /// As delivered: without them.
+    Delivered,
+}
+
+/// Makes a reference device, the same one each time.
+pub type Maker = Box<dyn Fn(Made) -> Box<dyn ReferenceDevice>>;
+
+/// The names that a manual declares for its stand.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Names {
+    /// Faults.
+    pub faults: Vec<String>,
+    /// Buttons.
+    pub buttons: Vec<String>,
+    /// Coding switches, each with a position that it has.
+    pub switches: Vec<(String, u32)>,
+    /// LEDs.
+    pub leds: Vec<String>,
+    /// Counters.
+    pub counters: Vec<String>,
+}
+
+/// A reference device on a live wire.
+///
+/// A renewed device begins its life at the start of its own clock, as one on a virtual wire does.
+pub struct ServedDevice {
+    make: Maker,
+    device: Reborn,
+    due: Option<Time>,
+    abilities: Vec<String>,
+}
+
+impl ServedDevice {
+    /// A device as `make` makes it; of what `names` holds, the abilities list what its stand can do.
+    pub fn new(make: Maker, names: &Names) -> ServedDevice {
+        let abilities = abilities(&mut *make(Made::Named), names);
+        let device = Reborn::new(make(Made::Named));
+        let due = device.deadline();
+        ServedDevice { make, device, due, abilities }
+    }
+
+    /// What its stand can do, by the names that suites have for it.
+    pub fn abilities(&self) -> &[String] {
+        &self.abilities
+    }
+
+    /// Carries out a line of the control channel at `now`.
+    pub fn answer(&mut self, now: Time, line: &str) -> Answer {
+        match Command::parse(line) {
+            Ok(Command::Act(action)) => match self.act(now, &action) {
+                Ok(done) => Answer::Done(done.since(now)),
+                Err(Refusal::CannotDo(why)) => Answer::Cannot(why + &self.others_like(&ability(&action))),
+                Err(refusal) => refusal.into(),
+            },
+            Ok(Command::Led(name)) => match self.led(now, name) {
+                Some(word) => Answer::Word(word.into()),
+                None => Answer::Cannot(format!("there is no LED {name} to look at")),
+            },
+            Ok(Command::Counter(name)) => match self.counter(now, name) {
+                Some(count) => Answer::Word(count.to_string()),
+                None => Answer::Cannot(format!("nobody counts {name}")),
+            },
+            Ok(Command::Abilities) => Answer::Word(self.abilities.join(" ")),
+            Ok(Command::Help) => Answer::help(),
+            Err(why) => Answer::Cannot(why),
+        }
+    }
+
+    /// The abilities of the same kind as one that it does not have, as the end of a sentence.
+    fn others_like(&self, lacking: &str) -> String {
+        let Some((kind, _)) = lacking.split_once('.') else { return String::new() };
+        let is_like = |name: &&str| name.split_once('.').is_some_and(|(of, _)| of == kind);
+        let known: Vec<&str> = self.abilities.iter().map(String::as_str).filter(is_like).collect();
+        if known.is_empty() { String::new() } else { format!("; there are {}", known.join(", ")) }
+    }
+
+    fn note_deadline(&mut self) {
+        self.due = self.device.deadline();
+    }
+}
+
+impl Station for ServedDevice {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.device.receive(now, frame, out);
+        self.note_deadline();
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.device.wake(now, out);
+        self.note_deadline();
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.due
+    }
+}
+
+impl Stand for ServedDevice {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        let done = match action {
+            StandAction::Renew => {
+                self.device.exchange(now, (self.make)(Made::Named));
+                Ok(now)
+            }
+            StandAction::Deliver => {
+                self.device.exchange(now, (self.make)(Made::Delivered));
+                Ok(now)
+            }
+            action => self.device.act(now, action),
+        };
+        self.note_deadline();
+        done
+    }
+
+    fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
+        self.device.led(now, name)
+    }
+
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        self.device.counter(now, name)
+    }
+}
+
+/// What the stand of `device` can do: everything is tried on it once.
+fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
+    let now = Time::ZERO;
+    let mut actions = vec![
+        StandAction::Link(true),
+        StandAction::ShaftSpeed(0.0),
+        StandAction::ShaftRamp { rpm: 0.0, acceleration: 1.0 },
+        StandAction::ShaftCounts(0),
+        StandAction::Turn { steps: 1.0, rpm: 1.0 },
+        StandAction::SupplyVoltage(24.0),
+        StandAction::Temperature(25.0),
+        StandAction::Skip(Duration::ZERO),
+    ];
+    actions.extend(names.faults.iter().map(|name| StandAction::Fault(name, false)));
+    actions.extend(names.buttons.iter().map(|name| StandAction::Button(name, false)));
+    actions.extend(names.switches.iter().map(|(name, position)| StandAction::Switch(name, *position)));
+    actions.push(StandAction::Power(true));
+    let mut can: Vec<String> = actions.iter().filter(|action| device.act(now, action).is_ok()).map(ability).collect();
+    can.extend([StandAction::Renew, StandAction::Deliver].iter().map(ability));
+    can.extend(names.leds.iter().filter(|name| device.led(now, name).is_some()).map(|name| format!("led.{name}")));
+    let counters = names.counters.iter().filter(|name| device.counter(now, name).is_some());
+    can.extend(counters.map(|name| format!("counter.{name}")));
+    can.sort();
+    can
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reference_devices::{Setup, build};
+    use rstest::rstest;
+
+    fn served() -> ServedDevice {
+        let make = |made| {
+            let setup = Setup {
+                shaft: 5,
+                station_name: if made == Made::Named { "encoder-under-test" } else { "" },
+                ..Setup::default()
+            };
+            build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
+        };
+        let names = Names {
+            faults: vec!["memory".into(), "light".into()],
+            buttons: vec!["preset".into()],
+            leds: vec!["bf".into()],
+            counters: vec!["nvm_writes".into(), "laughs".into()],
+            ..Names::default()
+        };
+        ServedDevice::new(Box::new(make), &names)
+    }
+
+    const NOON: Time = Time::from_nanos(43_200_000_000_000);
+
+    #[rstest]
+    #[case("power down", "ok")]
+    #[case("shaft counts 1000", "ok")]
+    #[case("turn revolutions 1 rpm 60", "ok done-in 1000000000")]
+    #[case("fault memory present", "ok")]
+    #[case("fault light present", "cannot the reference device has no such means; there are fault.memory")]
+    #[case("button preset pressed", "cannot the reference device has no such means")]
+    #[case("clock 60", "ok")]
+    #[case("renew", "ok")]
+    #[case("device as_delivered", "ok")]
+    #[case("led bf", "cannot there is no LED bf to look at")]
+    #[case("counter nvm_writes", "ok 0")]
+    #[case("counter laughs", "cannot nobody counts laughs")]
+    #[case(
+        "abilities",
+        "ok clock counter.nvm_writes device fault.memory link power renew shaft.acceleration shaft.counts shaft.speed turn"
+    )]
+    #[case("dance", "cannot there is no command dance; ask for help")]
+    fn each_line_is_answered(#[case] line: &str, #[case] answer: &str) {
+        assert_eq!(served().answer(NOON, line).to_string(), answer);
+    }
+
+    #[test]
+    fn a_renewed_device_lives_by_its_own_clock() {
+        let mut device = served();
+        device.answer(NOON, "renew");
+        let mut out = Outbox::new();
+        device.wake(NOON, &mut out);
+        assert!(device.deadline().is_some_and(|due| due > NOON), "{:?}", device.deadline());
+        device.answer(NOON, "power down");
+        assert_eq!(device.deadline(), None);
+        device.answer(NOON, "power up");
+        assert_eq!(device.deadline(), Some(NOON + Duration::from_secs(2)), "it boots");
+        device.answer(NOON, "clock 1.5");
+        assert_eq!(device.deadline(), Some(NOON + Duration::from_millis(500)));
+        device.answer(NOON, "renew");
+        assert_eq!(device.deadline(), Some(NOON), "a renewed device has power");
+    }
+}

@@ -1,0 +1,186 @@
+//! A thread that does one thing after the other, so that the wire never waits for a stand.
+
+use super::hook;
+use super::operator;
+use crate::control::{Answer, Command};
+use link::lines::Client;
+use results::bench_file::StandSpec;
+use results::bench_file::command::CommandLine;
+use station::{Duration, Refusal, StandAction};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+
+/// How long the control channel may take for an answer.
+pub(super) const CONTROL_PATIENCE: Duration = Duration::from_secs(10);
+
+/// Something to do.
+pub(super) enum Job {
+    /// An action: its name, the line for the control channel, the values for a hook, the words for an operator.
+    Act { name: String, line: String, values: Vec<(&'static str, String)>, words: String },
+    /// A look at an LED, after so many actions.
+    Led(String, u64),
+    /// A look at a counter, after so many actions.
+    Counter(String, u64),
+    /// What the control channel serves.
+    Abilities,
+}
+
+impl Job {
+    /// The job that does `action`, whose ability is called `name`.
+    pub(super) fn act(action: &StandAction<'_>, name: &str) -> Job {
+        let line = Command::Act(action.clone()).to_string();
+        let one = |value: String| vec![("value", value)];
+        let word = |on: bool, yes: &str, no: &str| one(if on { yes } else { no }.to_owned());
+        let values = match *action {
+            StandAction::Power(on) | StandAction::Link(on) => word(on, "up", "down"),
+            StandAction::ShaftSpeed(number) | StandAction::SupplyVoltage(number) | StandAction::Temperature(number) => {
+                one(number.to_string())
+            }
+            StandAction::ShaftRamp { rpm, acceleration } => {
+                vec![("value", rpm.to_string()), ("acceleration", acceleration.to_string())]
+            }
+            StandAction::ShaftCounts(place) => one(place.to_string()),
+            StandAction::Turn { steps, rpm } => {
+                vec![("value", steps.to_string()), ("unit", "counts".to_owned()), ("rpm", rpm.to_string())]
+            }
+            StandAction::TurnRevolutions { revolutions, rpm } => {
+                vec![("value", revolutions.to_string()), ("unit", "revolutions".to_owned()), ("rpm", rpm.to_string())]
+            }
+            StandAction::Fault(_, there) => word(there, "present", "absent"),
+            StandAction::Button(_, down) => word(down, "pressed", "released"),
+            StandAction::Switch(_, position) => one(position.to_string()),
+            StandAction::Renew => Vec::new(),
+            StandAction::Deliver => one("as_delivered".to_owned()),
+            StandAction::Skip(time) => one(time.as_secs_f64().to_string()),
+        };
+        Job::Act { name: name.to_owned(), line, words: operator::words(action), values }
+    }
+}
+
+/// What came of a job.
+pub(super) enum Told {
+    /// The action is done once so much more time has gone by, or was not done.
+    Done(Result<Duration, Refusal>),
+    /// What an LED showed after so many actions; none if nobody could say.
+    Led(String, u64, Option<String>),
+    /// What a counter said after so many actions.
+    Counter(String, u64, Option<String>),
+    /// What was asked for.
+    Word(Result<String, Refusal>),
+}
+
+/// The near end: gives jobs and is told what came of them.
+pub(super) struct Hands {
+    spec: StandSpec,
+    ends: Option<(Sender<Job>, Receiver<Told>)>,
+}
+
+impl Hands {
+    /// Hands that have nothing to do yet.
+    pub(super) fn new(spec: &StandSpec) -> Hands {
+        Hands { spec: spec.clone(), ends: None }
+    }
+
+    /// Gives them something to do; the thread begins with the first job.
+    pub(super) fn give(&mut self, job: Job) {
+        let spec = &self.spec;
+        let (jobs, _) = self.ends.get_or_insert_with(|| {
+            let (jobs, to_do) = channel();
+            let (tell, told) = channel();
+            let worker = Worker { spec: spec.clone(), client: None };
+            thread::spawn(move || worker.work(&to_do, &tell));
+            (jobs, told)
+        });
+        // The thread ends only when this end is dropped.
+        let _ = jobs.send(job);
+    }
+
+    /// The next thing that they have to say, if there is one.
+    pub(super) fn told(&mut self) -> Option<Told> {
+        self.ends.as_ref()?.1.try_recv().ok()
+    }
+
+    /// Waits for the next thing that they have to say.
+    pub(super) fn wait(&mut self, at_most: Duration) -> Option<Told> {
+        self.ends.as_ref()?.1.recv_timeout(at_most).ok()
+    }
+}
+
+struct Worker {
+    spec: StandSpec,
+    client: Option<Client>,
+}
+
+impl Worker {
+    fn work(mut self, jobs: &Receiver<Job>, tell: &Sender<Told>) {
+        for job in jobs {
+            let told = match job {
+                Job::Act { name, line, values, words } => Told::Done(self.act(&name, &line, &values, &words)),
+                Job::Led(name, actions) => {
+                    let word = self.look(&format!("led.{name}"), &Command::Led(&name).to_string());
+                    Told::Led(name, actions, word.ok())
+                }
+                Job::Counter(name, actions) => {
+                    let word = self.look(&format!("counter.{name}"), &Command::Counter(&name).to_string());
+                    Told::Counter(name, actions, word.ok())
+                }
+                Job::Abilities => Told::Word(self.ask_for_word(&Command::Abilities.to_string())),
+            };
+            if tell.send(told).is_err() {
+                return;
+            }
+        }
+    }
+
+    fn hook(&self, name: &str, values: &[(&str, String)]) -> Option<Result<String, Refusal>> {
+        let (_, line) = self.spec.hooks.iter().find(|(hook, _)| hook == name)?;
+        let words = CommandLine::parse(line).map(|line| line.filled(values));
+        Some(words.and_then(|words| hook::run(&words, &self.spec.folder, hook::PATIENCE)).map_err(Refusal::Broken))
+    }
+
+    fn act(&mut self, name: &str, line: &str, values: &[(&str, String)], words: &str) -> Result<Duration, Refusal> {
+        if let Some(done) = self.hook(name, values) {
+            return done.map(|_| Duration::ZERO);
+        }
+        if self.spec.ask.iter().any(|asked| asked == name) {
+            return operator::ask(words).map(|()| Duration::ZERO);
+        }
+        match self.control(line)? {
+            Answer::Done(more) => Ok(more),
+            Answer::Word(word) => Err(Refusal::Broken(format!("the stand answered `{word}` to `{line}`"))),
+            Answer::Cannot(why) => Err(Refusal::CannotDo(why)),
+            Answer::Broken(why) => Err(Refusal::Broken(why)),
+        }
+    }
+
+    fn look(&mut self, name: &str, line: &str) -> Result<String, Refusal> {
+        match self.hook(name, &[]) {
+            Some(word) => word,
+            None => self.ask_for_word(line),
+        }
+    }
+
+    fn ask_for_word(&mut self, line: &str) -> Result<String, Refusal> {
+        match self.control(line)? {
+            Answer::Word(word) => Ok(word),
+            Answer::Done(_) => Err(Refusal::Broken(format!("the stand answered nothing to `{line}`"))),
+            Answer::Cannot(why) => Err(Refusal::CannotDo(why)),
+            Answer::Broken(why) => Err(Refusal::Broken(why)),
+        }
+    }
+
+    fn control(&mut self, line: &str) -> Result<Answer, Refusal> {
+        let Some(path) = &self.spec.control else {
+            return Err(Refusal::CannotDo("the stand has no control channel".to_owned()));
+        };
+        let client = match self.client.take() {
+            Some(client) => Ok(client),
+            None => Client::connect(path),
+        };
+        let broken = |error: link::LinkError| Refusal::Broken(error.to_string());
+        let mut client = client.map_err(broken)?;
+        let answer = client.ask(line, CONTROL_PATIENCE).map_err(broken)?;
+        self.client = Some(client);
+        Answer::parse(&answer).map_err(Refusal::Broken)
+    }
+}

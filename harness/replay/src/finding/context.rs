@@ -1,0 +1,316 @@
+//! The frames around a finding: the last ones are kept as octets in a ring of fixed size, and told in words only where a
+//! finding needs them.
+//!
+//! This room must not know what is wrong, only where.
+
+use super::super::events::seconds;
+use judge::observe::{Ar, ArId, ProfibusWords, describe};
+use plain_text::printable;
+use serde::Serialize;
+use station::Time;
+use std::collections::{BTreeMap, VecDeque};
+use suite::device::Bus;
+use wire::ethernet::{FrameHeader, Mac};
+use wire::profibus::fdl::Frame;
+
+/// Frames of the same connection before and behind the one that matters.
+const AROUND: usize = 4;
+/// Octets of frames that are remembered, in which tens of thousands of cyclic frames have room.
+const ROOM: usize = 1 << 20;
+/// Frames looked through for those of the same connection, in either direction.
+const MOST_LOOKED_THROUGH: usize = 4_096;
+/// Findings whose frames are kept.
+const MOST_FINDINGS: usize = 1_000;
+
+/// The frames of the same connection around a finding.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Context {
+    /// Those before it, the oldest first; that which began it stands first where it is further away.
+    pub before: Vec<ContextFrame>,
+    /// Its own; none where the finding is about no frame that was kept.
+    pub at: Option<ContextFrame>,
+    /// Those behind it.
+    pub after: Vec<ContextFrame>,
+}
+
+/// A frame of the capture in words.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContextFrame {
+    /// The number of the packet, from 1.
+    pub frame: u64,
+    /// When, in seconds since the first frame of the capture; less than 0 where time went backwards.
+    pub time: f64,
+    /// What is in it, as `encspec dissect` tells it, escaped; more lines than one on PROFIBUS.
+    pub text: String,
+}
+
+/// The last frames of a capture, and those around the findings so far.
+#[derive(Debug, Default)]
+pub(crate) struct Surroundings {
+    ring: Ring,
+    first: Option<Time>,
+    wanted: BTreeMap<u64, Wanted>,
+    /// Those of `wanted` that wait for frames behind them.
+    open: Vec<u64>,
+}
+
+/// What is kept for one finding.
+#[derive(Debug)]
+struct Wanted {
+    ar: Option<ArId>,
+    ends: Ends,
+    context: Context,
+    words: ProfibusWords,
+    /// The ends of the frame before, for an answer without addresses.
+    before: Ends,
+    patience: usize,
+}
+
+impl Surroundings {
+    /// Remembers a frame, before anything is found in it.
+    pub fn keep(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
+        self.first.get_or_insert(time);
+        self.ring.push(bus, number, time, octets);
+    }
+
+    /// Whether findings wait for the frames behind them.
+    pub fn is_waiting(&self) -> bool {
+        !self.open.is_empty()
+    }
+
+    /// Gives the frame that was kept last to the findings before it that wait for it.
+    pub fn fill(&mut self, ars: &[Ar]) {
+        let Some(entry) = self.ring.entries.back().copied() else { return };
+        let Surroundings { ring, first, wanted, open } = self;
+        open.retain(|number| {
+            let Some(of) = wanted.get_mut(number).filter(|_| *number < entry.number) else { return true };
+            let octets = ring.octets(&entry);
+            let ends = Ends::of(entry.bus, octets, of.before);
+            let lines = (entry.bus == Bus::Profibus).then(|| of.words.lines(octets));
+            if of.ends.meet(ends) {
+                let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
+                of.context.after.push(told(*first, &entry, &text));
+            }
+            of.before = ends;
+            of.patience -= 1;
+            of.context.after.len() < AROUND && of.patience > 0
+        });
+    }
+
+    /// Keeps what is around a frame in which something is wrong; `trigger` is the frame that began it.
+    pub fn want(&mut self, frame: u64, trigger: Option<u64>, ar: Option<ArId>, ars: &[Ar]) {
+        if let Some(known) = self.wanted.get_mut(&frame) {
+            known.ar = known.ar.or(ar);
+            return;
+        }
+        if self.wanted.len() >= MOST_FINDINGS {
+            return;
+        }
+        let Some(at) = self.ring.find(frame) else { return };
+        let ends_at = |index: usize| self.ring.ends(index);
+        let ends = ends_at(at);
+        let mut chosen: Vec<usize> = (at.saturating_sub(MOST_LOOKED_THROUGH)..at)
+            .rev()
+            .filter(|&index| ends.meet(ends_at(index)))
+            .take(AROUND)
+            .collect();
+        let began = trigger.and_then(|trigger| self.ring.find(trigger)).filter(|began| *began < at);
+        chosen.extend(began.filter(|began| !chosen.contains(began)));
+        chosen.sort_unstable();
+        let mut words = ProfibusWords::default();
+        let mut context = Context::default();
+        // What asked for the first of them has to be known to tell an answer.
+        let from = chosen.first().copied().unwrap_or(at).saturating_sub(1);
+        for index in from..=at {
+            let Some(entry) = self.ring.entries.get(index) else { continue };
+            let octets = self.ring.octets(entry);
+            let lines = (entry.bus == Bus::Profibus).then(|| words.lines(octets));
+            if index == at || chosen.contains(&index) {
+                let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
+                let told = told(self.first, entry, &text);
+                if index == at { context.at = Some(told) } else { context.before.push(told) }
+            }
+        }
+        let later: Vec<Entry> = self.ring.entries.iter().skip(at + 1).copied().collect();
+        let mut wanted = Wanted { ar, ends, context, words, before: ends, patience: MOST_LOOKED_THROUGH };
+        // It may have shown only later that something is wrong.
+        for entry in later.iter().take(MOST_LOOKED_THROUGH) {
+            let octets = self.ring.octets(entry);
+            let ends = Ends::of(entry.bus, octets, wanted.before);
+            let lines = (entry.bus == Bus::Profibus).then(|| wanted.words.lines(octets));
+            if wanted.context.after.len() < AROUND && wanted.ends.meet(ends) {
+                let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
+                wanted.context.after.push(told(self.first, entry, &text));
+            }
+            wanted.before = ends;
+        }
+        if wanted.context.after.len() < AROUND {
+            self.open.push(frame);
+        }
+        self.wanted.insert(frame, wanted);
+    }
+
+    /// The frames around a frame and the connection that it belongs to, as far as they were kept.
+    pub fn of(&self, frame: u64) -> Option<(&Context, Option<ArId>)> {
+        self.wanted.get(&frame).map(|of| (&of.context, of.ar))
+    }
+}
+
+fn told(first: Option<Time>, entry: &Entry, text: &str) -> ContextFrame {
+    let text = text.lines().map(printable).collect::<Vec<_>>().join("\n");
+    ContextFrame { frame: entry.number, time: seconds(first, entry.time), text }
+}
+
+/// Between whom a frame goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Ends {
+    /// Nobody can tell.
+    #[default]
+    Unknown,
+    /// Two stations of Ethernet; the second may be a group.
+    Macs(Mac, Mac),
+    /// Two stations of PROFIBUS.
+    Stations(u8, u8),
+    /// The token of PROFIBUS.
+    Token,
+}
+
+impl Ends {
+    fn of(bus: Bus, octets: &[u8], before: Ends) -> Ends {
+        match bus {
+            Bus::Profinet => FrameHeader::parse(octets)
+                .map_or(Ends::Unknown, |(header, _)| Ends::Macs(header.source, header.destination)),
+            Bus::Profibus => match Frame::parse(octets) {
+                Ok(Frame::Data(frame)) => Ends::Stations(frame.sa, frame.da),
+                Ok(Frame::ShortAcknowledgement) => before,
+                Ok(Frame::Token { .. }) => Ends::Token,
+                Err(_) => Ends::Unknown,
+            },
+        }
+    }
+
+    /// Whether frames belong to the same conversation.
+    fn meet(self, other: Ends) -> bool {
+        match (self, other) {
+            (Ends::Macs(one, two), Ends::Macs(three, four)) => {
+                if two.is_group() || four.is_group() {
+                    one == three || !two.is_group() && two == three || !four.is_group() && one == four
+                } else {
+                    (one, two) == (three, four) || (one, two) == (four, three)
+                }
+            }
+            (Ends::Stations(one, two), Ends::Stations(three, four)) => {
+                (one, two) == (three, four) || (one, two) == (four, three)
+            }
+            (Ends::Token, Ends::Token) => true,
+            _ => false,
+        }
+    }
+}
+
+/// A frame in the ring.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    number: u64,
+    time: Time,
+    start: u32,
+    length: u32,
+    bus: Bus,
+}
+
+/// The last frames, the oldest first; the octets of each lie together.
+#[derive(Debug, Default)]
+struct Ring {
+    octets: Vec<u8>,
+    entries: VecDeque<Entry>,
+    head: usize,
+}
+
+impl Ring {
+    fn push(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
+        let Some(octets) = octets.get(..octets.len().min(ROOM)) else { return };
+        let wanted = self.head + octets.len();
+        if wanted > self.octets.len() && self.octets.len() < ROOM {
+            // A short capture needs little.
+            self.octets.resize((self.octets.len() * 2).max(wanted).min(ROOM), 0);
+        }
+        if wanted > self.octets.len() {
+            // What lies behind the head is the oldest.
+            while self.entries.front().is_some_and(|first| first.start as usize >= self.head) {
+                self.entries.pop_front();
+            }
+            self.head = 0;
+        }
+        let end = self.head + octets.len();
+        let meets = |first: &Entry| (self.head..end.max(self.head + 1)).contains(&(first.start as usize));
+        while self.entries.front().is_some_and(meets) {
+            self.entries.pop_front();
+        }
+        if let Some(room) = self.octets.get_mut(self.head..end) {
+            room.copy_from_slice(octets);
+        }
+        let (start, length) = (self.head as u32, octets.len() as u32);
+        self.entries.push_back(Entry { number, time, start, length, bus });
+        self.head = end;
+    }
+
+    fn find(&self, number: u64) -> Option<usize> {
+        self.entries.binary_search_by_key(&number, |entry| entry.number).ok()
+    }
+
+    fn octets(&self, entry: &Entry) -> &[u8] {
+        let start = entry.start as usize;
+        self.octets.get(start..start + entry.length as usize).unwrap_or_default()
+    }
+
+    /// Between whom the frame at `index` goes; an answer without addresses goes between those of the frame before it.
+    fn ends(&self, index: usize) -> Ends {
+        let of = |index: usize, before: Ends| {
+            self.entries.get(index).map_or(Ends::Unknown, |entry| Ends::of(entry.bus, self.octets(entry), before))
+        };
+        of(index, index.checked_sub(1).map_or(Ends::Unknown, |before| of(before, Ends::Unknown)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(from: u8, to: u8, fill: u8) -> Vec<u8> {
+        [&[2, 0, 0, 0, 0, to][..], &[2, 0, 0, 0, 0, from], &[0x12, 0x34], &[fill; 40]].concat()
+    }
+
+    #[test]
+    fn the_frames_of_the_same_two_stations_are_kept_before_and_behind() {
+        let mut around = Surroundings::default();
+        for number in 1..=40_u64 {
+            let of_others = number.is_multiple_of(2);
+            let (from, to) = if of_others { (7, 8) } else { (1, 2) };
+            around.keep(Bus::Profinet, number, Time::from_nanos(number), &frame(from, to, 0));
+            around.fill(&[]);
+            if number == 21 {
+                around.want(19, Some(3), None, &[]);
+            }
+        }
+        let (context, _) = around.of(19).expect("it was wanted");
+        let numbers = |frames: &[ContextFrame]| frames.iter().map(|frame| frame.frame).collect::<Vec<_>>();
+        assert_eq!(numbers(&context.before), [3, 11, 13, 15, 17]);
+        assert_eq!(context.at.as_ref().map(|frame| frame.frame), Some(19));
+        assert_eq!(numbers(&context.after), [21, 23, 25, 27]);
+        assert!(!around.is_waiting());
+    }
+
+    #[test]
+    fn the_ring_keeps_the_last_frames_whole_whatever_their_lengths() {
+        let mut ring = Ring::default();
+        for number in 1..=60_000_u64 {
+            let length = (number * 37 % 1_500) as usize;
+            ring.push(Bus::Profinet, number, Time::ZERO, &vec![number as u8; length]);
+        }
+        assert!(ring.entries.len() > 1_000 && ring.entries.back().map(|entry| entry.number) == Some(60_000));
+        for entry in &ring.entries {
+            let length = (entry.number * 37 % 1_500) as usize;
+            assert_eq!(ring.octets(entry), vec![entry.number as u8; length], "frame {}", entry.number);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! A broken rule of a manual as a finding: its requirements and clauses, its place, what it may come from, what to do next.
+
+use super::{Finding, Severity};
+use judge::rule::Violation;
+use results::outcome::PartSeen;
+use suite::model::{Level, Manual, Rule, RuleBody};
+
+/// Mistakes that are named as likely causes.
+const MOST_CAUSES: usize = 3;
+
+/// The finding that a broken rule is.
+pub(crate) fn of_rule(manual: &Manual, rule: &Rule, violation: &Violation) -> Finding {
+    let covered: Vec<_> = rule.covers.iter().filter_map(|&index| manual.requirements.get(index)).collect();
+    let requirements: Vec<_> = covered.iter().map(|of| (of.id.as_str(), of.cites.as_str())).collect();
+    let severity = match covered.iter().map(|requirement| requirement.level).min() {
+        Some(Level::Info) => Severity::Info,
+        Some(Level::Must | Level::Should) | None => Severity::Error,
+    };
+    let missed = || violation.parts.iter().filter(|part| !part.held);
+    let parts: Vec<String> =
+        missed().map(|part| format!("{}: wanted {}, seen {}", part.text, part.wanted, part.seen)).collect();
+    let since = violation.trigger.map_or(String::new(), |trigger| format!(" (after frame {})", trigger.frame));
+    let text = format!("{} {}{since} [{}]; {}", rule.why.trim_end(), violation.how, rule.id, parts.join("; "));
+    let list = |say: &dyn Fn(&PartSeen) -> String| missed().map(say).collect::<Vec<_>>().join("; ");
+    let id = format!("{}/{}", manual.device.name, rule.id);
+    let finding = Finding::rule(id, &requirements, severity, violation.frame(), text.trim_end_matches("; "))
+        .on(manual.device.bus)
+        .expected(list(&|part| match part.wanted.as_str() {
+            "true" => part.text.clone(),
+            wanted => format!("{}: {wanted}", part.text),
+        }))
+        .seen(list(&|part| match part.wanted.as_str() {
+            "true" => bare(&part.seen).to_owned(),
+            _ => format!("{}: {}", part.text, part.seen),
+        }))
+        .cause(cause(manual, rule))
+        .next(next(manual, rule, violation));
+    match violation.place {
+        Some((_, octet, bit)) => finding.at(octet, bit),
+        None => finding,
+    }
+}
+
+/// The values behind `false (...)`.
+fn bare(seen: &str) -> &str {
+    seen.strip_prefix("false (").and_then(|values| values.strip_suffix(')')).unwrap_or(seen)
+}
+
+/// What makes a rule of this kind break: first what the suites know of such mistakes, then what else there is.
+fn cause(manual: &Manual, rule: &Rule) -> String {
+    let known: Vec<&str> = rule
+        .catches
+        .iter()
+        .filter_map(|name| manual.bugs.iter().find(|bug| bug.name == *name))
+        .map(|bug| bug.why.trim_end().trim_end_matches('.'))
+        .take(MOST_CAUSES)
+        .collect();
+    let kind = match &rule.body {
+        RuleBody::Always(_) => "The firmware of the device sends what its manual rules out",
+        RuleBody::When { .. } => "The firmware of the device answers too late, not at all or not as long as it should",
+    };
+    if known.is_empty() {
+        format!("{kind}.")
+    } else {
+        format!("{kind}. Known mistakes that look like this: {}.", known.join("; "))
+    }
+}
+
+/// Where to look, and how it is seen again.
+fn next(manual: &Manual, rule: &Rule, violation: &Violation) -> String {
+    let frame = violation.frame();
+    let place = match violation.place {
+        Some((_, octet, Some(bit))) => format!("octet {octet} bit {bit} of packet {frame}"),
+        Some((_, octet, None)) => format!("packet {frame} from octet {octet} on"),
+        None => format!("packet {frame}"),
+    };
+    let since = violation.trigger.map_or(String::new(), |trigger| format!(", and packet {},", trigger.frame));
+    let first = rule.covers.first().and_then(|&index| manual.requirements.get(index));
+    let what = first.map_or_else(|| "the rule".to_owned(), |of| format!("{} (encspec explain {})", of.cites, of.id));
+    let again = reproducer(manual, rule).map_or(String::new(), |case| {
+        format!(" To see it again on a bench: encspec run {}/{case}.", manual.device.name)
+    });
+    format!("Compare {place}{since} with {what}. Ask the maker for a firmware in which it is mended.{again}")
+}
+
+/// A case that covers the same, best one that is known to show the same mistakes.
+fn reproducer<'m>(manual: &'m Manual, rule: &Rule) -> Option<&'m str> {
+    let trials = || manual.variants.iter().flat_map(|variant| &variant.trials);
+    let covers = |of: &&suite::model::Trial| of.covers.iter().any(|covered| rule.covers.contains(covered));
+    let catches = |of: &&suite::model::Trial| of.catches.iter().any(|bug| rule.catches.contains(bug));
+    let trial = trials()
+        .find(|trial| covers(trial) && catches(trial))
+        .or_else(|| trials().find(covers))
+        .or_else(|| trials().find(catches))?;
+    Some(trial.case())
+}

@@ -1,0 +1,284 @@
+//! Connections whose Connect is not in the capture: what the cyclic frames carry is guessed from the identity of the device, the
+//! lengths of the frames and the places of their status octets.
+//!
+//! A guess is taken only where one arrangement of one module fits every frame looked at, and whatever is found by it is marked.
+//! This room must not know rules.
+
+use super::finding::{Finding, Severity};
+use judge::observe::{ArId, Met, Observation, Placed, Tracker, Traffic};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+use suite::device::{Bus, Device, Module, Submodule};
+use suite::model::Manual;
+use wire::ethernet::Mac;
+use wire::profinet::rt::{IoxS, SHORTEST_DATA};
+
+/// Frames of each direction that are looked at.
+const SAMPLES: usize = 16;
+/// Frames of one direction after which the other one is not waited for.
+const ONE_SIDED: u32 = 256;
+/// Pairs of stations that are looked at.
+const MOST_PAIRS: usize = 64;
+
+/// Where the layout of a connection comes from, where it is not its Connect.
+#[derive(Clone, Debug)]
+pub(super) struct Guess {
+    /// The manual and its module.
+    pub what: String,
+}
+
+/// The connections without a Connect.
+#[derive(Debug)]
+pub(super) struct Layouts<'a> {
+    manuals: &'a [Manual],
+    pairs: FxHashMap<(Mac, Mac), Pair>,
+    guesses: BTreeMap<ArId, Guess>,
+    /// A pair that has samples enough.
+    ripe: Option<(Mac, Mac)>,
+}
+
+/// The cyclic frames between two stations, the lower address first.
+#[derive(Debug, Default)]
+struct Pair {
+    ways: [Way; 2],
+    done: bool,
+}
+
+/// Those of one direction.
+#[derive(Debug, Default)]
+struct Way {
+    frame_id: u16,
+    samples: Vec<Vec<u8>>,
+    seen: u32,
+    last: Option<u16>,
+    /// The least step of the cycle counter.
+    step: u16,
+}
+
+/// One arrangement of a module in the frames.
+struct Arrangement<'a> {
+    module: &'a Module,
+    placed: Vec<Placed>,
+    /// Octets in use in the frames to the controller and to the device, without padding.
+    used: (usize, usize),
+}
+
+impl<'a> Layouts<'a> {
+    pub fn new(manuals: &'a [Manual]) -> Layouts<'a> {
+        Layouts { manuals, pairs: FxHashMap::default(), guesses: BTreeMap::new(), ripe: None }
+    }
+
+    /// Takes in what a tracker says: only cyclic frames that belong to nothing matter.
+    #[inline]
+    pub fn observe(&mut self, observation: &Observation<'_>) {
+        if let Observation::Traffic(Traffic::Stray { source, destination, frame_id, counter, data }) = observation {
+            self.stray((*source, *destination), *frame_id, *counter, data);
+        }
+    }
+
+    fn stray(&mut self, (source, destination): (Mac, Mac), frame_id: u16, counter: u16, data: &[u8]) {
+        let key = (source.min(destination), source.max(destination));
+        if self.pairs.len() >= MOST_PAIRS && !self.pairs.contains_key(&key) {
+            return;
+        }
+        let pair = self.pairs.entry(key).or_default();
+        if pair.done {
+            return;
+        }
+        let way = &mut pair.ways[usize::from(source != key.0)];
+        if way.seen > 0 && way.frame_id != frame_id {
+            // Two streams one way are two connections, of which nothing can be told apart.
+            pair.done = true;
+            return;
+        }
+        way.frame_id = frame_id;
+        way.seen += 1;
+        if let Some(last) = way.last.replace(counter) {
+            let step = counter.wrapping_sub(last);
+            if step > 0 && step < 0x8000 && (way.step == 0 || step < way.step) {
+                way.step = step;
+            }
+        }
+        if way.samples.len() < SAMPLES {
+            way.samples.push(data.to_vec());
+        }
+        let [one, other] = &pair.ways;
+        let both = one.samples.len() >= SAMPLES && other.samples.len() >= SAMPLES;
+        if both || one.seen.max(other.seen) >= ONE_SIDED {
+            self.ripe = Some(key);
+        }
+    }
+
+    /// A connection whose layout can be told by now, for the tracker to follow.
+    pub fn guessed(&mut self, tracker: &Tracker) -> Option<(Met, Guess)> {
+        let key = self.ripe.take()?;
+        let pair = self.pairs.get_mut(&key)?;
+        pair.done = true;
+        let [low, high] = &pair.ways;
+        let mut fits: Vec<(Met, Guess)> = Vec::new();
+        for (device, controller, inputs, outputs) in [(key.0, key.1, low, high), (key.1, key.0, high, low)] {
+            let ids = tracker.ids_of(device);
+            let known = |manual: &&Manual| {
+                let identity = &manual.device.identity;
+                match ids {
+                    Some(ids) => ids == (identity.vendor_id, identity.device_id),
+                    // Who asks for one manual says that this is the device.
+                    None => {
+                        self.manuals.len() == 1
+                            && tracker.ids_of(controller).is_none_or(|ids| ids.0 != identity.vendor_id)
+                    }
+                }
+            };
+            for manual in self.manuals.iter().filter(|manual| manual.device.bus == Bus::Profinet).filter(known) {
+                for arrangement in arrangements(&manual.device) {
+                    if !arrangement.fits(inputs, outputs) {
+                        continue;
+                    }
+                    let met = Met {
+                        controller,
+                        device,
+                        ids: (manual.device.identity.vendor_id, manual.device.identity.device_id),
+                        inputs: (inputs.frame_id, arrangement.used.0.max(SHORTEST_DATA), inputs.step),
+                        outputs: (outputs.frame_id, arrangement.used.1.max(SHORTEST_DATA), outputs.step),
+                        submodules: arrangement.placed.clone(),
+                    };
+                    let what = format!("{}, module {}", manual.device.name, arrangement.module.name);
+                    fits.push((met, Guess { what }));
+                }
+            }
+        }
+        let (first, _) = fits.first()?;
+        // Access points and ports may be there or not as long as the data stand at the same places.
+        let places = |met: &Met| {
+            let data = met.submodules.iter().filter(|of| of.input.is_some() || of.output.is_some());
+            data.map(|of| (of.submodule_ident, of.input.clone(), of.output.clone(), of.input_status))
+                .collect::<Vec<_>>()
+        };
+        let same = fits.iter().all(|(met, _)| met.device == first.device && places(met) == places(first));
+        same.then(|| fits.swap_remove(0))
+    }
+
+    /// Remembers which connection was made of a guess.
+    pub fn took(&mut self, ar: ArId, guess: Guess) {
+        self.guesses.insert(ar, guess);
+    }
+
+    /// The manual and module by which a connection was read, where its Connect was not seen.
+    pub fn guess(&self, ar: ArId) -> Option<&Guess> {
+        self.guesses.get(&ar)
+    }
+
+    /// Says of a finding that its connection was read by a guess, and that it may be wrong.
+    pub fn mark(&self, finding: &mut Finding) {
+        // A rule that does not say which connection it is about may be about one that was guessed.
+        let of_rule = finding.ar.is_none() && !finding.requirements.is_empty();
+        let guess = match finding.ar {
+            Some(ar) => self.guess(ArId(ar as u32)),
+            None => self.guesses.values().next().filter(|_| of_rule),
+        };
+        let Some(guess) = guess.filter(|_| finding.bus == Bus::Profinet) else { return };
+        finding.severity = finding.severity.min(Severity::Warning);
+        finding.text += &format!(" (the Connect is not in the capture; the layout is guessed: {})", guess.what);
+    }
+}
+
+/// The ways in which controllers arrange the submodules of a module, with and without those of the access point.
+fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
+    let mut all = Vec::new();
+    let point: Vec<&Submodule> = device.submodules.iter().filter(|of| of.slot == 0).collect();
+    for module in &device.modules {
+        let own: Vec<&Submodule> = module.submodules.iter().filter_map(|&index| device.submodules.get(index)).collect();
+        if own.iter().all(|of| of.input_octets == 0 && of.output_octets == 0) {
+            continue;
+        }
+        for head in 0..3 {
+            for in_turn in [false, true] {
+                let mut submodules: Vec<Placed> = Vec::new();
+                let mut lengths: Vec<(usize, usize)> = Vec::new();
+                let mut put = |api, slot, subslot, ident, octets: (u16, u16)| {
+                    submodules.push(Placed::bare((api, slot, subslot), ident));
+                    lengths.push((octets.0.into(), octets.1.into()));
+                };
+                if head > 0 {
+                    point.iter().for_each(|of| put(of.api, of.slot, of.subslot, of.ident, (0, 0)));
+                }
+                if head > 1 {
+                    device.network.iter().for_each(|&(subslot, ident)| put(0, 0, subslot, ident, (0, 0)));
+                }
+                own.iter()
+                    .for_each(|of| put(of.api, of.slot, of.subslot, of.ident, (of.input_octets, of.output_octets)));
+                let used = place(&mut submodules, &lengths, in_turn);
+                all.push(Arrangement { module, placed: submodules, used });
+            }
+        }
+    }
+    all
+}
+
+/// Puts the submodules one behind the other: all data and then the consumer status, or both in turn.
+fn place(submodules: &mut [Placed], lengths: &[(usize, usize)], in_turn: bool) -> (usize, usize) {
+    let (mut input, mut output) = (0, 0);
+    let has_input = |octets: (usize, usize)| octets.0 > 0 || octets.1 == 0;
+    for (of, &octets) in submodules.iter_mut().zip(lengths) {
+        if has_input(octets) {
+            of.input = (octets.0 > 0).then_some(input..input + octets.0);
+            of.input_status = Some(input + octets.0);
+            input += octets.0 + 1;
+            if in_turn {
+                (of.input_consumer, output) = (Some(output), output + 1);
+            }
+        }
+        if octets.1 > 0 {
+            if in_turn && has_input(octets) {
+                // Its own outputs stand before the status of its inputs.
+                output -= 1;
+            }
+            of.output = Some(output..output + octets.1);
+            of.output_status = Some(output + octets.1);
+            output += octets.1 + 1;
+            if in_turn {
+                if has_input(octets) {
+                    (of.input_consumer, output) = (Some(output), output + 1);
+                }
+                (of.output_consumer, input) = (Some(input), input + 1);
+            }
+        }
+    }
+    if !in_turn {
+        for (of, &octets) in submodules.iter_mut().zip(lengths) {
+            if octets.1 > 0 {
+                (of.output_consumer, input) = (Some(input), input + 1);
+            }
+        }
+        for (of, &octets) in submodules.iter_mut().zip(lengths) {
+            if has_input(octets) {
+                (of.input_consumer, output) = (Some(output), output + 1);
+            }
+        }
+    }
+    (input, output)
+}
+
+impl Arrangement<'_> {
+    /// Whether all frames looked at may be of this arrangement, and one of each direction shows good data.
+    fn fits(&self, inputs: &Way, outputs: &Way) -> bool {
+        let of_inputs: Vec<usize> =
+            self.placed.iter().flat_map(|of| of.input_status.into_iter().chain(of.output_consumer)).collect();
+        let of_outputs: Vec<usize> =
+            self.placed.iter().flat_map(|of| of.output_status.into_iter().chain(of.input_consumer)).collect();
+        !inputs.samples.is_empty()
+            && way_fits(&inputs.samples, &of_inputs, self.used.0)
+            && (outputs.samples.is_empty() || way_fits(&outputs.samples, &of_outputs, self.used.1))
+    }
+}
+
+fn way_fits(samples: &[Vec<u8>], status: &[usize], used: usize) -> bool {
+    let octet = |data: &[u8], at: usize| data.get(at).copied();
+    let plausible = |data: &Vec<u8>| {
+        data.len() == used.max(SHORTEST_DATA)
+            && status.iter().all(|&at| octet(data, at).is_some_and(|of| of & 0x1F == 0))
+            && data.iter().skip(used).all(|of| *of == 0)
+    };
+    let good = |data: &Vec<u8>| status.iter().all(|&at| octet(data, at).is_some_and(|of| IoxS(of).is_good()));
+    samples.iter().all(plausible) && samples.iter().any(good)
+}

@@ -1,0 +1,162 @@
+//! Captures: which connections there are, what happened, and which rules of the manuals were broken where.
+//!
+//! A capture is read once, in flat memory, and what can be read is read: damage and what is unreadable become entries of the
+//! report. The rules are the same as in a run. This room must not know how trials are run.
+
+mod against;
+mod dcp;
+mod decode;
+mod events;
+pub mod finding;
+mod layout;
+mod page;
+mod protocol;
+mod read;
+mod report;
+mod rules;
+mod text;
+mod unseen;
+mod walk;
+
+pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
+pub use finding::{Blame, Context, ContextFrame, Finding, Severity};
+pub use page::{Look, chapter, page};
+pub use protocol::table::{CHECKS, Check};
+pub use read::{CannotReplay, Progress, Told, each, files};
+pub use report::{
+    Abort, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport, Event, EventKind,
+    ReplayReport, RuleReport, StreamReport,
+};
+pub use rules::{RuleJudge, RuleOutcome, judge_rules, speaks_to};
+pub use text::text;
+
+use events::Events;
+use finding::Surroundings;
+use judge::observe::{Ar, ArId, Observation};
+use protocol::Protocol;
+use read::order::Next;
+use rules::{CaptureRules, News};
+use std::io::Read;
+use suite::device::Bus;
+use suite::model::Manual;
+use virtual_wire::capture::NotACapture;
+use walk::{Walked, Watch, walk};
+
+/// Reads one capture, pcap or pcapng, packed or not, and judges it; `name` is how the report calls it.
+///
+/// An error says that `input` cannot be read or is no capture; whatever is wrong further on is damage in the report.
+pub fn capture(name: &str, input: impl Read, manuals: &[Manual]) -> Result<CaptureReport, NotACapture> {
+    capture_with(name, input, manuals, &mut |_, _| {})
+}
+
+/// The same; `told` hears after each frame how many were read, and at the end once more.
+fn capture_with(
+    name: &str,
+    input: impl Read,
+    manuals: &[Manual],
+    told: &mut dyn FnMut(u64, bool),
+) -> Result<CaptureReport, NotACapture> {
+    let mut replay = Replay {
+        events: Events::new(manuals),
+        rules: CaptureRules::new(manuals),
+        protocol: Protocol::default(),
+        around: Surroundings::default(),
+    };
+    let walked = walk(input, manuals, &mut replay, told)?;
+    Ok(replay.report(name, walked))
+}
+
+struct Replay<'a> {
+    events: Events<'a>,
+    rules: CaptureRules<'a>,
+    protocol: Protocol,
+    /// What is kept of the frames around the findings.
+    around: Surroundings,
+}
+
+impl Watch for Replay<'_> {
+    fn begin(&mut self, bus: Bus, next: &Next<'_>) {
+        self.around.keep(bus, next.number, next.time, next.octets);
+        self.events.begin(next.number, next.time, next.cut);
+        self.protocol.begin(bus, next.number, next.time, next.octets);
+    }
+
+    #[inline]
+    fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+        self.events.observe(ars, observation);
+        self.protocol.observe(bus, ars, observation);
+        self.rules.observe(bus, ars, (next.time, next.number), observation);
+    }
+
+    /// Keeps what lies around the frames in which something was just found.
+    fn seen(&mut self, bus: Bus, ars: &[Ar]) {
+        let Replay { protocol, rules, around, .. } = self;
+        if around.is_waiting() {
+            around.fill(ars);
+        }
+        for News { frame, trigger, ar } in rules.news(bus) {
+            around.want(frame, trigger, ar, ars);
+        }
+        for frame in protocol.news() {
+            around.want(frame, None, None, ars);
+        }
+    }
+
+    fn gap(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+        self.rules.observe(bus, ars, (next.time, next.number), observation);
+    }
+
+    fn hole(&mut self) {
+        self.protocol.hole();
+    }
+
+    fn other_link(&mut self, next: &Next<'_>) {
+        self.events.other_link(next.number, next.time, next.link.0);
+    }
+}
+
+impl Replay<'_> {
+    fn report(mut self, name: &str, walked: Walked<'_>) -> CaptureReport {
+        let Walked { tracker, slaves, layouts, damage, frames } = walked;
+        let (rules, broken) = self.rules.end();
+        let events = self.events.end(&tracker, &slaves);
+        let mut findings = self.protocol.end(&tracker, &slaves);
+        for finding in &findings {
+            let ars = if finding.bus == Bus::Profibus { slaves.ars() } else { tracker.ars() };
+            self.around.want(finding.frame, None, None, ars);
+        }
+        findings.extend(broken);
+        findings.sort_by_key(|finding| finding.frame);
+        if damage.is_untrusted() {
+            findings.iter_mut().for_each(Finding::doubt);
+        }
+        let connections = tracker.ars().len();
+        for finding in &mut findings {
+            if let Some((context, ar)) = self.around.of(finding.frame) {
+                finding.context = context.clone();
+                finding.ar = finding.ar.or(ar.map(|ar| ar.0 as usize));
+            }
+            layouts.mark(finding);
+            // The slaves come behind the connections of PROFINET.
+            let before = if finding.bus == Bus::Profibus { connections } else { 0 };
+            finding.ar = finding.ar.map(|ar| ar + before);
+        }
+        let ars = tracker.ars().iter().chain(slaves.ars());
+        let mut ars: Vec<ConnectionReport> = ars.map(ConnectionReport::from).collect();
+        for (index, ar) in ars.iter_mut().enumerate().take(connections) {
+            if let Some(guess) = layouts.guess(ArId(index as u32)) {
+                ar.layout = Some(format!("guessed: {}", guess.what));
+            }
+        }
+        CaptureReport {
+            file: name.to_owned(),
+            frames,
+            damage: damage.end(frames),
+            ars,
+            events,
+            findings,
+            rules,
+            against: None,
+        }
+    }
+}

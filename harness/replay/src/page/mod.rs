@@ -1,0 +1,272 @@
+//! The page of a replay: each capture as a chapter with its findings, each connection as a timeline.
+//!
+//! A page needs what a report does not keep, so the capture is walked through a second time: for the packets that findings name
+//! and for what the connections carried. This room must not decide anything: what is wrong stands in the report.
+
+mod packets;
+mod timeline;
+
+use super::finding::{ContextFrame, Finding};
+use super::read::order::Next;
+use super::report::{CaptureReport, ConnectionReport, DamageReport};
+use super::walk::{Watch, walk};
+use judge::observe::{Ar, Observation};
+use packets::{Packets, Seen};
+use report::page::{Chapter, Entry, Mark, Packet, Page, Table, Timeline, Tone};
+use results::outcome::Severity;
+use std::io::Read;
+use suite::device::Bus;
+use suite::model::Manual;
+use timeline::Timelines;
+use virtual_wire::capture::NotACapture;
+
+/// Findings of one capture that are shown with their packet.
+const MOST_FINDINGS: usize = 300;
+
+/// The page of captures, one chapter for each.
+pub fn page(title: &str, chapters: Vec<Chapter>) -> Page {
+    let all = || chapters.iter().flat_map(|chapter| &chapter.entries);
+    let (bad, open) =
+        (all().filter(|entry| entry.tone == Tone::Bad).count(), all().filter(|entry| entry.tone == Tone::Open).count());
+    let verdict = match (bad, open) {
+        (0, 0) => (Tone::Good, "Nothing wrong was found.".to_owned()),
+        (0, open) => (Tone::Open, format!("No errors; findings to look at: {open}.")),
+        (bad, _) => (Tone::Bad, format!("Findings that are errors: {bad}.")),
+    };
+    Page { title: title.to_owned(), verdict, chapters }
+}
+
+/// The chapter of one capture; `again` is the same capture from its begin, `number` makes its anchors unique on the page.
+///
+/// An error says that it cannot be read a second time.
+pub fn chapter(
+    number: usize,
+    report: &CaptureReport,
+    again: impl Read,
+    manuals: &[Manual],
+) -> Result<Chapter, NotACapture> {
+    let wanted = report.findings.iter().take(MOST_FINDINGS).map(|finding| finding.frame);
+    let look = Look::at(again, wanted, manuals)?;
+    let anchor = |index: usize| format!("finding-{number}-{}", index + 1);
+    let shown = report.findings.iter().take(MOST_FINDINGS).enumerate();
+    let entries: Vec<Entry> =
+        shown.clone().map(|(index, finding)| entry(anchor(index), finding, &look, manuals)).collect();
+    let marks: Vec<(Option<usize>, Mark)> = shown
+        .filter_map(|(index, finding)| {
+            let at = look.seconds(finding.frame)?;
+            let text = format!("{}: {}", finding.id, finding.text);
+            Some((finding.ar, Mark { at, is_finding: true, text, anchor: Some(anchor(index)) }))
+        })
+        .collect();
+    let timelines = look.timelines.into_iter().map(|(index, mut timeline)| {
+        timeline.heading = report.ars.get(index).map_or_else(String::new, |ar| who(index, ar));
+        let own = marks.iter().filter(|(ar, _)| ar.is_none_or(|ar| ar == index)).map(|(_, mark)| mark);
+        let own = own.filter(|mark| (timeline.from..=timeline.to).contains(&mark.at)).cloned();
+        timeline.marks.extend(own);
+        timeline
+    });
+    Ok(Chapter {
+        heading: report.file.clone(),
+        facts: facts(report),
+        timelines: timelines.collect(),
+        entries,
+        tables: tables(report),
+    })
+}
+
+/// What a look at a capture for the sake of a page kept.
+#[derive(Debug)]
+pub struct Look {
+    packets: Packets,
+    /// What its connections carried over time, each with the index of the connection.
+    pub timelines: Vec<(usize, Timeline)>,
+}
+
+impl Look {
+    /// Reads the capture `again` and keeps the packets with these numbers; names are those of `manuals`.
+    ///
+    /// An error says that it cannot be read.
+    pub fn at(again: impl Read, wanted: impl Iterator<Item = u64>, manuals: &[Manual]) -> Result<Look, NotACapture> {
+        let mut keeper = Keeper {
+            packets: Packets::new(wanted),
+            is_kept: false,
+            profinet: Timelines::new(manuals),
+            profibus: Timelines::new(manuals),
+        };
+        let walked = walk(again, manuals, &mut keeper, &mut |_, _| {})?;
+        let Keeper { mut packets, profinet, profibus, .. } = keeper;
+        let (connections, slaves) = (walked.tracker.ars(), walked.slaves.ars());
+        packets.connections(connections, slaves);
+        // The slaves come behind the connections of PROFINET.
+        let of_slaves = profibus.end().into_iter().map(|(index, timeline)| (index + connections.len(), timeline));
+        Ok(Look { packets, timelines: profinet.end().into_iter().chain(of_slaves).collect() })
+    }
+
+    /// A packet that was kept, octet by octet, with the octet and the bit that matter.
+    pub fn packet(&self, frame: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
+        self.packets.packet(frame, mark, manuals)
+    }
+
+    /// When a packet that was kept was captured, in seconds since the first one.
+    pub fn seconds(&self, frame: u64) -> Option<f64> {
+        self.packets.seconds(frame)
+    }
+}
+
+/// Keeps on the way through a capture what its page shows.
+struct Keeper<'a> {
+    packets: Packets,
+    /// Whether the present packet is kept.
+    is_kept: bool,
+    profinet: Timelines<'a>,
+    profibus: Timelines<'a>,
+}
+
+impl<'a> Keeper<'a> {
+    fn timelines(&mut self, bus: Bus) -> &mut Timelines<'a> {
+        match bus {
+            Bus::Profinet => &mut self.profinet,
+            Bus::Profibus => &mut self.profibus,
+        }
+    }
+
+    fn keep(&mut self, next: &Next<'_>) {
+        self.profinet.begin(next.time);
+        self.profibus.begin(next.time);
+        self.is_kept = self.packets.keep(next.number, next.time, next.link, next.octets);
+    }
+}
+
+impl Watch for Keeper<'_> {
+    fn begin(&mut self, _: Bus, next: &Next<'_>) {
+        self.keep(next);
+    }
+
+    fn observe(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>) {
+        if let Observation::Cyclic { ar, direction, at, .. } = observation
+            && self.is_kept
+        {
+            self.packets.carries(next.number, Seen { bus, ar: *ar, direction: *direction, at: *at });
+        }
+        self.timelines(bus).observe(ars, next.time, observation);
+    }
+
+    fn seen(&mut self, _: Bus, _: &[Ar]) {}
+
+    fn gap(&mut self, _: Bus, _: &[Ar], _: &Next<'_>, _: &Observation<'_>) {}
+
+    fn hole(&mut self) {}
+
+    fn other_link(&mut self, next: &Next<'_>) {
+        self.keep(next);
+    }
+}
+
+/// A number whose most significant octet stands first; of more than eight octets the last ones.
+fn unsigned(octets: &[u8]) -> u64 {
+    octets.iter().fold(0, |sum, octet| sum << 8 | u64::from(*octet))
+}
+
+fn entry(anchor: String, finding: &Finding, look: &Look, manuals: &[Manual]) -> Entry {
+    let (tone, word) = match finding.severity {
+        Severity::Error => (Tone::Bad, "error"),
+        Severity::Warning => (Tone::Open, "warning"),
+        Severity::Info => (Tone::Plain, "info"),
+    };
+    let mut facts = Vec::new();
+    let mut fact = |name: &str, value: Option<String>| {
+        facts.extend(value.filter(|value| !value.is_empty()).map(|value| (name.to_owned(), value)));
+    };
+    fact("requirement", Some(finding.requirements.join(", ")));
+    fact("clause", finding.clause.clone());
+    fact("packet", Some(finding.frame.to_string()));
+    fact("expected", finding.expected.clone());
+    fact("seen", finding.seen.clone());
+    fact("who", Some(finding.blame.word().to_owned()));
+    fact("likely cause", finding.cause.clone());
+    fact("next step", finding.next.clone());
+    fact("display filter", finding.filter.clone());
+    let context = &finding.context;
+    let around = context.before.iter().chain(&context.at).chain(&context.after);
+    let line = |frame: &ContextFrame| {
+        let here = if frame.frame == finding.frame { '>' } else { ' ' };
+        format!("{here}{:>7} {:>12.6} {}", frame.frame, frame.time, frame.text)
+    };
+    fact("around it", Some(around.map(line).collect::<Vec<_>>().join("\n")));
+    let mark = finding.octet.map(|octet| (octet, finding.bit));
+    let packet = look.packet(finding.frame, mark, manuals);
+    let head = format!("{} at packet {}: {}", finding.id, finding.frame, finding.text);
+    Entry { anchor, tone, word: word.to_owned(), head, facts, packet, timelines: Vec::new() }
+}
+
+fn facts(report: &CaptureReport) -> Vec<(String, String)> {
+    let mut facts = vec![("frames".to_owned(), report.frames.to_string())];
+    facts.push(("connections".to_owned(), report.ars.len().to_string()));
+    if report.findings.len() > MOST_FINDINGS {
+        let text = format!("{}, of which the first {MOST_FINDINGS} are shown", report.findings.len());
+        facts.push(("findings".to_owned(), text));
+    }
+    facts
+}
+
+fn who(index: usize, ar: &ConnectionReport) -> String {
+    let controller = name(&ar.controller.station, &ar.controller.mac, ar.controller.address);
+    let device = name(&ar.device.station, &ar.device.mac, ar.device.address);
+    format!("Connection {}: {controller} with {device}, {}", index + 1, ar.stage)
+}
+
+fn name(station: &Option<String>, mac: &Option<String>, address: Option<u8>) -> String {
+    match (station, mac, address) {
+        (Some(station), _, _) => format!("'{station}'"),
+        (None, Some(mac), _) => mac.clone(),
+        (None, None, Some(address)) => format!("station {address}"),
+        (None, None, None) => "nobody".to_owned(),
+    }
+}
+
+fn tables(report: &CaptureReport) -> Vec<Table> {
+    let columns = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let rules = report.rules.iter().map(|rule| {
+        let tone = match rule.verdict {
+            "pass" => Tone::Good,
+            "fail" => Tone::Bad,
+            _ => Tone::Open,
+        };
+        let cells = vec![
+            rule.verdict.to_owned(),
+            rule.id.clone(),
+            rule.premises.to_string(),
+            rule.undecided.to_string(),
+            rule.reason.clone().unwrap_or_default(),
+        ];
+        (tone, cells)
+    });
+    let events = report.events.iter().map(|event| {
+        let cells = vec![
+            event.frame.to_string(),
+            format!("{:.6}", event.time),
+            event.kind.word().to_owned(),
+            event.text.clone(),
+        ];
+        (Tone::Plain, cells)
+    });
+    let damage =
+        report.damage.iter().map(|DamageReport { at, what, .. }| (Tone::Open, vec![at.to_string(), what.clone()]));
+    vec![
+        Table {
+            heading: "Rules".to_owned(),
+            columns: columns(&["verdict", "rule", "decided", "undecided", "why"]),
+            rows: rules.collect(),
+        },
+        Table {
+            heading: "Events".to_owned(),
+            columns: columns(&["packet", "seconds", "kind", "what"]),
+            rows: events.collect(),
+        },
+        Table {
+            heading: "Damage".to_owned(),
+            columns: columns(&["octet of the file", "what"]),
+            rows: damage.collect(),
+        },
+    ]
+}

@@ -1,0 +1,148 @@
+//! The packets that findings name, cut into their parts: those that every frame has, then the signals of the manual.
+
+use super::unsigned;
+use crate::events::seconds;
+use crate::speaks_to;
+use judge::image::Image;
+use judge::observe::{Ar, ArId, Direction, Part, anatomy};
+use judge::view::bits;
+use report::page::Packet;
+use station::Time;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use suite::device::{Bus, Device};
+use suite::model::Manual;
+use virtual_wire::capture::LinkType;
+
+/// What a packet carries: the data area of a connection, and where it begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub bus: Bus,
+    pub ar: ArId,
+    pub direction: Direction,
+    pub at: usize,
+}
+
+#[derive(Debug)]
+struct Kept {
+    seconds: f64,
+    link: LinkType,
+    octets: Vec<u8>,
+    carries: Option<Seen>,
+}
+
+/// The packets that are wanted.
+#[derive(Debug, Default)]
+pub(super) struct Packets {
+    first: Option<Time>,
+    wanted: BTreeMap<u64, Option<Kept>>,
+    profinet: Vec<Ar>,
+    profibus: Vec<Ar>,
+}
+
+impl Packets {
+    /// Wants these packets.
+    pub fn new(numbers: impl Iterator<Item = u64>) -> Packets {
+        Packets { wanted: numbers.map(|number| (number, None)).collect(), ..Packets::default() }
+    }
+
+    /// A packet comes by; says whether it is kept.
+    pub fn keep(&mut self, number: u64, time: Time, link: LinkType, octets: &[u8]) -> bool {
+        let first = *self.first.get_or_insert(time);
+        let Some(kept) = self.wanted.get_mut(&number) else { return false };
+        let seconds = seconds(Some(first), time);
+        *kept = Some(Kept { seconds, link, octets: octets.to_vec(), carries: None });
+        true
+    }
+
+    /// A packet that is kept carries cyclic data.
+    pub fn carries(&mut self, number: u64, seen: Seen) {
+        if let Some(Some(kept)) = self.wanted.get_mut(&number) {
+            kept.carries = Some(seen);
+        }
+    }
+
+    /// The connections that there were.
+    pub fn connections(&mut self, profinet: &[Ar], profibus: &[Ar]) {
+        self.profinet = profinet.to_vec();
+        self.profibus = profibus.to_vec();
+    }
+
+    /// When a packet was captured, in seconds since the first one.
+    pub fn seconds(&self, number: u64) -> Option<f64> {
+        Some(self.wanted.get(&number)?.as_ref()?.seconds)
+    }
+
+    /// A packet in its parts.
+    pub fn packet(&self, number: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
+        let kept = self.wanted.get(&number)?.as_ref()?;
+        let mut parts = anatomy(kept.link, &kept.octets, &self.profinet);
+        if let Some(seen) = kept.carries {
+            let ars = match seen.bus {
+                Bus::Profinet => &self.profinet,
+                Bus::Profibus => &self.profibus,
+            };
+            let ar = ars.get(seen.ar.0 as usize);
+            let manual = ar.and_then(|ar| manuals.iter().find(|manual| speaks_to(manual, ar)));
+            if let (Some(ar), Some(manual)) = (ar, manual) {
+                let mut image = Image::new(&manual.device);
+                image.open(&manual.device, ar);
+                parts = with_signals(parts, &manual.device, &image, seen, &kept.octets);
+            }
+        }
+        let head = format!("Packet {number}, {:.6} s, {} octets", kept.seconds, kept.octets.len());
+        Some(Packet { head, octets: kept.octets.clone(), parts, mark })
+    }
+}
+
+/// Cuts the parts of the data area where the signals of the manual begin and end.
+fn with_signals(parts: Vec<Part>, device: &Device, image: &Image, seen: Seen, octets: &[u8]) -> Vec<Part> {
+    let mut signals: Vec<(Range<usize>, usize)> = Vec::new();
+    for signal in 0..device.signals.len() {
+        if let Some((direction, place)) = image.octets_of_signal(signal)
+            && direction == seen.direction
+        {
+            signals.push((place.start + seen.at..place.end + seen.at, signal));
+        }
+    }
+    signals.sort_by_key(|(place, _)| place.start);
+    let mut cut = Vec::with_capacity(parts.len() + signals.len());
+    for part in parts {
+        let mut at = part.octets.start;
+        for (place, signal) in &signals {
+            if place.start >= at && place.end <= part.octets.end {
+                if place.start > at {
+                    cut.push(Part { octets: at..place.start, ..part.clone() });
+                }
+                let value = value(device, *signal, octets.get(place.clone()).unwrap_or_default());
+                cut.push(Part { octets: place.clone(), name: device.signals[*signal].name.clone(), value });
+                at = place.end;
+            }
+        }
+        if at < part.octets.end {
+            cut.push(Part { octets: at..part.octets.end, ..part });
+        }
+    }
+    cut
+}
+
+/// A signal as hexadecimal number, its bit groups and the bits that are set.
+fn value(device: &Device, signal: usize, octets: &[u8]) -> String {
+    let signal = &device.signals[signal];
+    let all = unsigned(octets);
+    let mut text = format!("0x{all:0width$X}", width = octets.len() * 2);
+    if signal.fields.is_empty() {
+        text += &format!(" ({all})");
+    }
+    for field in &signal.fields {
+        let number = bits(all, field.low, field.width, false);
+        let word = field.words.iter().find(|(_, value)| *value == number).map(|(word, _)| word.as_str());
+        match (field.width, number, word) {
+            (_, 0, None) => {}
+            (1, _, _) => text += &format!(", {}", field.name),
+            (_, _, Some(word)) => text += &format!(", {} = {word}", field.name),
+            (_, number, None) => text += &format!(", {} = {number}", field.name),
+        }
+    }
+    text
+}

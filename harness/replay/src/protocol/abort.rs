@@ -1,0 +1,132 @@
+//! ERR-RTA: who ended a connection, what the reason means, and what went before it.
+
+use super::sight::{Now, Told};
+use super::table::ABORTED;
+use super::words::{of, sender, span, status};
+use crate::finding::{Blame, Severity};
+use judge::observe::{Ar, ArId, Direction, Observation};
+use std::collections::BTreeMap;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::{ServiceId, ServiceType, Value};
+use wire::profinet::status::{AbortReason, PnioStatus};
+
+/// Connections and stations whose last event is remembered.
+const MOST: usize = 4_096;
+
+/// What happened last to each connection and each station.
+#[derive(Debug, Default)]
+pub(super) struct Aborts {
+    events: BTreeMap<ArId, (Now, String)>,
+    touched: BTreeMap<Mac, (Now, String)>,
+}
+
+impl Aborts {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+        let (ar, what) = match observation {
+            Observation::Aborted { ar, direction, status } => {
+                self.aborted(now, ars, *ar, *direction, status, told);
+                return;
+            }
+            Observation::Dcp { source, destination, pdu }
+                if (pdu.service_id, pdu.service_type) == (ServiceId::SET, ServiceType::REQUEST) =>
+            {
+                let what = pdu.blocks().iter().find_map(|block| match block.value {
+                    Value::NameOfStation(_) => Some("gave it a name"),
+                    Value::IpParameter(_) | Value::FullIpSuite(..) => Some("gave it an address"),
+                    Value::ResetToFactory | Value::FactoryReset => Some("reset it"),
+                    _ => None,
+                });
+                if let Some(what) = what
+                    && self.touched.len() < MOST
+                {
+                    self.touched.insert(*destination, (now, format!("{source} {what} by DCP")));
+                }
+                return;
+            }
+            Observation::CallFailed { ar: Some(ar), service, why } => (*ar, format!("{service} failed: {why}")),
+            Observation::Record { ar: Some(ar), target, status: code, .. } if !code.is_ok() => {
+                (*ar, format!("record 0x{:04X} was refused: {}", target.3, status(code)))
+            }
+            Observation::Released { ar } => (*ar, "the controller released it".to_owned()),
+            Observation::Starved { ar, direction } => {
+                let who = of(ars, *ar).map_or_else(String::new, |ar| sender(ar, *direction));
+                (*ar, format!("{who} fell silent for longer than the watchdog"))
+            }
+            Observation::Alarm { ar, notification, .. } => {
+                let kind = notification.alarm_type;
+                let word = kind.word().map_or_else(|| format!("0x{:04X}", kind.0), |word| word.replace('_', " "));
+                (*ar, format!("the device sent the alarm {word}"))
+            }
+            Observation::Connected { ar } => (*ar, "it was accepted".to_owned()),
+            Observation::ParameterEnd { ar } => (*ar, "the parameters ended".to_owned()),
+            Observation::ApplicationReady { ar } => (*ar, "the device said that it is ready".to_owned()),
+            _ => return,
+        };
+        if self.events.len() < MOST || self.events.contains_key(&ar) {
+            self.events.insert(ar, (now, what));
+        }
+    }
+
+    fn aborted(&mut self, now: Now, ars: &[Ar], id: ArId, direction: Direction, code: &PnioStatus, told: &mut Told) {
+        let Some(ar) = of(ars, id) else { return };
+        let who = sender(ar, direction);
+        let before = |(when, what): &(Now, String)| {
+            let since = now.since(*when).map_or_else(String::new, |since| format!(" {} earlier", span(since)));
+            format!("{what} (frame {}{since})", when.frame)
+        };
+        let touched =
+            self.touched.get(&ar.device.mac()).filter(|(when, _)| ar.connect_frame.is_none_or(|of| of < when.frame));
+        let mut went: Vec<String> = self.events.get(&id).into_iter().chain(touched).map(before).collect();
+        if went.is_empty() {
+            went.push("nothing of it was seen".to_owned());
+        }
+        let silent = match direction {
+            Direction::ToController => &ar.outputs,
+            Direction::ToDevice => &ar.inputs,
+        };
+        if let Some(last) = silent.last {
+            went.push(format!("the last cyclic frame of the other side came {} earlier", span(now.time.since(last))));
+        }
+        let (own, others) = match direction {
+            Direction::ToController => (Blame::Device, Blame::Controller),
+            Direction::ToDevice => (Blame::Controller, Blame::Device),
+        };
+        let in_time =
+            silent.last.is_some_and(|last| !silent.watchdog.is_zero() && now.time.since(last) <= silent.watchdog);
+        let (severity, blame, hint) = match code.abort_reason() {
+            Some(AbortReason::RELEASE_RECEIVED) if ar.release_frame.is_some() => {
+                (Severity::Info, own, "; this is the ordinary end of a connection")
+            }
+            Some(AbortReason::RELEASE_RECEIVED) => (
+                Severity::Info,
+                Blame::Capture,
+                "; this is the ordinary end of a connection, whose Release is not in the capture",
+            ),
+            Some(AbortReason::CONSUMER_TIMEOUT) if in_time => (
+                Severity::Error,
+                Blame::Network,
+                "; the capture has its frames in time, so that they were lost behind it",
+            ),
+            Some(AbortReason::CONSUMER_TIMEOUT) if direction == Direction::ToDevice => {
+                (Severity::Error, Blame::Network, "; the device, its supply or the link between them")
+            }
+            Some(AbortReason::CONSUMER_TIMEOUT | AbortReason::CMI_TIMEOUT | AbortReason::APPLICATION_READY_TIMEOUT) => {
+                (Severity::Error, others, "")
+            }
+            Some(
+                AbortReason::STATION_NAME_CHANGED
+                | AbortReason::RESET_TO_FACTORY
+                | AbortReason::IP_SUITE_CHANGED
+                | AbortReason::LINK_DOWN,
+            ) => (Severity::Error, Blame::Network, ""),
+            Some(AbortReason::PROTOCOL_VIOLATION | AbortReason::SEQUENCE) => (Severity::Error, others, ""),
+            Some(AbortReason::RE_RUN | AbortReason::ABORT_REQUEST | AbortReason::DEVICE_DEACTIVATED) => {
+                (Severity::Warning, own, "")
+            }
+            _ => (Severity::Error, own, ""),
+        };
+        let why = status(code);
+        let text = format!("{who} ends the connection: {why}{hint}; before it: {}", went.join("; "));
+        told.add(ABORTED.finding(severity, blame, now.frame, text).ar(id).seen(why));
+    }
+}

@@ -1,0 +1,133 @@
+//! The bus itself: tokens that got lost, masters that speak at the same time, damaged frames, and captures of one side only.
+
+use super::sight::{Now, Told};
+use super::slaves::on_bus;
+use super::table::{DP_DAMAGED, DP_ONE_SIDED, DP_TOKEN_LOST, DP_TOKEN_TWICE};
+use crate::finding::{Blame, Severity};
+use judge::observe::{DpCounts, Observation, PollPart, Traffic};
+use std::collections::BTreeMap;
+
+/// So many requests without a single answer show that answers are not recorded, or that nobody is there.
+const MANY: u64 = 50;
+/// A token that is passed on so often belongs to a ring that stands.
+const STEADY: u64 = 3;
+/// One frame of so many may be damaged at the begin of a recording.
+const FEW: u64 = 2;
+
+/// A master in the ring.
+#[derive(Clone, Copy, Debug, Default)]
+struct Master {
+    /// How often it passed the token on, and when last.
+    passed: u64,
+    last: u64,
+    /// How many tokens others passed on since.
+    since: u64,
+}
+
+/// What is known of the bus.
+#[derive(Debug, Default)]
+pub(super) struct Line {
+    /// Who has the token, where it is known.
+    holder: Option<u8>,
+    masters: BTreeMap<u8, Master>,
+    /// A master that sends requests without the token, the frame, and how often: where the holder speaks too, there are two.
+    intruder: Option<(u8, u64, u64)>,
+    /// Requests of a master that had not the token while the holder spoke: master, holder, first frame, how often.
+    twice: BTreeMap<(u8, u8), (u64, u64)>,
+    /// Tokens that came from a master that had not got it: first frame, how often.
+    lost: Option<(u64, u64, u8, u8)>,
+    asked: u64,
+    answered: u64,
+    first_asked: u64,
+    damaged: (u64, u64),
+}
+
+impl Line {
+    pub fn observe(&mut self, now: Now, observation: &Observation<'_>) {
+        match observation {
+            Observation::Traffic(Traffic::Token { from, to }) => {
+                let intruder = self.intruder.take();
+                if let Some((intruder, frame, count)) =
+                    intruder.filter(|(of, ..)| of != from && self.holder == Some(*from))
+                {
+                    self.twice.entry((intruder, *from)).or_insert((frame, 0)).1 += count;
+                }
+                if let Some(holder) = self.holder.filter(|holder| holder != from) {
+                    // Who claims the token after a silence passes it to himself first.
+                    let lost = self.lost.get_or_insert((now.frame, 0, *from, holder));
+                    lost.1 += 1;
+                }
+                for (address, master) in &mut self.masters {
+                    if address != from {
+                        master.since += 1;
+                    }
+                }
+                let master = self.masters.entry(*from).or_default();
+                (master.passed, master.last, master.since) = (master.passed + 1, now.frame, 0);
+                self.holder = Some(*to);
+            }
+            Observation::Traffic(Traffic::Poll { master, part, .. }) => match part {
+                PollPart::Asked | PollPart::Again => {
+                    self.asked += 1;
+                    if self.first_asked == 0 {
+                        self.first_asked = now.frame;
+                    }
+                    match (self.holder, self.intruder) {
+                        (Some(holder), None) if holder != *master => self.intruder = Some((*master, now.frame, 1)),
+                        (Some(holder), Some((intruder, frame, count))) if holder != *master && intruder == *master => {
+                            self.intruder = Some((intruder, frame, count + 1));
+                        }
+                        (Some(holder), Some((intruder, frame, count))) if holder == *master => {
+                            self.twice.entry((intruder, holder)).or_insert((frame, 0)).1 += count;
+                            self.intruder = None;
+                        }
+                        _ => {}
+                    }
+                }
+                PollPart::Answered => self.answered += 1,
+                PollPart::Unanswered => {}
+            },
+            // What was damaged may have been a token.
+            Observation::Unreadable { .. } => {
+                self.holder = None;
+                if self.damaged.0 == 0 {
+                    self.damaged.1 = now.frame;
+                }
+                self.damaged.0 += 1;
+            }
+            _ => {}
+        }
+    }
+
+    pub fn end(self, counts: &DpCounts, told: &mut Told) {
+        if self.damaged.0 > FEW {
+            let severity = if self.damaged.0 * 100 > counts.frames { Severity::Warning } else { Severity::Info };
+            let text = format!("{} of {} frames are damaged", self.damaged.0, counts.frames);
+            told.add(on_bus(DP_DAMAGED.finding(severity, Blame::Network, self.damaged.1, text), None));
+        }
+        if self.asked >= MANY && self.answered == 0 {
+            let text = format!(
+                "{} requests and not one answer: the capture has one side only, or no slave is there",
+                self.asked
+            );
+            told.add(on_bus(DP_ONE_SIDED.finding(Severity::Info, Blame::Capture, self.first_asked, text), None));
+        }
+        for ((master, holder), (frame, count)) in &self.twice {
+            let text = format!("master {master} sends {count} requests while master {holder} has the token");
+            told.add(on_bus(DP_TOKEN_TWICE.finding(Severity::Error, Blame::Controller, *frame, text), None));
+        }
+        if let Some((frame, count, from, holder)) = self.lost.filter(|_| self.twice.is_empty()) {
+            let text = format!(
+                "master {from} passes on a token that was given to master {holder} (so it is {count} times in the capture)"
+            );
+            told.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, frame, text), None));
+        }
+        let rounds = self.masters.values().map(|master| master.passed).max().unwrap_or(0);
+        for (address, master) in &self.masters {
+            if master.passed >= STEADY && master.since > STEADY * self.masters.len() as u64 && master.passed < rounds {
+                let text = format!("master {address} is not in the ring any more behind this frame");
+                told.add(on_bus(DP_TOKEN_LOST.finding(Severity::Warning, Blame::Network, master.last, text), None));
+            }
+        }
+    }
+}

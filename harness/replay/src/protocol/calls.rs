@@ -1,0 +1,263 @@
+//! Calls: which were never answered, which late, which were refused and why.
+
+use super::sight::{Now, Sight, Told};
+use super::table::{CALL_FAILED, CALL_SLOW, CALL_UNANSWERED, CAPTURE_GAP, ONE_SIDED, RECORD_REFUSED, START_UNANSWERED};
+use super::words::{device, of, span, status, times};
+use crate::finding::{Blame, Severity};
+use judge::observe::{Ar, ArId, CallPart, Observation, Stage, Traffic};
+use rustc_hash::FxHashMap;
+use station::Duration;
+use std::collections::BTreeMap;
+use wire::ethernet::Mac;
+use wire::profinet::status::PnioStatus;
+
+/// A call that was not answered for so long, although the capture went on, is not answered any more.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// An answer that comes later than this is late.
+const LATE: Duration = Duration::from_secs(2);
+/// Calls and refusals that are remembered.
+const MOST: usize = 4_096;
+
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    ar: Option<ArId>,
+    service: &'static str,
+    source: Mac,
+    destination: Mac,
+    first: Now,
+    last: Now,
+    again: u32,
+    working: bool,
+}
+
+/// Something that happened several times: how often, the first and the last frame.
+#[derive(Clone, Copy, Debug)]
+struct Often {
+    count: u64,
+    first: u64,
+    last: u64,
+}
+
+impl Often {
+    fn note<K: Ord>(map: &mut BTreeMap<K, Often>, key: K, frame: u64) {
+        if map.len() < MOST || map.contains_key(&key) {
+            let often = map.entry(key).or_insert(Often { count: 0, first: frame, last: frame });
+            (often.count, often.last) = (often.count + 1, frame);
+        }
+    }
+}
+
+/// A record that was refused: the connection, whether it was written, slot, subslot and index, the status.
+type RecordRefused = (Option<ArId>, bool, (u16, u16, u16), u32);
+
+/// The calls of a capture.
+#[derive(Debug, Default)]
+pub(super) struct Calls {
+    pending: FxHashMap<u64, Pending>,
+    given_up: Vec<Pending>,
+    /// Pairs of which the capture misses frames: a connection went on although the answer to its Connect was not seen.
+    lossy: BTreeMap<(Mac, Mac), (u64, Option<ArId>)>,
+    slow: BTreeMap<(Mac, Mac, &'static str), (Often, Duration, u32)>,
+    failed: BTreeMap<(Option<ArId>, &'static str, String), Often>,
+    records: BTreeMap<RecordRefused, (Often, bool)>,
+}
+
+impl Calls {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+        match observation {
+            Observation::Traffic(Traffic::Call { ar, number, service, part, source, destination }) => match part {
+                CallPart::Asked => {
+                    let (ar, source, destination) = (*ar, *source, *destination);
+                    let (first, last) = (now, now);
+                    let call = Pending { ar, service, source, destination, first, last, again: 0, working: false };
+                    if *service == "Connect" {
+                        self.give_up(now, ars, ar, source, destination);
+                    } else if let Some(ar) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == Stage::Asked)) {
+                        self.went_on(now, ar);
+                    }
+                    if self.pending.len() < MOST {
+                        self.pending.insert(*number, call);
+                    }
+                }
+                CallPart::Again => {
+                    if let Some(call) = self.pending.get_mut(number) {
+                        if call.again == 0 {
+                            told.note(call.first.frame);
+                        }
+                        (call.last, call.again) = (now, call.again + 1);
+                    }
+                }
+                CallPart::Working => {
+                    if let Some(call) = self.pending.get_mut(number) {
+                        call.working = true;
+                    }
+                }
+                CallPart::Answered => {
+                    match self.pending.remove(number) {
+                        Some(call) => self.answered(now, &call),
+                        // Its frames came in another order.
+                        None if *service == "Connect" => {
+                            self.lossy.remove(&(*destination, *source));
+                        }
+                        None => {}
+                    }
+                }
+            },
+            Observation::Record { ar, written, target: (_, slot, subslot, index), status, .. } if !status.is_ok() => {
+                let key = (*ar, *written, (*slot, *subslot, *index), u32::from(*status));
+                if !self.records.contains_key(&key) {
+                    told.note(now.frame);
+                }
+                let in_start = ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == Stage::Connected);
+                if self.records.len() < MOST || self.records.contains_key(&key) {
+                    let first = Often { count: 0, first: now.frame, last: now.frame };
+                    let (often, starts) = self.records.entry(key).or_insert((first, in_start));
+                    (often.count, often.last) = (often.count + 1, now.frame);
+                    *starts |= in_start;
+                }
+            }
+            Observation::CallFailed { ar, service, why } => {
+                let key = (*ar, *service, (*why).to_owned());
+                if !self.failed.contains_key(&key) {
+                    told.note(now.frame);
+                }
+                Often::note(&mut self.failed, key, now.frame);
+            }
+            // An answer may hide in what cannot be read.
+            Observation::Unreadable { .. } => self.pending.clear(),
+            _ => {}
+        }
+    }
+
+    /// A new Connect to the same device of a station shows that the calls before are not waited for any more.
+    fn give_up(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, source: Mac, destination: Mac) {
+        let given_up = &mut self.given_up;
+        let ids = |ar: Option<ArId>| ar.and_then(|ar| of(ars, ar)).and_then(|ar| ar.device.ids);
+        self.pending.retain(|_, call| {
+            let is =
+                (call.source, call.destination) == (source, destination) && !call.working && ids(call.ar) == ids(ar);
+            let waited = now.since(call.first).is_some() && call.again > 0;
+            if is && waited && given_up.len() < MOST {
+                given_up.push(*call);
+            }
+            !is
+        });
+    }
+
+    /// A call that a connection only knows once it was accepted: the answer to its Connect was not captured.
+    fn went_on(&mut self, now: Now, ar: ArId) {
+        let (pending, lossy) = (&mut self.pending, &mut self.lossy);
+        pending.retain(|_, call| {
+            let is = call.service == "Connect" && call.ar == Some(ar);
+            if is && lossy.len() < MOST {
+                lossy.insert((call.source, call.destination), (now.frame, Some(ar)));
+            }
+            !is
+        });
+    }
+
+    fn answered(&mut self, now: Now, call: &Pending) {
+        let Some(took) = now.since(call.first) else { return };
+        if took < LATE && call.again == 0 {
+            return;
+        }
+        let key = (call.source, call.destination, call.service);
+        if self.slow.len() < MOST || self.slow.contains_key(&key) {
+            let first = Often { count: 0, first: now.frame, last: now.frame };
+            let (often, most, again) = self.slow.entry(key).or_insert((first, Duration::ZERO, 0));
+            (often.count, often.last) = (often.count + 1, now.frame);
+            (*most, *again) = ((*most).max(took), (*again).max(call.again));
+        }
+    }
+
+    pub fn end(mut self, sight: &Sight, ars: &[Ar], told: &mut Told) {
+        let late = |call: &Pending| {
+            let waited = sight.now.since(call.last).is_some_and(|waited| waited >= PATIENCE);
+            !call.working && (waited || call.again >= 2 && sight.now.piece == call.last.piece)
+        };
+        let mut unanswered: Vec<Pending> = std::mem::take(&mut self.pending).into_values().filter(late).collect();
+        unanswered.append(&mut self.given_up);
+        unanswered.sort_by_key(|call| call.first.frame);
+        let mut pairs: BTreeMap<(Mac, Mac, &'static str, bool), (Pending, Often)> = BTreeMap::new();
+        for call in unanswered {
+            let shown = sight.shows(call.destination, call.source);
+            let service = if shown { call.service } else { "" };
+            let first = Often { count: 0, first: call.first.frame, last: call.first.frame };
+            let of = pairs.entry((call.source, call.destination, service, shown)).or_insert((call, first));
+            (of.1.count, of.1.last) = (of.1.count + 1, call.last.frame);
+            of.0.again = of.0.again.max(call.again);
+        }
+        for ((source, destination), (frame, ar)) in &self.lossy {
+            let text = format!(
+                "the connection of {source} and {destination} goes on although no answer to its Connect follows in the \
+                 capture: it does not show all frames of these two, or not in their order, so that no answer is missed"
+            );
+            told.add(one(CAPTURE_GAP.finding(Severity::Info, Blame::Capture, *frame, text), *ar));
+        }
+        for ((source, destination, _, shown), (call, often)) in pairs {
+            let pair = [(source, destination), (destination, source)];
+            // Who misses an answer asks again; who does not has got it, and the capture has lost it.
+            if pair.iter().any(|pair| self.lossy.contains_key(pair)) || shown && call.again == 0 {
+                continue;
+            }
+            let times = times(often.count, often.last);
+            if !shown {
+                let text = format!(
+                    "{source} calls {destination} ({}){times}, and the capture has no frame at all from {destination} to \
+                     {source}: whether it answers cannot be told",
+                    call.service
+                );
+                told.add(one(ONE_SIDED.finding(Severity::Info, Blame::Capture, often.first, text), call.ar));
+                continue;
+            }
+            let again = match call.again {
+                0 => String::new(),
+                again => format!(", repeated {again} times"),
+            };
+            let check = if call.service == "Connect" { START_UNANSWERED } else { CALL_UNANSWERED };
+            let blame = match call.service {
+                "ApplicationReady" => Blame::Controller,
+                "Connect" => Blame::Network,
+                _ => Blame::Device,
+            };
+            let text = format!("{destination} does not answer {} of {source}{again}{times}", call.service);
+            told.add(one(check.finding(Severity::Error, blame, often.first, text).expected("an answer"), call.ar));
+        }
+        for ((source, destination, service), (often, most, again)) in self.slow {
+            let repeated = if again > 0 { format!(", after up to {again} repetitions") } else { String::new() };
+            let text = format!(
+                "{destination} answers {service} of {source} {} after it was asked{repeated}{}",
+                span(most),
+                times(often.count, often.last)
+            );
+            told.add(CALL_SLOW.finding(Severity::Info, Blame::Network, often.first, text));
+        }
+        for ((ar, service, why), often) in self.failed {
+            let at_controller = service == "ApplicationReady";
+            let by = if at_controller { "the controller".to_owned() } else { device(ars, ar) };
+            let text = format!("{service} failed at {by}: {why}{}", times(often.count, often.last));
+            // What PROFINET refuses was asked wrongly; what RPC does not let through is the stack of the other side.
+            let of_rpc = why.starts_with("fault") || why.starts_with("reject");
+            let blame = if of_rpc && !at_controller { Blame::Device } else { Blame::Controller };
+            told.add(one(CALL_FAILED.finding(Severity::Warning, blame, often.first, text).seen(why), ar));
+        }
+        for ((ar, written, (slot, subslot, index), code), (often, starts)) in self.records {
+            let verb = if written { "write" } else { "read" };
+            let why = status(&PnioStatus::from(code));
+            let text = format!(
+                "{} refuses to {verb} record 0x{index:04X} of slot {slot} subslot 0x{subslot:04X}: {why}{}",
+                device(ars, ar),
+                times(often.count, often.last)
+            );
+            let severity = if written && starts { Severity::Warning } else { Severity::Info };
+            told.add(one(RECORD_REFUSED.finding(severity, Blame::Controller, often.first, text).seen(why), ar));
+        }
+    }
+}
+
+fn one(finding: crate::finding::Finding, ar: Option<ArId>) -> crate::finding::Finding {
+    match ar {
+        Some(ar) => finding.ar(ar),
+        None => finding,
+    }
+}

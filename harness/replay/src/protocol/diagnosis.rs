@@ -1,0 +1,114 @@
+//! Diagnoses of slaves: faults of parameters and configuration, and what stands for long, in words.
+
+use super::sight::{Now, Told};
+use super::slaves::on_bus;
+use super::table::{
+    Check, DP_CONFIGURATION_FAULT, DP_DIAGNOSIS, DP_NOT_SUPPORTED, DP_OTHER_MASTER, DP_PARAMETER_FAULT,
+};
+use super::words::times;
+use crate::finding::{Blame, Severity};
+use judge::observe::{Ar, ArId, Dp, Observation};
+use std::collections::BTreeMap;
+use wire::profibus::diag::{Block, SlaveDiag, Status1, Status2, Status3};
+
+/// What a slave told of one kind.
+#[derive(Debug)]
+struct Standing {
+    count: u64,
+    first: u64,
+    last: u64,
+    octet: usize,
+    text: String,
+    ar: Option<ArId>,
+    /// The frame in which it was gone.
+    gone: Option<u64>,
+}
+
+/// The diagnoses of a capture by slave and kind.
+#[derive(Debug, Default)]
+pub(super) struct Diagnoses(BTreeMap<(u8, &'static str), Standing>);
+
+const KINDS: [(&Check, Severity, Blame, &str); 5] = [
+    (DP_PARAMETER_FAULT, Severity::Error, Blame::Controller, "refuses its parameters (prm_fault)"),
+    (DP_CONFIGURATION_FAULT, Severity::Error, Blame::Controller, "refuses its configuration (cfg_fault)"),
+    (DP_NOT_SUPPORTED, Severity::Warning, Blame::Controller, "does not have what was asked of it (not_supported)"),
+    (DP_OTHER_MASTER, Severity::Error, Blame::Controller, "belongs to another master (master_lock)"),
+    (DP_DIAGNOSIS, Severity::Warning, Blame::Device, "reports"),
+];
+
+impl Diagnoses {
+    pub fn observe(&mut self, now: Now, _ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+        let Observation::Dp { ar, event: Dp::Diagnosis { station, octets, at, .. } } = observation else { return };
+        let Ok(diag) = SlaveDiag::parse(octets) else { return };
+        let first = diag.status_1;
+        let reports = first.has(Status1::EXT_DIAG)
+            || diag.status_2.has(Status2::STAT_DIAG)
+            || diag.status_3.has(Status3::EXT_DIAG_OVERFLOW);
+        let is = [
+            (first.has(Status1::PRM_FAULT), 0),
+            (first.has(Status1::CFG_FAULT), 0),
+            (first.has(Status1::NOT_SUPPORTED), 0),
+            (first.has(Status1::MASTER_LOCK), 0),
+            (reports, if first.has(Status1::EXT_DIAG) || !diag.status_2.has(Status2::STAT_DIAG) { 0 } else { 1 }),
+        ];
+        for ((is, octet), (check, .., what)) in is.into_iter().zip(KINDS) {
+            let key = (*station, check.id);
+            match (is, self.0.get_mut(&key)) {
+                (true, None) => {
+                    told.note(now.frame);
+                    let text = format!("{what}: {}", words(&diag));
+                    let (first, last, octet) = (now.frame, now.frame, at + octet);
+                    self.0.insert(key, Standing { count: 1, first, last, octet, text, ar: *ar, gone: None });
+                }
+                (true, Some(known)) => {
+                    (known.count, known.last, known.gone) = (known.count + 1, now.frame, None);
+                    known.ar = known.ar.or(*ar);
+                }
+                (false, Some(known)) => {
+                    known.gone.get_or_insert(now.frame);
+                }
+                (false, None) => {}
+            }
+        }
+    }
+
+    pub fn end(self, _ars: &[Ar], told: &mut Told) {
+        for ((station, id), standing) in self.0 {
+            let Some((check, severity, blame, _)) = KINDS.into_iter().find(|(check, ..)| check.id == id) else {
+                continue;
+            };
+            let until = match standing.gone {
+                Some(frame) => format!("it went in frame {frame}"),
+                None => "it is there in the last diagnosis too".to_owned(),
+            };
+            let severity = if standing.gone.is_some() && id == DP_DIAGNOSIS.id { Severity::Info } else { severity };
+            let text = format!("slave {station} {}{}; {until}", standing.text, times(standing.count, standing.last));
+            let finding = check.finding(severity, blame, standing.first, text).at(standing.octet, None);
+            told.add(on_bus(finding, standing.ar));
+        }
+    }
+}
+
+/// The bits that are set, and the blocks behind them.
+fn words(diag: &SlaveDiag) -> String {
+    let bits = diag.status_1.words().chain(diag.status_2.words().filter(|word| *word != "fixed_one"));
+    let mut words = vec![bits.chain(diag.status_3.words()).collect::<Vec<_>>().join(" ")];
+    for block in diag.blocks().map_while(Result::ok).take(8) {
+        words.push(match block {
+            Block::Device(data) => format!("device: {}", hex(data)),
+            Block::Identifier(data) => format!("identifiers: {}", hex(data)),
+            Block::Channel(channel) => {
+                let error = channel.error_type;
+                let error =
+                    error.word().map_or_else(|| format!("error type {}", error.0), |word| word.replace('_', " "));
+                format!("channel {} of identifier {}: {error}", channel.channel, channel.identifier)
+            }
+            Block::Revision(revision) => format!("revision {revision}"),
+        });
+    }
+    words.join(", ")
+}
+
+fn hex(octets: &[u8]) -> String {
+    octets.iter().take(32).map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,323 @@
+//! Slaves of PROFIBUS: who left, who fell silent, whose watchdog ran out, who is asked in vain, whom two masters want.
+
+use super::sight::{Now, Told};
+use super::table::{
+    DP_ADDRESS, DP_LEFT, DP_OTHER_MASTER, DP_REFUSED, DP_REPEATED, DP_SILENT, DP_UNANSWERED, DP_WATCHDOG,
+};
+use super::words::{of, span, times};
+use crate::finding::{Blame, Finding, Severity};
+use judge::observe::{Ar, ArId, Direction, Dp, Leaving, Observation, PollPart, Stage, Traffic};
+use station::Duration;
+use std::collections::BTreeMap;
+use suite::device::Bus;
+use wire::profibus::diag::{SlaveDiag, Status2};
+use wire::profibus::prm::{SetPrm, StationStatus};
+use wire::profibus::sap::Service;
+
+/// Connections that are remembered.
+const MOST: usize = 4_096;
+/// A master that asks again so often within one connection has a bus that is not in order.
+const OFTEN: u64 = 3;
+
+/// The polls of one slave.
+#[derive(Clone, Copy, Debug, Default)]
+struct Polls {
+    asked: u64,
+    again: u64,
+    first_again: u64,
+    /// Polls of a slave that answers otherwise.
+    unanswered: u64,
+    first_unanswered: u64,
+    answered: u64,
+    /// The last poll without an answer since the last answer; not counted before an answer comes.
+    open: (u64, u64),
+}
+
+/// What is known of a slave.
+#[derive(Clone, Debug, Default)]
+struct Slave {
+    polls: Polls,
+    /// When its master last addressed it, and the longest pause before that.
+    asked: Option<Now>,
+    pause: Option<(Duration, u64)>,
+    watchdog: Option<Duration>,
+    master: Option<u8>,
+    ar: Option<ArId>,
+    /// Octets of the last outputs.
+    outputs: Option<usize>,
+    /// How many frames were lost or unreadable when it last answered in the exchange of data.
+    disturbed: u64,
+    /// Whether it was asked since then without an answer, and not again: the capture lost the answer.
+    has_lost_answer: bool,
+}
+
+/// What a slave refused: the connection, the service, why.
+type Refused = (Option<ArId>, &'static str, String);
+
+/// The slaves of a capture.
+#[derive(Debug, Default)]
+pub(super) struct Slaves {
+    slaves: BTreeMap<u8, Slave>,
+    /// Frames that were lost or unreadable so far.
+    disturbed: u64,
+    refused: BTreeMap<Refused, (u64, u64, u64)>,
+}
+
+impl Slaves {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+        match observation {
+            Observation::Traffic(Traffic::Poll { master, station, service, part }) => {
+                self.poll(now, (*master, *station), *service, *part);
+            }
+            Observation::Dp { event, ar } => self.event(now, ars, *ar, event, told),
+            Observation::Connected { ar: id } => {
+                if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
+                    slave.ar = Some(*id);
+                    (slave.pause, slave.outputs) = (None, None);
+                }
+            }
+            Observation::Cyclic { ar: id, direction: Direction::ToDevice, data, .. } => {
+                if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
+                    slave.outputs = Some(data.len());
+                }
+            }
+            Observation::Cyclic { ar: id, direction: Direction::ToController, .. } => {
+                let disturbed = self.disturbed;
+                if let Some(slave) = of(ars, *id).and_then(|ar| self.slave(ar)) {
+                    (slave.disturbed, slave.has_lost_answer) = (disturbed, false);
+                }
+            }
+            Observation::Unreadable { .. } | Observation::Gap { .. } => self.disturbed += 1,
+            Observation::Starved { ar: id, direction } => self.starved(now, ars, *id, *direction, told),
+            Observation::CallFailed { ar, service, why } => {
+                let key = (*ar, *service, (*why).to_owned());
+                if self.refused.len() < MOST || self.refused.contains_key(&key) {
+                    let entry = self.refused.entry(key).or_insert((0, now.frame, 0));
+                    (entry.0, entry.2) = (entry.0 + 1, now.frame);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn slave(&mut self, ar: &Ar) -> Option<&mut Slave> {
+        match ar.device.address {
+            judge::observe::Address::Fdl(station) => Some(self.slaves.entry(station).or_default()),
+            judge::observe::Address::Mac(_) => None,
+        }
+    }
+
+    fn poll(&mut self, now: Now, (master, station): (u8, u8), service: Service, part: PollPart) {
+        // A master looks for stations that are not there by asking for their state.
+        if matches!(service, Service::Link(_) | Service::MasterMaster) {
+            return;
+        }
+        let slave = self.slaves.entry(station).or_default();
+        let polls = &mut slave.polls;
+        match part {
+            PollPart::Asked => {
+                polls.asked += 1;
+                if slave.master.is_none_or(|of| of == master) {
+                    if let Some(pause) = slave.asked.and_then(|before| now.since(before))
+                        && slave.pause.is_none_or(|(longest, _)| longest < pause)
+                    {
+                        slave.pause = Some((pause, now.frame));
+                    }
+                    slave.asked = Some(now);
+                }
+            }
+            PollPart::Again => {
+                slave.has_lost_answer = false;
+                polls.again += 1;
+                if polls.first_again == 0 {
+                    polls.first_again = now.frame;
+                }
+            }
+            PollPart::Answered => {
+                polls.answered += 1;
+                // It answered before and after: what lies between was a disturbance.
+                if polls.open.0 > 0 && polls.answered > 1 {
+                    polls.unanswered += polls.open.0;
+                    if polls.first_unanswered == 0 {
+                        polls.first_unanswered = polls.open.1;
+                    }
+                }
+                polls.open = (0, 0);
+            }
+            PollPart::Unanswered => {
+                slave.has_lost_answer = true;
+                if polls.open.0 == 0 {
+                    polls.open.1 = now.frame;
+                }
+                polls.open.0 += 1;
+            }
+        }
+    }
+
+    fn event(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, event: &Dp<'_>, told: &mut Told) {
+        match *event {
+            Dp::Parameters { master, station, octets } => {
+                let Ok(prm) = SetPrm::parse(octets) else { return };
+                let locks = prm.status.has(StationStatus::LOCK_REQ);
+                let slave = self.slaves.entry(station).or_default();
+                let owner = slave.ar.and_then(|ar| of(ars, ar)).filter(|ar| ar.stage == Stage::Ready);
+                if let (true, Some(owner), Some(other)) = (locks, owner, slave.master.filter(|of| *of != master)) {
+                    let text = format!(
+                        "master {master} sends parameters to slave {station}, which exchanges data with master {other}"
+                    );
+                    let finding =
+                        on_bus(DP_OTHER_MASTER.finding(Severity::Error, Blame::Controller, now.frame, text), slave.ar);
+                    let _ = owner;
+                    told.add(finding);
+                    return;
+                }
+                if locks {
+                    let base = prm.dpv1().filter(|dpv1| dpv1.status_1.reserved() == 0);
+                    let base = base.map_or(10, |dpv1| dpv1.watchdog_base_ms());
+                    slave.watchdog = prm.watchdog_ms(base).map(|ms| Duration::from_millis(ms.into()));
+                    slave.master = Some(master);
+                } else if prm.status.has(StationStatus::UNLOCK_REQ) {
+                    slave.master = None;
+                }
+            }
+            Dp::AddressGiven { master, station, address, .. } => {
+                let slave = self.slaves.entry(station).or_default();
+                let stands = slave.ar.and_then(|ar| of(ars, ar)).is_some_and(|ar| ar.stage == Stage::Ready);
+                if stands {
+                    let text =
+                        format!("master {master} gives slave {station} the address {address} while it exchanges data");
+                    told.add(on_bus(DP_ADDRESS.finding(Severity::Error, Blame::Network, now.frame, text), slave.ar));
+                }
+            }
+            Dp::Left { why: Leaving::NoService } => {
+                self.left(now, ars, ar, "it answers Data_Exchange with `no service`", told);
+            }
+            Dp::Diagnosis { station, octets, .. } => {
+                // The diagnosis that shows the end is told before the end itself.
+                let Ok(diag) = SlaveDiag::parse(octets) else { return };
+                let Some(id) = ar.filter(|ar| of(ars, *ar).is_some_and(|ar| ar.stage == Stage::Ready)) else { return };
+                let slave = self.slaves.entry(station).or_default();
+                let master = slave.master;
+                if diag.status_2.has(Status2::PRM_REQ) {
+                    self.left(now, ars, Some(id), "its diagnosis asks for new parameters", told);
+                } else if master.is_some_and(|master| diag.master != master) {
+                    let why = format!("its diagnosis names {} as its master", diag.master);
+                    self.left(now, ars, Some(id), &why, told);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// A slave is in no exchange any more: by its watchdog where its master paused for longer, else by itself.
+    fn left(&mut self, now: Now, ars: &[Ar], ar: Option<ArId>, why: &str, told: &mut Told) {
+        let Some(known) = ar.and_then(|ar| of(ars, ar)) else { return };
+        let (address, master) = (known.device.address, known.controller.address);
+        let disturbed = self.disturbed;
+        let Some(slave) = self.slave(known) else { return };
+        let is_in_doubt = slave.has_lost_answer || slave.disturbed != disturbed;
+        let configured = known.outputs.data_length;
+        let mut finding = match (slave.watchdog, slave.pause) {
+            _ if slave.outputs.is_some_and(|octets| octets != configured) => {
+                let text = format!(
+                    "{address} left the data exchange with {master}: {why}; its master sent {} octets of outputs, configured are \
+                     {configured}",
+                    slave.outputs.unwrap_or_default()
+                );
+                DP_LEFT.finding(Severity::Error, Blame::Controller, now.frame, text)
+            }
+            (Some(watchdog), Some((pause, frame))) if pause > watchdog => {
+                let text = format!(
+                    "{address} left the data exchange with {master}: {why}; its master did not address it for {} (up to frame \
+                     {frame}), its watchdog is {}",
+                    span(pause),
+                    span(watchdog)
+                );
+                DP_WATCHDOG.finding(Severity::Error, Blame::Controller, now.frame, text)
+            }
+            (watchdog, pause) => {
+                let watched = match (watchdog, pause) {
+                    (Some(watchdog), Some((pause, _))) => {
+                        format!("; its master paused for {} at most, its watchdog is {}", span(pause), span(watchdog))
+                    }
+                    _ => String::new(),
+                };
+                let text = format!("{address} left the data exchange with {master}: {why}{watched}");
+                DP_LEFT.finding(Severity::Error, Blame::Device, now.frame, text)
+            }
+        };
+        if is_in_doubt {
+            // What explains it, for instance other parameters, may be among them.
+            finding.doubt();
+            finding.text.push_str("; the capture lost frames before it");
+        }
+        told.add(on_bus(finding, ar));
+    }
+
+    fn starved(&mut self, now: Now, ars: &[Ar], id: ArId, direction: Direction, told: &mut Told) {
+        let Some(ar) = of(ars, id) else { return };
+        let (address, master) = (ar.device.address, ar.controller.address);
+        let finding = match direction {
+            Direction::ToController => {
+                let last = ar
+                    .inputs
+                    .last
+                    .map_or_else(String::new, |last| format!(", {} after its last answer", span(now.time.since(last))));
+                let text = format!("{address} does not answer Data_Exchange of {master} any more{last}");
+                DP_SILENT.finding(Severity::Error, Blame::Network, now.frame, text)
+            }
+            Direction::ToDevice => {
+                let text = format!(
+                    "{master} did not address {address} for longer than its watchdog of {}: a slave leaves the exchange then",
+                    span(ar.outputs.watchdog)
+                );
+                DP_WATCHDOG.finding(Severity::Error, Blame::Controller, now.frame, text)
+            }
+        };
+        told.add(on_bus(finding, Some(id)));
+    }
+
+    pub fn end(self, _now: Now, ars: &[Ar], told: &mut Told) {
+        let somebody_answers = self.slaves.values().any(|slave| slave.polls.answered > 0);
+        for (station, slave) in &self.slaves {
+            let Polls { asked, again, unanswered, answered, .. } = slave.polls;
+            if again > 0 {
+                let severity = if again >= OFTEN { Severity::Warning } else { Severity::Info };
+                let text =
+                    format!("{again} of {asked} requests to slave {station} were repeated, by their frame count");
+                told.add(on_bus(
+                    DP_REPEATED.finding(severity, Blame::Network, slave.polls.first_again, text),
+                    slave.ar,
+                ));
+            } else if unanswered > 0 {
+                let severity = if unanswered >= OFTEN { Severity::Warning } else { Severity::Info };
+                let text = format!(
+                    "{unanswered} of {asked} requests to slave {station} were not answered, although it answers others"
+                );
+                let frame = slave.polls.first_unanswered;
+                told.add(on_bus(DP_UNANSWERED.finding(severity, Blame::Network, frame, text), slave.ar));
+            }
+            let known = slave.ar.is_some() || slave.master.is_some();
+            if answered == 0 && slave.polls.open.0 >= OFTEN && !known && somebody_answers {
+                let text = format!("slave {station} answers none of {asked} requests");
+                let frame = slave.polls.open.1;
+                told.add(on_bus(DP_UNANSWERED.finding(Severity::Warning, Blame::Device, frame, text), None));
+            }
+        }
+        for ((ar, service, why), (count, first, last)) in self.refused {
+            let who =
+                ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a slave".to_owned(), |ar| ar.device.address.to_string());
+            let text = format!("{who} refuses {service}: {}{}", why.trim_end_matches('.'), times(count, last));
+            told.add(on_bus(DP_REFUSED.finding(Severity::Info, Blame::Controller, first, text).seen(why), ar));
+        }
+    }
+}
+
+/// A finding on PROFIBUS, with its connection where there is one.
+pub(super) fn on_bus(finding: Finding, ar: Option<ArId>) -> Finding {
+    let finding = finding.on(Bus::Profibus);
+    match ar {
+        Some(ar) => finding.ar(ar),
+        None => finding,
+    }
+}

@@ -1,0 +1,455 @@
+//! Start-up: Connect, parameters, end of parameters, ApplicationReady; what came late, in a wrong order, or never.
+
+use super::sight::{Now, Sight, Told};
+use super::table::{START_AGAIN, START_INCOMPLETE, START_MODULES, START_ORDER, START_REFUSED, START_SLOW};
+use super::words::{of, sender, span, status, times};
+use crate::finding::{Blame, Finding, Severity};
+use judge::observe::{Ar, ArId, CallPart, Direction, Observation, Role, Traffic};
+use station::Duration;
+use std::collections::BTreeMap;
+use wire::ethernet::Mac;
+use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState};
+use wire::profinet::status::{AbortReason, PnioStatus};
+
+/// A step that takes longer than this is slow.
+const SLOW: Duration = Duration::from_secs(5);
+/// A start-up that stands still for so long has come to its end.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// No controller waits longer for ApplicationReady: who exchanges data after so long has received it.
+const LONGEST_WAIT: Duration = Duration::from_secs(300);
+/// What comes closer together than this may have been swapped by the recorder.
+const SWAPPED: Duration = Duration::from_millis(1);
+/// So many connections of one pair that broke are worth knowing.
+const MANY: u32 = 3;
+/// So many frames of both sides are an exchange of data.
+const EXCHANGE: u64 = 1_000;
+/// Start-ups that are remembered.
+const MOST: usize = 10_000;
+
+/// The steps of a start-up in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Step {
+    Connected,
+    Parameters,
+    EndAsked,
+    EndAnswered,
+    ReadyAsked,
+    ReadyAnswered,
+}
+
+impl Step {
+    const ALL: [Step; 6] =
+        [Step::Connected, Step::Parameters, Step::EndAsked, Step::EndAnswered, Step::ReadyAsked, Step::ReadyAnswered];
+
+    /// The step that follows, who owes it, and what it is.
+    fn next(self) -> Option<(Blame, &'static str)> {
+        match self {
+            Step::Connected | Step::Parameters => Some((Blame::Controller, "the end of the parameters")),
+            Step::EndAsked => Some((Blame::Device, "the answer to the end of the parameters")),
+            Step::EndAnswered => Some((Blame::Device, "ApplicationReady")),
+            Step::ReadyAsked => Some((Blame::Controller, "the answer to ApplicationReady")),
+            Step::ReadyAnswered => None,
+        }
+    }
+
+    fn word(self) -> &'static str {
+        match self {
+            Step::Connected => "answer to Connect",
+            Step::Parameters => "last parameter written",
+            Step::EndAsked => "end of parameters",
+            Step::EndAnswered => "its answer",
+            Step::ReadyAsked => "ApplicationReady",
+            Step::ReadyAnswered => "its answer",
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct Start {
+    asked: Now,
+    steps: BTreeMap<u8, Now>,
+    /// The frames to the device and to the controller at the last step, and how many were missing.
+    seen: [(u64, u64); 2],
+}
+
+/// How a connection came to its end.
+enum End {
+    /// The controller released it, or asked for another one.
+    Left(&'static str),
+    /// Who sent an ERR-RTA, and why.
+    Aborted(Direction, PnioStatus),
+    /// Whose frames did not come any more.
+    Silent(Direction),
+}
+
+impl Start {
+    fn at(&self, step: Step) -> Option<Now> {
+        self.steps.get(&(step as u8)).copied()
+    }
+
+    /// The last step that was taken.
+    fn last(&self) -> Option<(Step, Now)> {
+        Step::ALL.into_iter().rev().find_map(|step| Some((step, self.at(step)?)))
+    }
+
+    /// Whether the capture shows this side without a hole since the last step, so that another step of it would be there too.
+    fn shows(&self, ar: &Ar, direction: Direction, waited: Duration) -> bool {
+        let stream = ar.stream(direction);
+        let (frames, lost) = self.seen[direction as usize];
+        let come = u32::try_from(stream.frames.saturating_sub(frames)).unwrap_or(u32::MAX);
+        // Half of them allow for a cycle that is kept badly, and for the time before the first one.
+        come > 0 && stream.lost == lost && !stream.unsure && stream.cycle.saturating_mul(come) >= waited / 2
+    }
+
+    /// When the controller asked for it, and how long each step took.
+    fn phases(&self) -> String {
+        let mut before = self.asked;
+        let mut parts = Vec::new();
+        for (step, now) in Step::ALL.into_iter().filter_map(|step| Some((step, self.at(step)?))) {
+            let after = now.since(before).map_or_else(|| "an unknown time".to_owned(), span);
+            parts.push(format!("{} after {after} (frame {})", step.word(), now.frame));
+            before = now;
+        }
+        parts.join(", ")
+    }
+}
+
+/// Refusals that are alike: the first connection, how often, the first and the last frame; the Connect of another connection of
+/// the same two that had not been released, and where that was.
+#[derive(Clone, Copy, Debug)]
+struct Refusals {
+    id: ArId,
+    count: u64,
+    first: u64,
+    last: u64,
+    held: Option<(u64, u64)>,
+}
+
+/// Who connects to whom: a station may have several devices, which their vendor and device ID tell apart.
+type Pair = (Mac, Mac, Option<(u16, u16)>);
+
+fn pair(ar: &Ar) -> Pair {
+    (ar.controller.mac(), ar.device.mac(), ar.device.ids)
+}
+
+/// The start-ups of a capture.
+#[derive(Debug, Default)]
+pub(super) struct Starts {
+    /// Those that have not come to their end.
+    known: BTreeMap<ArId, Start>,
+    /// The refusals by controller, device and status: the first connection, how often, the last frame.
+    refused: BTreeMap<(Mac, Mac, u32), Refusals>,
+    /// How often a connection of a pair broke, and where first.
+    broken: BTreeMap<Pair, (u32, ArId, u64)>,
+    /// How often a pair connected anew although its connection had not come to an end, where first and where last.
+    renewed: BTreeMap<Pair, (u32, ArId, u64, u64)>,
+    /// The last connection of a pair, and the last one that was accepted.
+    pairs: BTreeMap<Pair, ArId>,
+    accepted: BTreeMap<Pair, (ArId, Now)>,
+}
+
+impl Starts {
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+        match observation {
+            Observation::Traffic(Traffic::Call { ar: Some(id), service, part, .. }) => {
+                self.call(now, ars, *id, service, *part, told);
+            }
+            Observation::Traffic(Traffic::ModulesDiffer { ar, diff }) => modules(now, ars, *ar, diff, told),
+            Observation::ConnectRefused { ar: id, status } => {
+                if let Some(ar) = of(ars, *id) {
+                    let key = (ar.controller.mac(), ar.device.mac(), u32::from(*status));
+                    if !self.refused.contains_key(&key) {
+                        told.note(now.frame);
+                    }
+                    let held = self.accepted.get(&pair(ar)).filter(|(_, when)| now.since(*when).is_some());
+                    let held = held.and_then(|(held, _)| of(ars, *held)).filter(|held| held.stage.stands());
+                    let (id, frame) = (*id, now.frame);
+                    let first = Refusals { id, count: 0, first: frame, last: frame, held: None };
+                    if self.refused.len() < MOST || self.refused.contains_key(&key) {
+                        let alike = self.refused.entry(key).or_insert(first);
+                        (alike.count, alike.last) = (alike.count + 1, now.frame);
+                        alike.held = alike.held.or(held.and_then(|held| Some((held.connect_frame?, frame))));
+                    }
+                }
+                self.known.remove(id);
+            }
+            Observation::Connected { ar } => self.accepted(now, ars, *ar),
+            Observation::Released { ar } => {
+                self.over(now, ars, *ar, &End::Left("the controller released it"), told);
+            }
+            Observation::Aborted { ar, direction, status } => {
+                let Some(known) = of(ars, *ar) else { return };
+                self.broke(known, *ar, now);
+                self.over(now, ars, *ar, &End::Aborted(*direction, *status), told);
+            }
+            Observation::Starved { ar, direction } => {
+                let Some(known) = of(ars, *ar) else { return };
+                self.broke(known, *ar, now);
+                self.over(now, ars, *ar, &End::Silent(*direction), told);
+            }
+            _ => {}
+        }
+    }
+
+    fn broke(&mut self, ar: &Ar, id: ArId, now: Now) {
+        if ar.connect_frame.is_some() && self.broken.len() < MOST {
+            self.broken.entry(pair(ar)).or_insert((0, id, now.frame)).0 += 1;
+        }
+    }
+
+    /// A device accepted a connection: where the one before still stands nothing of its end was seen.
+    fn accepted(&mut self, now: Now, ars: &[Ar], id: ArId) {
+        let connected = of(ars, id).filter(|ar| ar.role == Role::Exchange && ar.connect_frame.is_some());
+        let Some(ar) = connected.filter(|_| self.accepted.len() < MOST) else { return };
+        let before = self.accepted.insert(pair(ar), (id, now));
+        let Some((before, when)) = before.filter(|(before, _)| *before != id) else { return };
+        if of(ars, before).is_some_and(|before| before.stage.stands()) && now.since(when).is_some() {
+            let renewed = self.renewed.entry(pair(ar)).or_insert((0, id, now.frame, now.frame));
+            (renewed.0, renewed.3) = (renewed.0 + 1, now.frame);
+        }
+    }
+
+    fn call(&mut self, now: Now, ars: &[Ar], id: ArId, service: &str, part: CallPart, told: &mut Told) {
+        let Some(ar) = of(ars, id).filter(|ar| ar.role == Role::Exchange) else { return };
+        if (service, part) == ("Connect", CallPart::Asked) {
+            if let Some(before) = self.pairs.insert(pair(ar), id) {
+                self.over(now, ars, before, &End::Left("the controller asked for another connection"), told);
+            }
+            if self.known.len() < MOST {
+                self.known.insert(id, Start { asked: now, ..Start::default() });
+            }
+            return;
+        }
+        let Some(start) = self.known.get_mut(&id) else { return };
+        let step = match (service, part) {
+            ("Connect", CallPart::Answered) => Step::Connected,
+            ("Write", CallPart::Answered) if start.at(Step::EndAsked).is_none() => Step::Parameters,
+            ("end of parameters", CallPart::Asked) => Step::EndAsked,
+            ("end of parameters", CallPart::Answered) => Step::EndAnswered,
+            ("ApplicationReady", CallPart::Asked) => Step::ReadyAsked,
+            ("ApplicationReady", CallPart::Answered) => Step::ReadyAnswered,
+            _ => return,
+        };
+        start.steps.insert(step as u8, now);
+        start.seen = [Direction::ToDevice, Direction::ToController].map(|direction| {
+            let stream = ar.stream(direction);
+            (stream.frames, stream.lost)
+        });
+        let early = match step {
+            // A frame that is out of its place by itself was swapped by the recorder.
+            Step::EndAsked if start.at(Step::ReadyAnswered).is_some() => {
+                start.at(Step::ReadyAsked).map(|ready| (ready, "ApplicationReady", "the end of the parameters"))
+            }
+            _ => None,
+        };
+        if let Some((before, what, of)) = early
+            && now.since(before).is_some_and(|since| since >= SWAPPED)
+        {
+            let text = format!(
+                "{} sends {what} in frame {}, before {of} in frame {}",
+                sender(ar, Direction::ToController),
+                before.frame,
+                now.frame
+            );
+            told.add(START_ORDER.finding(Severity::Error, Blame::Device, before.frame, text).ar(id));
+        }
+        if start.at(Step::ReadyAnswered).is_some() && start.at(Step::EndAsked).is_some() {
+            slow(ar, id, start, told);
+            self.known.remove(&id);
+        }
+    }
+
+    /// A connection came to its end.
+    fn over(&mut self, now: Now, ars: &[Ar], id: ArId, end: &End, told: &mut Told) {
+        let Some(start) = self.known.remove(&id) else { return };
+        let Some(ar) = of(ars, id) else { return };
+        // Where the answer to Connect was not seen nothing of that side was.
+        let Some((last, at)) = start.last().filter(|_| start.at(Step::Connected).is_some()) else { return };
+        let (Some((owes, missing)), Some(waited)) = (last.next(), now.since(at)) else { return };
+        // Who says himself what he has missed is believed.
+        let missed = matches!(end, End::Aborted(_, status) if status.abort_reason().is_some_and(is_of_start));
+        // Who exchanges data has come to the end of the start-up, whether the capture shows it or not.
+        if ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE && !missed {
+            return;
+        }
+        let (how, mut severity, mut blame) = match end {
+            End::Left(how) => ((*how).to_owned(), Severity::Info, owes),
+            End::Aborted(by, _) => (format!("{} ended it by an ERR-RTA", sender(ar, *by)), Severity::Error, owes),
+            // Whether it lost its supply or its cable looks the same.
+            End::Silent(by) => {
+                let how = format!("{} sent no cyclic frames for longer than the watchdog", sender(ar, *by));
+                (how, Severity::Warning, Blame::Network)
+            }
+        };
+        // Who had no time to take the next step did not owe it.
+        if waited < SLOW {
+            blame = match end {
+                End::Left(_) | End::Aborted(Direction::ToDevice, _) => Blame::Controller,
+                End::Aborted(Direction::ToController, _) => Blame::Device,
+                End::Silent(_) => Blame::Network,
+            };
+        }
+        let own = matches!(
+            (owes, end),
+            (Blame::Device, End::Aborted(Direction::ToController, _))
+                | (Blame::Controller, End::Left(_) | End::Aborted(Direction::ToDevice, _))
+        );
+        let seen = missed || own || matches!(end, End::Silent(_)) || start.shows(ar, sends(owes), waited);
+        let mut text = format!(
+            "the start-up of {} by {} never came to {missing}: {how} {} after the last step; {}",
+            sender(ar, Direction::ToController),
+            sender(ar, Direction::ToDevice),
+            span(waited),
+            start.phases()
+        );
+        if !seen {
+            (severity, blame) = (Severity::Info, Blame::Capture);
+            text += &unseen(ar, owes, missing);
+        }
+        told.add(incomplete(severity, blame, now.frame, text).ar(id).expected(missing));
+    }
+
+    pub fn end(self, sight: &Sight, ars: &[Ar], told: &mut Told) {
+        for (id, start) in &self.known {
+            let last = start.last().filter(|_| start.at(Step::Connected).is_some());
+            let (Some(ar), Some((last, at))) = (of(ars, *id), last) else { continue };
+            let (Some((owes, missing)), Some(waited)) = (last.next(), sight.now.since(at)) else { continue };
+            let exchanges = ar.inputs.frames.min(ar.outputs.frames) >= EXCHANGE;
+            if waited < PATIENCE || !ar.stage.stands() || exchanges && waited > LONGEST_WAIT {
+                continue;
+            }
+            let mut text = format!(
+                "the start-up of {} by {} stands still: {missing} did not come in the {} up to the end of the capture; {}",
+                sender(ar, Direction::ToController),
+                sender(ar, Direction::ToDevice),
+                span(waited),
+                start.phases()
+            );
+            let (mut severity, mut blame) = (Severity::Warning, owes);
+            if !start.shows(ar, sends(owes), waited) {
+                (severity, blame) = (Severity::Info, Blame::Capture);
+                text += &unseen(ar, owes, missing);
+            }
+            told.add(incomplete(severity, blame, at.frame, text).ar(*id).expected(missing));
+        }
+        for ((_, _, code), Refusals { id, count, first, last, held }) in self.refused {
+            let Some(ar) = of(ars, id) else { continue };
+            let why = status(&PnioStatus::from(code));
+            let mut text = format!(
+                "{} refuses {}: {why}{}",
+                sender(ar, Direction::ToController),
+                sender(ar, Direction::ToDevice),
+                times(count, last)
+            );
+            if let Some((made, frame)) = held {
+                text += &format!(
+                    "; in frame {frame} the connection of these two that was asked for in frame {made} was not released"
+                );
+            }
+            let finding = START_REFUSED.finding(Severity::Error, Blame::Controller, first, text).ar(id);
+            let finding = match held {
+                Some((made, _)) => finding
+                    .cause(format!(
+                        "The device still holds the connection of frame {made}, until its watchdog has run out."
+                    ))
+                    .next("Look at why the controller left that connection without a Release or an ERR-RTA."),
+                None => finding,
+            };
+            told.add(finding.expected("a connection").seen(why));
+        }
+        for (count, id, frame) in self.broken.into_values().filter(|(count, ..)| *count >= MANY) {
+            let Some(ar) = of(ars, id) else { continue };
+            let text = format!(
+                "the connection of {} and {} broke {count} times",
+                sender(ar, Direction::ToDevice),
+                sender(ar, Direction::ToController)
+            );
+            told.add(START_AGAIN.finding(Severity::Warning, Blame::Network, frame, text).ar(id));
+        }
+        for (count, id, first, last) in self.renewed.into_values().filter(|(count, ..)| *count >= MANY) {
+            let Some(ar) = of(ars, id) else { continue };
+            let text = format!(
+                "{} connected anew to {} {count} times (last in frame {last}) although the capture shows no end of the connection \
+                 before",
+                sender(ar, Direction::ToDevice),
+                sender(ar, Direction::ToController)
+            );
+            told.add(START_AGAIN.finding(Severity::Warning, Blame::Network, first, text).ar(id));
+        }
+    }
+}
+
+/// Whether a reason says that a step of the start-up did not come.
+fn is_of_start(reason: AbortReason) -> bool {
+    [AbortReason::CMI_TIMEOUT, AbortReason::APPLICATION_READY_TIMEOUT].contains(&reason)
+}
+
+/// The direction in which somebody sends.
+fn sends(blame: Blame) -> Direction {
+    if blame == Blame::Device { Direction::ToController } else { Direction::ToDevice }
+}
+
+/// Why a step that the capture does not show may have been taken.
+fn unseen(ar: &Ar, owes: Blame, missing: &str) -> String {
+    format!(
+        "; the capture does not show all frames of {} in that time, so that {missing} may have come",
+        sender(ar, sends(owes))
+    )
+}
+
+fn incomplete(severity: Severity, blame: Blame, frame: u64, text: String) -> Finding {
+    let finding = START_INCOMPLETE.finding(severity, blame, frame, text);
+    match blame {
+        Blame::Capture => finding
+            .cause("The capture lost the step, or it never came.")
+            .next("Capture again with a tap or less load; if the connection works, nothing is wrong."),
+        _ => finding,
+    }
+}
+
+/// The slowest step of a start-up that was completed, where it is a slow one.
+fn slow(ar: &Ar, id: ArId, start: &Start, told: &mut Told) {
+    let mut before = start.asked;
+    let mut slowest: Option<(Duration, Step, Now)> = None;
+    for (step, now) in Step::ALL.into_iter().filter_map(|step| Some((step, start.at(step)?))) {
+        let took = now.since(before).unwrap_or_default();
+        if took >= SLOW && slowest.is_none_or(|(most, ..)| most < took) {
+            slowest = Some((took, step, now));
+        }
+        before = now;
+    }
+    let Some((took, step, now)) = slowest else { return };
+    let (blame, direction) = match step {
+        Step::Parameters | Step::EndAsked | Step::ReadyAnswered => (Blame::Controller, Direction::ToDevice),
+        Step::Connected | Step::EndAnswered | Step::ReadyAsked => (Blame::Device, Direction::ToController),
+    };
+    let text =
+        format!("{} takes {} in a start-up ({}); {}", sender(ar, direction), span(took), step.word(), start.phases());
+    told.add(START_SLOW.finding(Severity::Info, blame, now.frame, text).ar(id));
+}
+
+/// The modules that a device has otherwise than the controller expects.
+fn modules(now: Now, ars: &[Ar], id: ArId, diff: &ModuleDiffBlock, told: &mut Told) {
+    let mut places = Vec::new();
+    for module in diff.apis.iter().flat_map(|api| &api.modules) {
+        if matches!(module.state, ModuleState::NO_MODULE | ModuleState::WRONG_MODULE) {
+            let word = module.state.word().unwrap_or_default().replace('_', " ");
+            places.push(format!("slot {}: {word}, plugged is 0x{:08X}", module.slot, module.module_ident));
+        }
+        for of in module.submodules.iter().filter(|of| of.state.format_indicator()) {
+            let info = of.state.ident_info();
+            if matches!(info, IdentInfo::WRONG | IdentInfo::NO_SUBMODULE) {
+                let word = info.word().unwrap_or_default().replace('_', " ");
+                let plugged = format!("plugged is 0x{:08X}", of.submodule_ident);
+                places.push(format!("slot {} subslot 0x{:04X}: {word}, {plugged}", module.slot, of.subslot));
+            }
+        }
+    }
+    let Some(ar) = of(ars, id).filter(|_| !places.is_empty()) else { return };
+    let more = places.len().saturating_sub(8);
+    places.truncate(8);
+    let more = if more > 0 { format!("; and {more} more") } else { String::new() };
+    let text =
+        format!("{} has other modules than expected: {}{more}", sender(ar, Direction::ToController), places.join("; "));
+    told.add(START_MODULES.finding(Severity::Warning, Blame::Controller, now.frame, text).ar(id));
+}

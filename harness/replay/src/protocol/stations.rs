@@ -1,0 +1,326 @@
+//! Names and addresses: two stations that have the same, names that nobody answers to, and who sets or resets a station that is
+//! connected.
+
+use super::sight::{Now, Sight, Told};
+use super::table::{
+    ADDRESS_DUPLICATE, DCP_REFUSED, DCP_UNANSWERED, NAME_DUPLICATE, NAME_INVALID, NAME_UNKNOWN, ONE_SIDED,
+    RESET_RUNNING, SET_RUNNING,
+};
+use super::words::{party, times};
+use crate::finding::{Blame, Severity};
+use judge::observe::{Ar, ArId, Observation};
+use plain_text::escaped;
+use rustc_hash::FxHashMap;
+use station::Duration;
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::Ipv4Addr;
+use wire::datagram::arp::Arp;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::station_name::{self, NameProblem};
+use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
+
+/// Two stations that claim the same within so long are both there.
+const TOGETHER: Duration = Duration::from_secs(2);
+/// A request that was not answered for so long is not answered any more.
+const PATIENCE: Duration = Duration::from_secs(3);
+/// A name that was asked for so often is missed.
+const OFTEN: u64 = 2;
+/// Names, addresses and requests that are remembered.
+const MOST: usize = 4_096;
+
+/// Who claims a name or an address: the last one and the one before.
+#[derive(Debug)]
+struct Claim {
+    last: (Mac, Now),
+    before: Option<(Mac, Now)>,
+    told: bool,
+}
+
+/// Who asked for a name, and whether anybody answered.
+#[derive(Debug)]
+struct Search {
+    first: Now,
+    last: Now,
+    count: u64,
+    answered: bool,
+}
+
+/// A request to one station.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    first: Now,
+    last: Now,
+    count: u64,
+}
+
+/// Refusals that are alike: how often, the first and the last frame, why.
+type Refusals = (u64, u64, u64, String);
+
+/// The stations of a capture.
+#[derive(Debug, Default)]
+pub(super) struct Stations {
+    names: FxHashMap<String, Claim>,
+    addresses: FxHashMap<Ipv4Addr, Claim>,
+    searches: BTreeMap<(Mac, String), Search>,
+    /// The name that a search with this number asked for.
+    numbers: FxHashMap<(Mac, u32), String>,
+    /// Requests since the last answer of a station, by who asks whom to be told or set.
+    asked: BTreeMap<(Mac, Mac, bool), Asked>,
+    refused: BTreeMap<(Mac, String, u8), Refusals>,
+    /// Names that were given to a station: whether they are free is asked before.
+    given: BTreeSet<String>,
+    /// Who asked for a station and had an answer.
+    answered: BTreeSet<Mac>,
+    /// Names that are none, by who has them.
+    wrong: BTreeSet<(Mac, String)>,
+}
+
+impl Stations {
+    /// Takes in an ARP packet.
+    pub fn arp(&mut self, now: Now, arp: &Arp, told: &mut Told) {
+        if arp.sender_ip.is_unspecified() || arp.sender_mac.is_group() {
+            return;
+        }
+        self.address(now, arp.sender_mac, arp.sender_ip, told);
+    }
+
+    fn address(&mut self, now: Now, mac: Mac, ip: Ipv4Addr, told: &mut Told) {
+        if let Some((other, frame)) = claim(&mut self.addresses, ip, mac, now) {
+            let text = format!("{mac} (frame {}) and {other} (frame {frame}) both have the address {ip}", now.frame);
+            told.add(ADDRESS_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
+        }
+    }
+
+    pub fn observe(&mut self, now: Now, ars: &[Ar], observation: &Observation<'_>, told: &mut Told) {
+        let Observation::Dcp { source, destination, pdu } = observation else { return };
+        let (source, destination) = (*source, *destination);
+        match (pdu.service_id, pdu.service_type) {
+            (ServiceId::IDENTIFY, ServiceType::REQUEST) => self.search(now, source, pdu),
+            (ServiceId::IDENTIFY | ServiceId::GET, ServiceType::RESPONSE) | (ServiceId::HELLO, _) => {
+                if pdu.service_id == ServiceId::GET {
+                    self.asked.remove(&(destination, source, false));
+                }
+                if pdu.service_id == ServiceId::IDENTIFY {
+                    self.found(destination, pdu.xid);
+                }
+                for block in pdu.blocks() {
+                    match &block.value {
+                        Value::NameOfStation(name) if !name.is_empty() => self.name(now, source, name, told),
+                        Value::IpParameter(ip) | Value::FullIpSuite(ip, _) if !ip.address.is_unspecified() => {
+                            self.address(now, source, ip.address, told);
+                        }
+                        _ => {}
+                    }
+                }
+            }
+            (ServiceId::GET | ServiceId::SET, ServiceType::REQUEST) => {
+                let set = pdu.service_id == ServiceId::SET;
+                if set {
+                    self.touch(now, ars, (source, destination), pdu, told);
+                }
+                if !destination.is_group() && (self.asked.len() < MOST) {
+                    let asked = self.asked.entry((source, destination, set)).or_insert(Asked {
+                        first: now,
+                        last: now,
+                        count: 0,
+                    });
+                    (asked.last, asked.count) = (now, asked.count + 1);
+                }
+            }
+            (ServiceId::GET | ServiceId::SET, _) => {
+                self.asked.remove(&(destination, source, pdu.service_id == ServiceId::SET));
+                if pdu.service_id == ServiceId::SET {
+                    self.answered(now, source, pdu);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn name(&mut self, now: Now, mac: Mac, octets: &[u8], told: &mut Told) {
+        let name = escaped(octets);
+        if let Some(why) = wrong_name(octets).filter(|_| self.wrong.len() < MOST)
+            && self.wrong.insert((mac, name.clone()))
+        {
+            let text = format!("{mac} says that it is '{name}', which is no name of a station: {why}");
+            told.add(NAME_INVALID.finding(Severity::Warning, Blame::Controller, now.frame, text));
+        }
+        if let Some((other, frame)) = claim(&mut self.names, name.clone(), mac, now) {
+            let text = format!(
+                "{mac} (frame {}) and {other} (frame {frame}) both say that they are '{name}': a controller will find neither \
+                 safely",
+                now.frame
+            );
+            told.add(NAME_DUPLICATE.finding(Severity::Error, Blame::Network, now.frame, text));
+        }
+    }
+
+    fn search(&mut self, now: Now, source: Mac, pdu: &Dcp) {
+        let name = pdu.blocks().iter().find_map(|block| match &block.value {
+            Value::NameOfStation(name) => Some(escaped(name)),
+            _ => None,
+        });
+        let Some(name) = name.filter(|_| self.searches.len() < MOST && self.numbers.len() < MOST) else { return };
+        let fresh = self.numbers.insert((source, pdu.xid), name.clone()).is_none_or(|before| before != name);
+        let search =
+            self.searches.entry((source, name)).or_insert(Search { first: now, last: now, count: 0, answered: false });
+        search.last = now;
+        search.count += u64::from(fresh);
+    }
+
+    fn found(&mut self, requester: Mac, xid: u32) {
+        if self.answered.len() < MOST {
+            self.answered.insert(requester);
+        }
+        if let Some(name) = self.numbers.get(&(requester, xid))
+            && let Some(search) = self.searches.get_mut(&(requester, name.clone()))
+        {
+            search.answered = true;
+        }
+    }
+
+    /// Somebody tells a station something that ends a connection which it has.
+    fn touch(&mut self, now: Now, ars: &[Ar], (source, station): (Mac, Mac), pdu: &Dcp, told: &mut Told) {
+        for block in pdu.blocks() {
+            if let Value::NameOfStation(name) = &block.value
+                && self.given.len() < MOST
+            {
+                self.given.insert(escaped(name));
+            }
+        }
+        let stands = |ar: &&(usize, &Ar)| ar.1.stage.stands() && ar.1.device.mac() == station;
+        let Some((index, ar)) = ars.iter().enumerate().rfind(|of| stands(&of)) else { return };
+        if ar.controller.mac() == source {
+            return;
+        }
+        for block in pdu.blocks() {
+            let (check, what) = match &block.value {
+                Value::NameOfStation(name) => (SET_RUNNING, format!("the name '{}'", escaped(name))),
+                Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => {
+                    (SET_RUNNING, format!("the address {}", ip.address))
+                }
+                Value::ResetToFactory | Value::FactoryReset => (RESET_RUNNING, String::new()),
+                _ => continue,
+            };
+            let verb = if what.is_empty() { "resets".to_owned() } else { format!("gives {what} to") };
+            let text = format!(
+                "{source} {verb} device {} while it is connected to controller {}",
+                party(&ar.device),
+                party(&ar.controller)
+            );
+            told.add(check.finding(Severity::Error, Blame::Network, now.frame, text).ar(ArId(index as u32)));
+        }
+    }
+
+    fn answered(&mut self, now: Now, station: Mac, pdu: &Dcp) {
+        for block in pdu.blocks() {
+            let Value::Response { element, error } = &block.value else { continue };
+            if *error == BlockError::OK || self.refused.len() >= MOST {
+                continue;
+            }
+            let of = element.word().map_or_else(
+                || format!("element {}/{}", element.option, element.suboption),
+                |word| word.replace('_', " "),
+            );
+            let why = error.sentence().map_or_else(|| format!("block error {}", error.0), str::to_owned);
+            let entry = self.refused.entry((station, of, error.0)).or_insert((0, now.frame, 0, why));
+            (entry.0, entry.2) = (entry.0 + 1, now.frame);
+        }
+    }
+
+    pub fn end(self, sight: &Sight, told: &mut Told) {
+        let mut blind: BTreeMap<Mac, (u64, u64, &str)> = BTreeMap::new();
+        for ((source, name), search) in self.searches.iter().filter(|(_, search)| !search.answered) {
+            let waited = sight.now.since(search.last).is_some_and(|waited| waited >= PATIENCE);
+            if name.is_empty() || !waited {
+                continue;
+            }
+            if search.count < OFTEN {
+                // Who asks once may ask whether the name is free; the answer may be what the capture has lost.
+                if self.answered.contains(source) && !self.given.contains(name) {
+                    let text = format!(
+                        "{source} asks once for the station '{name}', and no answer is in the capture, while others answered"
+                    );
+                    told.add(NAME_UNKNOWN.finding(Severity::Info, Blame::Network, search.first.frame, text));
+                }
+                continue;
+            }
+            if !sight.shows_to(*source) {
+                let of = blind.entry(*source).or_insert((0, search.first.frame, name));
+                *of = (of.0 + 1, of.1.min(search.first.frame), of.2);
+                continue;
+            }
+            let text = format!(
+                "{source} asks for the station '{name}' and nobody answers{}",
+                times(search.count, search.last.frame)
+            );
+            told.add(NAME_UNKNOWN.finding(Severity::Warning, Blame::Network, search.first.frame, text));
+        }
+        for (source, (count, frame, name)) in blind {
+            let more = if count == 1 { String::new() } else { format!(" and {} more", count - 1) };
+            let text = format!(
+                "{source} asks for the station '{name}'{more}, and the capture has no frame at all to {source}: whether anybody \
+                 answers cannot be told (a station that asks for its own name gets no answer where all is well)"
+            );
+            told.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, frame, text));
+        }
+        for ((source, destination, set), asked) in self.asked {
+            // Who misses an answer asks again.
+            if sight.now.since(asked.last).is_none_or(|waited| waited < PATIENCE) || asked.count < OFTEN {
+                continue;
+            }
+            let what = if set { "set" } else { "get" };
+            if sight.shows(destination, source) {
+                let text = format!("{destination} does not answer {} DCP requests ({what}) of {source}", asked.count);
+                told.add(DCP_UNANSWERED.finding(Severity::Warning, Blame::Device, asked.first.frame, text));
+            } else if !sight.shows_to(source) || !sight.shows_from(destination) {
+                let text = format!(
+                    "{source} sends a DCP {what} to {destination}, and the capture has no frame from there to {source}: whether it \
+                     answers cannot be told"
+                );
+                told.add(ONE_SIDED.finding(Severity::Info, Blame::Capture, asked.first.frame, text));
+            }
+        }
+        for ((station, element, _), (count, first, last, why)) in self.refused {
+            let why = why.trim_end_matches('.');
+            let text = format!("{station} refuses to be given its {element}: {why}{}", times(count, last));
+            told.add(DCP_REFUSED.finding(Severity::Warning, Blame::Controller, first, text).seen(why));
+        }
+    }
+}
+
+/// Why this is no name of a station (IEC 61158-6-10): labels of 1 to 63 small letters, digits and hyphens, apart by dots.
+fn wrong_name(octets: &[u8]) -> Option<&'static str> {
+    Some(match station_name::check(octets).err()? {
+        _ if octets.iter().any(u8::is_ascii_uppercase) => "it has capital letters",
+        _ if octets.contains(&0) => "it is filled up with zeros",
+        NameProblem::Octet { .. } => "it has other characters than small letters, digits, hyphens and dots",
+        NameProblem::Empty | NameProblem::TooLong(_) | NameProblem::EmptyLabel(_) | NameProblem::LongLabel(_) => {
+            "it, or a part of it between dots, is empty or too long"
+        }
+        NameProblem::Hyphen(_) => "a part of it begins or ends with a hyphen",
+        NameProblem::LikeAnAddress => "it looks like an IP address",
+        NameProblem::LikeAPort => "it is the name of a port",
+    })
+}
+
+/// Notes that a station claims something; the other station and its frame, once, where both are there: at the same time, or in
+/// turns.
+fn claim<K: std::hash::Hash + Eq>(claims: &mut FxHashMap<K, Claim>, key: K, mac: Mac, now: Now) -> Option<(Mac, u64)> {
+    if claims.len() >= MOST && !claims.contains_key(&key) {
+        return None;
+    }
+    let claim = claims.entry(key).or_insert(Claim { last: (mac, now), before: None, told: false });
+    if claim.last.0 == mac {
+        claim.last.1 = now;
+        return None;
+    }
+    let other = claim.last;
+    let together = now.since(other.1).is_some_and(|since| since <= TOGETHER);
+    let in_turns = claim.before.is_some_and(|(before, _)| before == mac);
+    claim.before = Some(other);
+    claim.last = (mac, now);
+    let new = (together || in_turns) && !claim.told;
+    claim.told |= new;
+    new.then_some((other.0, other.1.frame))
+}

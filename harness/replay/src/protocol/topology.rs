@@ -1,0 +1,130 @@
+//! Neighbours by LLDP: who announces himself, who has stopped, who came later.
+
+use super::sight::{Now, Sight, Told};
+use super::table::TOPOLOGY_CHANGED;
+use crate::finding::{Blame, Severity};
+use plain_text::escaped;
+use station::{Duration, Time};
+use std::collections::BTreeMap;
+use wire::ethernet::Mac;
+use wire::lldp::{Lldp, Tlv};
+
+/// Ports that are remembered.
+const MOST: usize = 1_024;
+/// How long an announcement holds where it does not say.
+const TIME_TO_LIVE: Duration = Duration::from_secs(20);
+
+/// A port that announces itself.
+#[derive(Clone, Debug)]
+struct Port {
+    time_to_live: Duration,
+    first: Now,
+    last: Now,
+    said_goodbye: bool,
+}
+
+/// The ports of a capture by the addresses they send from and what they say of themselves.
+///
+/// Two stacks on one machine may announce themselves from one address in turns.
+#[derive(Debug, Default)]
+pub(super) struct Topology {
+    ports: BTreeMap<(Mac, String), Port>,
+    /// The first frame of the capture with LLDP, and the last.
+    begun: Option<Time>,
+    last: Time,
+}
+
+impl Topology {
+    pub fn observe(&mut self, now: Now, source: Mac, pdu: &Lldp) {
+        self.begun.get_or_insert(now.time);
+        self.last = now.time;
+        let (mut chassis, mut port, mut time_to_live) = (String::new(), String::new(), TIME_TO_LIVE);
+        for tlv in &pdu.tlvs {
+            match tlv {
+                Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id } => {
+                    chassis = <[u8; 6]>::try_from(&id[..]).map_or_else(|_| escaped(id), |mac| Mac(mac).to_string());
+                }
+                Tlv::ChassisId { id, .. } => chassis = escaped(id),
+                Tlv::PortId { id, .. } => port = escaped(id),
+                Tlv::TimeToLive(seconds) => time_to_live = Duration::from_secs((*seconds).into()),
+                _ => {}
+            }
+        }
+        let name = format!("port '{port}' of '{chassis}'");
+        let said_goodbye = time_to_live.is_zero();
+        let has_room = self.ports.len() < MOST;
+        match self.ports.get_mut(&(source, name.clone())) {
+            Some(known) => {
+                (known.last, known.said_goodbye) = (now, said_goodbye);
+                if !said_goodbye {
+                    known.time_to_live = time_to_live;
+                }
+            }
+            None if has_room => {
+                self.ports.insert((source, name), Port { time_to_live, first: now, last: now, said_goodbye });
+            }
+            None => {}
+        }
+    }
+
+    pub fn end(self, sight: &Sight, told: &mut Told) {
+        let mut tell = |severity, frame: u64, text: String| {
+            told.add(TOPOLOGY_CHANGED.finding(severity, Blame::Network, frame, text));
+        };
+        let Some(begun) = self.begun else { return };
+        // When any port was heard last, and any of another station.
+        let mut latest: [Option<(Mac, Now)>; 2] = [None; 2];
+        for ((mac, _), port) in &self.ports {
+            let later = |than: Option<(Mac, Now)>| than.is_none_or(|(_, than)| port.last.time > than.time);
+            match latest[0] {
+                Some((first, _)) if first == *mac && later(latest[0]) => latest[0] = Some((*mac, port.last)),
+                Some((first, _)) if first == *mac => {}
+                first if later(first) => latest = [Some((*mac, port.last)), first],
+                _ if later(latest[1]) => latest[1] = Some((*mac, port.last)),
+                _ => {}
+            }
+        }
+        for ((mac, name), port) in &self.ports {
+            let of_station = || self.ports.range((*mac, String::new())..).take_while(|((other, _), _)| other == mac);
+            let of_mac = |(other, _): &(&(Mac, String), &Port)| other.1 != *name;
+            // Another name of the same port, which came when this one was heard no more.
+            let became = of_station().filter(of_mac).filter(|(_, other)| other.first.frame > port.last.frame);
+            let became = became.min_by_key(|(_, other)| other.first.frame);
+            if let Some(((_, after), other)) = became {
+                // The port is the same, its station was given another name.
+                tell(
+                    Severity::Info,
+                    other.first.frame,
+                    format!("{mac} announces itself as {after}; before it was {name}"),
+                );
+                continue;
+            }
+            // Another port that was heard later shows that the capture still had LLDP then.
+            let others = latest.into_iter().flatten().find(|(other, _)| other != mac);
+            let heard_later = others.map(|(_, last)| last.time.since(port.last.time)).unwrap_or_default();
+            if port.said_goodbye {
+                tell(Severity::Warning, port.last.frame, format!("{name} ({mac}) says that it goes"));
+            } else if heard_later > port.time_to_live && sight.now.since(port.last).is_some() {
+                tell(
+                    Severity::Warning,
+                    port.last.frame,
+                    format!("{name} ({mac}) is not announced any more behind this frame"),
+                );
+            }
+            // Who announces himself only later came later: announcements come several times within the time they hold.
+            let was_other = of_station().any(|of| of_mac(&of));
+            let late = port.first.time.since(begun);
+            if !was_other
+                && late > port.time_to_live
+                && port.first.piece == 0
+                && self.last.since(begun) > port.time_to_live
+            {
+                tell(
+                    Severity::Warning,
+                    port.first.frame,
+                    format!("{name} ({mac}) is announced from this frame on only"),
+                );
+            }
+        }
+    }
+}

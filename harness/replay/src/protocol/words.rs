@@ -1,0 +1,57 @@
+//! How this room says who did what, and how long it took.
+
+use judge::observe::{Address, Ar, ArId, Direction, Party};
+use station::Duration;
+use wire::profinet::status::PnioStatus;
+
+/// The connection of an id.
+pub(super) fn of(ars: &[Ar], ArId(index): ArId) -> Option<&Ar> {
+    ars.get(index as usize)
+}
+
+/// Who sends in a direction, with its part in the connection.
+pub(super) fn sender(ar: &Ar, direction: Direction) -> String {
+    match (direction, ar.controller.address) {
+        (Direction::ToController, Address::Mac(_)) => format!("device {}", party(&ar.device)),
+        (Direction::ToController, Address::Fdl(_)) => format!("slave {}", party(&ar.device)),
+        (Direction::ToDevice, Address::Mac(_)) => format!("controller {}", party(&ar.controller)),
+        (Direction::ToDevice, Address::Fdl(_)) => format!("master {}", party(&ar.controller)),
+    }
+}
+
+/// The device of a connection, or `a device`.
+pub(super) fn device(ars: &[Ar], ar: Option<ArId>) -> String {
+    ar.and_then(|ar| of(ars, ar)).map_or_else(|| "a device".to_owned(), |ar| sender(ar, Direction::ToController))
+}
+
+/// Name and address.
+pub(super) fn party(party: &Party) -> String {
+    match &party.station {
+        Some(station) => format!("'{station}' ({})", party.address),
+        None => party.address.to_string(),
+    }
+}
+
+/// A PNIO status as a sentence with its numbers, and the field that it points at.
+pub(super) fn status(status: &PnioStatus) -> String {
+    let field = status.faulty_field().map(|field| format!(", field {field}")).unwrap_or_default();
+    match status.sentence() {
+        Some(sentence) => format!("{}{field} [{status}]", sentence.trim_end_matches('.')),
+        None => format!("{status}{field}"),
+    }
+}
+
+/// `1.25 s`, `8 ms`, `31.25 us`.
+pub(super) fn span(duration: Duration) -> String {
+    let nanos = duration.as_nanos();
+    match nanos {
+        0..1_000_000 => format!("{} us", nanos as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{} ms", (nanos / 1_000) as f64 / 1e3),
+        _ => format!("{} s", (nanos / 1_000_000) as f64 / 1e3),
+    }
+}
+
+/// ` 3 times, last in frame 7`, or nothing for once.
+pub(super) fn times(count: u64, last: u64) -> String {
+    if count > 1 { format!(" ({count} times, last in frame {last})") } else { String::new() }
+}

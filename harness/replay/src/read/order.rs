@@ -1,0 +1,160 @@
+//! The order of time: a frame is handed on once the next one has told whether its time can be true.
+//!
+//! Files of several interfaces are a little out of order, clocks are set, and a damaged time stamp is wrong once. What is
+//! handed on never goes back, except where the clock was set. This file must not know what a frame means.
+
+use station::{Duration, Time};
+use virtual_wire::capture::{LinkType, Packet};
+
+/// Steps back that are shorter than this come from several interfaces in one file, and mean nothing.
+const JITTER: Duration = Duration::from_millis(1);
+
+/// Holds one frame back.
+#[derive(Debug, Default)]
+pub struct Line {
+    slots: [Held; 2],
+    /// The slot that is held back.
+    current: usize,
+    is_holding: bool,
+    /// The last time that was handed on.
+    floor: Option<Time>,
+    /// Whether the time of the frame before could not be true, or frames are missing before this one.
+    interrupted: bool,
+}
+
+#[derive(Debug, Default)]
+struct Held {
+    number: u64,
+    time: Time,
+    link: LinkType,
+    octets: Vec<u8>,
+    original: u32,
+    /// Whether frames may be missing before it.
+    behind_damage: bool,
+}
+
+/// A frame whose turn it is.
+#[derive(Clone, Copy, Debug)]
+pub struct Next<'a> {
+    /// Its number in the file, from 1.
+    pub number: u64,
+    /// When it was captured; where that cannot be true, when the frame before was.
+    pub time: Time,
+    /// What its first octet is.
+    pub link: LinkType,
+    /// The octets that were kept.
+    pub octets: &'a [u8],
+    /// How many octets were kept of how many, where not all were.
+    pub cut: Option<(usize, u32)>,
+    /// Whether what was remembered is not simply continued: frames may be missing before it, or the time is in doubt.
+    pub interrupted: bool,
+}
+
+impl Line {
+    /// Takes the next packet and hands on the one before.
+    pub fn push(&mut self, packet: &Packet<'_>, behind_damage: bool) -> Option<Next<'_>> {
+        let other = 1 - self.current;
+        let held = &mut self.slots[other];
+        held.number = packet.number as u64;
+        held.time = packet.time;
+        held.link = packet.link_type;
+        held.octets.clear();
+        held.octets.extend_from_slice(packet.captured);
+        held.original = packet.original_length;
+        held.behind_damage = behind_damage;
+        let next = packet.time;
+        let before = std::mem::replace(&mut self.current, other);
+        match std::mem::replace(&mut self.is_holding, true) {
+            true => Some(self.hand_on(before, Some(next))),
+            false => None,
+        }
+    }
+
+    /// Hands on the last packet.
+    pub fn end(&mut self) -> Option<Next<'_>> {
+        let last = self.current;
+        std::mem::take(&mut self.is_holding).then(|| self.hand_on(last, None))
+    }
+
+    fn hand_on(&mut self, slot: usize, next: Option<Time>) -> Next<'_> {
+        let held = &self.slots[slot];
+        let floor = self.floor.unwrap_or(Time::ZERO);
+        let (time, in_doubt) = judge(floor, held.time, next);
+        let was_set = time < floor;
+        let interrupted = std::mem::replace(&mut self.interrupted, in_doubt) || in_doubt || was_set;
+        self.floor = Some(time);
+        let kept = held.octets.len();
+        Next {
+            number: held.number,
+            time,
+            link: held.link,
+            octets: &held.octets,
+            cut: (kept < held.original as usize).then_some((kept, held.original)),
+            interrupted: interrupted || held.behind_damage,
+        }
+    }
+}
+
+/// The time at which a frame is taken to have been captured, and whether that is a guess.
+fn judge(floor: Time, time: Time, next: Option<Time>) -> (Time, bool) {
+    let next = next.unwrap_or(time);
+    match (time < floor, next < time) {
+        (false, false) => (time, false),
+        // It is ahead of those around it, or the clock is set back behind it.
+        (false, true) if next >= floor => (floor, time.since(next) >= JITTER),
+        (false, true) => (time, false),
+        (true, _) if floor.since(time) < JITTER => (floor, false),
+        // It alone is behind those around it.
+        (true, _) if next >= floor => (floor, true),
+        // The clock was set back.
+        (true, _) => (time, false),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    /// Milliseconds as they stand in the file; those that are handed on, and which frames are interrupted.
+    #[rstest]
+    #[case::in_order(&[1, 2, 3], &[1, 2, 3], &[])]
+    #[case::without_a_clock(&[0, 0, 0], &[0, 0, 0], &[])]
+    #[case::one_far_ahead(&[1, 2, 900, 4, 5], &[1, 2, 2, 4, 5], &[3, 4])]
+    #[case::one_far_behind(&[11, 12, 0, 14, 15], &[11, 12, 12, 14, 15], &[3, 4])]
+    #[case::two_swapped(&[1, 2, 5, 3, 6], &[1, 2, 2, 3, 6], &[3, 4])]
+    #[case::the_clock_was_set_back(&[101, 102, 1, 2, 3], &[101, 102, 1, 2, 3], &[3])]
+    #[case::the_clock_was_set_forward(&[1, 2, 900, 901], &[1, 2, 900, 901], &[])]
+    #[case::the_last_one_behind(&[11, 12, 1], &[11, 12, 1], &[3])]
+    fn times_that_cannot_be_true_are_not_believed(
+        #[case] file: &[u64],
+        #[case] taken: &[u64],
+        #[case] interrupted: &[u64],
+    ) {
+        let mut line = Line::default();
+        let (mut times, mut cuts) = (Vec::new(), Vec::new());
+        let mut note = |next: Next<'_>| {
+            times.push(next.time.as_nanos() / 1_000_000);
+            cuts.extend(next.interrupted.then_some(next.number));
+        };
+        for (place, &millis) in file.iter().enumerate() {
+            let packet = Packet {
+                number: place + 1,
+                time: Time::from_nanos(millis * 1_000_000),
+                section: 1,
+                interface: 0,
+                link_type: LinkType::ETHERNET,
+                captured: &[1],
+                original_length: 1,
+                comment: None,
+            };
+            if let Some(next) = line.push(&packet, false) {
+                note(next);
+            }
+        }
+        if let Some(next) = line.end() {
+            note(next);
+        }
+        assert_eq!((&times[..], &cuts[..]), (taken, interrupted));
+    }
+}

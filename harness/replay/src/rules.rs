@@ -1,0 +1,460 @@
+//! The rules of the manuals over frames that somebody else recorded.
+
+use super::finding::{Finding, of_rule};
+use super::report::RuleReport;
+use super::unseen::Unseen;
+use judge::follow::{Change, Follower};
+use judge::image::Happening;
+use judge::observe::{Address, Ar, ArId, BusTracker, Observation};
+use judge::rule::{RuleWatch, Violation};
+use judge::rule_set::RuleSet;
+use judge::settled::Settled;
+use judge::view::{Notebook, View};
+use judge::witness::Blips;
+use judge::{Tick, TickKind};
+use results::outcome::Decided;
+use results::verdict::Verdict;
+use station::{Duration, Time};
+use suite::device::{Bus, Device, Module};
+use suite::model::{Manual, Rule, Variant};
+
+/// A hold without samples for longer than this is undecided.
+const WATCHDOG: Duration = Duration::from_secs(1);
+/// Pairs of controller and device whose rules are judged.
+const MOST_PAIRS: usize = 64;
+
+/// What became of a rule on some frames.
+#[derive(Clone, Debug)]
+pub struct RuleOutcome {
+    /// Index into the rules of the variant.
+    pub rule: usize,
+    /// How often it was decided.
+    pub decided: Decided,
+    /// The first time it was broken.
+    pub violation: Option<Violation>,
+    /// The first time that one frame alone showed it to be broken, so that the capture may be at fault.
+    pub alone: Option<Violation>,
+    /// Why it could not be decided: what of what it asks for the frames do not show; none where they show all of it.
+    pub unseen: Option<String>,
+}
+
+impl RuleOutcome {
+    /// `fail` where it was broken, `inconclusive` where one frame alone says so or where it was never decided since the frames do
+    /// not show what it asks for or ended too early, `not-run` where it never came up, else `pass`.
+    pub fn verdict(&self) -> Verdict {
+        match (&self.violation, &self.alone, self.decided.premises) {
+            (Some(_), ..) => Verdict::Fail,
+            (None, Some(_), _) => Verdict::Inconclusive,
+            (None, None, 0) if self.unseen.is_some() || self.decided.undecided > 0 => Verdict::Inconclusive,
+            (None, None, 0) => Verdict::NotRun,
+            (None, None, _) => Verdict::Pass,
+        }
+    }
+
+    /// Why it is inconclusive.
+    fn undecided(&self) -> String {
+        match (&self.alone, &self.unseen, self.decided.undecided) {
+            (Some(violation), ..) => {
+                format!("only frame {} shows it broken, and the capture or the line may be at fault", violation.frame())
+            }
+            (None, Some(unseen), _) => unseen.clone(),
+            (None, None, 1) => "it came up once, and its frames ended or were missing before it was decided".to_owned(),
+            (None, None, times) => {
+                format!(
+                    "it came up {times} times, and each time its frames ended or were missing before it was decided"
+                )
+            }
+        }
+    }
+
+    fn add(&mut self, other: RuleOutcome) {
+        self.decided.premises += other.decided.premises;
+        self.decided.undecided += other.decided.undecided;
+        self.decided.looked_at += other.decided.looked_at;
+        self.violation = first(self.violation.take(), other.violation);
+        self.alone = first(self.alone.take(), other.alone);
+        self.unseen = self.unseen.take().or(other.unseen);
+    }
+}
+
+/// The one that shows in the earlier frame.
+fn first(one: Option<Violation>, other: Option<Violation>) -> Option<Violation> {
+    match (one, other) {
+        (Some(one), Some(other)) if other.tick.frame < one.tick.frame => Some(other),
+        (one, other) => one.or(other),
+    }
+}
+
+/// The rules of one variant.
+#[derive(Debug)]
+struct OfVariant<'a> {
+    variant: &'a Variant,
+    rules: RuleSet<'a>,
+    unseen: Unseen,
+    settled: Settled,
+}
+
+/// Judges the rules of some variants of a manual on the connections between one controller and one device, one after the other.
+#[derive(Debug)]
+pub struct RuleJudge<'a> {
+    device: &'a Device,
+    follower: Follower,
+    /// What is known besides: nothing on a capture.
+    notebook: Notebook,
+    variants: Vec<OfVariant<'a>>,
+    /// There where somebody else recorded the frames.
+    blips: Option<Box<Blips>>,
+    /// The connection of the last frame or event.
+    ar: Option<ArId>,
+}
+
+impl<'a> RuleJudge<'a> {
+    /// Has seen nothing.
+    pub fn new(manual: &'a Manual, variants: impl IntoIterator<Item = &'a Variant>) -> RuleJudge<'a> {
+        let device: &Device = &manual.device;
+        let of = |variant: &'a Variant| {
+            let rules = RuleSet::new(&variant.rules, WATCHDOG);
+            OfVariant { variant, rules, unseen: Unseen::new(variant), settled: Settled::default() }
+        };
+        let (follower, notebook) = (Follower::new(device), Notebook::default());
+        let variants = variants.into_iter().map(of).collect();
+        RuleJudge { device, follower, notebook, variants, blips: None, ar: None }
+    }
+
+    /// The same over frames that somebody else recorded, of which some may be missing or damaged.
+    #[must_use]
+    pub fn recorded(self) -> RuleJudge<'a> {
+        let recorded = |of: OfVariant<'a>| OfVariant { rules: of.rules.recorded(), ..of };
+        let variants = self.variants.into_iter().map(recorded).collect();
+        RuleJudge { variants, blips: Some(Box::default()), ..self }
+    }
+
+    /// Takes in an observation of a connection that is judged, or of none.
+    pub fn observe(&mut self, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
+        self.ar = observation.ar().or(self.ar);
+        if let Observation::Gap { .. } = observation {
+            self.follower.image.interrupt();
+            return self.cut();
+        }
+        match self.follower.observe(self.device, ars, |_| true, at, observation) {
+            Some(Change::Opened) => self.cut(),
+            Some(Change::Tick(tick)) => self.tick(tick),
+            Some(Change::Closed(tick, _)) => {
+                self.tick(tick);
+                self.cut();
+            }
+            None => {}
+        }
+    }
+
+    fn cut(&mut self) {
+        if let Some(blips) = &mut self.blips {
+            blips.forget();
+        }
+        self.variants.iter_mut().for_each(|of| of.rules.cut());
+    }
+
+    fn tick(&mut self, tick: Tick) {
+        let RuleJudge { device, follower, notebook, variants, blips, .. } = self;
+        let blip = blips.as_mut().and_then(|blips| blips.take(&follower.image, tick.frame));
+        for OfVariant { variant, rules, unseen, settled } in variants {
+            let (image, settled) = (&follower.image, Some(&*settled));
+            let view = View { device, variant, image, notebook, tick, reads: None, settled };
+            unseen.tick(&view);
+            rules.tick(&view, blip.as_ref());
+        }
+        // An event is true at one instant only.
+        if tick.kind == TickKind::Event {
+            follower.image.happening = Happening::Nothing;
+        }
+    }
+
+    /// Lets time go by: a deadline may run out without a frame.
+    pub fn time(&mut self, now: Time, frame: u64) {
+        let RuleJudge { device, follower, notebook, variants, .. } = self;
+        let tick = Tick { time: now, frame, kind: TickKind::Event };
+        for OfVariant { variant, rules, settled, .. } in variants {
+            let (image, settled) = (&follower.image, Some(&*settled));
+            rules.time(&View { device, variant, image, notebook, tick, reads: None, settled }, now);
+        }
+    }
+
+    /// Whether a rule was broken since the last [`news`](Self::news).
+    fn has_news(&self) -> bool {
+        self.variants.iter().any(|of| of.rules.is_newly_broken())
+    }
+
+    /// The rules that are broken so far, where one was broken since this was asked the last time: the frame that shows it, the
+    /// one that began it, and the connection.
+    fn news(&mut self) -> impl Iterator<Item = News> {
+        let ar = self.ar;
+        let new = self.variants.iter_mut().filter_map(|of| of.rules.take_newly_broken().then_some(&of.rules));
+        let broken = new.flat_map(|rules| rules.iter().filter_map(|(_, watch)| watch.violation().or(watch.alone())));
+        broken.map(move |of| News { frame: of.frame(), trigger: of.trigger.map(|tick| tick.frame), ar })
+    }
+
+    /// What became of each rule of each variant, in their order; what is open stays undecided.
+    pub fn end(mut self) -> Vec<Vec<RuleOutcome>> {
+        self.cut();
+        let outcome = |unseen: &Unseen, (rule, (of, watch)): (usize, (&Rule, &RuleWatch<'_>))| RuleOutcome {
+            rule,
+            decided: watch.decided(),
+            violation: watch.violation().cloned(),
+            alone: watch.alone().cloned(),
+            unseen: unseen.of(of),
+        };
+        let of = |of: &OfVariant<'_>| of.rules.iter().enumerate().map(|rule| outcome(&of.unseen, rule)).collect();
+        self.variants.iter().map(of).collect()
+    }
+}
+
+/// Where a rule was found to be broken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct News {
+    pub frame: u64,
+    pub trigger: Option<u64>,
+    pub ar: Option<ArId>,
+}
+
+/// Whether a connection is one to a device of this manual: its numbers and the submodules of one of its modules.
+pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
+    let device = &manual.device;
+    if let Some(told) = &ar.slave {
+        let is_module = |module: &Module| told.configuration.as_ref() == Some(&module.cfg);
+        return device.bus == Bus::Profibus
+            && ar.device.ident == Some(device.identity.device_id)
+            && device.modules.iter().any(is_module);
+    }
+    let identity = (device.identity.vendor_id, device.identity.device_id);
+    let placed = |index: &usize| {
+        device.submodules.get(*index).is_some_and(|submodule| {
+            let place = (submodule.slot, submodule.subslot, submodule.ident);
+            ar.submodules.iter().any(|placed| (placed.slot, placed.subslot, placed.submodule_ident) == place)
+        })
+    };
+    let mut modules = device.modules.iter();
+    ar.device.ids == Some(identity)
+        && modules.any(|module| !module.submodules.is_empty() && module.submodules.iter().all(placed))
+}
+
+/// Judges the rules of one variant (index into `manual.variants`) on frames: number from 1, time, octets.
+///
+/// `ours` says which connections count; [`speaks_to`] is the choice for a capture of which nothing is known. An unknown
+/// variant has no rules.
+pub fn judge_rules<'f>(
+    frames: impl Iterator<Item = (u64, Time, &'f [u8])>,
+    manual: &Manual,
+    variant: usize,
+    ours: impl Fn(&Ar) -> bool,
+) -> Vec<RuleOutcome> {
+    let Some(variant) = manual.variants.get(variant) else { return Vec::new() };
+    let mut tracker = match manual.device.bus {
+        Bus::Profinet => BusTracker::Profinet(Box::default()),
+        Bus::Profibus => BusTracker::Profibus(Box::default()),
+    };
+    let mut pairs = Pairs { manual, variants: vec![variant], judges: Vec::new(), is_recorded: false };
+    let mut of = Judges::default();
+    for (number, time, octets) in frames {
+        pairs.judges.iter_mut().for_each(|(_, judge)| judge.time(time, number));
+        tracker.frame(number, time, octets, &mut |ars, observation| {
+            of.observe(std::slice::from_mut(&mut pairs), ars, (time, number), &observation, |_, ar| ours(ar));
+        });
+    }
+    pairs.end().pop().unwrap_or_default()
+}
+
+/// The judges of a manual, one for each pair of controller and device.
+#[derive(Debug)]
+struct Pairs<'a> {
+    manual: &'a Manual,
+    variants: Vec<&'a Variant>,
+    judges: Vec<((Address, Address), RuleJudge<'a>)>,
+    /// Whether somebody else recorded the frames.
+    is_recorded: bool,
+}
+
+impl Pairs<'_> {
+    /// The judge of the pair that a connection is between; none where there are too many.
+    fn judge(&mut self, ar: &Ar) -> Option<usize> {
+        let pair = (ar.controller.address, ar.device.address);
+        let known = self.judges.iter().position(|(known, _)| *known == pair);
+        known.or_else(|| {
+            (self.judges.len() < MOST_PAIRS).then(|| {
+                let judge = RuleJudge::new(self.manual, self.variants.iter().copied());
+                self.judges.push((pair, if self.is_recorded { judge.recorded() } else { judge }));
+                self.judges.len() - 1
+            })
+        })
+    }
+
+    /// What became of the rules of each variant over all pairs.
+    fn end(self) -> Vec<Vec<RuleOutcome>> {
+        let nothing =
+            |rule| RuleOutcome { rule, decided: Decided::default(), violation: None, alone: None, unseen: None };
+        let none = |variant: &&Variant| (0..variant.rules.len()).map(nothing).collect();
+        let mut outcomes: Vec<Vec<RuleOutcome>> = self.variants.iter().map(none).collect();
+        for (_, judge) in self.judges {
+            for (sum, of) in outcomes.iter_mut().zip(judge.end()) {
+                sum.iter_mut().zip(of).for_each(|(sum, of)| sum.add(of));
+            }
+        }
+        outcomes
+    }
+}
+
+/// The judges of each connection of a bus: which manuals' pairs, and which of those.
+#[derive(Debug, Default)]
+struct Judges(Vec<Vec<(usize, usize)>>);
+
+impl Judges {
+    /// Tells the judges of the observation; whether one of them has found a rule to be broken.
+    fn observe(
+        &mut self,
+        pairs: &mut [Pairs<'_>],
+        ars: &[Ar],
+        at: (Time, u64),
+        observation: &Observation<'_>,
+        ours: impl Fn(&Manual, &Ar) -> bool,
+    ) -> bool {
+        if let Observation::Connected { ar } = observation {
+            self.connected(pairs, ars, *ar, ours);
+        }
+        let mut has_news = false;
+        let mut tell = |judge: &mut RuleJudge<'_>| {
+            judge.observe(ars, at, observation);
+            has_news |= judge.has_news();
+        };
+        match observation.ar() {
+            Some(ar) => {
+                for &(pair, judge) in self.0.get(ar.0 as usize).into_iter().flatten() {
+                    tell(&mut pairs[pair].judges[judge].1);
+                }
+            }
+            None => pairs.iter_mut().flat_map(|pairs| &mut pairs.judges).for_each(|(_, judge)| tell(judge)),
+        }
+        has_news
+    }
+
+    fn connected(&mut self, pairs: &mut [Pairs<'_>], ars: &[Ar], id: ArId, ours: impl Fn(&Manual, &Ar) -> bool) {
+        let Some(ar) = ars.get(id.0 as usize) else { return };
+        let index = id.0 as usize;
+        self.0.resize_with(self.0.len().max(index + 1), Vec::new);
+        let ours = pairs.iter_mut().enumerate().filter(|(_, pairs)| ours(pairs.manual, ar));
+        self.0[index] = ours.filter_map(|(place, pairs)| Some((place, pairs.judge(ar)?))).collect();
+    }
+}
+
+/// The rules of all manuals on one capture; a device that nobody has named may be any variant of its manual.
+#[derive(Debug)]
+pub(super) struct CaptureRules<'a> {
+    profinet: (Vec<Pairs<'a>>, Judges),
+    profibus: (Vec<Pairs<'a>>, Judges),
+    /// Whether a rule was broken since somebody asked.
+    has_news: bool,
+}
+
+impl<'a> CaptureRules<'a> {
+    pub fn new(manuals: &'a [Manual]) -> CaptureRules<'a> {
+        let of = |bus: Bus| {
+            let manuals = manuals.iter().filter(|manual| manual.device.bus == bus);
+            let pairs = |manual: &'a Manual| Pairs {
+                manual,
+                variants: manual.variants.iter().collect(),
+                judges: Vec::new(),
+                is_recorded: true,
+            };
+            (manuals.map(pairs).collect(), Judges::default())
+        };
+        CaptureRules { profinet: of(Bus::Profinet), profibus: of(Bus::Profibus), has_news: false }
+    }
+
+    /// Takes in an observation on a bus; what devices of another one are is not told by it.
+    #[inline]
+    pub fn observe(&mut self, bus: Bus, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
+        let (pairs, judges) = match bus {
+            Bus::Profinet => &mut self.profinet,
+            Bus::Profibus => &mut self.profibus,
+        };
+        self.has_news |= judges.observe(pairs, ars, at, observation, speaks_to);
+    }
+
+    /// Where rules of devices on this bus were broken since this was asked the last time, and maybe some before.
+    pub fn news(&mut self, bus: Bus) -> Vec<News> {
+        if !std::mem::take(&mut self.has_news) {
+            return Vec::new();
+        }
+        let pairs = match bus {
+            Bus::Profinet => &mut self.profinet.0,
+            Bus::Profibus => &mut self.profibus.0,
+        };
+        pairs.iter_mut().flat_map(|pairs| pairs.judges.iter_mut().flat_map(|(_, judge)| judge.news())).collect()
+    }
+
+    /// What became of the rules of the devices that were there, and what was broken.
+    pub fn end(self) -> (Vec<RuleReport>, Vec<Finding>) {
+        let (mut reports, mut findings) = (Vec::new(), Vec::new());
+        let mut all: Vec<Pairs<'a>> = self.profinet.0.into_iter().chain(self.profibus.0).collect();
+        all.retain(|pairs| !pairs.judges.is_empty());
+        all.sort_by(|one, other| one.manual.device.name.cmp(&other.manual.device.name));
+        for pairs in all {
+            let (manual, variants) = (pairs.manual, pairs.variants.clone());
+            let judged: Vec<(&Variant, Vec<RuleOutcome>)> = variants.into_iter().zip(pairs.end()).collect();
+            let mut ids: Vec<&str> = Vec::new();
+            for rule in judged.iter().flat_map(|(variant, _)| &variant.rules) {
+                if !ids.contains(&rule.id.as_str()) {
+                    ids.push(&rule.id);
+                }
+            }
+            for id in ids {
+                let of: Vec<(&Variant, &Rule, &RuleOutcome)> = judged
+                    .iter()
+                    .flat_map(|(variant, outcomes)| outcomes.iter().map(move |outcome| (*variant, outcome)))
+                    .filter_map(|(variant, outcome)| Some((variant, variant.rules.get(outcome.rule)?, outcome)))
+                    .filter(|(_, rule, _)| rule.id == id)
+                    .collect();
+                let (report, finding) = agree(manual, &of);
+                reports.extend(report);
+                findings.extend(finding);
+            }
+        }
+        (reports, findings)
+    }
+}
+
+/// One verdict from those under each variant: only one on which they agree counts.
+fn agree(manual: &Manual, of: &[(&Variant, &Rule, &RuleOutcome)]) -> (Option<RuleReport>, Option<Finding>) {
+    let Some(&(_, rule, first)) = of.first() else { return (None, None) };
+    let same = of.len() == manual.variants.len() && of.iter().all(|(_, _, other)| other.verdict() == first.verdict());
+    let (verdict, reason) = match (same, first.verdict()) {
+        (true, Verdict::NotRun) => (Verdict::NotRun, Some("its premise never came up".to_owned())),
+        (true, Verdict::Inconclusive) => (Verdict::Inconclusive, Some(first.undecided())),
+        (true, verdict) => (verdict, None),
+        (false, _) => {
+            let each: Vec<String> =
+                of.iter().map(|(variant, _, outcome)| format!("{} {}", variant.name, outcome.verdict())).collect();
+            (
+                Verdict::Inconclusive,
+                Some(format!("which variant it is cannot be told from the capture: {}", each.join(", "))),
+            )
+        }
+    };
+    let report = RuleReport {
+        id: format!("{}/{}", manual.device.name, rule.id),
+        verdict: verdict.word(),
+        premises: first.decided.premises,
+        undecided: first.decided.undecided,
+        looked_at: first.decided.looked_at,
+        reason,
+    };
+    let broken = match (same, verdict) {
+        (_, Verdict::Fail) => first.violation.as_ref().map(|violation| of_rule(manual, rule, violation)),
+        (true, Verdict::Inconclusive) => first.alone.as_ref().map(|violation| {
+            let mut finding = of_rule(manual, rule, violation);
+            finding.doubt();
+            finding.text.push_str("; no other frame shows it, so that the capture or the line may be at fault");
+            finding
+        }),
+        _ => None,
+    };
+    (Some(report), broken)
+}

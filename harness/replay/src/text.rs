@@ -1,0 +1,237 @@
+//! The report for the console: a line for each connection, what is wrong, what could not be judged, then what happened.
+
+use super::finding::{Context, Finding, Severity};
+use super::report::{CaptureReport, ConnectionReport, ReplayReport, StreamReport};
+use plain_text::count;
+use std::collections::BTreeMap;
+use std::fmt::{self, Write as _};
+
+/// Frames between two that are shown, from which on it is told that some are left out.
+const FAR: u64 = 1_000;
+
+/// Writes the report; texts of stations are escaped already.
+pub fn text(report: &ReplayReport) -> String {
+    let mut out = String::new();
+    for (place, capture) in report.captures.iter().enumerate() {
+        if place > 0 {
+            out.push('\n');
+        }
+        // Writing into a String cannot fail.
+        let _ = one(&mut out, capture);
+        if let Some(against) = &capture.against {
+            let _ = write!(out, "{against}");
+        }
+    }
+    out
+}
+
+fn one(out: &mut String, capture: &CaptureReport) -> fmt::Result {
+    let mut counts = vec![
+        count(capture.frames as usize, "frame", "frames"),
+        count(capture.ars.len(), "connection", "connections"),
+        findings(capture),
+    ];
+    if !capture.damage.is_empty() {
+        counts.push(count(capture.damage.len(), "place of damage", "places of damage"));
+    }
+    writeln!(out, "{}: {}", capture.file.escape_debug(), counts.join(", "))?;
+    connections(out, capture)?;
+    let mut told: Vec<&Finding> = capture.findings.iter().collect();
+    told.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
+    for finding in told {
+        out.push('\n');
+        one_finding(out, finding)?;
+    }
+    rules(out, capture)?;
+    if !capture.events.is_empty() {
+        writeln!(out, "\n  events (frame, seconds)")?;
+    }
+    for event in &capture.events {
+        writeln!(out, "  {:>7} {:>14.6}  {:<18} {}", event.frame, event.time, event.kind.word(), event.text)?;
+    }
+    if !capture.damage.is_empty() {
+        writeln!(out, "\n  damage of the file")?;
+    }
+    for damage in &capture.damage {
+        writeln!(out, "  damaged at octet {}: {}", damage.at, damage.what)?;
+        writeln!(out, "    {}", damage.meaning)?;
+    }
+    Ok(())
+}
+
+/// How many findings there are, and how bad.
+fn findings(capture: &CaptureReport) -> String {
+    let of = |severity: Severity| capture.findings.iter().filter(|finding| finding.severity == severity).count();
+    let each: Vec<String> = [Severity::Error, Severity::Warning, Severity::Info]
+        .into_iter()
+        .filter(|severity| of(*severity) > 0)
+        .map(|severity| format!("{} {}", of(severity), severity.word()))
+        .collect();
+    match capture.findings.len() {
+        0 => "no findings".to_owned(),
+        all => format!("{} ({})", count(all, "finding", "findings"), each.join(", ")),
+    }
+}
+
+/// A line for each connection; those that were refused alike are told together.
+fn connections(out: &mut String, capture: &CaptureReport) -> fmt::Result {
+    let mut refused: BTreeMap<(String, String), Vec<u64>> = BTreeMap::new();
+    for (place, ar) in capture.ars.iter().enumerate() {
+        if ar.stage == "refused" {
+            let frame = ar.connect_frame.unwrap_or_default();
+            refused.entry((controller(ar), device(ar))).or_default().push(frame);
+        } else {
+            connection(out, place + 1, ar)?;
+        }
+    }
+    for ((controller, device), frames) in refused {
+        let (first, last) = (frames.first().copied().unwrap_or_default(), frames.last().copied().unwrap_or_default());
+        let times = count(frames.len(), "time", "times");
+        let span = if first == last { format!("frame {first}") } else { format!("frames {first} to {last}") };
+        writeln!(out, "  refused {times}: {controller} -> {device}; {span}")?;
+    }
+    Ok(())
+}
+
+/// A finding in full: what, where, against which clause, the frames around it, what to do.
+fn one_finding(out: &mut String, finding: &Finding) -> fmt::Result {
+    write!(out, "  {:<7} {}", finding.severity.word().to_uppercase(), finding.id)?;
+    // A capture without frames is a finding as a whole.
+    if finding.frame > 0 {
+        write!(out, " in frame {}", finding.frame)?;
+    }
+    match (finding.octet, finding.bit) {
+        (Some(octet), Some(bit)) => write!(out, ", octet {octet} bit {bit}")?,
+        (Some(octet), None) => write!(out, ", octet {octet}")?,
+        (None, _) => {}
+    }
+    if let Some(ar) = finding.ar {
+        write!(out, ", connection {}", ar + 1)?;
+    }
+    writeln!(out, " (blame: {})", finding.blame.word())?;
+    writeln!(out, "    {}", finding.text)?;
+    for (word, said) in [
+        ("clause", &finding.clause),
+        ("expected", &finding.expected),
+        ("seen", &finding.seen),
+        ("cause", &finding.cause),
+        ("next", &finding.next),
+        ("filter", &finding.filter),
+    ] {
+        if let Some(said) = said.as_ref().filter(|said| !said.is_empty()) {
+            writeln!(out, "    {word:<9} {said}")?;
+        }
+    }
+    let Context { before, at, after } = &finding.context;
+    let mut last = None;
+    for (mark, frame) in before.iter().chain(at).chain(after).map(|frame| {
+        let mark = if frame.frame == finding.frame { '>' } else { ' ' };
+        (mark, frame)
+    }) {
+        if last.is_some_and(|last| frame.frame > last + FAR) {
+            writeln!(out, "       ..")?;
+        }
+        last = Some(frame.frame);
+        let text = frame.text.replace('\n', "\n                            ");
+        writeln!(out, "    {mark}{:>7} {:>14.6}  {text}", frame.frame, frame.time)?;
+    }
+    Ok(())
+}
+
+/// The rules that hold in a line; all others with the reason.
+fn rules(out: &mut String, capture: &CaptureReport) -> fmt::Result {
+    if capture.rules.is_empty() {
+        return writeln!(out, "\n  no rule was judged: no suite knows a device of this capture by its connection");
+    }
+    writeln!(out, "\n  rules")?;
+    let mut alike: Vec<(&str, Option<&str>, Vec<String>)> = Vec::new();
+    for rule in &capture.rules {
+        let name = match rule.undecided {
+            0 => format!("{} ({})", rule.id, rule.premises),
+            undecided => format!("{} ({}, {undecided} undecided)", rule.id, rule.premises),
+        };
+        let reason = rule.reason.as_deref();
+        match alike.iter_mut().find(|(verdict, why, _)| (*verdict, *why) == (rule.verdict, reason)) {
+            Some((.., names)) => names.push(name),
+            None => alike.push((rule.verdict, reason, vec![name])),
+        }
+    }
+    // What is open comes before what is known to be fine.
+    alike.sort_by_key(|(verdict, ..)| {
+        ["fail", "error", "inconclusive", "not-run"].iter().position(|of| of == verdict).unwrap_or(9)
+    });
+    for (verdict, reason, names) in alike {
+        match reason {
+            Some(reason) => writeln!(out, "  {verdict:<13} {reason}:")?,
+            None => writeln!(out, "  {verdict}")?,
+        }
+        for name in names {
+            writeln!(out, "    {name}")?;
+        }
+    }
+    Ok(())
+}
+
+fn connection(out: &mut String, number: usize, ar: &ConnectionReport) -> fmt::Result {
+    let mut frames = Vec::new();
+    for (what, frame) in [
+        ("connect", ar.connect_frame),
+        ("end of parameters", ar.parameter_end_frame),
+        ("ready", ar.application_ready_frame),
+        ("release", ar.release_frame),
+        ("abort", ar.abort.map(|abort| abort.frame)),
+    ] {
+        if let Some(frame) = frame {
+            frames.push(format!("{what} {frame}"));
+        }
+    }
+    if let Some(layout) = &ar.layout {
+        frames.push(format!("layout {layout}"));
+    }
+    let frames = if frames.is_empty() { "made before the capture began".to_owned() } else { frames.join(", ") };
+    writeln!(
+        out,
+        "  connection {number} ({}, {}): {} -> {}; {frames}; in: {}; out: {}",
+        ar.role,
+        ar.stage,
+        controller(ar),
+        device(ar),
+        stream(&ar.rt_in),
+        stream(&ar.rt_out)
+    )
+}
+
+fn controller(ar: &ConnectionReport) -> String {
+    party(&ar.controller.station, ar.controller.mac.as_deref(), ar.controller.address)
+}
+
+fn device(ar: &ConnectionReport) -> String {
+    let mut text = party(&ar.device.station, ar.device.mac.as_deref(), ar.device.address);
+    if let Some(ident) = ar.device.ident {
+        let _ = write!(text, " ident 0x{ident:04X}");
+    }
+    if let (Some(vendor), Some(device)) = (ar.device.vendor_id, ar.device.device_id) {
+        let _ = write!(text, " vendor 0x{vendor:04X} device 0x{device:04X}");
+    }
+    text
+}
+
+fn party(station: &Option<String>, mac: Option<&str>, number: Option<u8>) -> String {
+    let mac = match (mac, number) {
+        (Some(mac), _) => mac.to_owned(),
+        (None, Some(number)) => format!("station {number}"),
+        (None, None) => "nobody".to_owned(),
+    };
+    match station {
+        Some(station) => format!("'{station}' {mac}"),
+        None => mac,
+    }
+}
+
+fn stream(stream: &StreamReport) -> String {
+    if stream.frames == 0 {
+        return "no frames".into();
+    }
+    let gap = stream.max_gap_ns as f64 / 1e6;
+    format!("{}, {} lost, longest gap {gap:.3} ms", count(stream.frames as usize, "frame", "frames"), stream.lost)
+}

@@ -1,0 +1,118 @@
+//! What rules ask for and a capture never shows: parameters that were written before it began, what only a stand knows.
+//!
+//! Now and then the names of the rules are looked at; what is never known is the reason why a rule could not be decided. This
+//! room must not know what a rule says.
+
+use expression::Env;
+use judge::TickKind;
+use judge::steady::Sees;
+use judge::view::View;
+use std::collections::BTreeMap;
+use suite::device::{NameId, NameKind};
+use suite::model::{Rule, Variant};
+
+/// The names of the rules of a variant, and which of them had a value at some time.
+#[derive(Debug, Default)]
+pub(super) struct Unseen {
+    names: BTreeMap<NameId, Name>,
+    samples: u64,
+    modules: Vec<usize>,
+}
+
+#[derive(Debug)]
+struct Name {
+    path: String,
+    kind: Kind,
+    seen: bool,
+}
+
+/// Why a name may have no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// It is in the cyclic data.
+    Cyclic,
+    /// It has to be written or read.
+    Written,
+    /// No frame shows it.
+    Elsewhere,
+    /// It has a value at the instant of an event only.
+    Event,
+}
+
+impl Unseen {
+    /// Nothing was seen of what the rules of `variant` ask for.
+    pub fn new(variant: &Variant) -> Unseen {
+        let mut names = BTreeMap::new();
+        for rule in &variant.rules {
+            rule.body.names(&mut |id| {
+                names.entry(id).or_insert_with(|| {
+                    let path = variant.paths.get(id.0 as usize).cloned().unwrap_or_default();
+                    let kind = variant.names.get(id.0 as usize).map_or(Kind::Elsewhere, kind);
+                    Name { path, kind, seen: false }
+                });
+            });
+        }
+        Unseen { names, samples: 0, modules: Vec::new() }
+    }
+
+    /// Looks at some of the good samples, ever more seldom.
+    pub fn tick(&mut self, view: &View<'_>) {
+        if view.tick.kind != TickKind::Sample {
+            return;
+        }
+        self.samples += 1;
+        if !self.samples.is_power_of_two() && !self.samples.is_multiple_of(65_536) {
+            return;
+        }
+        let module = view.image.module().filter(|module| !self.modules.contains(module));
+        self.modules.extend(module);
+        for (id, name) in self.names.iter_mut().filter(|(_, name)| !name.seen) {
+            name.seen = !view.value(*id).is_unknown();
+        }
+    }
+
+    /// Why a rule that was never decided could not be.
+    pub fn of(&self, rule: &Rule) -> Option<String> {
+        if self.samples == 0 {
+            return None;
+        }
+        if !self.modules.is_empty() && !rule.modules.iter().any(|module| self.modules.contains(module)) {
+            return None;
+        }
+        let mut reasons: Vec<String> = Vec::new();
+        let mut unseen: BTreeMap<NameId, &Name> = BTreeMap::new();
+        rule.body.names(&mut |id| {
+            unseen.extend(self.names.get(&id).filter(|name| !name.seen).map(|name| (id, name)));
+        });
+        for (kind, why) in [
+            (Kind::Written, "was written before the capture began, or not at all"),
+            (Kind::Elsewhere, "shows in no frame"),
+            (Kind::Cyclic, "is not in the cyclic data"),
+        ] {
+            let of: Vec<&str> = unseen.values().filter(|name| name.kind == kind).map(|name| &*name.path).collect();
+            if !of.is_empty() {
+                reasons.push(format!("{} {why}", of.join(", ")));
+            }
+        }
+        (!reasons.is_empty()).then(|| format!("it asks for what the capture does not show: {}", reasons.join("; ")))
+    }
+}
+
+fn kind(name: &NameKind) -> Kind {
+    match name {
+        NameKind::Signal { .. } => Kind::Cyclic,
+        NameKind::Parameter { .. }
+        | NameKind::Record { .. }
+        | NameKind::StartParameter { .. }
+        | NameKind::Derived(_) => Kind::Written,
+        NameKind::Event(_) | NameKind::Diagnosis(_) => Kind::Event,
+        NameKind::Stand(_)
+        | NameKind::Led(_)
+        | NameKind::Counter(_)
+        | NameKind::Saved(_)
+        | NameKind::Station(_)
+        | NameKind::Page { .. }
+        | NameKind::Bench(_) => Kind::Elsewhere,
+        _ => Kind::Event,
+    }
+}

@@ -1,0 +1,312 @@
+//! The report for people: a block for each device, a failure in full, and one sentence at the end.
+
+use super::status::{ExitStatus, Light, light, reasons, status};
+use super::text::totals;
+use super::words::{finding, level, printable_json, reproduce};
+use plain_text::{count, printable};
+use results::ledger;
+use results::outcome::{Blame, CaseKind, CaseResult, DeviceRun, Failure, Finding, RunResult, Severity};
+use results::verdict::Verdict;
+use std::fmt::Write as _;
+
+/// How the report is shown.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Look {
+    /// Whether colours are used.
+    pub colour: bool,
+    /// Whether every case is listed, in the order of the suite.
+    pub verbose: bool,
+}
+
+/// Ids shown of a group of cases that came to the same; the others are counted.
+const SHOWN: usize = 4;
+
+/// Writes the report.
+pub fn console(result: &RunResult, look: Look) -> String {
+    let mut page = Page { out: String::new(), look };
+    // Writing into a String cannot fail.
+    let _ = page.whole(result);
+    page.out
+}
+
+/// Writes what is said of one case that is not green, without colours.
+pub fn one(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
+    let mut page = Page { out: String::new(), look: Look::default() };
+    let _ = page.failed(result, run, case);
+    page.out
+}
+
+struct Page {
+    out: String,
+    look: Look,
+}
+
+#[derive(Clone, Copy)]
+enum Ink {
+    Good,
+    Bad,
+    Odd,
+    Faint,
+    Bold,
+}
+
+fn ink(light: Light, verdict: Verdict) -> Ink {
+    match light {
+        Light::Green if verdict == Verdict::Pass => Ink::Good,
+        Light::Red => Ink::Bad,
+        Light::Green | Light::Neutral(_) => Ink::Odd,
+    }
+}
+
+impl Page {
+    fn paint(&self, ink: Ink, text: &str) -> String {
+        let code = match ink {
+            Ink::Good => 32,
+            Ink::Bad => 31,
+            Ink::Odd => 33,
+            Ink::Faint => 2,
+            Ink::Bold => 1,
+        };
+        if self.look.colour { format!("\x1b[{code}m{text}\x1b[0m") } else { text.to_owned() }
+    }
+
+    fn whole(&mut self, result: &RunResult) -> std::fmt::Result {
+        for run in &result.runs {
+            self.device(result, run)?;
+            self.out.push('\n');
+        }
+        for note in &result.ledger_notes {
+            writeln!(self.out, "ledger: {}", printable(&note.text))?;
+        }
+        let summary = self.summary(result);
+        writeln!(self.out, "{summary}")
+    }
+
+    fn device(&mut self, result: &RunResult, run: &DeviceRun) -> std::fmt::Result {
+        let mut title = printable(&run.dut.spec);
+        if run.dut.kind != "model" {
+            let _ = write!(title, " as {}/{}", run.dut.device, run.dut.variant);
+        }
+        let title = self.paint(Ink::Bold, &title);
+        writeln!(self.out, "{title}")?;
+        writeln!(self.out, "  identity      {}", printable(&run.dut.identity))?;
+        if let Some(firmware) = &run.dut.firmware {
+            writeln!(self.out, "  firmware      {}", printable(firmware))?;
+        }
+        if let Some(persona) = &run.persona {
+            writeln!(self.out, "  persona       {persona}")?;
+        }
+        if !run.bugs.is_empty() {
+            writeln!(self.out, "  bugs          {}", run.bugs.join(", "))?;
+            for note in &run.bug_notes {
+                writeln!(self.out, "                {note}")?;
+            }
+        }
+        let of_kind = |kind: CaseKind| run.cases.iter().filter(move |case| case.kind == kind).map(|case| case.verdict);
+        writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
+        writeln!(self.out, "  rules         {}", totals(of_kind(CaseKind::Rule)))?;
+        writeln!(self.out, "  requirements  {}", totals(run.requirements.iter().map(|of| of.verdict)))?;
+        self.findings(run)?;
+        if self.look.verbose {
+            self.out.push('\n');
+            run.cases.iter().try_for_each(|case| self.listed(result, run, case))?;
+        }
+        let mut told: Vec<(Verdict, Option<&str>)> = Vec::new();
+        let mut rest: Vec<&CaseResult> = Vec::new();
+        for case in run.cases.iter().filter(|case| case.verdict != Verdict::Pass) {
+            let came_to = (case.verdict, case.reason.as_deref());
+            // A bench that is broken breaks every case in the same way; once is enough.
+            let is_known = case.verdict != Verdict::Fail && told.contains(&came_to);
+            if case.verdict == Verdict::Xfail || case.failures.is_empty() || is_known {
+                rest.push(case);
+                continue;
+            }
+            told.push(came_to);
+            self.out.push('\n');
+            self.failed(result, run, case)?;
+        }
+        if self.look.verbose { Ok(()) } else { self.groups(result, run, &rest) }
+    }
+
+    /// What was found besides the cases, the weightiest first.
+    fn findings(&mut self, run: &DeviceRun) -> std::fmt::Result {
+        if run.findings.is_empty() {
+            return Ok(());
+        }
+        writeln!(self.out, "  findings      {}", super::words::severities(&run.findings))?;
+        let mut findings: Vec<&Finding> = run.findings.iter().collect();
+        findings.sort_by_key(|of| std::cmp::Reverse(of.severity));
+        for of in findings {
+            let told = finding(of);
+            let (first, rest) = told.split_once('\n').unwrap_or((&told, ""));
+            let ink = if of.severity == Severity::Error { Ink::Bad } else { Ink::Odd };
+            let first = self.paint(ink, first);
+            write!(self.out, "{first}\n{rest}")?;
+        }
+        Ok(())
+    }
+
+    /// A line for a case, and what it found besides its verdict.
+    fn listed(&mut self, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
+        let verdict = self.paint(ink(light(result, run, case), case.verdict), &format!("{:<14}", case.verdict));
+        write!(self.out, "  {verdict} {}", printable(&case.id))?;
+        if let Some(decided) = case.decided {
+            write!(self.out, " (decided {} times, {} samples)", decided.premises, decided.looked_at)?;
+        }
+        if let Some(reason) = &case.reason {
+            write!(self.out, ": {}", printable(reason))?;
+        }
+        self.out.push('\n');
+        for (step, reading) in &case.readings {
+            writeln!(self.out, "      reading {}: {}", printable(reading), printable(step))?;
+        }
+        for (name, value) in &case.saved {
+            writeln!(self.out, "      saved {} = {}", printable(name), printable(value))?;
+        }
+        for note in &case.notes {
+            writeln!(self.out, "      {}", printable(note))?;
+        }
+        Ok(())
+    }
+
+    /// A case that is not green, in full.
+    fn failed(&mut self, result: &RunResult, run: &DeviceRun, case: &CaseResult) -> std::fmt::Result {
+        let light = light(result, run, case);
+        let verdict = self.paint(ink(light, case.verdict), &case.verdict.word().to_uppercase());
+        write!(self.out, "  {verdict} {} ({}", printable(&case.id), level(case.level))?;
+        if let Light::Neutral(why) = light {
+            write!(self.out, ", {why}")?;
+        }
+        writeln!(self.out, ")\n    {}", printable(&case.why))?;
+        if let Some(reason) = &case.reason
+            && case.failures.first().is_none_or(|failure| failure.what != *reason)
+        {
+            writeln!(self.out, "    {}", printable(reason))?;
+        }
+        for (index, failure) in case.failures.iter().enumerate() {
+            self.failure(failure, index == 0)?;
+        }
+        for note in &case.notes {
+            writeln!(self.out, "    note       {}", printable(note))?;
+        }
+        if let Some(evidence) = &case.evidence {
+            writeln!(self.out, "    evidence   {}", printable(evidence))?;
+        }
+        writeln!(self.out, "    reproduce  {}", reproduce(result, run, case))?;
+        if self.look.verbose
+            && case.verdict == Verdict::Fail
+            && let Some(failure) = case.failures.first()
+        {
+            writeln!(self.out, "    if it is known, this is its entry for the ledger:")?;
+            for line in printable_json(&ledger::entry(run, case, failure)).lines() {
+                writeln!(self.out, "      {line}")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn failure(&mut self, failure: &Failure, first: bool) -> std::fmt::Result {
+        let what = self.paint(Ink::Bold, &printable(&failure.what));
+        writeln!(self.out, "    {what}")?;
+        for (id, clause, statement) in &failure.requirements {
+            writeln!(self.out, "    {id}, {}\n      {}", printable(clause), printable(statement))?;
+        }
+        writeln!(self.out, "    step       {}", printable(&failure.step))?;
+        let at = self.paint(Ink::Faint, &super::json::place(&failure.at));
+        writeln!(self.out, "    written    {at}")?;
+        for part in &failure.parts {
+            if part.held {
+                writeln!(self.out, "    held       {}", printable(&part.text))?;
+                continue;
+            }
+            writeln!(self.out, "    not held   {}", printable(&part.text))?;
+            writeln!(self.out, "      expected {}", printable(&part.wanted))?;
+            writeln!(self.out, "      seen     {}", printable(&part.seen))?;
+        }
+        if let Some(place) = &failure.place {
+            write!(self.out, "    where      frame {}", place.frame)?;
+            if let Some(octet) = place.octet {
+                write!(self.out, ", octet {octet}")?;
+            }
+            if let Some(bit) = place.bit {
+                write!(self.out, ", bit {bit}")?;
+            }
+            writeln!(self.out, "\n    Wireshark  {}", printable(&place.filter))?;
+        }
+        writeln!(self.out, "    to blame   {}", failure.blame.word())?;
+        if first {
+            for (index, line) in failure.trace.iter().enumerate() {
+                let line = self.paint(Ink::Faint, &printable(line));
+                writeln!(self.out, "    {}{line}", if index == 0 { "trace      " } else { "           " })?;
+            }
+        }
+        if first || failure.blame != Blame::Device {
+            writeln!(self.out, "    next       {}", printable(&failure.next))?;
+        }
+        Ok(())
+    }
+
+    /// Results that are not told in full, those that came to the same together.
+    fn groups(&mut self, result: &RunResult, run: &DeviceRun, cases: &[&CaseResult]) -> std::fmt::Result {
+        let mut groups: Vec<(Verdict, String, Vec<&CaseResult>)> = Vec::new();
+        for case in cases.iter().copied() {
+            let reason = case.reason.clone().unwrap_or_default();
+            match groups.iter_mut().find(|(verdict, known, _)| *verdict == case.verdict && *known == reason) {
+                Some((_, _, cases)) => cases.push(case),
+                None => groups.push((case.verdict, reason, vec![case])),
+            }
+        }
+        for (verdict, reason, cases) in groups {
+            let Some(first) = cases.first() else { continue };
+            let light = light(result, run, first);
+            let word = self.paint(ink(light, verdict), verdict.word());
+            let neutral = match light {
+                Light::Neutral(why) if verdict != Verdict::NotApplicable => format!(", {why}"),
+                _ => String::new(),
+            };
+            let reason = if reason.is_empty() { "no reason is given".into() } else { printable(&reason) };
+            writeln!(self.out, "\n  {word} ({}{neutral}): {reason}", count(cases.len(), "result", "results"))?;
+            for case in cases.iter().take(SHOWN) {
+                writeln!(self.out, "    {}", printable(&case.id))?;
+            }
+            if cases.len() > SHOWN {
+                writeln!(self.out, "    and {} more; -v lists them", cases.len() - SHOWN)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The sentence at the end.
+    fn summary(&self, result: &RunResult) -> String {
+        let all = || result.runs.iter().flat_map(|run| run.cases.iter().map(move |case| (run, case)));
+        let of = |wanted: Verdict, lit: fn(Light) -> bool| {
+            all().filter(|(run, case)| case.verdict == wanted && lit(light(result, run, case))).count()
+        };
+        let listed = |lit: fn(Light) -> bool| {
+            let parts: Vec<String> = Verdict::ALL
+                .into_iter()
+                .map(|verdict| (of(verdict, lit), verdict))
+                .filter(|(n, _)| *n > 0)
+                .map(|(n, verdict)| format!("{n} {verdict}"))
+                .collect();
+            parts.join(", ")
+        };
+        let total = format!(
+            "{} on {}",
+            count(all().count(), "result", "results"),
+            count(result.runs.len(), "device", "devices")
+        );
+        let red = listed(|light| light == Light::Red);
+        let rest = listed(|light| light != Light::Red);
+        let mut parts: Vec<String> =
+            reasons(result).iter().map(|reason| printable(reason.trim_end_matches('.'))).collect();
+        if !red.is_empty() {
+            parts.insert(0, red);
+        }
+        match status(result) {
+            ExitStatus::Green => format!("{} {total}: {rest}.", self.paint(Ink::Good, "Green:")),
+            _ if rest.is_empty() => format!("{} {total}: {}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
+            _ => format!("{} {total}: {}; besides {rest}.", self.paint(Ink::Bad, "Red:"), parts.join("; ")),
+        }
+    }
+}

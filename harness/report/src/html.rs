@@ -1,0 +1,164 @@
+//! The report as a page for a browser: what is not green in full, then every case and every requirement.
+
+use super::status::{ExitStatus, Light, light, reasons, status};
+use super::text::totals;
+use super::words::{level, reproduce};
+use crate::page::{Chapter, Entry, Packet, Page, Table, Timeline, Tone, html as page};
+use results::outcome::{CaseResult, DeviceRun, Failure, RunResult};
+use results::verdict::{Colour, Verdict};
+
+/// Cases of one device that are shown in full.
+const MOST_ENTRIES: usize = 300;
+
+/// What the evidence of a case shows: the packet that matters and what went on over time.
+#[derive(Clone, Debug, Default)]
+pub struct Pictures {
+    /// The packet at the place of the first failure.
+    pub packet: Option<Packet>,
+    /// The connections of the case.
+    pub timelines: Vec<Timeline>,
+}
+
+/// Writes the report; `pictures` looks at the evidence of a case, where there is some.
+pub fn html(result: &RunResult, pictures: &dyn Fn(&CaseResult) -> Pictures) -> String {
+    let mut notes = reasons(result);
+    notes.extend(result.ledger_notes.iter().map(|note| note.text.clone()));
+    let all = result.runs.iter().flat_map(|run| &run.cases).map(|case| case.verdict);
+    let (tone, word) = match status(result) {
+        ExitStatus::Green => (Tone::Good, "Green"),
+        _ => (Tone::Bad, "Not green"),
+    };
+    let sentence = [format!("{word}: {}.", totals(all))].into_iter().chain(notes).collect::<Vec<_>>().join(" ");
+    let chapters = result.runs.iter().enumerate().map(|(number, run)| chapter(number, result, run, pictures));
+    page(&Page { title: "encspec run".to_owned(), verdict: (tone, sentence), chapters: chapters.collect() })
+}
+
+fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn(&CaseResult) -> Pictures) -> Chapter {
+    let is_told = |case: &&CaseResult| light(result, run, case) == Light::Red || !case.failures.is_empty();
+    let told: Vec<&CaseResult> = run.cases.iter().filter(is_told).collect();
+    let shown = told.iter().take(MOST_ENTRIES).enumerate();
+    let mut facts = vec![("identity".to_owned(), run.dut.identity.clone())];
+    facts.extend(run.dut.firmware.iter().map(|firmware| ("firmware".to_owned(), firmware.clone())));
+    facts.extend(run.persona.iter().map(|persona| ("persona".to_owned(), persona.clone())));
+    if !run.bugs.is_empty() {
+        facts.push(("bugs".to_owned(), run.bugs.join(", ")));
+    }
+    facts.push(("cases and rules".to_owned(), totals(run.cases.iter().map(|case| case.verdict))));
+    facts.push(("requirements".to_owned(), totals(run.requirements.iter().map(|of| of.verdict))));
+    if told.len() > MOST_ENTRIES {
+        facts.push(("not shown in full".to_owned(), format!("{} more, see the list", told.len() - MOST_ENTRIES)));
+    }
+    Chapter {
+        heading: run.dut.spec.clone(),
+        facts,
+        timelines: Vec::new(),
+        entries: shown
+            .map(|(index, case)| {
+                let anchor = format!("case-{}-{}", number + 1, index + 1);
+                entry(anchor, result, run, case, pictures(case))
+            })
+            .collect(),
+        tables: tables(run),
+    }
+}
+
+fn entry(anchor: String, result: &RunResult, run: &DeviceRun, case: &CaseResult, pictures: Pictures) -> Entry {
+    let mut facts = vec![("level".to_owned(), level(case.level).to_owned())];
+    facts.extend(case.reason.iter().map(|reason| ("why".to_owned(), reason.clone())));
+    case.failures.iter().for_each(|failure| tell(failure, &mut facts));
+    facts.extend(case.notes.iter().map(|note| ("note".to_owned(), note.clone())));
+    facts.extend(case.evidence.iter().map(|evidence| ("evidence".to_owned(), evidence.clone())));
+    facts.push(("reproduce".to_owned(), reproduce(result, run, case)));
+    Entry {
+        anchor,
+        tone: tone(case.verdict),
+        word: case.verdict.word().to_owned(),
+        head: format!("{}: {}", case.id, case.why),
+        facts,
+        packet: pictures.packet,
+        timelines: pictures.timelines,
+    }
+}
+
+/// A failure as pairs of name and value.
+fn tell(failure: &Failure, facts: &mut Vec<(String, String)>) {
+    let mut fact = |name: &str, value: String| facts.push((name.to_owned(), value));
+    fact("what", failure.what.clone());
+    fact("who", failure.blame.word().to_owned());
+    fact("step", format!("{} ({})", failure.step, super::json::place(&failure.at)));
+    for (id, clause, statement) in &failure.requirements {
+        fact("requirement", format!("{id}, {clause}: {statement}"));
+    }
+    for part in failure.parts.iter().filter(|part| !part.held) {
+        fact("expected", format!("{}: {}", part.text, part.wanted));
+        fact("seen", part.seen.clone());
+    }
+    if let Some(place) = &failure.place {
+        fact("packet", place.frame.to_string());
+        fact("display filter", place.filter.clone());
+    }
+    if !failure.trace.is_empty() {
+        fact("around it", failure.trace.join("\n"));
+    }
+    fact("next step", failure.next.clone());
+}
+
+fn tone(verdict: Verdict) -> Tone {
+    match verdict.colour() {
+        Colour::Green => Tone::Good,
+        Colour::Neutral => Tone::Plain,
+        Colour::Red if verdict == Verdict::Fail => Tone::Bad,
+        Colour::Red => Tone::Open,
+    }
+}
+
+fn tables(run: &DeviceRun) -> Vec<Table> {
+    let columns = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let findings = run.findings.iter().map(|of| {
+        let said = [("manual", &of.manual), ("GSDML", &of.gsdml), ("GSD", &of.gsd), ("device", &of.device)];
+        let said = said.iter().filter_map(|(who, said)| said.as_ref().map(|said| format!("{who}: {said}")));
+        let cells =
+            vec![of.severity.word().to_owned(), of.id.clone(), of.text.clone(), said.collect::<Vec<_>>().join("; ")];
+        (Tone::Plain, cells)
+    });
+    let requirements = run.requirements.iter().map(|of| {
+        let why = of.note.clone().unwrap_or_else(|| of.cases.join(", "));
+        let cells = vec![
+            of.verdict.word().to_owned(),
+            of.id.clone(),
+            of.cites.clone(),
+            level(of.level).to_owned(),
+            of.statement.clone(),
+            why,
+        ];
+        (tone(of.verdict), cells)
+    });
+    let cases = run.cases.iter().map(|case| {
+        let covers = case.covers.iter().map(|covered| covered.id.as_str()).collect::<Vec<_>>().join(", ");
+        let cells = vec![
+            case.verdict.word().to_owned(),
+            case.id.clone(),
+            case.why.clone(),
+            covers,
+            case.reason.clone().unwrap_or_default(),
+        ];
+        (tone(case.verdict), cells)
+    });
+    vec![
+        Table {
+            heading: "Findings besides the cases".to_owned(),
+            columns: columns(&["severity", "about", "what", "who says what"]),
+            rows: findings.collect(),
+        },
+        Table {
+            heading: "Requirements".to_owned(),
+            columns: columns(&["status", "id", "clause", "level", "statement", "cases, or why none"]),
+            rows: requirements.collect(),
+        },
+        Table {
+            heading: "Cases and rules".to_owned(),
+            columns: columns(&["verdict", "id", "what it asks", "covers", "why"]),
+            rows: cases.collect(),
+        },
+    ]
+}

@@ -1,0 +1,305 @@
+//! The report as JSON: the contract that other tools rely on. Keys may be added, none is renamed or left out.
+
+use super::status::{ExitStatus, reasons, status};
+use super::words::{level, printable_json, reproduce};
+use results::ledger;
+use results::outcome::{
+    CaseKind, CaseResult, DeviceRun, Dut, Failure, Finding, PartSeen, Place, RequirementResult, RunResult,
+};
+use results::verdict::Verdict;
+use serde::{Serialize, Serializer};
+use suite::device::Location;
+
+/// Writes the report; the order of everything in it is that of the run.
+pub fn json(result: &RunResult) -> String {
+    let report = Report {
+        tool: Tool { name: "encspec", version: env!("CARGO_PKG_VERSION") },
+        green: status(result) == ExitStatus::Green,
+        reasons: reasons(result),
+        gate: if result.gate_must { "must" } else { "should" },
+        ledger_notes: result.ledger_notes.iter().map(|note| LedgerNote { text: &note.text, red: note.red }).collect(),
+        runs: result.runs.iter().map(|run| Run::new(result, run)).collect(),
+    };
+    // These types have text keys and finite numbers only, so writing them cannot fail.
+    let mut text = printable_json(&serde_json::to_string_pretty(&report).unwrap_or_default());
+    text.push('\n');
+    text
+}
+
+/// A place in a suite as `file:line:column`.
+pub(super) fn place(at: &Location) -> String {
+    format!("{}:{}:{}", at.file.display(), at.line, at.column)
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    tool: Tool,
+    green: bool,
+    /// Why the run as a whole is not green, besides its cases.
+    reasons: Vec<String>,
+    gate: &'static str,
+    ledger_notes: Vec<LedgerNote<'a>>,
+    runs: Vec<Run<'a>>,
+}
+
+#[derive(Serialize)]
+struct Tool {
+    name: &'static str,
+    version: &'static str,
+}
+
+#[derive(Serialize)]
+struct LedgerNote<'a> {
+    text: &'a str,
+    red: bool,
+}
+
+#[derive(Serialize)]
+struct Run<'a> {
+    dut: DutJson<'a>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    persona: Option<&'a str>,
+    bugs: &'a [String],
+    filtered: bool,
+    summary: Summary,
+    cases: Vec<Case<'a>>,
+    requirements: Vec<Requirement<'a>>,
+    findings: Vec<FindingJson<'a>>,
+}
+
+/// A disagreement of manual, description and device; null: it says nothing.
+#[derive(Serialize)]
+struct FindingJson<'a> {
+    id: &'a str,
+    severity: &'static str,
+    text: &'a str,
+    manual: Option<&'a str>,
+    gsdml: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gsd: Option<&'a str>,
+    device: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+struct DutJson<'a> {
+    kind: &'a str,
+    spec: &'a str,
+    device: &'a str,
+    variant: &'a str,
+    identity: &'a str,
+    firmware: Option<&'a str>,
+}
+
+/// Every verdict with its number, in the order of [`Verdict::ALL`].
+struct Summary(Vec<(Verdict, usize)>);
+
+impl Serialize for Summary {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(verdict, n)| (verdict.word(), n)))
+    }
+}
+
+#[derive(Serialize)]
+struct Case<'a> {
+    id: &'a str,
+    kind: &'static str,
+    why: &'a str,
+    verdict: &'static str,
+    level: &'static str,
+    covers: Vec<&'a str>,
+    /// Requirements for which a check of its own came to something else than the case.
+    apart: Vec<Apart<'a>>,
+    reason: Option<&'a str>,
+    failure: Option<FailureJson<'a>>,
+    more_failures: Vec<FailureJson<'a>>,
+    readings: Vec<Reading<'a>>,
+    saved: Vec<Saved<'a>>,
+    notes: &'a [String],
+    decided: Option<Decided>,
+    duration_ns: u64,
+    frames: u64,
+    at: String,
+    evidence: Option<&'a str>,
+    reproduce: String,
+}
+
+#[derive(Serialize)]
+struct Apart<'a> {
+    id: &'a str,
+    verdict: &'static str,
+}
+
+#[derive(Serialize)]
+struct Reading<'a> {
+    step: &'a str,
+    reading: &'a str,
+}
+
+#[derive(Serialize)]
+struct Saved<'a> {
+    name: &'a str,
+    value: &'a str,
+}
+
+#[derive(Serialize)]
+struct Decided {
+    premises: u64,
+    undecided: u64,
+    looked_at: u64,
+}
+
+#[derive(Serialize)]
+struct FailureJson<'a> {
+    blame: &'static str,
+    what: &'a str,
+    step: &'a str,
+    at: String,
+    requirements: Vec<Broken<'a>>,
+    parts: Vec<Part<'a>>,
+    place: Option<PlaceJson<'a>>,
+    trace: &'a [String],
+    next: &'a str,
+    signature: String,
+}
+
+#[derive(Serialize)]
+struct Broken<'a> {
+    id: &'a str,
+    clause: &'a str,
+    statement: &'a str,
+}
+
+#[derive(Serialize)]
+struct Part<'a> {
+    text: &'a str,
+    expected: &'a str,
+    seen: &'a str,
+    held: bool,
+}
+
+#[derive(Serialize)]
+struct PlaceJson<'a> {
+    frame: u64,
+    octet: Option<usize>,
+    bit: Option<u8>,
+    filter: &'a str,
+}
+
+#[derive(Serialize)]
+struct Requirement<'a> {
+    id: &'a str,
+    clause: &'a str,
+    statement: &'a str,
+    level: &'static str,
+    status: &'static str,
+    note: Option<&'a str>,
+    cases: &'a [String],
+}
+
+impl<'a> Run<'a> {
+    fn new(result: &RunResult, run: &'a DeviceRun) -> Run<'a> {
+        let Dut { kind, spec, device, variant, identity, firmware } = &run.dut;
+        Run {
+            dut: DutJson { kind, spec, device, variant, identity, firmware: firmware.as_deref() },
+            persona: run.persona.as_deref(),
+            bugs: &run.bugs,
+            filtered: run.filtered,
+            summary: Summary(run.summary()),
+            cases: run.cases.iter().map(|case| Case::new(result, run, case)).collect(),
+            requirements: run.requirements.iter().map(Requirement::new).collect(),
+            findings: run.findings.iter().map(FindingJson::new).collect(),
+        }
+    }
+}
+
+impl<'a> FindingJson<'a> {
+    fn new(of: &'a Finding) -> FindingJson<'a> {
+        let Finding { id, severity, text, manual, gsdml, gsd, device } = of;
+        let (manual, gsdml, gsd) = (manual.as_deref(), gsdml.as_deref(), gsd.as_deref());
+        let device = device.as_deref();
+        FindingJson { id, severity: severity.word(), text, manual, gsdml, gsd, device }
+    }
+}
+
+impl<'a> Case<'a> {
+    fn new(result: &RunResult, run: &DeviceRun, case: &'a CaseResult) -> Case<'a> {
+        let mut failures = case.failures.iter().map(FailureJson::new);
+        Case {
+            id: &case.id,
+            kind: match case.kind {
+                CaseKind::Trial => "case",
+                CaseKind::Rule => "rule",
+            },
+            why: &case.why,
+            verdict: case.verdict.word(),
+            level: level(case.level),
+            covers: case.covers.iter().map(|covered| covered.id.as_str()).collect(),
+            apart: case
+                .covers
+                .iter()
+                .filter(|covered| covered.verdict != case.verdict)
+                .map(|covered| Apart { id: &covered.id, verdict: covered.verdict.word() })
+                .collect(),
+            reason: case.reason.as_deref(),
+            failure: failures.next(),
+            more_failures: failures.collect(),
+            readings: case.readings.iter().map(|(step, reading)| Reading { step, reading }).collect(),
+            saved: case.saved.iter().map(|(name, value)| Saved { name, value }).collect(),
+            notes: &case.notes,
+            decided: case.decided.map(|decided| Decided {
+                premises: decided.premises,
+                undecided: decided.undecided,
+                looked_at: decided.looked_at,
+            }),
+            duration_ns: u64::try_from(case.duration.as_nanos()).unwrap_or(u64::MAX),
+            frames: case.frames,
+            at: place(&case.at),
+            evidence: case.evidence.as_deref(),
+            reproduce: reproduce(result, run, case),
+        }
+    }
+}
+
+impl<'a> FailureJson<'a> {
+    fn new(failure: &'a Failure) -> FailureJson<'a> {
+        FailureJson {
+            blame: failure.blame.word(),
+            what: &failure.what,
+            step: &failure.step,
+            at: place(&failure.at),
+            requirements: failure
+                .requirements
+                .iter()
+                .map(|(id, clause, statement)| Broken { id, clause, statement })
+                .collect(),
+            parts: failure
+                .parts
+                .iter()
+                .map(|PartSeen { text, wanted, seen, held }| Part { text, expected: wanted, seen, held: *held })
+                .collect(),
+            place: failure.place.as_ref().map(|Place { frame, octet, bit, filter }| PlaceJson {
+                frame: *frame,
+                octet: *octet,
+                bit: *bit,
+                filter,
+            }),
+            trace: &failure.trace,
+            next: &failure.next,
+            signature: ledger::signature(failure),
+        }
+    }
+}
+
+impl<'a> Requirement<'a> {
+    fn new(of: &'a RequirementResult) -> Requirement<'a> {
+        Requirement {
+            id: &of.id,
+            clause: &of.cites,
+            statement: &of.statement,
+            level: level(of.level),
+            status: of.verdict.word(),
+            note: of.note.as_deref(),
+            cases: &of.cases,
+        }
+    }
+}

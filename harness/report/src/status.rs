@@ -1,0 +1,106 @@
+//! What a result weighs, and what all results together come to. No false green.
+
+use plain_text::count;
+use results::outcome::{CaseKind, CaseResult, DeviceRun, RunResult, Severity};
+use results::verdict::{Colour, Verdict};
+use suite::model::Level;
+
+/// How `encspec` ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExitStatus {
+    /// All green.
+    Green,
+    /// Something is not green.
+    Red,
+    /// A mistake on the command line, in a suite or in a ledger.
+    Usage,
+    /// The bench is unusable.
+    Bench,
+}
+
+impl ExitStatus {
+    /// The exit status of the process, 0 to 3.
+    pub fn code(self) -> u8 {
+        match self {
+            ExitStatus::Green => 0,
+            ExitStatus::Red => 1,
+            ExitStatus::Usage => 2,
+            ExitStatus::Bench => 3,
+        }
+    }
+}
+
+/// How one result weighs in the exit status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Light {
+    /// It passed, or failed as the ledger says.
+    Green,
+    /// It counts neither way; the sentence says why.
+    Neutral(&'static str),
+    /// It makes the run fail.
+    Red,
+}
+
+/// How `case` of `run` weighs: the colour of its verdict, after the gate of levels and the rule about rules never seen.
+pub fn light(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Light {
+    match (case.verdict.colour(), case.verdict) {
+        (Colour::Green, _) => Light::Green,
+        (Colour::Neutral, _) => Light::Neutral("not applicable"),
+        (Colour::Red, Verdict::Fail) if case.level == Level::Info => Light::Neutral("level info is only reported"),
+        (Colour::Red, Verdict::Fail) if case.level == Level::Should && result.gate_must => {
+            Light::Neutral("only must counts here")
+        }
+        (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && run.filtered => {
+            Light::Neutral("a part of the suite was run")
+        }
+        (Colour::Red, Verdict::NotRun) if case.kind == CaseKind::Rule && !is_virtual(run) => {
+            Light::Neutral("the device is a live one")
+        }
+        (Colour::Red, _) => Light::Red,
+    }
+}
+
+/// Whether everything about this device happened in this process: then every rule can be decided.
+fn is_virtual(run: &DeviceRun) -> bool {
+    ["model", "null"].contains(&run.dut.kind.as_str())
+}
+
+/// Sentences about the run as a whole that make it fail: nothing passed, a finding is an error, the ledger is wrong.
+///
+/// A known failure is no proof that a device works, so a whole run needs a pass; where a part was asked for, that part
+/// may consist of known failures.
+pub fn reasons(result: &RunResult) -> Vec<String> {
+    let mut reasons: Vec<String> = Vec::new();
+    if result.runs.is_empty() {
+        reasons.push("no device was tested".into());
+    }
+    for run in &result.runs {
+        let has_trials = run.cases.iter().any(|case| case.kind == CaseKind::Trial);
+        let counts = |case: &&CaseResult| case.kind == CaseKind::Trial || !has_trials;
+        let good =
+            |case: &CaseResult| case.verdict == Verdict::Pass || (run.filtered && case.verdict == Verdict::Xfail);
+        if !run.cases.iter().filter(counts).any(good) {
+            let (device, variant) = (&run.dut.device, &run.dut.variant);
+            reasons.push(match run.dut.kind.as_str() {
+                "model" => format!("nothing passed on {}", run.dut.spec),
+                _ => format!("nothing passed on {} as {device}/{variant}", run.dut.spec),
+            });
+        }
+    }
+    for run in &result.runs {
+        let errors: Vec<&str> =
+            run.findings.iter().filter(|of| of.severity == Severity::Error).map(|of| of.id.as_str()).collect();
+        if !errors.is_empty() {
+            let found = count(errors.len(), "finding", "findings");
+            reasons.push(format!("{found} on {}: {}", run.dut.spec, errors.join(", ")));
+        }
+    }
+    reasons.extend(result.ledger_notes.iter().filter(|note| note.red).map(|note| note.text.clone()));
+    reasons
+}
+
+/// What the run comes to.
+pub fn status(result: &RunResult) -> ExitStatus {
+    let red = |run: &DeviceRun| run.cases.iter().any(|case| light(result, run, case) == Light::Red);
+    if reasons(result).is_empty() && !result.runs.iter().any(red) { ExitStatus::Green } else { ExitStatus::Red }
+}

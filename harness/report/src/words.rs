@@ -1,0 +1,89 @@
+//! Words that every report uses, and text from devices made harmless.
+
+use plain_text::{printable, steers};
+use results::outcome::{CaseResult, DeviceRun, Finding, RunResult, Severity};
+use std::fmt::Write as _;
+use suite::model::Level;
+
+/// The word of a level: `must`, `should`, `info`.
+pub fn level(level: Level) -> &'static str {
+    match level {
+        Level::Must => "must",
+        Level::Should => "should",
+        Level::Info => "info",
+    }
+}
+
+/// JSON with every character written as a number that could steer a terminal; what it says stays the same.
+pub(super) fn printable_json(json: &str) -> String {
+    let mut shown = String::with_capacity(json.len());
+    for c in json.chars() {
+        // Outside of texts JSON has no such character but the line feed; all of them have four hexadecimal digits.
+        match steers(c) && c != '\n' {
+            true => shown.push_str(&format!("\\u{:04x}", u32::from(c))),
+            false => shown.push(c),
+        }
+    }
+    shown
+}
+
+/// A finding in full: what disagrees, and what manual, GSDML and device say; each line is indented by two.
+pub fn finding(of: &Finding) -> String {
+    let mut told = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
+    let parties = [("manual", &of.manual), ("GSDML", &of.gsdml), ("GSD", &of.gsd), ("device", &of.device)];
+    if parties.iter().all(|(_, said)| said.is_none()) {
+        return told;
+    }
+    for (who, said) in parties {
+        let said = said.as_deref().map_or_else(|| "says nothing".to_owned(), printable);
+        // Writing into a String cannot fail.
+        let _ = writeln!(told, "    {who:<10} {said}");
+    }
+    told
+}
+
+/// How many findings there are of each severity that occurs, as words.
+pub(super) fn severities(findings: &[Finding]) -> String {
+    let of = |wanted| (findings.iter().filter(|of| of.severity == wanted).count(), wanted);
+    let each = [Severity::Error, Severity::Warning, Severity::Info].map(of);
+    let parts: Vec<String> =
+        each.iter().filter(|(n, _)| *n > 0).map(|(n, severity)| format!("{n} {}", severity.word())).collect();
+    if parts.is_empty() { "none".into() } else { format!("{}: {}", findings.len(), parts.join(", ")) }
+}
+
+/// The line that runs `case` alone on the same device.
+pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> String {
+    let mut line = String::from("encspec run");
+    let mut add = |argument: &str| {
+        // Writing into a String cannot fail.
+        let _ = write!(line, " {}", quoted(argument));
+    };
+    result.repeat.iter().for_each(|argument| add(argument));
+    add("--dut");
+    add(&run.dut.spec);
+    // A bench file says by itself what the device is.
+    if run.dut.kind != "model" && !run.dut.spec.ends_with(".yaml") && !run.dut.spec.ends_with(".yml") {
+        add("--device");
+        add(&format!("{}/{}", run.dut.device, run.dut.variant));
+    }
+    if let Some(persona) = &run.persona {
+        add("--persona");
+        add(persona);
+    }
+    for bug in &run.bugs {
+        add("--bug");
+        add(bug);
+    }
+    add(&case.id);
+    add("--exact");
+    line
+}
+
+/// An argument as a POSIX shell takes it.
+fn quoted(argument: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+@%".contains(c);
+    if !argument.is_empty() && argument.chars().all(plain) {
+        return argument.to_owned();
+    }
+    format!("'{}'", printable(argument).replace('\'', "'\\''"))
+}

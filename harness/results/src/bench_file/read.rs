@@ -1,0 +1,382 @@
+//! A bench file from its text: identity, addresses, times, claims, consents.
+
+use super::line::line;
+use super::stand::stand;
+use super::{ANY_DEVICE, BenchFile, BenchPage, Claim, Consents, LinkSpec, StandSpec};
+use std::fs;
+use std::net::Ipv4Addr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use suite::LoadErrors;
+use suite::device::{Bus, Device, Location};
+use suite::device_yaml::{duration, fields, flag, named, path, whole};
+use suite::error::{LoadError, Mistake, Mistakes, Read};
+use suite::keys::{self, Keyed};
+use suite::model::Manual;
+use suite::persona::persona_name;
+use suite::start::{checked_cycle, checked_watchdog};
+use suite::yaml::{self, Node};
+use wire::ethernet::Mac;
+use wire::profinet::dcp::station_name::{NameProblem, check};
+
+/// The mask of a segment whose bench file says none.
+const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
+/// The cycle that a watchdog is compared with where the bench file says none.
+const CYCLE: Duration = Duration::from_millis(2);
+/// The longest time that a device may take to start.
+const LONGEST_BOOT: Duration = Duration::from_secs(600);
+
+/// Reads the file; without manuals the names of the device are taken as they are.
+pub(super) fn file(path: &Path, manuals: Option<&[Manual]>) -> Result<BenchFile, LoadErrors> {
+    let shown = Arc::new(path.to_owned());
+    let failed = |message: String| {
+        let at = Location { file: Arc::clone(&shown), line: 0, column: 0 };
+        LoadErrors(vec![LoadError { at, width: 0, line: String::new(), message, help: None }])
+    };
+    let octets = fs::read(path).map_err(|error| failed(error.to_string()))?;
+    let text = String::from_utf8(octets).map_err(|_| failed("the file is no text in UTF-8".to_owned()))?;
+    let mistakes = Mistakes::default();
+    let read = mistakes.keep(yaml::parse(0, &text)).and_then(|node| bench(&node, path, manuals, &mistakes));
+    match read {
+        Some(bench) if mistakes.count() == 0 => Ok(bench),
+        _ => Err(LoadErrors(mistakes.take().into_iter().map(|mistake| located(mistake, &shown, &text)).collect())),
+    }
+}
+
+fn located(mistake: Mistake, file: &Arc<PathBuf>, text: &str) -> LoadError {
+    let spot = mistake.spot;
+    let line = (spot.line as usize).checked_sub(1).and_then(|line| text.lines().nth(line)).unwrap_or_default();
+    LoadError {
+        at: Location { file: Arc::clone(file), line: spot.line, column: spot.column },
+        width: spot.width.max(1) as usize,
+        line: line.to_owned(),
+        message: mistake.message,
+        help: mistake.help,
+    }
+}
+
+fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistakes) -> Option<BenchFile> {
+    let keyed = mistakes.keep(Keyed::new(node, &keys::BENCH))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let claimed = mistakes.keep(keyed.must("device").and_then(|node| claim(node, manuals)));
+    let link = mistakes.keep(keyed.must("link").and_then(link));
+    let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
+    if let (Some(link), Some(device)) = (&link, device)
+        && link.bus() != device.bus
+    {
+        let right = if device.bus == Bus::Profibus { "`serial:TTY`" } else { "`nic:INTERFACE` or `socket:ADDRESS`" };
+        let wrong = format!("{} is no device at the link {link}", device.name);
+        mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("its link is {right}")));
+    }
+    let is_any = keyed.get("device").and_then(Node::scalar).is_some_and(|text| text.split('/').next() == Some("none"));
+    let reader = Reader { keyed, mistakes, folder };
+
+    let description = reader.path("description");
+    match (keyed.key("description"), is_any) {
+        (Some(key), false) => mistakes.note(
+            key.wrong("only a device without a manual has a description").help("write `device: none`, or leave it out"),
+        ),
+        (None, true) => mistakes.note(
+            keyed
+                .node
+                .key("device")
+                .wrong("a device without a manual needs a `description`")
+                .help("a file that says in the words of device.yaml what the device is"),
+        ),
+        _ => {}
+    }
+    let (ip, mask, controller_ip, controller_mac) = reader.addresses();
+    let (cycle, watchdog, boot_time) = reader.times();
+    let line = keyed.get("line").and_then(|node| mistakes.keep(line(node)));
+    let stand = keyed.get("stand").and_then(|node| mistakes.keep(stand(node, folder, device, mistakes)));
+    Some(BenchFile {
+        path: Some(path.to_owned()),
+        claim: claimed.map(|(claim, _)| claim)?,
+        description,
+        link: link?,
+        line: line.unwrap_or_default(),
+        station_name: reader.value("station_name", station_name),
+        mac: reader.value("mac", mac),
+        ip,
+        mask,
+        controller_ip,
+        controller_mac,
+        cycle,
+        watchdog,
+        persona: reader.value("persona", persona_name),
+        boot_time,
+        gsdml: reader.path("gsdml"),
+        gsd: reader.path("gsd"),
+        telegrams: reader.value("telegrams", |node| telegrams(node, device)),
+        lacks: reader.value("lacks", |node| lacks(node, device)).unwrap_or_default(),
+        firmware: reader.value("firmware", firmware),
+        ledger: reader.path("ledger"),
+        direct_cable: reader.flag("direct_cable"),
+        position_noise: reader.value("position_noise", |node| whole(node, "a noise")).unwrap_or(0),
+        pages: reader.value("pages", |node| pages(node, device)).unwrap_or_default(),
+        stand: stand.unwrap_or_else(StandSpec::default),
+        consent: reader.value("consent", consent).unwrap_or_default(),
+    })
+}
+
+/// The values of the top level.
+struct Reader<'n> {
+    keyed: Keyed<'n>,
+    mistakes: &'n Mistakes,
+    folder: &'n Path,
+}
+
+impl Reader<'_> {
+    fn value<T>(&self, key: &str, read: impl FnOnce(&Node) -> Read<T>) -> Option<T> {
+        self.mistakes.keep(self.keyed.get(key).map(read).transpose()).flatten()
+    }
+
+    fn flag(&self, key: &str) -> bool {
+        self.mistakes.keep(flag(self.keyed, key)).unwrap_or_default()
+    }
+
+    /// A file that stands beside the bench file, or anywhere by its full path.
+    fn path(&self, key: &str) -> Option<PathBuf> {
+        self.value(key, |node| {
+            let path = self.folder.join(node.text(key)?);
+            match fs::File::open(&path).and_then(|file| file.metadata()) {
+                Ok(metadata) if metadata.is_file() => Ok(path),
+                Ok(_) => Err(node.wrong(format!("{} is no file", path.display()))),
+                Err(error) => Err(node
+                    .wrong(format!("{}: {error}", path.display()))
+                    .help("a path begins at the folder of the bench file")),
+            }
+        })
+    }
+
+    fn addresses(&self) -> (Option<Ipv4Addr>, Ipv4Addr, Option<Ipv4Addr>, Option<Mac>) {
+        let ip = self.value("ip", host);
+        let mask = self.value("mask", mask).unwrap_or(MASK);
+        let controller = self.keyed.get("controller").map(|node| Keyed::new(node, &keys::BENCH_CONTROLLER)).transpose();
+        let controller = self.mistakes.keep(controller).flatten();
+        let of = |key: &str| controller.as_ref().and_then(|keyed| keyed.get(key));
+        let controller_ip = self.mistakes.keep(of("ip").map(host).transpose()).flatten();
+        let controller_mac = self.mistakes.keep(of("mac").map(mac).transpose()).flatten();
+        let note = |node: Option<&Node>, wrong: &str| {
+            node.into_iter().for_each(|node| self.mistakes.note(node.wrong(wrong)));
+        };
+        if let (Some(ours), Some(ip)) = (controller_ip, ip) {
+            if ours == ip {
+                note(of("ip"), "controller and device cannot have the same address");
+            } else if ours & mask != ip & mask {
+                note(of("ip"), "controller and device are not in the same subnet");
+            }
+        }
+        let address = controller_ip.or(ip);
+        if address.is_some_and(|ip| ip & mask == ip || ip | !mask == ip) {
+            let node = if controller_ip.is_some() { of("ip") } else { self.keyed.get("ip") };
+            note(node, "this is the first or the last address of its subnet, which no station has");
+        }
+        (ip, mask, controller_ip, controller_mac)
+    }
+
+    fn times(&self) -> (Option<Duration>, Option<Duration>, Option<Duration>) {
+        let cycle = self.value("cycle", |node| checked_cycle(duration(node, "a cycle")?, node));
+        let watchdog = self
+            .value("watchdog", |node| checked_watchdog(duration(node, "a watchdog")?, cycle.unwrap_or(CYCLE), node));
+        let boot_time = self.value("boot_time", |node| match duration(node, "a boot time")? {
+            time if time.is_zero() || time > LONGEST_BOOT => {
+                Err(node.wrong("a boot time is more than 0 and at most 10min"))
+            }
+            time => Ok(time),
+        });
+        (cycle, watchdog, boot_time)
+    }
+}
+
+/// The claim, and the manual where manuals are known.
+fn claim<'m>(node: &Node, manuals: Option<&'m [Manual]>) -> Read<(Claim, Option<&'m Manual>)> {
+    let text = node.text("device")?;
+    let (name, variant) = text.split_once('/').map_or((text, None), |(name, variant)| (name, Some(variant)));
+    let folder = if name == "none" { ANY_DEVICE } else { name };
+    let Some(manuals) = manuals else {
+        let claim = Claim { manual: folder.to_owned(), variant: variant.unwrap_or_default().to_owned() };
+        return Ok((claim, None));
+    };
+    let Some(manual) = manuals.iter().find(|manual| manual.device.name == folder) else {
+        let known: Vec<&str> = manuals.iter().map(|manual| manual.device.name.as_str()).chain(["none"]).collect();
+        return Err(Mistake::unknown(node.spot, "manual", name, known));
+    };
+    let variants = &manual.device.variants;
+    let variant = match (variant, variants.as_slice()) {
+        (None, [only]) => only,
+        (None, _) => {
+            let all: Vec<String> = variants.iter().map(|variant| format!("`{name}/{variant}`")).collect();
+            return Err(node
+                .wrong(format!("`{name}` has several variants"))
+                .help(format!("write {}", all.join(" or "))));
+        }
+        (Some(variant), _) => match variants.iter().find(|known| *known == variant) {
+            Some(known) => known,
+            None => {
+                let known = variants.iter().map(String::as_str);
+                return Err(Mistake::unknown(node.spot, &format!("variant of {name}"), variant, known));
+            }
+        },
+    };
+    Ok((Claim { manual: folder.to_owned(), variant: variant.clone() }, Some(manual)))
+}
+
+fn link(node: &Node) -> Read<LinkSpec> {
+    let text = node.text("link")?;
+    let Some((kind, address)) = text.split_once(':') else {
+        return Err(node.wrong("a link is `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"));
+    };
+    if !LinkSpec::KINDS.contains(&kind) {
+        return Err(Mistake::unknown(node.spot, "kind of link", kind, LinkSpec::KINDS));
+    }
+    LinkSpec::of(kind, address).ok_or_else(|| node.wrong(format!("after `{kind}:` something is missing")))
+}
+
+/// Whether a text is a station name: labels of 1 to 63 small letters, digits and hyphens inside, dots between them, at most
+/// 240 octets in all. One that looks like an address or a port counts as well.
+pub fn is_station_name(text: &str) -> bool {
+    let found = check(text.as_bytes());
+    matches!(found, Ok(()) | Err(NameProblem::LikeAnAddress | NameProblem::LikeAPort))
+}
+
+fn station_name(node: &Node) -> Read<String> {
+    let text = node.text("a station name")?;
+    if is_station_name(text) {
+        Ok(text.to_owned())
+    } else {
+        Err(node
+            .wrong(format!("`{}` is no station name", text.escape_default()))
+            .help("small letters, digits, hyphens inside, and dots between at most 63 of them"))
+    }
+}
+
+fn mac(node: &Node) -> Read<Mac> {
+    let mac: Mac = node.text("a MAC address")?.parse().map_err(|error| node.wrong(format!("{error}")))?;
+    if mac.0[0] & 1 == 0 && mac.0 != [0; 6] {
+        Ok(mac)
+    } else {
+        Err(node.wrong("this MAC address is no station's: it is that of a group, or zero"))
+    }
+}
+
+fn address(node: &Node) -> Read<Ipv4Addr> {
+    let text = node.text("an address")?;
+    text.parse().map_err(|_| node.wrong(format!("`{}` is no IPv4 address", text.escape_default())))
+}
+
+fn host(node: &Node) -> Read<Ipv4Addr> {
+    let ip = address(node)?;
+    if ip.is_unspecified() || ip.is_loopback() || ip.is_multicast() || ip.is_broadcast() {
+        Err(node.wrong(format!("no station has the address {ip}")))
+    } else {
+        Ok(ip)
+    }
+}
+
+fn mask(node: &Node) -> Read<Ipv4Addr> {
+    let mask = address(node)?;
+    let bits = u32::from(mask);
+    if (1..=30).contains(&bits.leading_ones()) && bits.leading_ones() + bits.trailing_zeros() == 32 {
+        Ok(mask)
+    } else {
+        Err(node.wrong("a mask has ones, then zeros, and room for two stations").help("often 255.255.255.0"))
+    }
+}
+
+/// Names, each once; what is wrong with a name is said by `check`.
+fn names(node: &Node, what: &str, check: impl Fn(&Node, &str) -> Read<()>) -> Read<Vec<String>> {
+    let mut names: Vec<String> = Vec::new();
+    for item in node.items(what)? {
+        let name = item.text("a name")?;
+        check(item, name)?;
+        if names.iter().any(|known| known == name) {
+            return Err(item.wrong(format!("`{name}` stands twice in {what}")));
+        }
+        names.push(name.to_owned());
+    }
+    if names.is_empty() { Err(node.wrong(format!("{what} is empty")).help("leave the key out")) } else { Ok(names) }
+}
+
+fn telegrams(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
+    names(node, "telegrams", |node, name| {
+        let Some(device) = device else { return Ok(()) };
+        let known = || device.modules.iter().map(|module| module.name.as_str());
+        if known().any(|known| known == name) {
+            Ok(())
+        } else {
+            Err(Mistake::unknown(node.spot, "module", name, known().collect::<Vec<_>>()))
+        }
+    })
+}
+
+fn lacks(node: &Node, device: Option<&Device>) -> Read<Vec<String>> {
+    names(node, "lacks", |node, name| {
+        let Some(device) = device else { return Ok(()) };
+        let parameters = device.parameters.iter().map(|parameter| format!("P{}", parameter.number));
+        let known: Vec<String> = device.records.iter().map(|record| record.name.clone()).chain(parameters).collect();
+        if known.iter().any(|known| known == name) {
+            Ok(())
+        } else {
+            Err(Mistake::unknown(node.spot, "record or parameter", name, known.iter().map(String::as_str)))
+        }
+    })
+}
+
+/// The web pages; each name is one of the device.
+fn pages(node: &Node, device: Option<&Device>) -> Read<Vec<(String, BenchPage)>> {
+    let mut pages = Vec::new();
+    for (name, node) in named(node, "pages")? {
+        let of = device.map(|device| device.pages.iter().find(|page| page.name == name));
+        if let (Some(None), Some(device)) = (of, device) {
+            let known = device.pages.iter().map(|page| page.name.as_str());
+            return Err(Mistake::unknown(node.spot, "web page", name, known));
+        }
+        let keyed = Keyed::new(node, &keys::BENCH_PAGE)?;
+        let own = BenchPage {
+            path: keyed.get("path").map(path).transpose()?,
+            fields: keyed.get("fields").map_or(Ok(Vec::new()), fields)?,
+            shows: keyed.get("shows").map_or(Ok(Vec::new()), fields)?,
+        };
+        if let Some(Some(page)) = of {
+            let unknown =
+                |what: &str, name: &str, known: Vec<&str>| Err(Mistake::unknown(node.spot, what, name, known));
+            let fields: Vec<&str> = page.fields.iter().map(|(name, _)| name.as_str()).collect();
+            if let Some((name, _)) = own.fields.iter().find(|(name, _)| !fields.contains(&name.as_str())) {
+                return unknown("field of the page", name, fields);
+            }
+            let shown: Vec<&str> = page.shows.iter().map(|value| value.name.as_str()).collect();
+            if let Some((name, _)) = own.shows.iter().find(|(name, _)| !shown.contains(&name.as_str())) {
+                return unknown("value of the page", name, shown);
+            }
+        }
+        pages.push((name.to_owned(), own));
+    }
+    Ok(pages)
+}
+
+fn firmware(node: &Node) -> Read<String> {
+    let text = node.text("a firmware")?;
+    let parts: Vec<&str> = text.split('.').collect();
+    let number = |part: &&str| !part.is_empty() && part.bytes().all(|octet| octet.is_ascii_digit());
+    if parts.len() == 3 && parts.iter().all(number) {
+        Ok(text.to_owned())
+    } else {
+        Err(node.wrong(format!("`{}` is no firmware", text.escape_default())).help("three numbers, as 1.1.0"))
+    }
+}
+
+fn consent(node: &Node) -> Read<Consents> {
+    let keyed = Keyed::new(node, &keys::BENCH_CONSENT)?;
+    Ok(Consents {
+        factory_reset: flag(keyed, "factory_reset")?,
+        set_name: flag(keyed, "set_name")?,
+        set_ip: flag(keyed, "set_ip")?,
+        set_address: flag(keyed, "set_address")?,
+        nvm_write: keyed.get("nvm_write").map_or(Ok(0), |node| whole(node, "a number of writes"))?,
+        position_reference: flag(keyed, "position_reference")?,
+        firmware: flag(keyed, "firmware")?,
+        alone: flag(keyed, "alone")?,
+    })
+}

@@ -1,0 +1,181 @@
+//! The section `stand` of a bench file: control channel, hooks, operator, shaft.
+
+use super::command::CommandLine;
+use super::{ShaftAbility, StandSpec};
+use std::path::Path;
+use suite::device::Device;
+use suite::error::{Mistake, Mistakes, Read};
+use suite::keys::{self, HOOKS, Keyed};
+use suite::yaml::Node;
+
+/// Reads the section; without a device the names behind a dot are taken as they are.
+pub(super) fn stand(node: &Node, folder: &Path, device: Option<&Device>, mistakes: &Mistakes) -> Read<StandSpec> {
+    let keyed = Keyed::new(node, &keys::BENCH_STAND)?;
+    let control = keyed.get("control").map(|node| node.text("a socket")).transpose()?.map(|path| folder.join(path));
+    let mut spec = StandSpec { control, folder: folder.to_owned(), ..StandSpec::default() };
+    for (key, line) in keyed.get("hooks").map_or(Ok(&[][..]), |node| node.entries("hooks"))? {
+        spec.hooks.extend(mistakes.keep(hook(key, line, device)));
+    }
+    for item in keyed.get("ask").map_or(Ok(&[][..]), |node| node.items("ask"))? {
+        spec.ask.extend(mistakes.keep(asked(item, &spec, device)));
+    }
+    if let Some(node) = keyed.get("shaft") {
+        spec.shaft = shaft(node)?;
+    }
+    agree(keyed, &spec, mistakes);
+    if keyed.node.mapping().is_some_and(<[_]>::is_empty) {
+        return Err(node.wrong("an empty `stand`").help("leave it out if nobody holds the device"));
+    }
+    Ok(spec)
+}
+
+fn hook(key: &Node, line: &Node, device: Option<&Device>) -> Read<(String, String)> {
+    let name = known(key, device)?;
+    let text = line.text("a command")?;
+    let command = CommandLine::parse(text).map_err(|why| line.wrong(why))?;
+    let placeholders = command.placeholders();
+    let wanted: &[&str] = match name.split('.').next() {
+        Some("led" | "counter" | "renew") => &[],
+        Some("turn") => &["value", "unit"],
+        Some("shaft") if name == "shaft.acceleration" => &["value", "acceleration"],
+        _ => &["value"],
+    };
+    if let Some(missing) = wanted.iter().find(|wanted| !placeholders.contains(wanted)) {
+        return Err(line.wrong(format!("the command of `{name}` never says `{{{missing}}}`")).help(sentence(name)));
+    }
+    let allowed = |given: &&str| wanted.contains(given) || (name == "turn" && **given == *"rpm");
+    if let Some(odd) = placeholders.iter().find(|given| !allowed(given)) {
+        return Err(line.wrong(format!("`{name}` has no `{{{odd}}}`")).help(sentence(name)));
+    }
+    Ok((name.to_owned(), text.to_owned()))
+}
+
+fn asked(item: &Node, spec: &StandSpec, device: Option<&Device>) -> Read<String> {
+    let name = known(item, device)?;
+    if matches!(name.split('.').next(), Some("led" | "counter" | "clock")) {
+        return Err(item.wrong(format!("nobody can be asked for `{name}`")).help("a hook can serve it"));
+    }
+    if spec.hooks.iter().any(|(hook, _)| hook == name) {
+        return Err(item.wrong(format!("`{name}` has a hook already")));
+    }
+    if spec.ask.iter().any(|asked| asked == name) {
+        return Err(item.wrong(format!("`{name}` stands twice in ask")));
+    }
+    Ok(name.to_owned())
+}
+
+/// A name of [`HOOKS`] that the device has.
+fn known<'n>(node: &'n Node, device: Option<&Device>) -> Read<&'n str> {
+    let name = node.text("a name of the stand")?;
+    let mut names: Vec<String> = Vec::new();
+    for (hook, _) in HOOKS {
+        let Some(kind) = hook.strip_suffix("NAME") else {
+            names.push((*hook).to_owned());
+            continue;
+        };
+        match device {
+            None if name.strip_prefix(kind).is_some_and(|rest| !rest.is_empty()) => return Ok(name),
+            None => names.push((*hook).to_owned()),
+            Some(device) => names.extend(declared(device, kind).iter().map(|name| format!("{kind}{name}"))),
+        }
+    }
+    if names.iter().any(|known| known == name) && !name.ends_with("NAME") {
+        Ok(name)
+    } else {
+        Err(Mistake::unknown(node.spot, "name of the stand", name, names.iter().map(String::as_str)))
+    }
+}
+
+/// What a device declares of a kind of thing.
+fn declared<'d>(device: &'d Device, kind: &str) -> Vec<&'d str> {
+    let stand = &device.stand;
+    let names = |list: &'d [(String, String)]| list.iter().map(|(name, _)| name.as_str()).collect();
+    match kind {
+        "fault." => names(&stand.faults),
+        "button." => names(&stand.buttons),
+        "counter." => names(&stand.counters),
+        "switch." => stand.switches.iter().map(|switch| switch.name.as_str()).collect(),
+        _ => stand.leds.iter().map(|(name, _)| name.as_str()).collect(),
+    }
+}
+
+fn sentence(name: &str) -> &'static str {
+    let kind = name.split_once('.').map_or(name, |(kind, _)| kind);
+    let same = |hook: &str| hook == name || hook.strip_suffix(".NAME") == Some(kind);
+    HOOKS.iter().find(|(hook, _)| same(hook)).map_or("", |(_, sentence)| sentence)
+}
+
+fn shaft(node: &Node) -> Read<ShaftAbility> {
+    let mut shaft = ShaftAbility::default();
+    for item in node.items("shaft")? {
+        let text = item.text("an ability")?;
+        let twice = || item.wrong(format!("`{text}` stands twice in shaft"));
+        if text == "hand" {
+            if std::mem::replace(&mut shaft.hand, true) {
+                return Err(twice());
+            }
+            continue;
+        }
+        let (word, exactly) = text.strip_suffix(')').and_then(|text| text.split_once('(')).unwrap_or((text, ""));
+        let place = match word {
+            "position" => &mut shaft.position,
+            "speed" => &mut shaft.speed,
+            _ => return Err(Mistake::unknown(item.spot, "ability of the shaft", word, ["hand", "position", "speed"])),
+        };
+        let number = exactly.strip_prefix('\u{b1}').or_else(|| exactly.strip_prefix("+/-"));
+        let number = number.and_then(|number| expression::number(number.trim()).ok()).map(expression::Number::to_f64);
+        let unit = if word == "position" { "hardware steps" } else { "revolutions per minute" };
+        let Some(number) = number.filter(|number| (0.0..=1e9).contains(number)) else {
+            return Err(item
+                .wrong(format!("how exactly is missing in `{text}`"))
+                .help(format!("write `{word}(\u{b1}2)` with a number of {unit}; `+/-` will do for \u{b1}")));
+        };
+        if place.replace(number).is_some() {
+            return Err(twice());
+        }
+    }
+    if shaft == ShaftAbility::default() {
+        Err(node.wrong("shaft is empty").help("leave the key out"))
+    } else {
+        Ok(shaft)
+    }
+}
+
+/// What is said of the shaft and what serves it belong together.
+fn agree(keyed: Keyed<'_>, spec: &StandSpec, mistakes: &Mistakes) {
+    let served = |name: &str| spec.hooks.iter().any(|(hook, _)| hook == name) || spec.ask.iter().any(|ask| ask == name);
+    let wrong = |key: &str, message: &str, help: &str| {
+        mistakes.note(keyed.key(key).unwrap_or(keyed.node).wrong(message).help(help));
+    };
+    let at = |name: &str| {
+        let hooked = spec.hooks.iter().any(|(hook, _)| hook == name);
+        if hooked { "hooks" } else { "ask" }
+    };
+    let controlled = spec.control.is_some();
+    let turned = served("turn") || served("shaft.counts");
+    let shaft = &spec.shaft;
+    if shaft.position.is_some() && !turned && !controlled {
+        wrong("shaft", "nothing brings the shaft to a position", "add a hook for `turn` or `shaft.counts`");
+    }
+    if shaft.speed.is_some() && !served("shaft.speed") && !controlled {
+        wrong("shaft", "nothing turns the shaft at a speed", "add a hook for `shaft.speed`");
+    }
+    if shaft.hand && !served("turn") {
+        wrong("shaft", "nobody is asked to turn the shaft by hand", "write `ask: [turn]`");
+    }
+    if served("turn") && shaft.position.is_none() && !shaft.hand {
+        wrong(
+            at("turn"),
+            "how exactly `turn` moves the shaft is not said",
+            "add `shaft: [position(\u{b1}2)]`, in hardware steps",
+        );
+    }
+    if served("shaft.counts") && shaft.position.is_none() {
+        let help = "add `shaft: [position(\u{b1}2)]`, in hardware steps";
+        wrong(at("shaft.counts"), "how exactly `shaft.counts` places the shaft is not said", help);
+    }
+    if served("shaft.speed") && shaft.speed.is_none() {
+        let help = "add `shaft: [speed(\u{b1}0.5)]`, in revolutions per minute";
+        wrong(at("shaft.speed"), "how exactly `shaft.speed` turns the shaft is not said", help);
+    }
+}

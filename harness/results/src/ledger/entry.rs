@@ -1,0 +1,266 @@
+//! The file of the ledger: its keys, its patterns, and what is wrong with them.
+
+use super::date::Date;
+use plain_text::nearest;
+use serde::{Deserialize, Deserializer, de::Error as _};
+use std::fs;
+use std::path::{Path, PathBuf};
+use suite::model::Manual;
+use suite::{LoadError, read_plain};
+
+/// The known failures of a device or of several.
+#[derive(Clone, Debug, Default)]
+pub struct Ledger {
+    /// The entries in the order of the file.
+    pub entries: Vec<Entry>,
+}
+
+/// A known failure.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// The test, `<suite>/<case>[row]` with or without the manual in front; `*` stands for any letters.
+    #[serde(deserialize_with = "filled")]
+    pub test: String,
+    /// The manual.
+    pub device: String,
+    /// The variant; every one if it is left out.
+    pub variant: Option<String>,
+    /// The firmware that has the failure; every one if it is left out.
+    pub firmware: Option<Firmware>,
+    /// Why it fails, in a sentence.
+    #[serde(deserialize_with = "filled")]
+    pub reason: String,
+    /// Where the failure is followed.
+    #[serde(deserialize_with = "filled")]
+    pub ticket: String,
+    /// The last day on which the entry excuses anything.
+    #[serde(deserialize_with = "day")]
+    pub expires: Date,
+    /// How it fails, as the JSON report says under `signature`; `*` stands for any letters.
+    #[serde(deserialize_with = "filled")]
+    pub signature: String,
+}
+
+/// A range of firmware, both ends inclusive; one may be left out.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Firmware {
+    /// The first firmware that has the failure, for instance `"1.0"`.
+    pub from: Option<String>,
+    /// The last one.
+    pub to: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    known_failures: Vec<Entry>,
+}
+
+fn filled<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    if text.trim().is_empty() { Err(D::Error::custom("a text is missing here")) } else { Ok(text) }
+}
+
+fn day<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Date, D::Error> {
+    String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+}
+
+/// Why a ledger cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum LedgerError {
+    /// The file cannot be read.
+    #[error("the ledger {} cannot be read: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Something is wrong in the file.
+    #[error("{0}")]
+    Text(Box<LoadError>),
+    /// An entry names a device or variant that does not exist.
+    #[error("{}: {message}", path.display())]
+    Unknown {
+        /// The file.
+        path: PathBuf,
+        /// Which, and what was probably meant.
+        message: String,
+    },
+}
+
+impl Ledger {
+    /// Reads the ledger in the file `path`; each device in it has to be one of `manuals`.
+    pub fn read(path: &Path, manuals: &[Manual]) -> Result<Ledger, LedgerError> {
+        let text = fs::read_to_string(path).map_err(|source| LedgerError::File { path: path.to_owned(), source })?;
+        let ledger = Ledger::parse(path, &text)?;
+        for entry in &ledger.entries {
+            let known: Vec<(&str, &[String])> =
+                manuals.iter().map(|of| (of.device.name.as_str(), of.device.variants.as_slice())).collect();
+            entry.check(&known).map_err(|message| LedgerError::Unknown { path: path.to_owned(), message })?;
+        }
+        Ok(ledger)
+    }
+
+    /// Reads a ledger from text; `path` is how it is shown.
+    pub fn parse(path: &Path, text: &str) -> Result<Ledger, LedgerError> {
+        let file: File = read_plain(path, text).map_err(|error| LedgerError::Text(Box::new(error)))?;
+        Ok(Ledger { entries: file.known_failures })
+    }
+}
+
+impl Entry {
+    /// What notes call this entry.
+    pub fn name(&self) -> String {
+        format!("the ledger's entry {} for {}", self.ticket, self.test)
+    }
+
+    /// Whether the entry names the test `id` (with the manual in front) of `device`.
+    pub fn names(&self, device: &str, id: &str) -> bool {
+        let short = id.strip_prefix(device).and_then(|id| id.strip_prefix('/')).unwrap_or(id);
+        glob(&self.test, id) || glob(&self.test, short)
+    }
+
+    /// Whether a failure with this signature is the known one.
+    pub fn describes(&self, signature: &str) -> bool {
+        glob(&self.signature, signature)
+    }
+
+    fn check(&self, known: &[(&str, &[String])]) -> Result<(), String> {
+        if self.signature.chars().all(|letter| letter == '*' || letter.is_whitespace()) {
+            let name = self.name();
+            return Err(format!("{name} excuses every failure: say how it fails, as `encspec run -v` shows it"));
+        }
+        let unknown = |what: &str, word: &str, words: Vec<&str>| {
+            let meant = nearest(word, words.iter().copied())
+                .map_or_else(|| format!("there are {}", words.join(", ")), |meant| format!("did you mean `{meant}`?"));
+            format!("{}: unknown {what} `{word}`; {meant}", self.name())
+        };
+        let Some((_, variants)) = known.iter().find(|(device, _)| *device == self.device) else {
+            return Err(unknown("device", &self.device, known.iter().map(|(device, _)| *device).collect()));
+        };
+        match &self.variant {
+            Some(variant) if !variants.contains(variant) => {
+                Err(unknown("variant", variant, variants.iter().map(String::as_str).collect()))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Firmware {
+    /// Whether the firmware lies in the range; versions are compared number by number.
+    pub fn contains(&self, firmware: &str) -> bool {
+        let seen = version(firmware);
+        self.from.as_ref().is_none_or(|from| version(from) <= seen)
+            && self.to.as_ref().is_none_or(|to| seen <= version(to))
+    }
+}
+
+/// The numbers in a version, without zeros at the end: `V1.3.0` is 1, 3.
+fn version(text: &str) -> Vec<u64> {
+    let mut numbers: Vec<u64> =
+        text.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse().ok()).collect();
+    while numbers.last() == Some(&0) {
+        numbers.pop();
+    }
+    numbers
+}
+
+/// Whether `text` is `pattern`, in which `*` stands for any letters, none included.
+fn glob(pattern: &str, text: &str) -> bool {
+    let mut parts = pattern.split('*');
+    let Some(mut rest) = parts.next().and_then(|first| text.strip_prefix(first)) else { return false };
+    let mut parts = parts.peekable();
+    if parts.peek().is_none() {
+        return rest.is_empty();
+    }
+    while let Some(part) = parts.next() {
+        if parts.peek().is_none() {
+            return rest.ends_with(part);
+        }
+        let Some(at) = rest.find(part) else { return false };
+        rest = rest.get(at + part.len()..).unwrap_or_default();
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rstest::rstest;
+
+    #[rstest]
+    #[case("a/b", "a/b", true)]
+    #[case("a/b", "a/bc", false)]
+    #[case("a/b", "xa/b", false)]
+    #[case("a/*", "a/", true)]
+    #[case("a/*", "a/b[1]", true)]
+    #[case("*", "", true)]
+    #[case("*b", "abab", true)]
+    #[case("*b", "abac", false)]
+    #[case("a*a", "a", false)]
+    #[case("a*b*c", "a1b2b3c", true)]
+    #[case("a*b*c", "a1c2b", false)]
+    #[case("a[1]", "a1", false)]
+    #[case("", "", true)]
+    #[case("", "a", false)]
+    #[case("ä*", "äö", true)]
+    fn patterns(#[case] pattern: &str, #[case] text: &str, #[case] matches: bool) {
+        assert_eq!(glob(pattern, text), matches);
+    }
+
+    #[rstest]
+    #[case(Some("1.2"), Some("1.4"), "1.2.0", true)]
+    #[case(Some("1.2"), Some("1.4"), "V1.10.0", false)]
+    #[case(Some("1.2"), None, "1.10", true)]
+    #[case(None, Some("1.4"), "0.9", true)]
+    #[case(Some("1.2"), None, "1.1.9", false)]
+    fn firmware(#[case] from: Option<&str>, #[case] to: Option<&str>, #[case] seen: &str, #[case] inside: bool) {
+        let range = Firmware { from: from.map(str::to_owned), to: to.map(str::to_owned) };
+        assert_eq!(range.contains(seen), inside);
+    }
+
+    const GOOD: &str = "known_failures:\n- test: preset/absolute\n  device: enc\n  variant: v1\n  reason: It is late.\n  \
+                        ticket: FW-1\n  expires: 2027-01-31\n  signature: 'expect | A'\n";
+
+    fn read(text: &str) -> Result<Ledger, String> {
+        Ledger::parse(Path::new("ledger.yaml"), text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_entry_is_read() {
+        let ledger = read(GOOD).expect("a good ledger");
+        assert_eq!(ledger.entries.len(), 1);
+        assert_eq!(ledger.entries[0].expires.to_string(), "2027-01-31");
+    }
+
+    #[rstest]
+    #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "unknown field `tickt`")]
+    #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "did you mean `ticket`?")]
+    #[case("  ticket: FW-1\n", "", "missing field `ticket`")]
+    #[case("  ticket: FW-1\n", "  ticket: ''\n", "a text is missing here")]
+    #[case("  ticket: FW-1\n", "  ticket: FW-1\n  ticket: FW-2\n", "duplicate")]
+    #[case("2027-01-31", "2027-02-31", "`2027-02-31` is no day")]
+    #[case("known_failures", "known_failure", "unknown field `known_failure`")]
+    fn what_is_wrong_is_said_with_its_line(#[case] good: &str, #[case] bad: &str, #[case] said: &str) {
+        let text = GOOD.replacen(good, bad, 1);
+        assert_ne!(text, GOOD, "the table of this test has to change something");
+        let error = read(&text).expect_err("a bad ledger");
+        assert!(error.contains(said), "{error}");
+        assert!(error.starts_with("ledger.yaml:"), "{error}");
+    }
+
+    #[rstest]
+    #[case("enx", None, "unknown device `enx`; did you mean `enc`?")]
+    #[case("enc", Some("v2"), "unknown variant `v2`")]
+    fn who_is_unknown_is_said(#[case] device: &str, #[case] variant: Option<&str>, #[case] said: &str) {
+        let mut entry = read(GOOD).expect("a good ledger").entries.remove(0);
+        entry.device = device.to_owned();
+        entry.variant = variant.map(str::to_owned);
+        let message = entry.check(&[("enc", &["v1".to_owned()])]).expect_err("nobody knows it");
+        assert!(message.contains(said), "{message}");
+    }
+}
