@@ -12,12 +12,12 @@ use super::report::{difference, left_out};
 use super::timed::Timed;
 use super::turn::{Turning, follow};
 use engine::DutSpec;
+use judge::observe::link_type;
 use replay::AgainstReport;
 use station::Time;
 use std::io::Read;
-use suite::device::Bus;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{Item, LinkType, NotACapture};
+use virtual_wire::capture::{Item, NotACapture};
 
 /// Within so many tolerances a difference is the same one in two runs.
 const NEAR: u32 = 4;
@@ -40,15 +40,11 @@ pub fn hear(input: impl Read, whom: Whom<'_>) -> Result<Heard, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
     let mut ear = Ear::new(whom);
     let mut begin = None;
+    let link = link_type(whom.manual.device.bus.kind());
     while let Some(item) = reader.next() {
         let Item::Packet(packet) = item else { continue };
         begin.get_or_insert(packet.time);
-        let bus = match packet.link_type {
-            LinkType::ETHERNET => Bus::Profinet,
-            LinkType::PROFIBUS => Bus::Profibus,
-            LinkType(_) => continue,
-        };
-        if bus == whom.manual.device.bus {
+        if packet.link_type == link {
             ear.frame(packet.number as u64, packet.time, packet.captured);
         }
     }

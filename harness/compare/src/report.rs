@@ -6,7 +6,6 @@ use super::hold::Heard;
 use super::listen::Whom;
 use replay::{DifferenceReport, LeftOutReport};
 use std::collections::BTreeMap;
-use suite::device::Bus;
 use suite::model::Manual;
 
 /// What was not done again, for the report.
@@ -30,7 +29,7 @@ pub fn difference(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> Dif
         frame: difference.frame,
         octet: place.map(|(octet, _)| octet),
         bit: place.and_then(|(_, bit)| bit),
-        filter: (has_frame && manual.device.bus == Bus::Profinet).then(filter),
+        filter: (has_frame && manual.device.profinet().is_some()).then(filter),
         at: difference.at.since(heard.begin).as_secs_f64(),
         name: difference.name.clone(),
         kind: match difference.kind {

@@ -8,5 +8,7 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+pub mod outputs;
 pub mod profibus_dp;
 pub mod profinet_io;
+mod words;

@@ -4,8 +4,10 @@ mod dp;
 
 use core::time::Duration;
 use dp::{IDENT, Rig, Say, Toy, bits, connection};
-use encspec_controllers::profibus_dp::{Answer, ClearOutputs, Clock, ConnectionEnd, ConnectionState, Outcome, Request};
-use encspec_controllers::profinet_io::{Counter, CounterMode};
+use encspec_controllers::outputs::{Counter, OutputSignal};
+use encspec_controllers::profibus_dp::{
+    Answer, ClearOutputs, Clock, ConnectionEnd, ConnectionState, OUTPUT_SLOT, OUTPUT_SUBSLOT, Outcome, Request,
+};
 use virtual_wire::null::DiesAfter;
 use wire::profibus::fdl::{AnswerFunction, Frame};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
@@ -50,9 +52,9 @@ fn outputs_go_out_and_inputs_come_in() {
 #[test]
 fn a_counting_field_goes_up_with_each_new_request_and_not_with_repetitions() {
     let mut rig = Rig::standing(connection());
-    let counter =
-        Counter { slot: 1, subslot: 1, octet: 0, mask: 0xF000, first: 1, last: 15, mode: CounterMode::Counting };
-    rig.master.outputs_mut().count(counter);
+    let counter = Counter { low: 12, width: 4, first: 1, last: 15 };
+    rig.master.outputs_mut().declare([OutputSignal { bytes: 2, counters: vec![counter] }]);
+    rig.master.outputs_mut().lay_out([((OUTPUT_SLOT, OUTPUT_SUBSLOT), &[0][..])]);
     rig.run(Duration::from_millis(3));
     rig.log.clear();
     rig.slave.deaf = 1;

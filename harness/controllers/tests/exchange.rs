@@ -5,6 +5,7 @@ mod common;
 
 use common::*;
 use core::time::Duration;
+use encspec_controllers::outputs::{Counter, CounterMode, OutputSignal, Outputs};
 use encspec_controllers::profinet_io::*;
 use rstest::rstest;
 use std::path::Path;
@@ -15,8 +16,14 @@ use wire::profinet::alarm::{
 use wire::profinet::rt::{ApduStatus, CyclicFrame, FrameId};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
-const SIGN_OF_LIFE: Counter =
-    Counter { slot: 1, subslot: 2, octet: 0, mask: 0xF000, first: 1, last: 15, mode: CounterMode::Counting };
+/// Declares two signals of 16 bits in the only submodule with outputs; the first has a sign of life in its upper four bits.
+fn declared(outputs: &mut Outputs) -> &mut Outputs {
+    let sign_of_life = Counter { low: 12, width: 4, first: 1, last: 15 };
+    let signal = |counters| OutputSignal { bytes: 2, counters };
+    outputs.declare([signal(vec![sign_of_life]), signal(vec![])]);
+    outputs.lay_out([((1, 2), &[0, 1][..])]);
+    outputs
+}
 
 /// The four output octets of each cyclic frame that arrived.
 fn outputs(rig: &Rig) -> Vec<[u8; 4]> {
@@ -65,7 +72,7 @@ fn a_late_wake_sends_one_frame_and_keeps_to_the_grid() {
 #[test]
 fn outputs_are_set_held_and_survive_a_reconnect() {
     let mut rig = Rig::new();
-    rig.controller.outputs_mut().set(1, 2, 2, &[0xAB, 0xCD]);
+    declared(rig.controller.outputs_mut()).set_bytes(&[0, 0, 0xAB, 0xCD]);
     assert!(rig.start(connection()).standing);
     rig.run(Duration::from_millis(4));
     assert_eq!(outputs(&rig).last(), Some(&[0, 0, 0xAB, 0xCD]));
@@ -73,9 +80,12 @@ fn outputs_are_set_held_and_survive_a_reconnect() {
     rig.device.outputs.clear();
     assert!(rig.start(connection()).standing);
     assert_eq!(outputs(&rig).first(), Some(&[0, 0, 0xAB, 0xCD]));
-    rig.controller.outputs_mut().clear();
+    rig.controller.outputs_mut().set(1, 4, 4, 0xF);
     rig.run(Duration::from_millis(4));
-    assert_eq!(outputs(&rig).last(), Some(&[0; 4]));
+    assert_eq!(outputs(&rig).last(), Some(&[0, 0, 0, 0xF0]));
+    rig.controller.outputs_mut().reset();
+    rig.run(Duration::from_millis(4));
+    assert_eq!(outputs(&rig).last(), Some(&[0x20, 0, 0, 0]));
 }
 
 #[test]
@@ -83,16 +93,15 @@ fn a_sign_of_life_counts_with_each_frame() {
     let mut rig = Rig::standing();
     rig.run(Duration::from_millis(1));
     rig.device.outputs.clear();
-    rig.controller.outputs_mut().set(1, 2, 0, &[0x04, 0x7F]);
-    rig.controller.outputs_mut().count(SIGN_OF_LIFE);
+    declared(rig.controller.outputs_mut()).set(0, 0, 12, 0x47F);
     rig.run(Duration::from_millis(34));
     let mut expected: Vec<[u8; 4]> = (1..=15).chain(1..=2).map(|life: u8| [life << 4 | 4, 0x7F, 0, 0]).collect();
     assert_eq!(outputs(&rig), expected);
-    rig.controller.outputs_mut().count(Counter { mode: CounterMode::Held, ..SIGN_OF_LIFE });
+    rig.controller.outputs_mut().count(0, 12, 4, CounterMode::Held);
     rig.run(Duration::from_millis(4));
-    rig.controller.outputs_mut().count(Counter { mode: CounterMode::Fixed(0), ..SIGN_OF_LIFE });
+    rig.controller.outputs_mut().set(0, 12, 4, 0);
     rig.run(Duration::from_millis(2));
-    rig.controller.outputs_mut().count(SIGN_OF_LIFE);
+    rig.controller.outputs_mut().count(0, 12, 4, CounterMode::Counting);
     rig.run(Duration::from_millis(2));
     expected.extend([[0x24, 0x7F, 0, 0], [0x24, 0x7F, 0, 0], [0x04, 0x7F, 0, 0], [0x14, 0x7F, 0, 0]]);
     assert_eq!(outputs(&rig), expected);

@@ -1,6 +1,7 @@
 //! Bench files: the example is right, and every mistake is found with its place and what was meant.
 
 use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
+use encspec::result::DescriptionKind;
 use encspec::suite::model::Manual;
 use encspec::suite::{load, schema};
 use rstest::rstest;
@@ -95,7 +96,8 @@ fn the_lines_of_the_example_that_are_left_out_are_right_too() {
     assert!(with.contains("\ndescription: ") && with.contains("\n  control: "));
     let with = with.replace("description: my-device.yaml\n", "");
     let bench = loaded(&folder, &with).unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(bench.gsdml, Some(folder.0.join("GSDML-V2.43-vendor-device-20260101.xml")));
+    let gsdml = folder.0.join("GSDML-V2.43-vendor-device-20260101.xml");
+    assert_eq!(bench.description_of(DescriptionKind::Gsdml), Some(gsdml.as_path()));
     assert_eq!(bench.ledger, Some(folder.0.join("known-failures.yaml")));
     assert_eq!(bench.stand.control, Some(PathBuf::from("/run/encspec/control")));
     let path = folder.file("none.yaml", "device: none\ndescription: my-device.yaml\nlink: socket:listen:/run/qemu\n");

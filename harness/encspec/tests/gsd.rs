@@ -79,7 +79,7 @@ fn ours_agree_with_the_manuals() {
         let overlay = gsd::overlay(&mut (**device).clone(), Some(&read));
         assert!(overlay.missing.is_empty(), "{path}: {:?}", overlay.missing);
         for module in &device.modules {
-            assert!(read.modules.iter().any(|known| known.cfg == module.cfg), "{path} lacks {}", module.name);
+            assert!(read.modules.iter().any(|known| known.cfg == module.cfg()), "{path} lacks {}", module.name);
         }
     }
 }

@@ -5,7 +5,7 @@ mod sample;
 use controllers::profinet_io::{Controller, Outcome, Partner, RecordOutcome, Request, Settings, Target};
 use encspec::gsdml::{self, DeviceSays, Gsdml, GsdmlError, Plugged};
 use encspec::report::{ExitStatus, Format, status};
-use encspec::result::{CaseKind, Finding, Severity};
+use encspec::result::{CaseKind, DescriptionKind, Finding, Severity};
 use encspec::suite::device::{Device, Origin};
 use encspec::suite::load;
 use encspec::suite::model::{Level, Manual};
@@ -83,8 +83,8 @@ fn asked(manual: &str, variant: &str) -> DeviceSays {
     // The device boots first.
     let mut now = Time::ZERO + Duration::from_secs(3);
     wire.run(&mut [&mut controller as &mut dyn Station, &mut *device], now, &mut |_| {});
-    let of = &self::device(manual).identity;
-    let object = ObjectUuid { instance: 1, device_id: of.device_id, vendor_id: of.vendor_id };
+    let (vendor_id, device_id) = self::device(manual).ids().expect("it is on PROFINET");
+    let object = ObjectUuid { instance: 1, device_id, vendor_id };
     let partner = Partner { mac: Mac([2, 0, 0, 0, 1, 1]), ip };
     let mut record = |api: u32, index: u16| -> Vec<u8> {
         let target = Target { api, slot: 0, subslot: 1, index };
@@ -122,7 +122,7 @@ fn the_shipped_files_are_those_of_the_reference_devices() {
         let (_, own) = suites::gsdml_for(manual, variant).unwrap_or_else(|| panic!("{manual}/{variant} has no GSDML"));
         assert_eq!(own.remarks, [""; 0], "{manual}/{variant}");
         let mut says = asked(manual, variant);
-        says.ids(own.vendor_id, device.identity.device_id);
+        says.ids(own.vendor_id, identity(device).device_id);
         assert!(says.plugged.len() >= 2, "{manual}/{variant}: {says:?}");
         let findings = gsdml::compare(device, index, Some(&own), Some(&says));
         assert_eq!(shown(&findings), [""; 0], "{manual}/{variant}");
@@ -137,11 +137,15 @@ fn the_shipped_files_are_those_of_the_reference_devices() {
     assert_eq!(seen, suites::gsdml().len(), "each shipped file is that of a reference device");
 }
 
+fn identity(device: &Device) -> &suite::device::Identity {
+    &device.profinet().expect("it is on PROFINET").identity
+}
+
 /// Every ident of a description for a variant, and the device ID.
 fn idents(device: &Device, variant: usize) -> Vec<(String, u32, Option<u32>)> {
     let submodules = device.submodules.iter().map(|of| (of.name.clone(), of.ident, of.module_ident(variant)));
-    let modules = device.modules.iter().map(|of| (of.name.clone(), of.ident, None));
-    let id = ("device ID".to_owned(), device.identity.device_id.into(), None);
+    let modules = device.modules.iter().map(|of| (of.name.clone(), of.ident().expect("it is on PROFINET"), None));
+    let id = ("device ID".to_owned(), identity(device).device_id.into(), None);
     submodules.chain(modules).chain([id]).collect()
 }
 
@@ -149,7 +153,7 @@ fn idents(device: &Device, variant: usize) -> Vec<(String, u32, Option<u32>)> {
 fn invented(device: &Device) -> Vec<&str> {
     let submodules = device.submodules.iter().map(|of| (of.name.as_str(), of.ident_origin));
     let modules = device.modules.iter().map(|of| (of.name.as_str(), of.ident_origin));
-    let id = [("device ID", device.identity.device_id_origin)];
+    let id = [("device ID", device.bus.number_origin())];
     let all = submodules.chain(modules).chain(id);
     all.filter(|(_, origin)| *origin == Origin::Invented).map(|(name, _)| name).collect()
 }
@@ -210,7 +214,10 @@ fn a_disagreement_with_the_manual_is_an_error_that_says_both(
     let findings = gsdml::compare(device(MANUAL), 0, Some(&changed(from, to)), None);
     let errors: Vec<&Finding> = findings.iter().filter(|of| of.severity == Severity::Error).collect();
     let [found] = errors.as_slice() else { panic!("{:#?}", shown(&findings)) };
-    assert_eq!((found.id.as_str(), found.manual.as_deref(), found.gsdml.as_deref()), (id, Some(manual), Some(said)));
+    assert_eq!(
+        (found.id.as_str(), found.manual.as_deref(), found.described_by(DescriptionKind::Gsdml)),
+        (id, Some(manual), Some(said))
+    );
     assert_eq!(found.device, None);
     assert!(found.text.ends_with('.'), "{}", found.text);
 }
@@ -247,8 +254,8 @@ fn invented_data_never_disagree() {
     assert_eq!(ident("dap"), Some((0x00AB_0001, Some(0x00AB_0002))));
     assert_eq!(ident("parameter_access_point"), Some((0x00AB_0002, None)));
     assert_eq!(ident("telegram_83"), Some((0x00AB_0053, None)));
-    assert!(known.modules.iter().all(|of| of.ident == 0x00AB_0001));
-    assert_eq!(known.identity.device_id, 0x0302);
+    assert!(known.modules.iter().all(|of| of.ident() == Some(0x00AB_0001)));
+    assert_eq!(identity(&known).device_id, 0x0302);
     // The device itself is no finding either, as long as the GSDML knows it.
     let mut says = DeviceSays::default();
     says.ids(0x0239, 0x0302);
@@ -274,7 +281,14 @@ fn the_device_is_compared_with_both() {
     ];
     let own = read(shipped());
     let findings = gsdml::compare(device(MANUAL), 0, Some(&own), Some(&says));
-    let told = |of: &Finding| [Some(of.id.clone()), of.manual.clone(), of.gsdml.clone(), of.device.clone()];
+    let told = |of: &Finding| {
+        [
+            Some(of.id.clone()),
+            of.manual.clone(),
+            of.described_by(DescriptionKind::Gsdml).map(str::to_owned),
+            of.device.clone(),
+        ]
+    };
     let told: Vec<[Option<String>; 4]> = findings.iter().map(told).collect();
     assert_eq!(
         told,
@@ -317,7 +331,7 @@ fn a_device_alone_gives_what_is_certain() {
     };
     assert_eq!(of("dap", &known), Some((0x11, Some(0x10))));
     assert_eq!(of("parameter_access_point", &known), Some((0x21, None)));
-    assert_eq!(known.identity.device_id, 0x0302);
+    assert_eq!(identity(&known).device_id, 0x0302);
     // With its length it is telegram 83.
     says.plugged[2].octets = Some((16, 4));
     let mut known = device(MANUAL).clone();
@@ -325,12 +339,12 @@ fn a_device_alone_gives_what_is_certain() {
     assert_eq!(of("telegram_83", &known), Some((0x22, None)));
     assert_eq!(invented(&known), ["telegram_81", "telegram_82", "telegram_84"].repeat(2));
     let module = known.modules.iter().find(|of| of.name == "telegram_83").expect("telegram 83");
-    assert_eq!((module.ident, module.ident_origin), (0x20, Origin::Description));
+    assert_eq!((module.ident(), module.ident_origin), (Some(0x20), Origin::Description));
     // And a device of another vendor says nothing about the device ID.
     says.ids(0x0240, 0x0302);
     let mut known = device(MANUAL).clone();
     let overlay = gsdml::overlay(&mut known, 0, None, Some(&says));
-    assert_eq!(known.identity.device_id_origin, Origin::Invented);
+    assert_eq!(known.bus.number_origin(), Origin::Invented);
     assert!(overlay.missing[0].starts_with("the device ID"), "{:?}", overlay.missing);
 }
 
@@ -344,7 +358,7 @@ fn a_start_up_that_rests_on_invented_idents_needs_a_description() {
         "the manual prints no device ID, and neither a GSDML nor the device says it: name a GSDML in the bench file"
     );
     let mut known = (*manual.device).clone();
-    known.identity.device_id_origin = Origin::Description;
+    known.bus.profinet_mut().expect("it is on PROFINET").identity.device_id_origin = Origin::Description;
     let why = gsdml::needs_description(&known, start).expect("the manual prints no idents");
     assert!(why.starts_with("the manual prints no ident of dap,"), "{why}");
     gsdml::overlay(&mut known, 0, Some(&read(shipped())), None);
@@ -368,7 +382,8 @@ fn a_vendor_may_build_his_modules_otherwise() {
         |name: &str| known.submodules.iter().find(|of| of.name == name).map(|of| (of.ident, of.module_ident(1)));
     assert_eq!(submodule("dap"), Some((0x0101, Some(0x0003))), "the access point of the variant");
     assert_eq!(submodule("parameter_access_point"), Some((0xFFFF, None)));
-    let module = |name: &str| known.modules.iter().find(|of| of.name == name).map(|of| of.ident);
+    let module =
+        |name: &str| known.modules.iter().find(|of| of.name == name).map(|of| of.ident().expect("it is on PROFINET"));
     assert_eq!(module("telegram_81"), Some(0x5081));
     assert_eq!(module("telegram_83"), Some(0x5083));
     assert_eq!(submodule("telegram_83"), Some((0x0083, None)), "not telegram 860, which is as long");
@@ -539,8 +554,7 @@ fn a_finding_that_is_an_error_makes_a_run_red_and_every_report_says_so() {
             severity,
             text: "Input data of telegram_83: the manual says 16 octets, the GSDML says 14 octets.".into(),
             manual: Some("16 octets".into()),
-            gsdml: Some("14 octets".into()),
-            gsd: None,
+            description: Some((DescriptionKind::Gsdml, "14 octets".into())),
             device: None,
         }];
         result

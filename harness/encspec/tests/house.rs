@@ -231,3 +231,56 @@ fn the_map_of_the_readme_is_true() {
     }
     assert!(seen >= 10, "the README has a map");
 }
+
+/// The most files on the way from a case to its verdict.
+const LONGEST_WAY: usize = 18;
+
+/// The list "The way from YAML to verdict" in CONTRIBUTING.md: each file, with the function that it names.
+fn way() -> Vec<(String, Option<String>)> {
+    let text = text(&root().join("CONTRIBUTING.md"));
+    let section = text.split("## The way from YAML to verdict").nth(1).expect("the section");
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let lines =
+        section.lines().filter_map(|line| line.split_once(". `").filter(|(number, _)| number.parse::<u8>().is_ok()));
+    lines
+        .map(|(_, line)| {
+            let (path, rest) = line.split_once('`').expect("a path in backquotes");
+            let function =
+                rest.strip_prefix(" `").and_then(|rest| rest.split_once('`')).map(|(name, _)| name.to_owned());
+            (path.to_owned(), function)
+        })
+        .collect()
+}
+
+/// Whether a line calls a function; its definition and comments are no calls.
+fn calls(line: &str, function: &str) -> bool {
+    let code = line.split("//").next().unwrap_or_default();
+    code.match_indices(&format!("{function}(")).any(|(at, _)| {
+        let before = &code[..at];
+        !before.ends_with("fn ") && !before.ends_with(|last: char| last.is_alphanumeric() || last == '_')
+    })
+}
+
+#[test]
+fn the_way_from_yaml_to_verdict_is_short_and_there() {
+    let way = way();
+    assert!(way.len() > 10 && way.len() <= LONGEST_WAY, "{} files are on the way", way.len());
+    let (suite, sources) = way.split_first().expect("a way");
+    let case = text(&root().join(&suite.0));
+    assert!(case.contains("set:") && case.contains("expect:"), "{} has no such case", suite.0);
+    let all = files("harness", "rs");
+    let all: Vec<_> =
+        all.iter().filter(|path| !shown(path).contains("/tests/")).map(|path| (shown(path), text(path))).collect();
+    for (path, function) in sources {
+        let function = function.as_deref().unwrap_or_else(|| panic!("{path}: no function is named"));
+        let own = all.iter().find(|(known, _)| known == path).unwrap_or_else(|| panic!("there is no {path}"));
+        assert!(own.1.contains(&format!("fn {function}")), "{path} defines no `{function}`");
+        let others = || all.iter().filter(|(known, _)| known != path);
+        let is_called = others().any(|(_, text)| text.lines().any(|line| calls(line, function)));
+        assert!(is_called, "nothing outside {path} calls `{function}`");
+    }
+    let mut seen: Vec<&str> = way.iter().map(|(path, _)| path.as_str()).collect();
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), way.len(), "a file stands twice");
+}

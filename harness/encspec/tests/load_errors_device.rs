@@ -154,6 +154,6 @@ fn the_parameter_access(#[case] says: &str, #[case] wanted: (u16, Option<&str>, 
     let manuals = load(&sources().with("probe/device.yaml", device), None).unwrap_or_else(|errors| panic!("{errors}"));
     let device = &manuals[0].device;
     let access = device.parameter_access;
-    let at = access.at.map(|at| device.submodules[at].name.as_str());
+    let at = device.profinet().and_then(|facts| facts.parameter_point).map(|at| device.submodules[at].name.as_str());
     assert_eq!((access.index, at, access.do_id, access.save), wanted);
 }

@@ -16,10 +16,10 @@ fn sources() -> Sources {
 fn the_small_slave_loads() {
     let manuals = load(&sources(), None).unwrap_or_else(|errors| panic!("{errors}"));
     let device = &manuals[0].device;
-    let slave = device.slave.as_ref().expect("it is on PROFIBUS");
-    assert_eq!((slave.address, slave.set_prm.dpv1, device.identity.device_id), (5, Some([0x80, 0, 0]), 0x0C0A));
-    assert_eq!(device.modules[1].cfg, [0xD3, 0xE1]);
-    assert_eq!((device.parameter_access.index, device.parameter_access.slot), (47, 1));
+    let slave = device.profibus().expect("it is on PROFIBUS");
+    assert_eq!((slave.address, slave.set_prm.dpv1, slave.ident), (5, Some([0x80, 0, 0]), 0x0C0A));
+    assert_eq!(device.modules[1].cfg(), [0xD3, 0xE1]);
+    assert_eq!((device.parameter_access.index, slave.parameter_slot), (47, 1));
     let unused: Vec<&str> = manuals[0].unused.iter().map(|(name, _)| name.as_str()).collect();
     let left = [
         "word `kind.single`",
@@ -56,7 +56,7 @@ fn what_goes_with_a_module_is_sent_unless_the_case_says_otherwise() {
 #[test]
 fn a_diagnosis_is_taken_apart_as_device_yaml_says() {
     let manuals = load(&sources(), None).expect("it loads");
-    let slave = manuals[0].device.slave.as_ref().expect("it is on PROFIBUS");
+    let slave = manuals[0].device.profibus().expect("it is on PROFIBUS");
     let blocks = slave.diagnosis.blocks.as_ref().expect("it has blocks");
     assert_eq!(blocks.codes(&[0, 12, 0, 2, 12, 10]), Some(vec![]));
     assert_eq!(blocks.codes(&[8, 12, 0, 2, 12, 10, 0x81, 0x40, 0x38, 0x81, 0x40, 0x36]), Some(vec![0x38, 0x36]));

@@ -125,7 +125,7 @@ fn in_each_others_way(
         let mut kept = kept(&setup, &spec);
         let trials = variant.trials.iter().zip(&lines).filter(|(trial, line)| **line == rate && is_run(trial));
         for (trial, _) in trials {
-            let segment = segment(&mut kept, manual.device.bus, rate);
+            let segment = segment(&mut kept, manual.device.bus.kind(), rate);
             let outcome = run_trial_on(segment, manual, variant, &spec, trial, &RunOptions::default());
             let case = outcome.case;
             if case.verdict != Verdict::Pass {

@@ -5,7 +5,6 @@ use controllers::profinet_io::{Connection, DeviceAddress, Settings, Submodule, c
 use encspec::engine::{DutKind, DutSpec, RunOptions, persona::lay_over, run, run_trial};
 use encspec::report::{self, ExitStatus, Look};
 use encspec::result::RunResult;
-use encspec::suite::device::Bus;
 use encspec::suite::model::{Class, Manual, Requirement, Start};
 use encspec::suite::persona::{Expects, Persona, load_personas};
 use encspec::suite::{Sources, load};
@@ -36,7 +35,7 @@ fn manuals() -> &'static [Manual] {
     static MANUALS: LazyLock<Vec<Manual>> = LazyLock::new(|| {
         let all = load(&suites::sources(), None);
         let all = all.unwrap_or_else(|errors| panic!("the shipped suites load:\n{errors}"));
-        all.into_iter().filter(|manual| manual.device.bus == Bus::Profinet).collect()
+        all.into_iter().filter(|manual| manual.device.profinet().is_some()).collect()
     });
     &MANUALS
 }

@@ -169,7 +169,7 @@ fn recording(manual: &Manual, variant: &Variant, case: &str, bug: Option<&str>) 
 }
 
 fn file(manual: &Manual, trace: &Trace) -> Vec<u8> {
-    let link = match manual.device.bus {
+    let link = match manual.device.bus.kind() {
         Bus::Profinet => LinkType::ETHERNET,
         Bus::Profibus => LinkType::PROFIBUS,
     };
@@ -225,7 +225,7 @@ fn each_bug_is_found_with_its_requirement_in_the_right_packet(
                     assert!(of.clause.is_some() && of.octet.is_some() && of.cause.is_some() && of.next.is_some());
                     assert_eq!(of.context.at.as_ref().map(|at| at.frame), right, "{place}");
                     assert!(!of.context.before.is_empty() && of.ar.is_some(), "{place}: {of:?}");
-                    assert_eq!(of.filter.is_some(), manual.device.bus == Bus::Profinet);
+                    assert_eq!(of.filter.is_some(), manual.device.profinet().is_some());
                 }
             }
             variants += 1;

@@ -21,7 +21,7 @@ fn recorded(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<u8> {
     let kind = DutKind::Model { bugs: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
-    let link = match manual.device.bus {
+    let link = match manual.device.bus.kind() {
         Bus::Profinet => LinkType::ETHERNET,
         Bus::Profibus => LinkType::PROFIBUS,
     };

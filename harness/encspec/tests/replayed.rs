@@ -49,7 +49,7 @@ fn through_a_file(trace: &Trace, link: LinkType) -> Vec<(u64, Time, Vec<u8>)> {
 fn compare(manual: &Manual, index: usize, trial: &Trial, bugs: &[String]) -> usize {
     let variant = &manual.variants[index];
     let seen = virtually(manual, variant, trial, bugs);
-    let (link, own) = match manual.device.bus {
+    let (link, own) = match manual.device.bus.kind() {
         Bus::Profinet => (LinkType::ETHERNET, Address::Mac(CONTROLLER)),
         Bus::Profibus => (LinkType::PROFIBUS, Address::Fdl(MASTER)),
     };

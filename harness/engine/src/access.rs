@@ -10,7 +10,7 @@ use judge::image::field_number;
 use results::outcome::Blame;
 use results::verdict::Verdict;
 use station::Duration;
-use suite::device::{Bus, Device, NameKind, ParameterType, RecordField};
+use suite::device::{Device, NameKind, ParameterType, RecordField};
 use suite::model::{Access, AnswerPart, Instead, Matcher, Via};
 use wire::ethernet::{EtherType, FrameHeader};
 use wire::profidrive::{
@@ -50,8 +50,7 @@ impl<'a> Run<'a> {
         let answered = match access.via {
             Via::Parameters => self.parameters(access, write),
             Via::Record(record) => self.record(access, record, write),
-            Via::Station if self.world.manual.device.bus == Bus::Profibus => self.station_address(access),
-            Via::Station => self.station(access, write),
+            Via::Station => self.driver.station(self, access, write),
             Via::Diagnosis => self.diagnosis(access),
             Via::Configuration => self.configuration(access),
             Via::Pages => self.pages(access),
@@ -105,12 +104,14 @@ impl<'a> Run<'a> {
             false => ParameterRequest::read_values(self.reference, do_id, addresses),
         };
         let octets = changed(&mut request, &access.instead);
-        if self.world.manual.device.bus == Bus::Profibus {
-            return match self.data_set(access, octets)? {
-                Ok(octets) => Ok(self.parameter_octets(access, &addressed, write, &octets)),
-                Err(reply) => Ok(Answered::whole(reply, access.items.len())),
-            };
+        match self.driver.parameters(self, access, octets)? {
+            Ok(octets) => Ok(self.parameter_octets(access, &addressed, write, &octets)),
+            Err(reply) => Ok(Answered::whole(reply, access.items.len())),
         }
+    }
+
+    /// Sends a parameter request by the record for it; its response, or why there is none.
+    pub fn parameter_record(&mut self, access: &'a Access, octets: Vec<u8>) -> Result<Result<Vec<u8>, Reply>, Trouble> {
         let mut at = match self.parameter_access_point() {
             Some(at) => at,
             None => {
@@ -120,36 +121,17 @@ impl<'a> Run<'a> {
         elsewhere(&mut at, &access.instead);
         let outcome = self.ask_in_connection(access.second, Request::Parameter { at, request: octets })?;
         let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        Ok(self.parameter_answer(access, &addressed, write, outcome))
-    }
-
-    fn parameter_answer(
-        &self,
-        access: &Access,
-        addressed: &[(u16, u16)],
-        write: bool,
-        outcome: ParameterOutcome,
-    ) -> Answered {
-        let items = access.items.len();
-        let octets = match outcome {
-            ParameterOutcome::Answer(octets) => octets,
+        Ok(Err(match outcome {
+            ParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
             ParameterOutcome::OtherReference { sent, answer } => {
                 let seen = answer.first().copied().unwrap_or_default();
-                let why = format!("the answer carries reference {seen}, the request had {sent}");
-                return Answered::whole(Reply::Wrong(why), items);
+                Reply::Wrong(format!("the answer carries reference {seen}, the request had {sent}"))
             }
-            ParameterOutcome::WriteRefused(status) => {
-                return Answered::whole(startup::refused(&status, ErrorCode::WRITE_RESPONSE), items);
-            }
-            ParameterOutcome::ReadRefused(status) => {
-                return Answered::whole(startup::refused(&status, ErrorCode::READ_RESPONSE), items);
-            }
-            ParameterOutcome::NotReady(status, wait) => {
-                return Answered::whole(Reply::Silent(format!("{wait}; last {status}")), items);
-            }
-            ParameterOutcome::Failed(error) => return Answered::whole(startup::failed(&error), items),
-        };
-        self.parameter_octets(access, addressed, write, &octets)
+            ParameterOutcome::WriteRefused(status) => startup::refused(&status, ErrorCode::WRITE_RESPONSE),
+            ParameterOutcome::ReadRefused(status) => startup::refused(&status, ErrorCode::READ_RESPONSE),
+            ParameterOutcome::NotReady(status, wait) => Reply::Silent(format!("{wait}; last {status}")),
+            ParameterOutcome::Failed(error) => startup::failed(&error),
+        }))
     }
 
     /// What the octets of a parameter response say.
@@ -325,8 +307,8 @@ impl<'a> Run<'a> {
         if !second || self.world.ours.is_connected(1) {
             return Request::Read { target, length };
         }
-        let identity = &self.world.manual.device.identity;
-        let object = ObjectUuid { instance: 1, device_id: identity.device_id, vendor_id: identity.vendor_id };
+        let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
+        let object = ObjectUuid { instance: 1, device_id, vendor_id };
         let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
         let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
         Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }

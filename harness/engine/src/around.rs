@@ -2,10 +2,11 @@
 //!
 //! This room must not know how a single trial is run.
 
+use super::driver;
 use super::dut::DutSpec;
 use super::live::{Excluded, LiveDevice};
 use super::probe::{Kept, Looked};
-use super::run::{BenchError, RuleSeen, TrialOutcome, level, ours};
+use super::run::{BenchError, RuleSeen, TrialOutcome, level};
 use super::scan::check_covers;
 use super::trial::Run;
 use super::world::World;
@@ -98,7 +99,12 @@ fn with_run<R>(
     // Each call has names of its own, else the device takes its requests for those of the call before.
     place.seed = place.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
-    let world = World::new(manual, variant, dut.segment(&trial.id, place.line)?, ours(manual, &place, trial));
+    let world = World::new(
+        manual,
+        variant,
+        dut.segment(&trial.id, place.line)?,
+        driver::of(&manual.device).stations(manual, &place, trial),
+    );
     Ok(work(&mut Run::new(world, trial, &place)))
 }
 
@@ -123,8 +129,7 @@ pub(super) fn findings(dut: &DutSpec, looked: Option<&Looked>, left: Vec<String>
         severity,
         text,
         manual: None,
-        gsdml: None,
-        gsd: None,
+        description: None,
         device: None,
     };
     let passive = dut.live().and_then(|live| live.passive()).map(|why| {

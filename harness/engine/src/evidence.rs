@@ -1,12 +1,12 @@
 //! What a trial leaves behind: a capture with its frames and the step beside the first frame of each.
 
 use super::run::RunOptions;
+use judge::observe::link_type;
 use results::outcome::CaseResult;
 use results::verdict::{Colour, Verdict};
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::Path;
-use suite::device::Bus;
 use suite::model::{Manual, Variant};
 use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
@@ -19,10 +19,7 @@ pub fn keep(
     trace: &Trace,
     options: &RunOptions,
 ) -> CaseResult {
-    let link = match manual.device.bus {
-        Bus::Profinet => LinkType::ETHERNET,
-        Bus::Profibus => LinkType::PROFIBUS,
-    };
+    let link = link_type(manual.device.bus.kind());
     let red = case.verdict.colour() == Colour::Red && case.verdict != Verdict::NotRun;
     let wanted = [(&options.record, true), (&options.evidence, red)];
     for folder in wanted.into_iter().filter(|(_, wanted)| *wanted).filter_map(|(folder, _)| folder.as_ref()) {

@@ -6,6 +6,7 @@
 mod access;
 mod around;
 mod block;
+mod driver;
 pub mod dut;
 mod evidence;
 mod expect;
@@ -19,6 +20,7 @@ pub mod persona;
 mod plan;
 mod probe;
 mod profibus;
+mod profinet;
 pub mod reborn;
 mod requirements;
 mod run;

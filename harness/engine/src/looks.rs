@@ -10,7 +10,7 @@ use results::outcome::{Blame, PartSeen};
 use results::verdict::Verdict;
 use station::{Duration, Time};
 use std::mem;
-use suite::device::{EventName, NameId, NameKind};
+use suite::device::{NameId, NameKind};
 use suite::model::{Condition, Hold, Reading, Span, Step, Verb};
 
 /// The longest hold of an `until`.
@@ -98,29 +98,7 @@ impl<'a> Run<'a> {
     fn comes_by_itself(&self, condition: &Condition) -> bool {
         let mut any = false;
         condition.each_name(&mut |name| {
-            any |= matches!(
-                self.kind(name),
-                Some(
-                    NameKind::Signal { .. }
-                        | NameKind::InputOctets(_)
-                        | NameKind::OutputOctets(_)
-                        | NameKind::Elapsed
-                        | NameKind::InputLength
-                        | NameKind::InputStatus(_)
-                        | NameKind::OutputStatus(_)
-                        | NameKind::ConsumerStatus(_)
-                        | NameKind::Event(
-                            EventName::Alarm
-                                | EventName::AlarmChange
-                                | EventName::AlarmError
-                                | EventName::AlarmSeverity
-                                | EventName::AlarmSlot
-                                | EventName::AlarmSubslot
-                                | EventName::AlarmChannel
-                                | EventName::AlarmStructure
-                        )
-                )
-            );
+            any |= self.kind(name).is_some_and(|kind| kind.observability().comes_by_itself);
         });
         any
     }
@@ -129,17 +107,7 @@ impl<'a> Run<'a> {
     fn asks_beyond_the_sample(&self, condition: &Condition) -> bool {
         let mut any = false;
         condition.each_name(&mut |name| {
-            any |= matches!(
-                self.kind(name),
-                Some(
-                    NameKind::Answer(_)
-                        | NameKind::Led(_)
-                        | NameKind::Parameter { .. }
-                        | NameKind::Record { .. }
-                        | NameKind::Station(_)
-                        | NameKind::Page { .. }
-                )
-            ) || matches!(self.kind(name), Some(NameKind::Event(event)) if event.is_lldp());
+            any |= self.kind(name).is_some_and(|kind| kind.observability().is_beyond_samples);
         });
         any
     }

@@ -2,8 +2,9 @@
 //!
 //! This room must not know trials, nor what the device under test is.
 
+use controllers::outputs::Outputs;
 use controllers::profibus_dp::{ConnectionState, Master};
-use controllers::profinet_io::{ArState, Controller, Outputs};
+use controllers::profinet_io::{ArState, Controller};
 use judge::observe::Address;
 use station::{Station, Time};
 use wire::ethernet::Mac;

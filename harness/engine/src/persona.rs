@@ -10,7 +10,7 @@ use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
 use expression::{Program, Value};
 use judge::rule::Violation;
 use station::Duration;
-use suite::device::{Bus, Device, NameId, NameKind};
+use suite::device::{Device, NameId, NameKind};
 use suite::model::{Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb};
 use suite::persona::{ConnectBlock, Expects, Persona};
 use virtual_wire::Trace;
@@ -115,7 +115,7 @@ pub fn unfit_rule(persona: &Persona, device: &Device, rule: &Rule) -> Option<Str
 /// Personas are those of controllers on PROFINET; a master of PROFIBUS has no manner of its own.
 fn other_bus(persona: &Persona, device: &Device) -> Option<String> {
     let name = &persona.name;
-    (device.bus == Bus::Profibus).then(|| format!("persona {name}: it is a controller on PROFINET"))
+    (device.profibus().is_some()).then(|| format!("persona {name}: it is a controller on PROFINET"))
 }
 
 /// Whether a rule was broken only because no cyclic frame of the device at `mac` came from the premise to the deadline: with a

@@ -4,23 +4,13 @@
 //! It judges no requirement; what is found here are findings about the bench.
 
 use super::startup;
-use super::trial::{Run, Trouble};
-use controllers::profinet_io::{ConnectOutcome, DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
+use super::trial::Run;
 use description::gsdml::Connected;
 use results::bench_file::BenchFile;
 use results::journal::{self, Found};
 use results::outcome::{Finding, Severity};
-use suite::device::{Bus, Parameter};
-use suite::model::Start;
+use suite::device::Parameter;
 use wire::profidrive::{ErrorNumber, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
-use wire::profinet::blocks::im::Im0;
-use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Value};
-
-/// Index of I&M0.
-const IM0: u16 = 0xAFF0;
-/// Most octets of a record that are taken.
-const LENGTH: u32 = 1024;
 
 /// What a run may have changed of the parameters.
 #[derive(Clone, Copy, Debug)]
@@ -71,10 +61,10 @@ impl Run<'_> {
             if unknown || (bench.telegrams.is_none() && standing) {
                 continue;
             }
-            let Ok(Some(accepted)) = self.stands_with(&start) else { continue };
+            let Ok(Some(accepted)) = self.driver.stands_with(self, &start) else { continue };
             if accepted && !standing {
                 standing = true;
-                looked.firmware = self.firmware_now();
+                looked.firmware = self.driver.firmware(self);
                 looked.parameters = self.parameters_now();
                 looked.findings.extend(bench.lacks.iter().filter_map(|name| self.lacks(name)));
             }
@@ -102,47 +92,11 @@ impl Run<'_> {
                 severity: Severity::Error,
                 text: format!("The bench says that the device runs the firmware {said}; it says {seen}."),
                 manual: Some(format!("{said} (bench file)")),
-                gsdml: None,
-                gsd: None,
+                description: None,
                 device: Some(seen.clone()),
             });
         }
         looked
-    }
-
-    /// Whether a connection stands after this start-up; none where the device neither accepts nor refuses it.
-    fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
-        if self.world.manual.device.bus == Bus::Profibus {
-            return self.slave_stands_with(start);
-        }
-        self.disconnect(false)?;
-        let whereabouts = self.whereabouts();
-        let (connection, _) =
-            startup::connection(&self.world.manual.device, self.variant_number(), start, &whereabouts);
-        self.module = Some(start.module);
-        self.apply_outputs();
-        match self.ask(false, Request::Connect(Box::new(connection)))? {
-            Outcome::StartUp(outcome) => Ok(match &outcome.connect {
-                Some(ConnectOutcome::Accepted) if outcome.standing => Some(outcome.module_diff.is_none()),
-                Some(ConnectOutcome::Accepted) if outcome.module_diff.is_some() => Some(false),
-                Some(ConnectOutcome::Refused(_)) => Some(false),
-                _ => None,
-            }),
-            outcome => Err(super::access::unexpected(&outcome)),
-        }
-    }
-
-    /// The firmware that the device names in I&M0, asked for in the connection that stands.
-    pub fn firmware_now(&mut self) -> Option<String> {
-        self.world.ours.controller(0)?;
-        let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
-        let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
-            self.ask(false, Request::Read { target, length: LENGTH })
-        else {
-            return None;
-        };
-        let revision = Im0::parse(&data).ok()?.software_revision;
-        Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
     }
 
     /// The parameters that keep what is written to them, one request each so that a device which knows only some says so.
@@ -172,27 +126,14 @@ impl Run<'_> {
     fn parameter_response(&mut self, request: &ParameterRequest) -> Option<Vec<u8>> {
         let mut octets = Vec::new();
         request.write(&mut octets);
-        if self.world.manual.device.bus == Bus::Profibus {
-            return self.slave_parameter(octets);
-        }
-        let at = self.parameter_access_point()?;
-        match self.ask(false, Request::Parameter { at, request: octets }) {
-            Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),
-            _ => None,
-        }
+        self.driver.parameter_response(self, octets)
     }
 
     /// A finding if the device has what the bench says it lacks.
     fn lacks(&mut self, name: &str) -> Option<Finding> {
         let device = &self.world.manual.device;
         let has = match device.records.iter().find(|record| record.name == name) {
-            Some(_) if device.bus == Bus::Profibus => return None,
-            Some(record) => {
-                let at = device.submodules.get(record.at)?;
-                let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
-                let outcome = self.ask(false, Request::Read { target, length: LENGTH });
-                matches!(outcome, Ok(Outcome::Record(RecordOutcome::Accepted { .. })))
-            }
+            Some(record) => self.driver.has_record(self, record)?,
             None => {
                 let number = name.strip_prefix('P')?.parse().ok()?;
                 let array = device.parameters.iter().find(|of| of.number == number)?.elements.first();
@@ -205,63 +146,19 @@ impl Run<'_> {
     /// Gives the device back the name, the address and the parameters that it was found with, where they are others now; what
     /// did not go back, in words.
     pub fn put_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
-        let mut left = Vec::new();
         // This is done however the run ended.
         self.world.closing = true;
         let _ = self.disconnect(false);
-        if self.world.manual.device.bus == Bus::Profibus {
-            self.look_for_slave(found, &mut left);
-            if kept.parameters.is_empty() && kept.wrote_parameters {
-                left.push("parameters, which could not be read before they were written".into());
-            }
-            if !kept.parameters.is_empty() {
-                self.put_parameters_back(kept, &mut left);
-            }
-            return left;
-        }
-        let Some(mac) = self.place.mac else { return vec!["anything: the device is not known".into()] };
-        self.mac = mac;
-        // A connection wants a name, so the one of the device is put back before it, and no name after it.
-        let has_name = !found.name.is_empty();
-        if has_name {
-            self.put_name_back(found, &mut left);
-        }
+        self.driver.put_back(self, found, kept)
+    }
+
+    /// The same for the parameters alone.
+    pub fn put_kept_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {
         if kept.parameters.is_empty() && kept.wrote_parameters {
             left.push("parameters, which could not be read before they were written".into());
         }
         if !kept.parameters.is_empty() {
-            self.put_parameters_back(kept, &mut left);
-        }
-        if !has_name {
-            self.put_name_back(found, &mut left);
-        }
-        // A connection has given it the address of the bench.
-        self.put_address_back(found, &mut left);
-        left
-    }
-
-    fn put_name_back(&mut self, found: &Found, left: &mut Vec<String>) {
-        self.renamed = true;
-        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
-        let name = || Value::NameOfStation(found.name.clone());
-        match self.seen_now() {
-            Ok(Some(now)) if now.name == found.name => {}
-            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, name()) => {}
-            _ => left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug())),
-        }
-    }
-
-    fn put_address_back(&mut self, found: &Found, left: &mut Vec<String>) {
-        // A device that had none got one for the run only.
-        if found.ip.is_unspecified() {
-            return;
-        }
-        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_ip);
-        let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
-        match self.seen_now() {
-            Ok(Some(now)) if now.ip == address => {}
-            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) => {}
-            _ => left.push(format!("the address {}", found.ip)),
+            self.put_parameters_back(kept, left);
         }
     }
 
@@ -270,7 +167,7 @@ impl Run<'_> {
         let module = (0..device.modules.len())
             .map(|index| startup::plain_start(device, self.variant_number(), index))
             .find(|start| description::gsdml::needs_description(device, start).is_none());
-        let stands = module.is_some_and(|start| matches!(self.stands_with(&start), Ok(Some(true))));
+        let stands = module.is_some_and(|start| matches!(self.driver.stands_with(self, &start), Ok(Some(true))));
         let mut all = stands;
         for parameter in kept.parameters {
             let place = (parameter.number, parameter.subindex);
@@ -301,12 +198,6 @@ impl Run<'_> {
         let _ = self.disconnect(false);
     }
 
-    fn give(&mut self, qualifier: BlockQualifier, value: Value) -> bool {
-        let blocks = vec![Block::set(qualifier, value)];
-        let outcome = self.ask(false, Request::DcpSet { to: self.mac, blocks });
-        matches!(outcome, Ok(Outcome::Dcp(DcpOutcome::Accepted)))
-    }
-
     fn write_parameter(&mut self, parameter: &journal::Parameter) -> Written {
         let value = ParameterValue::new(Format(parameter.format), 1, parameter.octets.clone());
         let change = vec![(ParameterAddress::value(parameter.number, parameter.subindex), value)];
@@ -332,8 +223,7 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
         severity: Severity::Error,
         text: format!("The bench says that the device {claims} {name}; it {does}."),
         manual: Some(format!("{claims} {name} (bench file)")),
-        gsdml: None,
-        gsd: None,
+        description: None,
         device: Some(does.to_owned()),
     }
 }

@@ -1,34 +1,31 @@
 //! A run: every selected trial of every device under test, its rules over all of them, and the requirements at the end.
 
 use super::around;
+use super::driver;
 use super::dut::DutSpec;
 use super::failure;
 use super::live::Excluded;
 use super::needs;
-use super::ours::Ours;
 use super::persona;
 use super::plan::Plan;
 use super::scan::check_covers;
 use super::segment::Segment;
 use super::trial::{DpLine, Place, Run};
 use super::world::World;
-use controllers::profibus_dp::{Master, Settings as MasterSettings};
-use controllers::profinet_io::{Controller, Settings, StationSeen};
+use controllers::profinet_io::StationSeen;
 use judge::rule::Violation;
 use results::journal::Entry;
 use results::outcome::{
     Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, RunResult, Severity,
 };
 use results::verdict::Verdict;
-use station::{Duration, Time};
-use std::net::Ipv4Addr;
+use station::Time;
 use std::path::PathBuf;
 use std::sync::Arc;
-use suite::device::Bus;
 use suite::model::{Level, Manual, Rule, Trial, Variant};
 use suite::persona::Persona;
 use virtual_wire::Trace;
-use wire::profibus::fdl::{BaudRate, BitTimes};
+use wire::profibus::fdl::BaudRate;
 
 /// The fastest rate that the standard has.
 const FAST: BaudRate = BaudRate(12_000_000);
@@ -231,7 +228,7 @@ pub fn run_trial(
 /// Asks the device for its firmware in a connection of its own.
 fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec, place: &Place) -> Option<String> {
     let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
-    let ours = ours(manual, place, trial);
+    let ours = driver::of(&manual.device).stations(manual, place, trial);
     let world = World::new(manual, variant, dut.segment(&trial.id, place.line).ok()?, ours);
     Run::new(world, trial, place).firmware()
 }
@@ -245,7 +242,7 @@ pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
     let said = trial.and_then(|trial| trial.start.as_ref()?.baud);
     let usual = if trial.is_some_and(super::scan::has_clock) { FAST } else { line.baud };
     let baud = said.unwrap_or(usual);
-    DpLine { station: manual.device.slave.as_ref().map_or(line.station, |slave| slave.address), baud, ..line }
+    DpLine { station: manual.device.profibus().map_or(line.station, |slave| slave.address), baud, ..line }
 }
 
 /// Where the device is found, and in whose manner it is addressed.
@@ -306,63 +303,10 @@ pub fn run_trial_on(
     if let Some(bench) = &place.bench {
         place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
-    let world = World::new(manual, variant, segment, ours(manual, &place, trial));
+    let world = World::new(manual, variant, segment, driver::of(&manual.device).stations(manual, &place, trial));
     let mut run = Run::new(world, trial, &place);
     let decided = run.run();
     outcome(run, decided, dut, options)
-}
-
-/// Our stations, fresh for a trial.
-pub(super) fn ours(manual: &Manual, place: &Place, trial: &Trial) -> Ours {
-    match manual.device.bus {
-        Bus::Profinet => Ours::Controllers(controllers(place, &trial.id)),
-        Bus::Profibus => {
-            // A second master takes its share of the token all the time, so it is there only where it is needed.
-            let count = if super::scan::has_second(trial) { 2 } else { 1 };
-            let highest = place.line.masters.into_iter().take(count).max().unwrap_or_default();
-            let master = |address| {
-                if let Some(pace) = place.line.pace {
-                    return Master::new(pace.settings(address, place.line.baud, highest));
-                }
-                let mut settings = MasterSettings::new(address, place.line.baud);
-                if count == 1 {
-                    // With a longer slot time a master that is alone hands the token to itself less often.
-                    settings.slot_time = BitTimes(settings.slot_time.0 * 5 / 2);
-                    settings.token_pause = BitTimes(settings.token_pause.0 * 5 / 2);
-                    if place.bench.is_none() {
-                        // Nobody else is on a virtual bus to miss the token, so once in a cycle is enough.
-                        let cycle = trial.start.as_ref().map_or(Duration::ZERO, |start| start.cycle(&manual.device));
-                        let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX);
-                        settings.token_pause = settings.token_pause.max(place.line.baud.bits(cycle));
-                    }
-                }
-                Master::new(settings)
-            };
-            Ours::Masters(place.line.masters.into_iter().take(count).map(master).collect())
-        }
-    }
-}
-
-fn controllers(place: &Place, id: &str) -> Vec<Controller> {
-    // Devices tell controllers apart by the object they call as, so each is of a kind of its own.
-    [("controller-1", 0x0001), ("controller-2", 0x0002)]
-        .into_iter()
-        .zip(place.controllers)
-        .map(|((name, device_id), (mac, ip))| {
-            let seed = place.seed.wrapping_add(mac.0[5].into());
-            let settings = Settings {
-                mac,
-                ip,
-                mask: place.ip.mask,
-                gateway: Ipv4Addr::UNSPECIFIED,
-                station_name: name.as_bytes().to_vec(),
-                vendor_id: 0xFEED,
-                device_id,
-                seed: id.bytes().fold(seed, |seed, octet| seed.wrapping_mul(31).wrapping_add(octet.into())),
-            };
-            Controller::new(settings)
-        })
-        .collect()
 }
 
 fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
@@ -429,8 +373,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
         severity: Severity::Error,
         text,
         manual: None,
-        gsdml: None,
-        gsd: None,
+        description: None,
         device: None,
     };
     let findings = run.findings.into_iter().map(finding).collect();

@@ -1,12 +1,14 @@
 //! `set` and `turn`: outputs to the controller, everything else to the stand.
 
+use super::outputs::{self, OutputChange};
 use super::trial::{Done, Run, Trouble};
-use controllers::profinet_io::{AlarmAcknowledge, CounterMode};
+use controllers::outputs::CounterMode;
+use controllers::profinet_io::AlarmAcknowledge;
 use expression::{State, Value};
 use results::outcome::Blame;
 use results::verdict::Verdict;
 use station::{Duration, Refusal, StandAction, Time};
-use suite::device::{Bus, NameKind, StandName};
+use suite::device::{NameKind, StandName};
 use suite::model::{SetValue, Setting, Turn, Way};
 use suite::words;
 
@@ -20,8 +22,7 @@ impl<'a> Run<'a> {
     pub fn set(&mut self, settings: &'a [Setting]) -> Done {
         self.action();
         match self.apply_settings(settings)? {
-            true if self.sends_outputs() && self.world.ours.master(0).is_some() => self.outputs_leave(),
-            true if self.sends_outputs() => self.cycles(1),
+            true if self.sends_outputs() => self.driver.outputs_leave(self),
             _ => Ok(()),
         }
     }
@@ -36,40 +37,41 @@ impl<'a> Run<'a> {
             let kind = run.kind(setting.name);
             matches!(kind, Some(NameKind::OutputOctets(_) | NameKind::Stand(StandName::ShaftAcceleration)))
         };
-        let mut outputs = false;
+        let (mut outputs, mut changes) = (false, Vec::new());
         for first in [true, false] {
             for setting in settings {
                 if goes_first(self, setting) == first {
-                    outputs |= self.apply_setting(setting)?;
+                    outputs |= self.apply_setting(setting, &mut changes)?;
                 }
             }
         }
-        if outputs {
-            self.apply_outputs();
+        // All at once, after whatever the stand took its time for.
+        if let Some(sent) = self.world.ours.outputs_mut() {
+            changes.into_iter().for_each(|change| change.apply(sent));
         }
         Ok(outputs)
     }
 
-    fn apply_setting(&mut self, setting: &'a Setting) -> Result<bool, Trouble> {
+    fn apply_setting(&mut self, setting: &'a Setting, changes: &mut Vec<OutputChange<'a>>) -> Result<bool, Trouble> {
         let value = match &setting.value {
             SetValue::Value(program) => program.eval(&self.world.view(), &State::default()),
             SetValue::Bytes(octets) => Value::bytes(octets.as_slice()),
             SetValue::Word(word) => Value::text(word.as_str()),
         };
-        let Some(kind) = self.kind(setting.name).cloned() else { return Ok(false) };
+        let Some(kind) = self.kind(setting.name) else { return Ok(false) };
         let unknown = || Trouble::other(Blame::Suite, Verdict::Error, "The value to be set is not known.");
-        match (&kind, &value) {
+        match (kind, &value) {
             (NameKind::Signal { .. }, Value::Text(word)) => {
                 let mode = if **word == *"held" { CounterMode::Held } else { CounterMode::Counting };
-                self.outputs.set_counting(&kind, mode);
+                changes.push(OutputChange::Counting(kind, mode));
                 Ok(true)
             }
             (NameKind::Signal { .. }, value) => {
-                self.outputs.set(&kind, value.as_whole().ok_or_else(unknown)?);
+                changes.push(OutputChange::Number(kind, value.as_whole().ok_or_else(unknown)?));
                 Ok(true)
             }
             (NameKind::OutputOctets(_), Value::Bytes(octets)) => {
-                self.outputs.set_octets(octets);
+                changes.push(OutputChange::Octets(octets.to_vec()));
                 Ok(true)
             }
             (NameKind::OutputStatus(submodule), value) => {
@@ -114,13 +116,11 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Puts the outputs where the module in use has them.
-    pub fn apply_outputs(&mut self) {
-        if let Some(module) = self.module {
-            let device = &self.world.manual.device;
-            if let Some(outputs) = self.world.ours.outputs_mut() {
-                self.outputs.apply(device, module, outputs);
-            }
+    /// From now on this module is in use, and the outputs stand where it has them.
+    pub fn use_module(&mut self, module: usize) {
+        self.module = Some(module);
+        if let Some(sent) = self.world.ours.outputs_mut() {
+            outputs::lay_out(&self.world.manual.device, module, sent);
         }
     }
 
@@ -259,7 +259,7 @@ impl<'a> Run<'a> {
                     let Some(action) = action else { continue };
                     action
                 }
-                StandName::Delivery if manual.device.bus == Bus::Profibus => {
+                StandName::Delivery if self.driver.switches_go_back() => {
                     for switch in &names.switches {
                         self.act_on_stand(&StandAction::Switch(&switch.name, switch.home))?;
                     }

@@ -75,7 +75,7 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
         let mut expected = Submodule {
             api: submodule.api,
             slot: slot_asked(start, submodule.slot),
-            module_ident: submodule.module_ident(variant).unwrap_or(module.ident),
+            module_ident: submodule.module_ident(variant).or(module.ident()).unwrap_or_default(),
             subslot: submodule.subslot,
             submodule_ident: submodule.ident,
             input_octets: submodule.input_octets,
@@ -98,9 +98,11 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
     if expects == Expects::InterfaceAndPorts {
         let head = submodules.iter().position(|submodule| submodule.slot != 0).unwrap_or(submodules.len());
         let module_ident = submodules.first().filter(|first| first.slot == 0).map(|first| first.module_ident);
-        let network = device.network.iter().filter_map(|&(subslot, submodule_ident)| {
-            Some(Submodule { module_ident: module_ident?, subslot, submodule_ident, ..Submodule::default() })
-        });
+        let network = device.profinet().map_or(&[][..], |facts| &facts.network).iter().filter_map(
+            |&(subslot, submodule_ident)| {
+                Some(Submodule { module_ident: module_ident?, subslot, submodule_ident, ..Submodule::default() })
+            },
+        );
         let network: Vec<Submodule> = network.collect();
         submodules.splice(head..head, network);
     }
@@ -116,10 +118,9 @@ pub fn connection(device: &Device, variant: usize, start: &Start, at: &Whereabou
     let mut connection = Connection::new(at.address.clone(), at.ip);
     connection.submodules = submodules;
     connection.search = at.search;
-    connection.vendor_id = device.identity.vendor_id;
-    connection.device_id = device.identity.device_id;
+    (connection.vendor_id, connection.device_id) = device.ids().unwrap_or_default();
     connection.records = records;
-    if device.rt_class == 2 {
+    if device.profinet().is_some_and(|facts| facts.rt_class == 2) {
         (connection.rt_class, connection.frame_id_in) = (RtClass::RT_CLASS_2, FRAME_ID_OF_CLASS_2);
     }
     connection.send_clock_factor = 32;

@@ -101,8 +101,7 @@ impl<'a> Run<'a> {
     fn mac_now(&mut self, second: bool) -> Result<Option<Mac>, Trouble> {
         let outcome = self.ask(second, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
         let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
-        let identity = &self.world.manual.device.identity;
-        let wanted = Some((identity.vendor_id, identity.device_id));
+        let wanted = self.world.manual.device.ids();
         let own = &self.world.addresses;
         let found: Vec<Mac> = stations
             .iter()

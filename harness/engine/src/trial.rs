@@ -1,18 +1,15 @@
 //! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and what it comes to.
 
+use super::driver::{self, BusDriver};
 use super::failure;
-use super::ours::sender;
-use super::outputs::OutputImage;
+use super::outputs;
 use super::profibus::SlaveAt;
 use super::startup::Whereabouts;
 use super::world::World;
 use controllers::profibus_dp::Pace;
-use controllers::profinet_io::{
-    AlarmAcknowledge, DcpOutcome, DeviceAddress, IdentifyBy, Outcome, Request, StationSeen,
-};
+use controllers::profinet_io::{DeviceAddress, StationSeen};
 use expression::NameId;
 use judge::image::Image;
-use judge::observe::Address;
 use judge::place::Spot;
 use judge::view::{BenchAddresses, StationNumbers};
 use results::bench_file::BenchFile;
@@ -22,20 +19,15 @@ use station::Duration;
 use std::net::Ipv4Addr;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
-use suite::device::{Bus, EventName, Location, NameKind, StandName};
+use suite::device::{EventName, Location, NameKind, StandName};
 use suite::model::{Step, Trial, Verb};
 use suite::persona::Persona;
 use wire::ethernet::Mac;
 use wire::profibus::fdl::BaudRate;
 use wire::profinet::dcp::block::IpParameter;
-use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
 
 /// How long answers to an Identify are collected.
 pub(super) const IDENTIFY: Duration = Duration::from_millis(1300);
-/// How long the answer to an Identify by name may take.
-const FOUND: Duration = Duration::from_millis(100);
-/// The time between two questions whether the device still lives.
-const AGAIN: Duration = Duration::from_millis(100);
 /// Good samples that prove that a device lives.
 const LIVING_SAMPLES: u64 = 3;
 
@@ -171,12 +163,12 @@ pub struct Check {
 
 /// A trial at work.
 pub struct Run<'a> {
+    /// What differs with the bus.
+    pub driver: &'static dyn BusDriver,
     /// Everything that can be seen.
     pub world: World<'a>,
     /// The trial.
     pub trial: &'a Trial,
-    /// The outputs.
-    pub outputs: OutputImage,
     /// Where the device is found.
     pub place: &'a Place,
     /// The address of the device.
@@ -243,8 +235,11 @@ impl<'a> Run<'a> {
         });
         notebook.noise = place.noise;
         notebook.slack = place.slack;
+        if let Some(sent) = world.ours.outputs_mut() {
+            outputs::declare(&world.manual.device, sent);
+        }
         Run {
-            outputs: OutputImage::new(&world.manual.device),
+            driver: driver::of(&world.manual.device),
             mac: place.mac.unwrap_or_default(),
             identity: None,
             slave: SlaveAt::new(place.line.station),
@@ -385,79 +380,13 @@ impl<'a> Run<'a> {
     /// The device answers and is what the bench claims; anything else says nothing about it.
     fn prove_life(&mut self) -> Done {
         self.world.note("who is there?");
-        if self.world.manual.device.bus == Bus::Profibus {
-            return self.slave_answers();
-        }
-        match self.place.mac {
-            Some(mac) => self.answers_still(mac),
-            None => self.is_found(),
-        }
-    }
-
-    /// The device of a live bench, which was found before, answers as the same one; a name that an earlier trial left is put
-    /// right.
-    fn answers_still(&mut self, mac: Mac) -> Done {
-        self.mac = mac;
-        let until = self.world.now() + self.patience();
-        let station = loop {
-            if let Some(station) = self.seen_now()? {
-                break station;
-            }
-            if self.world.now() >= until {
-                let what = "The device does not answer DCP Identify.";
-                return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
-            }
-            self.world.run(self.world.now() + AGAIN, |_| false);
-        };
-        let is_named = station.name == self.place.name.as_bytes();
-        self.is_claimed(station)?;
-        self.renamed = !is_named;
-        self.give_name_back()?;
-        self.renamed = false;
-        Ok(())
+        self.driver.prove_life(self)
     }
 
     /// How long the device may be away after a trial that restarted it.
     pub fn patience(&self) -> Duration {
         let timing = &self.world.manual.device.timing;
         timing.power_up.max(timing.start)
-    }
-
-    fn is_claimed(&mut self, station: StationSeen) -> Done {
-        let identity = &self.world.manual.device.identity;
-        let wanted = (identity.vendor_id, identity.device_id);
-        if station.id != Some(wanted) {
-            let seen = station.id.map_or_else(
-                || "says no ids".to_owned(),
-                |(vendor, device)| format!("is vendor 0x{vendor:04X} device 0x{device:04X}"),
-            );
-            let (vendor, device) = wanted;
-            let what = format!(
-                "The station that answers {seen}, the bench claims vendor 0x{vendor:04X} device 0x{device:04X}."
-            );
-            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
-        }
-        self.mac = station.mac;
-        self.world.scene.follower.station = Some(Address::Mac(station.mac));
-        self.identity = Some(station);
-        Ok(())
-    }
-
-    fn is_found(&mut self) -> Done {
-        let inconclusive = |what: String| Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
-        let outcome = self.ask(false, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
-        let Outcome::Stations(stations) = outcome else { return Err(super::access::unexpected(&outcome)) };
-        let ours = |station: &&StationSeen| station.name == self.place.name.as_bytes();
-        let Some(station) = stations.iter().find(ours) else {
-            let own = |station: &&StationSeen| !self.world.addresses.contains(&Address::Mac(station.mac));
-            let others = match stations.iter().filter(own).count() {
-                0 => "no station answers at all".to_owned(),
-                count => format!("{count} other station(s) answer"),
-            };
-            return Err(inconclusive(format!("The device does not answer DCP Identify; {others}.")));
-        };
-        let station = station.clone();
-        self.is_claimed(station)
     }
 
     fn start(&mut self, start: &'a suite::model::Start) -> Done {
@@ -480,10 +409,7 @@ impl<'a> Run<'a> {
             self.pause(false);
             self.paused = false;
         }
-        if let Some(controller) = self.world.ours.controller_mut(0) {
-            controller.acknowledge_alarms(AlarmAcknowledge::Given);
-        }
-        self.clock(Some(false), Some(Duration::ZERO));
+        self.driver.undo_settings(self);
         if !self.world.segment.is_model() {
             self.outputs_to_zero();
         }
@@ -494,102 +420,31 @@ impl<'a> Run<'a> {
             self.disconnect(true),
             self.disconnect(false),
             self.put_stand_back(),
-            self.still_lives(),
-            self.put_station_back(has_read),
+            self.driver.still_lives(self),
+            self.driver.put_station_back(self, has_read),
         ];
         parts.into_iter().collect()
     }
 
     /// A machine may hang on the device: it is left with all outputs 0.
     fn outputs_to_zero(&mut self) {
-        self.outputs = OutputImage::new(&self.world.manual.device);
-        self.apply_outputs();
+        if let Some(sent) = self.world.ours.outputs_mut() {
+            sent.reset();
+        }
         if self.world.ours.exchanges(0) {
             // Where it cannot be sent any more the connection is gone, and the device takes zero by itself.
             let _ = self.cycles(2);
         }
     }
 
-    /// Gives the station the name or the address back that a trial may have changed; `has_read` says whether the device has
-    /// started with switches or faults that are not there any more.
-    fn put_station_back(&mut self, has_read: bool) -> Done {
-        match self.world.manual.device.bus {
-            Bus::Profinet => self.give_name_back(),
-            Bus::Profibus => self.put_slave_back(has_read),
-        }
-    }
-
-    /// Gives the station its name back, where the trial may have changed it.
-    fn give_name_back(&mut self) -> Done {
-        if !self.renamed {
-            return Ok(());
-        }
-        // On a live bench a name that is right is not written again: that would wear its memory, and some cannot take one.
-        let name = self.place.name.as_bytes();
-        if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.name == name) {
-            return Ok(());
-        }
-        let name = Value::NameOfStation(self.place.name.clone().into_bytes());
-        let blocks = vec![Block::set(BlockQualifier::PERMANENT, name)];
-        match self.ask(false, Request::DcpSet { to: self.mac, blocks })? {
-            Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
-            outcome => {
-                let what = format!("The station did not take its old name back: {outcome:?}.");
-                Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
-            }
-        }
-    }
-
-    fn still_lives(&mut self) -> Done {
-        if self.world.manual.device.bus == Bus::Profibus {
-            return self.slave_still_lives();
-        }
-        let began = self.world.now();
-        let until = began + self.patience();
-        let identity = &self.world.manual.device.identity;
-        let wanted = (identity.vendor_id, identity.device_id);
-        loop {
-            // A live device need not have DCP Get; each has to answer Identify.
-            if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.id == Some(wanted)) {
-                return Ok(());
-            }
-            let outcome = self.ask(false, Request::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
-            let lives = matches!(&outcome, Outcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
-                let wanted = &self.world.manual.device.identity;
-                block.value == Value::DeviceId { vendor_id: wanted.vendor_id, device_id: wanted.device_id }
-            }));
-            if lives {
-                return Ok(());
-            }
-            if self.world.now() >= until {
-                let what = "The device does not answer any more when the trial is over.";
-                return Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what));
-            }
-            self.world.run(self.world.now() + AGAIN, |_| false);
-        }
-    }
-
-    /// What the device of a live bench says of itself: asked for by its name, which is answered at once, else among all, since
-    /// it may have another name now.
-    pub fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
-        let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
-        let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];
-        for (by, wait) in questions.into_iter().flatten() {
-            let outcome = self.ask(false, Request::Identify { by, wait })?;
-            let Outcome::Stations(stations) = outcome else { return Err(super::access::unexpected(&outcome)) };
-            if let Some(station) = stations.into_iter().find(|station| station.mac == self.mac) {
-                return Ok(Some(station));
-            }
-        }
-        Ok(None)
-    }
-
     /// The firmware that the device names in I&M0, for the report and the ledger of known failures.
     pub fn firmware(&mut self) -> Option<String> {
-        self.world.ours.controller(0)?;
+        if !self.driver.names_firmware() {
+            return None;
+        }
         self.prove_life().ok()?;
         self.start(self.trial.start.as_ref()?).ok()?;
-        self.firmware_now()
+        self.driver.firmware(self)
     }
 
     /// On a model an alarm that nobody expected, or a frame that cannot be read, fails the trial; on a live bench, where more
@@ -600,14 +455,9 @@ impl<'a> Run<'a> {
             let alarms = self.world.unexpected.iter();
             self.notes.extend(alarms.map(|(what, frame)| format!("no step expected {what} (frame {frame})")));
             // What others send is not the device's; what is no frame at all on PROFIBUS has made the trial inconclusive already.
-            let mac = self.mac;
             let trace = &self.world.trace;
-            let from_device = |number: u64| {
-                trace.get(number as usize).is_some_and(|of| match self.world.manual.device.bus {
-                    Bus::Profinet => of.octets.get(6..12) == Some(&mac.0),
-                    Bus::Profibus => sender(of.octets, Address::Fdl(0)).is_some_and(|by| self.slave.is_at(by)),
-                })
-            };
+            let from_device =
+                |number: u64| trace.get(number as usize).is_some_and(|of| self.driver.is_from_device(self, of.octets));
             let (why, frame) = self.world.unreadable.iter().find(|(_, frame)| from_device(*frame))?.clone();
             let trouble = Trouble::device(format!("A frame cannot be read: {why}."), Vec::new()).at(frame);
             let failure = failure::failure(self, None, trouble, &[]);

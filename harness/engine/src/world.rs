@@ -9,7 +9,7 @@ use judge::scene::Scene;
 use judge::view::View;
 use judge::{Tick, TickKind};
 use station::{Duration, Time};
-use suite::device::{Bus, Device, NameKind};
+use suite::device::{Device, NameKind};
 use suite::model::{Manual, Variant};
 use virtual_wire::Trace;
 
@@ -145,10 +145,7 @@ impl<'a> World<'a> {
             NameKind::Led(led) => Some((*led, None)),
             _ => None,
         };
-        let tracker = match device.bus {
-            Bus::Profinet => BusTracker::Profinet(Box::default()),
-            Bus::Profibus => BusTracker::Profibus(Box::default()),
-        };
+        let tracker = BusTracker::new(device.bus.kind());
         World {
             manual,
             variant,
@@ -303,7 +300,8 @@ impl<'a> World<'a> {
                 self.unreadable.push(((*why).to_owned(), number));
             }
             let ours = |ar: &Ar| Some(ar.controller.address) == own;
-            match self.scene.observe(ars, ours, (time, number), &observation) {
+            let (at, device) = ((time, number), self.scene.device);
+            match self.scene.follower.observe(device, ars, ours, at, &observation) {
                 Some(Change::Opened) => self.opened(ars, self.scene.follower.ar()),
                 Some(Change::Tick(tick)) => self.tick(tick, Source::Wire),
                 Some(Change::Closed(tick, ending)) => {

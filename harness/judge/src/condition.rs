@@ -125,7 +125,7 @@ fn matches_at(matcher: &Matcher, seen: &Value, view: &View<'_>, cursor: &mut Cur
         Matcher::Contains(texts) => Truth::from(texts.iter().all(|text| page::has(seen, text))),
         Matcher::Lacks(texts) => Truth::from(page::lacks(seen, texts)),
         Matcher::Set(words) => {
-            let table = view.device.slave.as_ref().and_then(|slave| Some(&slave.diagnosis.blocks.as_ref()?.table));
+            let table = view.device.profibus().and_then(|slave| Some(&slave.diagnosis.blocks.as_ref()?.table));
             let wanted =
                 table.and_then(|table| words.iter().map(|word| table.number(word)).collect::<Option<Vec<_>>>());
             Truth::from(wanted.is_some_and(|wanted| *seen == Value::set(wanted)))

@@ -28,10 +28,10 @@ fn known(device: &Device, name: DiagnosisName, octets: &[u8], asker: Option<u8>)
         }
         DiagnosisName::Bit { octet, bit } => Value::Bit(octets.get(usize::from(octet))? >> bit & 1 == 1),
         DiagnosisName::Errors => {
-            let blocks = device.slave.as_ref()?.diagnosis.blocks.as_ref()?;
+            let blocks = device.profibus()?.diagnosis.blocks.as_ref()?;
             Value::set(blocks.codes(octets)?.into_iter().map(i64::from))
         }
-        DiagnosisName::Field(index) => field(device.slave.as_ref()?.diagnosis.fields.get(index)?, octets)?,
+        DiagnosisName::Field(index) => field(device.profibus()?.diagnosis.fields.get(index)?, octets)?,
     })
 }
 

@@ -218,7 +218,7 @@ impl Image {
     /// parameters were sent.
     fn open_slave(&mut self, device: &Device, ar: &Ar, told: &SlaveTold) {
         let sent = told.parameters.as_ref().and_then(|octets| SetPrm::parse(octets).ok());
-        let layout = device.slave.as_ref().map(|slave| &slave.set_prm);
+        let layout = device.profibus().map(|slave| &slave.set_prm);
         let user = sent.as_ref().zip(layout).map(|(prm, layout)| user_octets(prm, layout));
         if let (Some(known), Some(user)) = (self.records.get_mut(UserParameters::RECORD), user) {
             *known = Some(user);
@@ -226,11 +226,11 @@ impl Image {
         let configuration = told.configuration.as_deref();
         let fits = |module: &Module| {
             let fields = device.records.get(UserParameters::RECORD).map_or(&[][..], |record| &record.fields);
-            let fixed = module.fixes.iter().filter(|(field, value)| {
+            let fixed = module.fixes().iter().filter(|(field, value)| {
                 let seen = fields.get(*field).and_then(|field| self.start_parameter(UserParameters::RECORD, field));
                 seen == Some(*value)
             });
-            (fixed.count() == module.fixes.len(), Some(module.cfg.as_slice()) == configuration)
+            (fixed.count() == module.fixes().len(), Some(module.cfg()) == configuration)
         };
         let same = device.modules.iter().enumerate().filter(|(_, module)| fits(module).1);
         let module = same.max_by_key(|(index, module)| (fits(module).0, Reverse(*index))).map(|(index, _)| index);
@@ -255,7 +255,7 @@ impl Image {
         let expected = |ident: u32| ar.submodules.iter().any(|placed| placed.slot != 0 && placed.module_ident == ident);
         let fits = |module: &Module| {
             let all = !module.submodules.is_empty() && module.submodules.iter().all(is_there);
-            all.then(|| (module.submodules.len(), expected(module.ident)))
+            all.then(|| (module.submodules.len(), module.ident().is_some_and(expected)))
         };
         let fitting = device.modules.iter().enumerate().filter_map(|(index, module)| Some((fits(module)?, index)));
         fitting.max_by_key(|&(fits, index)| (fits, Reverse(index))).map(|(_, index)| index)

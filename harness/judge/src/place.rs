@@ -45,7 +45,7 @@ fn in_diagnosis(name: DiagnosisName, view: &View<'_>) -> Option<(usize, Option<u
         DiagnosisName::Master => (3, None),
         DiagnosisName::Ident => (4, None),
         DiagnosisName::Field(index) => {
-            let field = view.device.slave.as_ref()?.diagnosis.fields.get(index)?;
+            let field = view.device.profibus()?.diagnosis.fields.get(index)?;
             let bit = field.bits.and_then(|(low, width)| (width == 1).then_some(u8::try_from(low).ok()).flatten());
             (field.octet, bit)
         }

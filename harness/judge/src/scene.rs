@@ -1,10 +1,9 @@
 //! What there is to see for one trial or one pair of stations: a connection after the other, and what is known besides.
 
-use super::follow::{Change, Follower};
+use super::follow::Follower;
 use super::image::Happening;
 use super::view::{Notebook, View};
 use super::{Tick, TickKind};
-use crate::observe::{Ar, Observation};
 use station::Time;
 use suite::device::Device;
 use suite::model::{Manual, Variant};
@@ -48,17 +47,6 @@ impl<'a> Scene<'a> {
     /// The names at a time at which no frame came.
     pub fn view_at(&self, time: Time, frame: u64) -> View<'_> {
         self.view(Tick { time, frame, kind: TickKind::Event })
-    }
-
-    /// Takes in an observation; connections for which `ours` is false are left alone.
-    pub fn observe(
-        &mut self,
-        ars: &[Ar],
-        ours: impl Fn(&Ar) -> bool,
-        at: (Time, u64),
-        observation: &Observation<'_>,
-    ) -> Option<Change> {
-        self.follower.observe(self.device, ars, ours, at, observation)
     }
 
     /// Ends the instant of an event: it is true at one instant only.

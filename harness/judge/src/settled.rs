@@ -71,14 +71,6 @@ fn is_settled(name: NameId, view: &View<'_>) -> bool {
             let program = view.variant.derived.get(*index).map(|(_, program)| program);
             program.is_some_and(|program| !program.has_history() && program.names().all(|name| is_settled(name, view)))
         }
-        Some(
-            NameKind::StartParameter { .. }
-            | NameKind::Parameter { .. }
-            | NameKind::Record { .. }
-            | NameKind::Saved(_)
-            | NameKind::Bench(_)
-            | NameKind::Constant(_),
-        ) => true,
-        _ => false,
+        kind => kind.is_some_and(|kind| kind.observability().is_settled),
     }
 }

@@ -370,32 +370,9 @@ impl Inputs {
             }
             // Where nobody says how long a cycle is, it is measured.
             Some(NameKind::Elapsed | NameKind::Cycle) => self.elapsed = true,
-            // No octet of the cyclic data shows them.
-            Some(NameKind::DiagnosisPending | NameKind::Diagnosis(_)) => self.clock = true,
-            // Known to the image, where it is counted, or to the notebook, or it never changes. Events are looked at anew.
-            Some(
-                NameKind::InputLength
-                | NameKind::Connection
-                | NameKind::StartParameter { .. }
-                | NameKind::Event(_)
-                | NameKind::Parameter { .. }
-                | NameKind::Record { .. }
-                | NameKind::Page { .. }
-                | NameKind::Station(_)
-                | NameKind::Led(_)
-                | NameKind::Counter(_)
-                | NameKind::Answer(_)
-                | NameKind::Saved(_)
-                | NameKind::Bench(_)
-                | NameKind::Constant(_)
-                | NameKind::Cyclic
-                | NameKind::Configuration
-                | NameKind::GlobalControl
-                | NameKind::ClockOffset
-                | NameKind::AlarmAcknowledge
-                | NameKind::Stand(_),
-            )
-            | None => {}
+            // Else it is known to the image, where it is counted, or to the notebook, or it never changes. Events are looked at anew.
+            Some(other) => self.clock |= other.observability().changes_unseen,
+            None => {}
         }
     }
 

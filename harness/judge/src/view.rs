@@ -10,7 +10,7 @@ use expression::{Env, Number, Program, Shown, State, Type, Value};
 use station::{Duration, Time};
 use std::cell::RefCell;
 use std::net::Ipv4Addr;
-use suite::device::{BenchName, Bus, Device, DiagnosisName, EventName, Field, NameId, NameKind};
+use suite::device::{BenchName, Device, DiagnosisName, EventName, Field, NameId, NameKind, UpdatedAt};
 use suite::model::{AnswerPart, Variant};
 use suite::words;
 
@@ -75,11 +75,11 @@ pub struct StationNumbers {
 }
 
 impl BenchAddresses {
-    fn of(&self, name: BenchName, bus: Bus) -> Value {
+    fn of(&self, name: BenchName, on_profibus: bool) -> Value {
         let ip = |address: Ipv4Addr| Value::Address(address.octets());
-        match (name, bus) {
-            (BenchName::Address, Bus::Profinet) => ip(self.controller),
-            (BenchName::Address, Bus::Profibus) => Value::whole(self.stations.master),
+        match (name, on_profibus) {
+            (BenchName::Address, false) => ip(self.controller),
+            (BenchName::Address, true) => Value::whole(self.stations.master),
             (BenchName::Ip, _) => ip(self.device),
             (BenchName::Mask, _) => ip(self.mask),
             (BenchName::FreeIp, _) => ip(self.free),
@@ -159,7 +159,7 @@ impl View<'_> {
         {
             return left_aligned(value, shift, width);
         }
-        if let (Value::Set(codes), Some(slave)) = (value, &self.device.slave) {
+        if let (Value::Set(codes), Some(slave)) = (value, self.device.profibus()) {
             let table = slave.diagnosis.blocks.as_ref().map(|blocks| &blocks.table);
             let word = |code: &i64| {
                 table.and_then(|table| table.word(*code)).map_or_else(|| hex((*code).into(), 0), str::to_owned)
@@ -193,7 +193,7 @@ impl View<'_> {
                 return word.cloned().unwrap_or_else(|| number.to_string());
             }
             Some(NameKind::Diagnosis(DiagnosisName::Field(index))) => {
-                let field = self.device.slave.as_ref().and_then(|slave| slave.diagnosis.fields.get(*index));
+                let field = self.device.profibus().and_then(|slave| slave.diagnosis.fields.get(*index));
                 let word = field.and_then(|field| field.table.as_ref()?.word(i64::try_from(number).ok()?));
                 return word.map_or_else(|| hex(number, 0), str::to_owned);
             }
@@ -274,7 +274,7 @@ impl View<'_> {
                 Value::nanos(self.image.elapsed(direction)?.as_nanos() as i128)
             }
             NameKind::Cycle => Value::nanos(self.image.cycle()?.as_nanos() as i128),
-            NameKind::Bench(name) => self.notebook.bench?.of(*name, self.device.bus),
+            NameKind::Bench(name) => self.notebook.bench?.of(*name, self.device.profibus().is_some()),
             NameKind::Constant(value) => value.clone(),
             NameKind::DiagnosisPending => Value::Bit(self.image.diagnosis_pending()?),
             // What a master concludes from the diagnosis is known to who asked for it only.
@@ -446,25 +446,19 @@ impl Env for View<'_> {
     }
 
     fn fresh(&self, name: NameId) -> bool {
-        match self.kind(name) {
-            Some(NameKind::Signal { signal, .. }) => match self.image.direction(*signal) {
-                Some(Direction::ToController) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
-                Some(Direction::ToDevice) => self.tick.kind == TickKind::Output,
+        let is_input = || matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample);
+        let is_output = || self.tick.kind == TickKind::Output;
+        match self.kind(name).map_or(UpdatedAt::Always, |kind| kind.observability().updated) {
+            UpdatedAt::Signal(signal) => match self.image.direction(signal) {
+                Some(Direction::ToController) => is_input(),
+                Some(Direction::ToDevice) => is_output(),
                 None => false,
             },
-            Some(NameKind::OutputOctets(_) | NameKind::OutputStatus(_)) => self.tick.kind == TickKind::Output,
-            Some(
-                NameKind::InputOctets(_)
-                | NameKind::InputLength
-                | NameKind::InputStatus(_)
-                | NameKind::DiagnosisPending
-                | NameKind::ConsumerStatus(_),
-            ) => matches!(self.tick.kind, TickKind::Sample | TickKind::BadSample),
-            Some(NameKind::Event(_)) => self.tick.kind == TickKind::Event,
-            Some(NameKind::Diagnosis(_)) => {
-                self.tick.kind == TickKind::Event && self.image.happening == Happening::Diagnosis
-            }
-            _ => true,
+            UpdatedAt::Output => is_output(),
+            UpdatedAt::Input => is_input(),
+            UpdatedAt::Event => self.tick.kind == TickKind::Event,
+            UpdatedAt::Diagnosis => self.tick.kind == TickKind::Event && self.image.happening == Happening::Diagnosis,
+            UpdatedAt::Always => true,
         }
     }
 

@@ -5,7 +5,7 @@
 use expression::{Shown, Type};
 use judge::diagnosis;
 use judge::image::field_number;
-use suite::device::{Bus, Device, DiagnosisName, UserParameters};
+use suite::device::{Device, DiagnosisName, UserParameters};
 use suite::model::Manual;
 use wire::profibus::diag::{NO_MASTER, SlaveDiag};
 use wire::profibus::prm::{Dpv1, SetPrm, StationStatus};
@@ -16,13 +16,13 @@ pub(super) struct Decoder<'a>(Vec<&'a Device>);
 
 impl<'a> Decoder<'a> {
     pub fn new(manuals: &'a [Manual]) -> Decoder<'a> {
-        let devices = manuals.iter().map(|manual| &*manual.device).filter(|device| device.bus == Bus::Profibus);
+        let devices = manuals.iter().map(|manual| &*manual.device).filter(|device| device.profibus().is_some());
         Decoder(devices.collect())
     }
 
     /// The device of an ident number.
     pub fn device(&self, ident: Option<u16>) -> Option<&'a Device> {
-        self.0.iter().copied().find(|device| Some(device.identity.device_id) == ident)
+        self.0.iter().copied().find(|device| ident.is_some() && device.ident() == ident)
     }
 
     /// Set_Prm: what every slave is told, then the fields that the manual knows.
@@ -38,7 +38,7 @@ impl<'a> Decoder<'a> {
             words.extend(Some(hex(&prm.user)).filter(|octets| !octets.is_empty()));
             return words.join(", ");
         };
-        let dpv1 = device.slave.as_ref().is_some_and(|slave| slave.set_prm.dpv1.is_some());
+        let dpv1 = device.profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some());
         let user = if dpv1 { prm.behind_dpv1() } else { &prm.user };
         let record = device.records.get(UserParameters::RECORD).filter(|record| record.octets == user.len());
         match record {
@@ -56,7 +56,7 @@ impl<'a> Decoder<'a> {
     pub fn configuration(&self, ident: Option<u16>, octets: &[u8]) -> String {
         let modules = self.device(ident).map_or(&[][..], |device| &device.modules);
         let names: Vec<&str> =
-            modules.iter().filter(|module| module.cfg == octets).map(|module| module.name.as_str()).collect();
+            modules.iter().filter(|module| module.cfg() == octets).map(|module| module.name.as_str()).collect();
         match names.as_slice() {
             [] => hex(octets),
             names => format!("{} ({})", hex(octets), names.join(" or ")),
@@ -73,7 +73,7 @@ impl<'a> Decoder<'a> {
             master => format!("master {master}"),
         });
         let device = self.device(Some(diag.ident));
-        let layout = device.and_then(|device| Some((device, &device.slave.as_ref()?.diagnosis)));
+        let layout = device.and_then(|device| Some((device, &device.profibus()?.diagnosis)));
         let Some((device, layout)) = layout else {
             if !diag.ext.is_empty() {
                 words.push(hex(&diag.ext));

@@ -8,7 +8,7 @@ use super::finding::{Finding, Severity};
 use judge::observe::{ArId, Met, Observation, Placed, Tracker, Traffic};
 use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
-use suite::device::{Bus, Device, Module, Submodule};
+use suite::device::{Device, Module, Submodule};
 use suite::model::Manual;
 use wire::ethernet::Mac;
 use wire::profinet::rt::{IoxS, SHORTEST_DATA};
@@ -119,17 +119,17 @@ impl<'a> Layouts<'a> {
         for (device, controller, inputs, outputs) in [(key.0, key.1, low, high), (key.1, key.0, high, low)] {
             let ids = tracker.ids_of(device);
             let known = |manual: &&Manual| {
-                let identity = &manual.device.identity;
+                let own = manual.device.ids();
                 match ids {
-                    Some(ids) => ids == (identity.vendor_id, identity.device_id),
+                    Some(_) => ids == own,
                     // Who asks for one manual says that this is the device.
                     None => {
                         self.manuals.len() == 1
-                            && tracker.ids_of(controller).is_none_or(|ids| ids.0 != identity.vendor_id)
+                            && tracker.ids_of(controller).is_none_or(|ids| own.is_none_or(|own| ids.0 != own.0))
                     }
                 }
             };
-            for manual in self.manuals.iter().filter(|manual| manual.device.bus == Bus::Profinet).filter(known) {
+            for manual in self.manuals.iter().filter(|manual| manual.device.profinet().is_some()).filter(known) {
                 for arrangement in arrangements(&manual.device) {
                     if !arrangement.fits(inputs, outputs) {
                         continue;
@@ -137,7 +137,7 @@ impl<'a> Layouts<'a> {
                     let met = Met {
                         controller,
                         device,
-                        ids: (manual.device.identity.vendor_id, manual.device.identity.device_id),
+                        ids: manual.device.ids().unwrap_or_default(),
                         inputs: (inputs.frame_id, arrangement.used.0.max(SHORTEST_DATA), inputs.step),
                         outputs: (outputs.frame_id, arrangement.used.1.max(SHORTEST_DATA), outputs.step),
                         submodules: arrangement.placed.clone(),
@@ -176,7 +176,7 @@ impl<'a> Layouts<'a> {
             Some(ar) => self.guess(ArId(ar as u32)),
             None => self.guesses.values().next().filter(|_| of_rule),
         };
-        let Some(guess) = guess.filter(|_| finding.bus == Bus::Profinet) else { return };
+        let Some(guess) = guess.filter(|_| !finding.bus.is_profibus()) else { return };
         finding.severity = finding.severity.min(Severity::Warning);
         finding.text += &format!(" (the Connect is not in the capture; the layout is guessed: {})", guess.what);
     }
@@ -203,7 +203,11 @@ fn arrangements(device: &Device) -> Vec<Arrangement<'_>> {
                     point.iter().for_each(|of| put(of.api, of.slot, of.subslot, of.ident, (0, 0)));
                 }
                 if head > 1 {
-                    device.network.iter().for_each(|&(subslot, ident)| put(0, 0, subslot, ident, (0, 0)));
+                    device
+                        .profinet()
+                        .map_or(&[][..], |facts| &facts.network)
+                        .iter()
+                        .for_each(|&(subslot, ident)| put(0, 0, subslot, ident, (0, 0)));
                 }
                 own.iter()
                     .for_each(|of| put(of.api, of.slot, of.subslot, of.ident, (of.input_octets, of.output_octets)));

@@ -122,7 +122,7 @@ impl Replay<'_> {
         let events = self.events.end(&tracker, &slaves);
         let mut findings = self.protocol.end(&tracker, &slaves);
         for finding in &findings {
-            let ars = if finding.bus == Bus::Profibus { slaves.ars() } else { tracker.ars() };
+            let ars = if finding.bus.is_profibus() { slaves.ars() } else { tracker.ars() };
             self.around.want(finding.frame, None, None, ars);
         }
         findings.extend(broken);
@@ -138,7 +138,7 @@ impl Replay<'_> {
             }
             layouts.mark(finding);
             // The slaves come behind the connections of PROFINET.
-            let before = if finding.bus == Bus::Profibus { connections } else { 0 };
+            let before = if finding.bus.is_profibus() { connections } else { 0 };
             finding.ar = finding.ar.map(|ar| ar + before);
         }
         let ars = tracker.ars().iter().chain(slaves.ars());

@@ -15,7 +15,7 @@ use judge::{Tick, TickKind};
 use results::outcome::Decided;
 use results::verdict::Verdict;
 use station::{Duration, Time};
-use suite::device::{Bus, Device, Module};
+use suite::device::{Bus, Device, Module, PerBus};
 use suite::model::{Manual, Rule, Variant};
 
 /// A hold without samples for longer than this is undecided.
@@ -220,12 +220,12 @@ pub(super) struct News {
 pub fn speaks_to(manual: &Manual, ar: &Ar) -> bool {
     let device = &manual.device;
     if let Some(told) = &ar.slave {
-        let is_module = |module: &Module| told.configuration.as_ref() == Some(&module.cfg);
-        return device.bus == Bus::Profibus
-            && ar.device.ident == Some(device.identity.device_id)
+        let is_module = |module: &Module| told.configuration.as_deref() == Some(module.cfg());
+        return device.profibus().is_some()
+            && ar.device.ident == device.ident()
             && device.modules.iter().any(is_module);
     }
-    let identity = (device.identity.vendor_id, device.identity.device_id);
+    let identity = device.ids().unwrap_or_default();
     let placed = |index: &usize| {
         device.submodules.get(*index).is_some_and(|submodule| {
             let place = (submodule.slot, submodule.subslot, submodule.ident);
@@ -248,10 +248,7 @@ pub fn judge_rules<'f>(
     ours: impl Fn(&Ar) -> bool,
 ) -> Vec<RuleOutcome> {
     let Some(variant) = manual.variants.get(variant) else { return Vec::new() };
-    let mut tracker = match manual.device.bus {
-        Bus::Profinet => BusTracker::Profinet(Box::default()),
-        Bus::Profibus => BusTracker::Profibus(Box::default()),
-    };
+    let mut tracker = BusTracker::new(manual.device.bus.kind());
     let mut pairs = Pairs { manual, variants: vec![variant], judges: Vec::new(), is_recorded: false };
     let mut of = Judges::default();
     for (number, time, octets) in frames {
@@ -347,8 +344,7 @@ impl Judges {
 /// The rules of all manuals on one capture; a device that nobody has named may be any variant of its manual.
 #[derive(Debug)]
 pub(super) struct CaptureRules<'a> {
-    profinet: (Vec<Pairs<'a>>, Judges),
-    profibus: (Vec<Pairs<'a>>, Judges),
+    pairs: PerBus<(Vec<Pairs<'a>>, Judges)>,
     /// Whether a rule was broken since somebody asked.
     has_news: bool,
 }
@@ -356,7 +352,7 @@ pub(super) struct CaptureRules<'a> {
 impl<'a> CaptureRules<'a> {
     pub fn new(manuals: &'a [Manual]) -> CaptureRules<'a> {
         let of = |bus: Bus| {
-            let manuals = manuals.iter().filter(|manual| manual.device.bus == bus);
+            let manuals = manuals.iter().filter(|manual| manual.device.bus.kind() == bus);
             let pairs = |manual: &'a Manual| Pairs {
                 manual,
                 variants: manual.variants.iter().collect(),
@@ -365,16 +361,13 @@ impl<'a> CaptureRules<'a> {
             };
             (manuals.map(pairs).collect(), Judges::default())
         };
-        CaptureRules { profinet: of(Bus::Profinet), profibus: of(Bus::Profibus), has_news: false }
+        CaptureRules { pairs: PerBus::new(of), has_news: false }
     }
 
     /// Takes in an observation on a bus; what devices of another one are is not told by it.
     #[inline]
     pub fn observe(&mut self, bus: Bus, ars: &[Ar], at: (Time, u64), observation: &Observation<'_>) {
-        let (pairs, judges) = match bus {
-            Bus::Profinet => &mut self.profinet,
-            Bus::Profibus => &mut self.profibus,
-        };
+        let (pairs, judges) = self.pairs.of_mut(bus);
         self.has_news |= judges.observe(pairs, ars, at, observation, speaks_to);
     }
 
@@ -383,17 +376,14 @@ impl<'a> CaptureRules<'a> {
         if !std::mem::take(&mut self.has_news) {
             return Vec::new();
         }
-        let pairs = match bus {
-            Bus::Profinet => &mut self.profinet.0,
-            Bus::Profibus => &mut self.profibus.0,
-        };
+        let (pairs, _) = self.pairs.of_mut(bus);
         pairs.iter_mut().flat_map(|pairs| pairs.judges.iter_mut().flat_map(|(_, judge)| judge.news())).collect()
     }
 
     /// What became of the rules of the devices that were there, and what was broken.
     pub fn end(self) -> (Vec<RuleReport>, Vec<Finding>) {
         let (mut reports, mut findings) = (Vec::new(), Vec::new());
-        let mut all: Vec<Pairs<'a>> = self.profinet.0.into_iter().chain(self.profibus.0).collect();
+        let mut all: Vec<Pairs<'a>> = self.pairs.into_both().into_iter().flat_map(|(pairs, _)| pairs).collect();
         all.retain(|pairs| !pairs.judges.is_empty());
         all.sort_by(|one, other| one.manual.device.name.cmp(&other.manual.device.name));
         for pairs in all {

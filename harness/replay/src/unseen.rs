@@ -8,7 +8,7 @@ use judge::TickKind;
 use judge::steady::Sees;
 use judge::view::View;
 use std::collections::BTreeMap;
-use suite::device::{NameId, NameKind};
+use suite::device::{NameId, VisibleIn};
 use suite::model::{Rule, Variant};
 
 /// The names of the rules of a variant, and which of them had a value at some time.
@@ -22,21 +22,8 @@ pub(super) struct Unseen {
 #[derive(Debug)]
 struct Name {
     path: String,
-    kind: Kind,
+    kind: VisibleIn,
     seen: bool,
-}
-
-/// Why a name may have no value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    /// It is in the cyclic data.
-    Cyclic,
-    /// It has to be written or read.
-    Written,
-    /// No frame shows it.
-    Elsewhere,
-    /// It has a value at the instant of an event only.
-    Event,
 }
 
 impl Unseen {
@@ -47,7 +34,10 @@ impl Unseen {
             rule.body.names(&mut |id| {
                 names.entry(id).or_insert_with(|| {
                     let path = variant.paths.get(id.0 as usize).cloned().unwrap_or_default();
-                    let kind = variant.names.get(id.0 as usize).map_or(Kind::Elsewhere, kind);
+                    let kind = variant
+                        .names
+                        .get(id.0 as usize)
+                        .map_or(VisibleIn::Elsewhere, |name| name.observability().visible);
                     Name { path, kind, seen: false }
                 });
             });
@@ -85,9 +75,9 @@ impl Unseen {
             unseen.extend(self.names.get(&id).filter(|name| !name.seen).map(|name| (id, name)));
         });
         for (kind, why) in [
-            (Kind::Written, "was written before the capture began, or not at all"),
-            (Kind::Elsewhere, "shows in no frame"),
-            (Kind::Cyclic, "is not in the cyclic data"),
+            (VisibleIn::Written, "was written before the capture began, or not at all"),
+            (VisibleIn::Elsewhere, "shows in no frame"),
+            (VisibleIn::Cyclic, "is not in the cyclic data"),
         ] {
             let of: Vec<&str> = unseen.values().filter(|name| name.kind == kind).map(|name| &*name.path).collect();
             if !of.is_empty() {
@@ -95,24 +85,5 @@ impl Unseen {
             }
         }
         (!reasons.is_empty()).then(|| format!("it asks for what the capture does not show: {}", reasons.join("; ")))
-    }
-}
-
-fn kind(name: &NameKind) -> Kind {
-    match name {
-        NameKind::Signal { .. } => Kind::Cyclic,
-        NameKind::Parameter { .. }
-        | NameKind::Record { .. }
-        | NameKind::StartParameter { .. }
-        | NameKind::Derived(_) => Kind::Written,
-        NameKind::Event(_) | NameKind::Diagnosis(_) => Kind::Event,
-        NameKind::Stand(_)
-        | NameKind::Led(_)
-        | NameKind::Counter(_)
-        | NameKind::Saved(_)
-        | NameKind::Station(_)
-        | NameKind::Page { .. }
-        | NameKind::Bench(_) => Kind::Elsewhere,
-        _ => Kind::Event,
     }
 }

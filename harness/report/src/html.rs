@@ -115,8 +115,7 @@ fn tone(verdict: Verdict) -> Tone {
 fn tables(run: &DeviceRun) -> Vec<Table> {
     let columns = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let findings = run.findings.iter().map(|of| {
-        let said = [("manual", &of.manual), ("GSDML", &of.gsdml), ("GSD", &of.gsd), ("device", &of.device)];
-        let said = said.iter().filter_map(|(who, said)| said.as_ref().map(|said| format!("{who}: {said}")));
+        let said = of.parties().filter_map(|(who, said)| said.map(|said| format!("{who}: {said}")));
         let cells =
             vec![of.severity.word().to_owned(), of.id.clone(), of.text.clone(), said.collect::<Vec<_>>().join("; ")];
         (Tone::Plain, cells)

@@ -4,7 +4,8 @@ use super::status::{ExitStatus, reasons, status};
 use super::words::{level, printable_json, reproduce};
 use results::ledger;
 use results::outcome::{
-    CaseKind, CaseResult, DeviceRun, Dut, Failure, Finding, PartSeen, Place, RequirementResult, RunResult,
+    CaseKind, CaseResult, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place, RequirementResult,
+    RunResult,
 };
 use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
@@ -74,10 +75,20 @@ struct FindingJson<'a> {
     severity: &'static str,
     text: &'a str,
     manual: Option<&'a str>,
-    gsdml: Option<&'a str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    gsd: Option<&'a str>,
+    #[serde(flatten)]
+    described: Described<'a>,
     device: Option<&'a str>,
+}
+
+/// What descriptions say, by the key of their kind.
+struct Described<'a>(&'a Finding);
+
+impl Serialize for Described<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let said = DescriptionKind::ALL.into_iter().map(|kind| (kind, self.0.described_by(kind)));
+        let told = said.filter(|(kind, said)| said.is_some() || kind.is_always_told());
+        serializer.collect_map(told.map(|(kind, said)| (kind.key(), said)))
+    }
 }
 
 #[derive(Serialize)]
@@ -214,10 +225,9 @@ impl<'a> Run<'a> {
 
 impl<'a> FindingJson<'a> {
     fn new(of: &'a Finding) -> FindingJson<'a> {
-        let Finding { id, severity, text, manual, gsdml, gsd, device } = of;
-        let (manual, gsdml, gsd) = (manual.as_deref(), gsdml.as_deref(), gsd.as_deref());
-        let device = device.as_deref();
-        FindingJson { id, severity: severity.word(), text, manual, gsdml, gsd, device }
+        let Finding { id, severity, text, manual, description: _, device } = of;
+        let (manual, device) = (manual.as_deref(), device.as_deref());
+        FindingJson { id, severity: severity.word(), text, manual, described: Described(of), device }
     }
 }
 

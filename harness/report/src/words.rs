@@ -30,12 +30,11 @@ pub(super) fn printable_json(json: &str) -> String {
 /// A finding in full: what disagrees, and what manual, GSDML and device say; each line is indented by two.
 pub fn finding(of: &Finding) -> String {
     let mut told = format!("  {} {}: {}\n", of.severity.word(), printable(&of.id), printable(&of.text));
-    let parties = [("manual", &of.manual), ("GSDML", &of.gsdml), ("GSD", &of.gsd), ("device", &of.device)];
-    if parties.iter().all(|(_, said)| said.is_none()) {
+    if of.parties().all(|(_, said)| said.is_none()) {
         return told;
     }
-    for (who, said) in parties {
-        let said = said.as_deref().map_or_else(|| "says nothing".to_owned(), printable);
+    for (who, said) in of.parties() {
+        let said = said.map_or_else(|| "says nothing".to_owned(), printable);
         // Writing into a String cannot fail.
         let _ = writeln!(told, "    {who:<10} {said}");
     }

@@ -60,12 +60,60 @@ pub struct Finding {
     pub text: String,
     /// What the manual says, or the bench in its place; none: it says nothing.
     pub manual: Option<String>,
-    /// What the GSDML says; none: it says nothing, or there is none.
-    pub gsdml: Option<String>,
-    /// What the GSD says (PROFIBUS); none: it says nothing, or there is none.
-    pub gsd: Option<String>,
+    /// What the vendor's description says, and which kind it is of; none: it says nothing, or there is none.
+    pub description: Option<(DescriptionKind, String)>,
     /// What the device says; none: it says nothing, or was not asked.
     pub device: Option<String>,
+}
+
+impl Finding {
+    /// What a description of this kind says.
+    pub fn described_by(&self, kind: DescriptionKind) -> Option<&str> {
+        self.description.as_ref().filter(|(known, _)| *known == kind).map(|(_, said)| said.as_str())
+    }
+
+    /// Who could say something, each with what it says: the manual, each kind of description, the device.
+    pub fn parties(&self) -> impl Iterator<Item = (&'static str, Option<&str>)> {
+        let described = DescriptionKind::ALL.map(|kind| (kind.title(), self.described_by(kind)));
+        [("manual", self.manual.as_deref())].into_iter().chain(described).chain([("device", self.device.as_deref())])
+    }
+}
+
+/// A kind of description that a vendor gives with a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum DescriptionKind {
+    /// GSDML of PROFINET.
+    Gsdml,
+    /// GSD of PROFIBUS.
+    Gsd,
+}
+
+impl DescriptionKind {
+    /// Every kind, in the order of reports.
+    pub const ALL: [DescriptionKind; 2] = [DescriptionKind::Gsdml, DescriptionKind::Gsd];
+
+    /// What it is called, its key in bench files and in JSON, and whether JSON also says that it says nothing.
+    const fn facts(self) -> (&'static str, &'static str, bool) {
+        match self {
+            DescriptionKind::Gsdml => ("GSDML", "gsdml", true),
+            DescriptionKind::Gsd => ("GSD", "gsd", false),
+        }
+    }
+
+    /// What it is called.
+    pub fn title(self) -> &'static str {
+        self.facts().0
+    }
+
+    /// Its key in bench files and in JSON.
+    pub fn key(self) -> &'static str {
+        self.facts().1
+    }
+
+    /// Whether JSON says null where it says nothing; else it leaves the key out.
+    pub fn is_always_told(self) -> bool {
+        self.facts().2
+    }
 }
 
 /// How a finding weighs.

@@ -2,13 +2,13 @@
 
 use super::answer::{Asked, may_accept, only};
 use super::codes::Service as From;
-use super::device::{Bus, NameKind};
+use super::device::NameKind;
 use super::device_yaml::{named, plain, word};
+use super::dialect::{self, Dialect};
 use super::error::{Mistake, Read};
 use super::frame::{Frame, literal};
 use super::model::{Access, AccessItem, Answer, AnswerPart, Instead, Matcher, Service, Sought, Via};
 use super::names::{Name, Verbs};
-use super::profibus;
 use super::start::octets;
 use super::yaml::Node;
 use controllers::profinet_io::Broken;
@@ -35,7 +35,7 @@ pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[
     ("api", "its API"),
 ];
 /// Those of them that say where a record stands on PROFINET.
-const PLACE_ON_PROFINET: &[&str] = &["slot", "subslot", "api"];
+pub(super) const PLACE_ON_PROFINET: &[&str] = &["slot", "subslot", "api"];
 /// Likewise for records.
 pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
     ("slot", "slot of the record"),
@@ -53,7 +53,7 @@ pub(super) const INSTEAD_STATION: &[(&str, &str)] = &[
 ];
 
 /// A service of `send`: its word, its fields, and one sentence.
-type ServiceEntry = (&'static str, &'static [&'static str], &'static str);
+pub(super) type ServiceEntry = (&'static str, &'static [&'static str], &'static str);
 
 /// The services of `send`.
 pub(super) const SERVICES: &[ServiceEntry] = &[
@@ -198,10 +198,7 @@ impl Frame<'_, '_> {
     }
 
     fn instead(&self, node: &Node, via: Via, write: bool) -> Read<Vec<Instead>> {
-        let (missing, more) = match self.names.device().bus {
-            Bus::Profinet => (&[][..], &[][..]),
-            Bus::Profibus => (PLACE_ON_PROFINET, profibus::INSTEAD_PARAMETERS),
-        };
+        let Dialect { no_place: missing, other_place: more, .. } = dialect::of(self.names.device().bus.kind());
         let known = match via {
             Via::Parameters => INSTEAD_PARAMETERS,
             Via::Station | Via::Stand if !missing.is_empty() => {
@@ -271,10 +268,9 @@ impl Frame<'_, '_> {
         let [(name, fields)] = entries.as_slice() else {
             return Err(node.wrong("one `send` sends one service"));
         };
-        let (services, others, other_bus) = match self.names.device().bus {
-            Bus::Profinet => (SERVICES, profibus::SERVICES, "PROFIBUS"),
-            Bus::Profibus => (profibus::SERVICES, SERVICES, "PROFINET"),
-        };
+        let bus = self.names.device().bus.kind();
+        let services = dialect::of(bus).services;
+        let Dialect { services: others, bus: other_bus, .. } = dialect::other_than(bus);
         let Some((_, keys, _)) = services.iter().find(|(known, ..)| known == name) else {
             if others.iter().any(|(known, ..)| known == name) {
                 return Err(node.wrong(format!("`{name}` exists on {other_bus} only")));
@@ -288,7 +284,7 @@ impl Frame<'_, '_> {
                 return Err(Mistake::unknown(key.spot, &format!("field of {name}"), field, keys.iter().copied()));
             }
         }
-        if self.names.device().bus == Bus::Profibus {
+        if self.names.device().profibus().is_some() {
             return self.dp_service(name, fields);
         }
         let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));

@@ -1,7 +1,7 @@
 //! Which answer is right: of a request as a whole, of its parts, and as an expectation of the last one.
 
 use super::codes::Service;
-use super::device::{Bus, DiagnosisName, NameKind};
+use super::device::{DiagnosisName, NameKind};
 use super::device_yaml::{plain, word};
 use super::error::{Mistake, Read};
 use super::frame::Frame;
@@ -89,7 +89,7 @@ impl Frame<'_, '_> {
                 }
             }
             Asked::Whole(_) => Err(Mistake::unknown(key.spot, "part of this answer", name, ["bytes", "refused"])),
-            Asked::Connect if device.bus == Bus::Profibus => self.slave_stage(key, value, name),
+            Asked::Connect if device.profibus().is_some() => self.slave_stage(key, value, name),
             Asked::Connect => {
                 let record = device.records.iter().position(|record| record.start && record.name == name);
                 let part = match (name, record) {

@@ -1,7 +1,7 @@
 //! Words of refusals: which table a service has, and which numbers a word stands for.
 
-use super::device::Bus;
 use super::device_yaml::plain;
+use super::dialect;
 use super::error::{Mistake, Read};
 use super::frame::Frame;
 use super::model::Code;
@@ -38,10 +38,34 @@ const REFUSALS: [AnswerFunction; 6] = [
     AnswerFunction::NO_RESOURCE_DATA_HIGH,
 ];
 
-/// The tables of a service, each with the name it has in messages.
-pub(super) fn tables(service: Service, bus: Bus) -> Vec<(&'static str, Vec<(&'static str, Code)>)> {
-    let parameter =
-        || ErrorNumber::TABLE.iter().map(|(code, word, _)| (*word, Code::Parameter(code.0, (*word).to_owned())));
+/// Tables of words for codes, each with the name that it has in messages.
+pub(super) type Tables = Vec<(&'static str, Vec<(&'static str, Code)>)>;
+
+fn parameter() -> impl Iterator<Item = (&'static str, Code)> {
+    ErrorNumber::TABLE.iter().map(|(code, word, _)| (*word, Code::Parameter(code.0, (*word).to_owned())))
+}
+
+/// The tables of a service on PROFIBUS.
+pub(super) fn on_profibus(service: Service) -> Tables {
+    let fdl = || {
+        let refusals = AnswerFunction::TABLE.iter().filter(|(function, ..)| REFUSALS.contains(function));
+        refusals.map(|(function, word, _)| (*word, Code::Fdl(function.0, (*word).to_owned()))).collect::<Vec<_>>()
+    };
+    let dpv1 = || {
+        let all = RecordError::TABLE.iter();
+        all.map(|(code, word, _)| (*word, Code::Dpv1 { code1: code.0, word: (*word).to_owned() })).collect::<Vec<_>>()
+    };
+    let both = [("FDL answer", fdl()), ("DP-V1", dpv1())];
+    match service {
+        Service::Parameters | Service::Last => {
+            [("PROFIdrive", parameter().collect())].into_iter().chain(both).collect()
+        }
+        Service::Record | Service::Station | Service::Dp | Service::Connect => both.into(),
+    }
+}
+
+/// The tables of a service on PROFINET.
+pub(super) fn on_profinet(service: Service) -> Tables {
     let record = || {
         RecordError::TABLE.iter().map(|(code, word, _)| {
             (*word, Code::Pnio { decode: ErrorDecode::PNIORW.0, code1: code.0, code2: None, word: (*word).to_owned() })
@@ -64,23 +88,6 @@ pub(super) fn tables(service: Service, bus: Bus) -> Vec<(&'static str, Vec<(&'st
             .filter(|(code, ..)| code.0 != 0)
             .map(|(code, word, _)| (*word, Code::Dcp(code.0, (*word).to_owned())))
     };
-    let fdl = || {
-        let refusals = AnswerFunction::TABLE.iter().filter(|(function, ..)| REFUSALS.contains(function));
-        refusals.map(|(function, word, _)| (*word, Code::Fdl(function.0, (*word).to_owned()))).collect::<Vec<_>>()
-    };
-    let dpv1 = || {
-        let all = RecordError::TABLE.iter();
-        all.map(|(code, word, _)| (*word, Code::Dpv1 { code1: code.0, word: (*word).to_owned() })).collect::<Vec<_>>()
-    };
-    if bus == Bus::Profibus {
-        let both = [("FDL answer", fdl()), ("DP-V1", dpv1())];
-        return match service {
-            Service::Parameters | Service::Last => {
-                [("PROFIdrive", parameter().collect())].into_iter().chain(both).collect()
-            }
-            Service::Record | Service::Station | Service::Dp | Service::Connect => both.into(),
-        };
-    }
     let pnio = || ("PNIO status", record().chain(finder()).chain(cmrpc()).collect());
     match service {
         Service::Parameters => vec![("PROFIdrive", parameter().collect()), pnio()],
@@ -106,7 +113,7 @@ pub(super) fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read
         frame.names.mark("code", &format!("parameter_error.{word}"));
         return Ok(Code::Parameter(u16::try_from(*number).unwrap_or(u16::MAX), word.clone()));
     }
-    let tables = tables(service, frame.names.device().bus);
+    let tables = (dialect::of(frame.names.device().bus.kind()).codes)(service);
     let mut all = tables.iter().flat_map(|(_, words)| words);
     match all.find(|(known, _)| *known == word) {
         Some((_, code)) => Ok(code.clone()),

@@ -2,9 +2,17 @@
 //!
 //! This is data about devices, so a new encoder needs no change here.
 
+mod bus;
+mod observability;
 mod profibus;
+mod profinet;
 
-pub use profibus::{Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, NUMBER_OCTETS, Slave, UserParameters};
+pub use bus::{Bus, DeviceBus, ModuleBus, PerBus};
+pub use observability::{Observability, UpdatedAt, VisibleIn};
+pub use profibus::{
+    Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserParameters,
+};
+pub use profinet::{Identity, ProfinetFacts};
 
 use expression::{Program, Value, WordTable};
 use std::path::PathBuf;
@@ -38,34 +46,19 @@ pub enum Origin {
     Invented,
 }
 
-/// The bus that a device speaks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Bus {
-    /// PROFINET IO.
-    Profinet,
-    /// PROFIBUS DP.
-    Profibus,
-}
-
 /// A device as its manual describes it.
 #[derive(Clone, Debug)]
 pub struct Device {
     /// The name of the folder.
     pub name: String,
-    /// The bus.
-    pub bus: Bus,
+    /// The bus that it speaks, with what only devices on this bus have.
+    pub bus: DeviceBus,
     /// The title for people.
     pub title: String,
-    /// Who it is.
-    pub identity: Identity,
     /// The variants, by name.
     pub variants: Vec<String>,
     /// The times that the manual gives.
     pub timing: Timing,
-    /// The class of its cyclic frames (PROFINET): 1 or 2.
-    pub rt_class: u8,
-    /// The interface and the ports: subslot of slot 0 and ident of the submodule (PROFINET).
-    pub network: Vec<(u16, u32)>,
     /// What goes over the cyclic exchange.
     pub signals: Vec<Signal>,
     /// Submodules; on PROFIBUS each module has one, of its own name.
@@ -74,8 +67,6 @@ pub struct Device {
     pub modules: Vec<Module>,
     /// Records; on PROFIBUS there is one, with the user octets of Set_Prm.
     pub records: Vec<Record>,
-    /// What only PROFIBUS has.
-    pub slave: Option<Slave>,
     /// Parameters of the base mode parameter access.
     pub parameters: Vec<Parameter>,
     /// How they are reached.
@@ -101,10 +92,30 @@ impl Device {
         })
     }
 
+    /// What only devices on PROFINET have.
+    pub fn profinet(&self) -> Option<&ProfinetFacts> {
+        self.bus.profinet()
+    }
+
+    /// What only devices on PROFIBUS have.
+    pub fn profibus(&self) -> Option<&ProfibusFacts> {
+        self.bus.profibus()
+    }
+
+    /// Vendor ID and device ID of a device on PROFINET.
+    pub fn ids(&self) -> Option<(u16, u16)> {
+        self.profinet().map(|facts| (facts.identity.vendor_id, facts.identity.device_id))
+    }
+
+    /// Ident number of a device on PROFIBUS.
+    pub fn ident(&self) -> Option<u16> {
+        self.profibus().map(|facts| facts.ident)
+    }
+
     /// The submodules at which the base mode parameter access may stand (PROFINET), as indices into [`Device::submodules`]: the one
     /// that the manual says, else those that the records of the start-up go to.
     pub fn parameter_points(&self) -> impl Iterator<Item = usize> + '_ {
-        let said = self.parameter_access.at;
+        let said = self.profinet().and_then(|facts| facts.parameter_point);
         let starts = self.records.iter().filter(|record| record.start).map(|record| record.at);
         said.into_iter().chain(starts.filter(move |_| said.is_none()))
     }
@@ -120,7 +131,7 @@ impl Device {
             DiagnosisName::MasterLock => Status1::MASTER_LOCK.words().next().unwrap_or_default(),
             DiagnosisName::Bit { octet, bit } => profibus::status_word(octet, bit).unwrap_or_default(),
             DiagnosisName::Field(index) => {
-                let fields = self.slave.as_ref().map_or(&[][..], |slave| &slave.diagnosis.fields);
+                let fields = self.profibus().map_or(&[][..], |slave| &slave.diagnosis.fields);
                 fields.get(index).map_or("?", |field| &field.name)
             }
         }
@@ -132,11 +143,6 @@ impl Device {
 pub struct ParameterAccess {
     /// Index of the record that takes requests and gives responses.
     pub index: u16,
-    /// The submodule that it stands at, as an index into [`Device::submodules`]; without one the one of the module in use that the
-    /// records of the start-up go to.
-    pub at: Option<usize>,
-    /// The slot of the data set that takes requests and gives responses (PROFIBUS).
-    pub slot: u8,
     /// The drive object that is asked.
     pub do_id: u8,
     /// Number of the parameter that saves the others.
@@ -146,7 +152,7 @@ pub struct ParameterAccess {
 /// The base mode parameter access of the drive profile and its "transfer to non-volatile memory".
 impl Default for ParameterAccess {
     fn default() -> ParameterAccess {
-        ParameterAccess { index: 0xB02E, at: None, slot: 0, do_id: 1, save: 971 }
+        ParameterAccess { index: 0xB02E, do_id: 1, save: 971 }
     }
 }
 
@@ -227,22 +233,6 @@ pub enum Changed {
     Record(usize),
     /// The form of a web page (index into `pages`).
     Page(usize),
-}
-
-/// Who a device is.
-///
-/// On PROFIBUS there is one number for a type of device, its ident number, which stands in the place of the device ID; no number
-/// names the vendor.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Identity {
-    /// Vendor ID of PI; 0 on PROFIBUS.
-    pub vendor_id: u16,
-    /// Device ID of the vendor; on PROFIBUS the ident number.
-    pub device_id: u16,
-    /// Type of station, as DCP shows it; empty on PROFIBUS.
-    pub station_type: String,
-    /// Where the device ID comes from.
-    pub device_id_origin: Origin,
 }
 
 /// The times that a manual gives.
@@ -351,16 +341,12 @@ impl Submodule {
 pub struct Module {
     /// Its name.
     pub name: String,
-    /// Ident number (PROFINET).
-    pub ident: u32,
+    /// How a controller asks for it.
+    pub bus: ModuleBus,
     /// Where the ident number, or the configuration, comes from.
     pub ident_origin: Origin,
     /// Its submodules (indices into `submodules`), without those of the device access point.
     pub submodules: Vec<usize>,
-    /// The identifiers of its configuration, as Chk_Cfg sends them (PROFIBUS).
-    pub cfg: Vec<u8>,
-    /// Start parameters that go with it where the case does not say them (PROFIBUS): fields of the only record, and their values.
-    pub fixes: Vec<(usize, i128)>,
 }
 
 /// A record.

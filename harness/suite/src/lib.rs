@@ -11,6 +11,7 @@ mod checks;
 mod codes;
 pub mod device;
 pub mod device_yaml;
+pub mod dialect;
 pub mod error;
 mod frame;
 pub mod keys;

@@ -6,7 +6,7 @@ mod build;
 mod known;
 mod of_bus;
 
-pub(super) use known::built_in_names;
+pub(super) use known::{ON_PROFIBUS, ON_PROFINET, Sentences, built_in_names};
 
 use super::device::{Device, NameKind};
 use super::device_yaml::Described;

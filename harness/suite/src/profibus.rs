@@ -152,7 +152,7 @@ impl Frame<'_, '_> {
             "set_prm" => InsteadStart::SetPrm(octets(value)?),
             "user_octets" => InsteadStart::UserOctets(octets(value)?),
             "dpv1" => match <[u8; 3]>::try_from(octets(value)?) {
-                Ok(three) if self.names.device().slave.as_ref().is_some_and(|slave| slave.set_prm.dpv1.is_some()) => {
+                Ok(three) if self.names.device().profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some()) => {
                     InsteadStart::Dpv1(three)
                 }
                 Ok(_) => {
@@ -206,7 +206,7 @@ impl Frame<'_, '_> {
 
     /// The time of isochronous mode: a whole number of 125 us, and a slave that can be told it.
     pub(super) fn isochronous(&self, node: &Node) -> Read<Duration> {
-        let slave = self.names.device().slave.as_ref();
+        let slave = self.names.device().profibus();
         if !slave.is_some_and(|slave| slave.set_prm.structured) {
             return Err(node
                 .wrong("this device takes no structured blocks, so it cannot be told the times of isochronous mode")

@@ -2,8 +2,9 @@
 
 use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION, SERVICES};
 use super::answer::MODULE_STATES;
-use super::codes::{Service, tables};
-use super::device::Bus;
+use super::codes::Service;
+use super::device::PerBus;
+use super::dialect::{self, Dialect};
 use super::keys::{ALL, HOOKS, KeySet, Shape, TAKES};
 use super::names::built_in_names;
 use super::profibus;
@@ -97,12 +98,13 @@ fn words() -> Value {
     let sentences = |list: &[(&str, &str)]| -> Value {
         list.iter().map(|(word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect::<Map<_, _>>().into()
     };
-    let codes = |service: Service, bus: Bus| -> Value {
-        let words = tables(service, bus).into_iter().flat_map(|(_, words)| words).map(|(word, _)| word);
+    let PerBus { profinet, profibus: on_profibus } = dialect::both();
+    let codes = |service: Service, dialect: &Dialect| -> Value {
+        let words = (dialect.codes)(service).into_iter().flat_map(|(_, words)| words).map(|(word, _)| word);
         words.collect::<Vec<_>>().into()
     };
-    let names = |bus: Bus| -> Value {
-        built_in_names(bus)
+    let names = |dialect: &Dialect| -> Value {
+        built_in_names(dialect)
             .map(|(name, sentence)| ((*name).to_owned(), Value::from(*sentence)))
             .collect::<Map<_, _>>()
             .into()
@@ -121,7 +123,7 @@ fn words() -> Value {
         Broken::TABLE.iter().map(|(_, word, sentence)| ((*word).to_owned(), Value::from(*sentence))).collect();
     json!({
         "verbs": verbs,
-        "names": names(Bus::Profinet),
+        "names": names(profinet),
         "start": sentences(SETTINGS),
         "instead": {
             "start": sentences(INSTEAD),
@@ -132,7 +134,7 @@ fn words() -> Value {
         "services": services(SERVICES),
         "broken": broken,
         "profibus": {
-            "names": names(Bus::Profibus),
+            "names": names(on_profibus),
             "start": sentences(profibus::SETTINGS),
             "instead": {
                 "start": sentences(profibus::INSTEAD),
@@ -141,17 +143,17 @@ fn words() -> Value {
             "services": services(profibus::SERVICES),
             "broken": broken_frames().map(|(word, sentence)| (word.to_owned(), Value::from(sentence))).collect::<Map<_, _>>(),
             "codes": {
-                "parameters": codes(Service::Parameters, Bus::Profibus),
-                "services": codes(Service::Dp, Bus::Profibus),
+                "parameters": codes(Service::Parameters, on_profibus),
+                "services": codes(Service::Dp, on_profibus),
             },
         },
         "hooks": sentences(HOOKS),
         "module_diff": MODULE_STATES,
         "codes": {
-            "parameters": codes(Service::Parameters, Bus::Profinet),
-            "records": codes(Service::Record, Bus::Profinet),
-            "station": codes(Service::Station, Bus::Profinet),
-            "connect": codes(Service::Connect, Bus::Profinet),
+            "parameters": codes(Service::Parameters, profinet),
+            "records": codes(Service::Record, profinet),
+            "station": codes(Service::Station, profinet),
+            "connect": codes(Service::Connect, profinet),
         },
     })
 }

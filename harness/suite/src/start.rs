@@ -1,11 +1,11 @@
 //! `start` and `connect`: the module, the settings of the bus, the start parameters and what is changed.
 
-use super::device::{Bus, Device, Record};
+use super::device::{Device, Record};
 use super::device_yaml::{duration, plain, whole};
+use super::dialect;
 use super::error::{Mistake, Read};
 use super::frame::{Frame, literal};
 use super::model::{InsteadStart, Start, StartParameter};
-use super::profibus;
 use super::yaml::{Kind, Node};
 use expression::Value;
 use std::time::Duration;
@@ -35,21 +35,13 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
     ("ip", "`none`: no address is given; the device is called where it is"),
 ];
 
-/// The keys of `start` and `connect` besides start parameters on a bus.
-pub(super) fn settings(bus: Bus) -> &'static [(&'static str, &'static str)] {
-    match bus {
-        Bus::Profinet => SETTINGS,
-        Bus::Profibus => profibus::SETTINGS,
-    }
-}
-
 /// The octets of DP-V1 that a start-up sends.
 fn dpv1(device: &Device, instead: &[InsteadStart]) -> Option<[u8; 3]> {
     let changed = instead.iter().find_map(|instead| match instead {
         InsteadStart::Dpv1(octets) => Some(*octets),
         _ => None,
     });
-    changed.or_else(|| device.slave.as_ref()?.set_prm.dpv1)
+    changed.or_else(|| device.profibus()?.set_prm.dpv1)
 }
 
 /// Whether a node is `none`.
@@ -83,7 +75,7 @@ impl Frame<'_, '_> {
         let device = self.names.device();
         let (mut module, mut cycle, mut watchdog, mut instead) = (None, None, None, Vec::new());
         let (mut unwatched, mut baud, mut isochronous) = (false, None, None);
-        let on_profibus = device.bus == Bus::Profibus;
+        let on_profibus = device.profibus().is_some();
         let mut given: Vec<(usize, usize, i128, &Node)> = Vec::new();
         for (key, value) in node.entries("start")? {
             match key.text("a key")? {
@@ -112,18 +104,18 @@ impl Frame<'_, '_> {
         {
             return Err(node.wrong("in isochronous mode the clock is the cycle").help("leave out `cycle`"));
         }
-        let cycle = match (cycle, device.bus) {
-            (Some((cycle, node)), Bus::Profinet) => Some(checked_cycle(cycle, node)?),
-            (Some((Duration::ZERO, node)), Bus::Profibus) => return Err(node.wrong("a cycle takes time")),
-            (cycle, _) => cycle.map(|(cycle, _)| cycle),
+        let cycle = match cycle {
+            Some((cycle, node)) if !on_profibus => Some(checked_cycle(cycle, node)?),
+            Some((Duration::ZERO, node)) => return Err(node.wrong("a cycle takes time")),
+            cycle => cycle.map(|(cycle, _)| cycle),
         };
         let watchdog = watchdog
-            .map(|(watchdog, node)| match device.bus {
-                Bus::Profinet => checked_watchdog(watchdog, cycle.unwrap_or(device.timing.cycle), node),
-                Bus::Profibus => self.checked_slave_watchdog(watchdog, node, dpv1(device, &instead)),
+            .map(|(watchdog, node)| match on_profibus {
+                false => checked_watchdog(watchdog, cycle.unwrap_or(device.timing.cycle), node),
+                true => self.checked_slave_watchdog(watchdog, node, dpv1(device, &instead)),
             })
             .transpose()?;
-        let fixes = device.modules.get(module).map_or(&[][..], |module| &module.fixes);
+        let fixes = device.modules.get(module).map_or(&[][..], |module| module.fixes());
         let mut parameters = Vec::new();
         for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
             self.names.mark("record", &of.name);
@@ -169,7 +161,7 @@ impl Frame<'_, '_> {
             }
         }
         let known = starts().flat_map(|(_, record)| &record.fields).map(|field| field.name.as_str());
-        let settings = settings(device.bus);
+        let settings = dialect::of(device.bus.kind()).settings;
         let known: Vec<&str> = known.chain(settings.iter().map(|(name, _)| *name)).collect();
         Err(Mistake::unknown(key.spot, "start parameter", name, known))
     }
@@ -185,7 +177,7 @@ impl Frame<'_, '_> {
         let device = self.names.device();
         let mut list = Vec::new();
         for (key, value) in node.entries("instead")? {
-            if device.bus == Bus::Profibus {
+            if device.profibus().is_some() {
                 list.push(self.instead_slave(key, value)?);
                 continue;
             }

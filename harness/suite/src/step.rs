@@ -3,7 +3,7 @@
 use super::access::By;
 use super::answer::Asked;
 use super::base::Elsewhere;
-use super::device::{Bus, Device, Location, NameKind};
+use super::device::{Device, Location, NameKind};
 use super::device_yaml::{named, plain};
 use super::error::{Mistake, Mistakes, Read};
 use super::frame::{Column, Frame, in_expression, replaced};
@@ -153,7 +153,7 @@ impl<'f, 'm> Place<'f, 'm> {
     /// The station address behind `to`.
     fn to(&self, node: &Node) -> Read<Option<Program>> {
         let Some(to) = node.get("to") else { return Ok(None) };
-        if self.ground.device.bus == Bus::Profinet {
+        if self.ground.device.profinet().is_some() {
             return Err(node.key("to").wrong("`to` exists on PROFIBUS only"));
         }
         self.frame.value(to, &Type::whole(8, false)).map(Some)
@@ -304,7 +304,7 @@ impl<'f, 'm> Place<'f, 'm> {
         }
         let entry = |node: &Node| {
             let keyed = Keyed::new(node, &keys::EXCHANGED)?;
-            if let Some(key) = keyed.key("expect").filter(|_| self.ground.device.bus == Bus::Profinet) {
+            if let Some(key) = keyed.key("expect").filter(|_| self.ground.device.profinet().is_some()) {
                 return Err(key
                     .wrong("`expect` in `exchange` exists on PROFIBUS only")
                     .help("the two directions of PROFINET are not in step: expect in a step of its own"));

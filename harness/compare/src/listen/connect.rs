@@ -33,7 +33,7 @@ impl Listener<'_> {
         };
         let (now, frame) = self.now;
         let connection =
-            Connection { module: module.name.clone(), settings, instead: self.other_idents(ar, module.ident) };
+            Connection { module: module.name.clone(), settings, instead: self.other_idents(ar, module.ident()) };
         let ask = Ask::Connect(connection);
         let at = ar.connect_time.unwrap_or(now);
         let answer = vec![("connect".to_owned(), accepted)];
@@ -64,14 +64,15 @@ impl Listener<'_> {
     }
 
     /// Idents of modules that are none of the manual: with them the device is asked for something that it is not.
-    fn other_idents(&self, ar: &Ar, module: u32) -> Vec<(String, String)> {
+    fn other_idents(&self, ar: &Ar, module: Option<u32>) -> Vec<(String, String)> {
         let idents = |is_head: bool| {
             let of = self.device.submodules.iter().filter(move |of| (of.slot == 0) == is_head);
             of.filter_map(|of| of.module_idents.as_ref()).flatten().copied()
         };
         let mut instead = Vec::new();
         for (name, is_head) in [("dap_ident", true), ("module_ident", false)] {
-            let is_known = |ident: u32| idents(is_head).any(|known| known == ident) || (!is_head && ident == module);
+            let is_known =
+                |ident: u32| idents(is_head).any(|known| known == ident) || (!is_head && Some(ident) == module);
             let mut asked = ar.submodules.iter().filter(|placed| (placed.slot == 0) == is_head);
             if let Some(other) = asked.find(|placed| !is_known(placed.module_ident)) {
                 instead.push((name.to_owned(), format!("0x{:X}", other.module_ident)));

@@ -23,7 +23,7 @@ use replay::speaks_to;
 use requests::Target;
 use slave::StartUp;
 use station::Time;
-use suite::device::{Bus, Device, From};
+use suite::device::{Device, From};
 use suite::model::Manual;
 use suite::words;
 use wire::ethernet::Mac;
@@ -60,10 +60,7 @@ pub struct Ear<'m> {
 impl<'m> Ear<'m> {
     /// Has heard nothing yet.
     pub fn new(whom: Whom<'m>) -> Ear<'m> {
-        let tracker = match whom.manual.device.bus {
-            Bus::Profinet => BusTracker::Profinet(Box::default()),
-            Bus::Profibus => BusTracker::Profibus(Box::default()),
-        };
+        let tracker = BusTracker::new(whom.manual.device.bus.kind());
         Ear { tracker, listener: Listener::new(whom) }
     }
 
@@ -172,7 +169,7 @@ impl<'m> Listener<'m> {
 
     fn observe(&mut self, ars: &[Ar], observation: &Observation<'_>) {
         self.heard.end = self.now.0;
-        if self.device.bus == Bus::Profibus {
+        if self.device.profibus().is_some() {
             self.slave(ars, observation);
         }
         if let Some(ar) = observation.ar() {
@@ -198,7 +195,7 @@ impl<'m> Listener<'m> {
         let seen = |ar: &ArId| ars.get(ar.0 as usize);
         match observation {
             Observation::Connected { ar } | Observation::ConnectRefused { ar, .. } => {
-                if let (Some(of), Bus::Profinet) = (seen(ar), self.device.bus) {
+                if let (Some(of), Some(_)) = (seen(ar), self.device.profinet()) {
                     self.connect(*ar, of, observation);
                 }
             }
@@ -206,7 +203,7 @@ impl<'m> Listener<'m> {
             Observation::ApplicationReady { ar } => self.stage(ars, *ar, "application_ready"),
             Observation::Record { ar, written, target, data, status } => {
                 let starts = requests::record(self.device, *target).is_some_and(|record| record.start);
-                let in_start = self.device.bus == Bus::Profinet
+                let in_start = self.device.profinet().is_some()
                     && ar.as_ref().and_then(seen).is_some_and(|ar| ar.stage == Stage::Connected)
                     && (starts || (*written && !requests::is_parameter_access(self.device, *target)));
                 if ar.is_some() && !in_start {

@@ -3,7 +3,7 @@
 use crate::ask::Ask;
 use crate::heard::{Value, hex};
 use judge::image::field_number;
-use suite::device::{Bus, Device, Parameter, Record, RecordField};
+use suite::device::{Device, Parameter, Record, RecordField};
 use wire::profidrive::{Attribute, ParameterValue, Request, RequestId, Response};
 use wire::profinet::status::PnioStatus;
 
@@ -26,14 +26,14 @@ pub(super) fn whole(status: &PnioStatus) -> (String, Value) {
 /// Whether a record carries the base mode parameter access, where the manual says that it stands.
 pub(super) fn is_parameter_access(device: &Device, target: Target) -> bool {
     let access = &device.parameter_access;
-    match device.bus {
-        Bus::Profinet => {
+    match device.profibus() {
+        None => {
             let mut points = device.parameter_points().filter_map(|at| device.submodules.get(at));
             let is_there = points.any(|of| (of.slot, of.subslot) == (target.1, target.2));
             target.3 == access.index && is_there && !device.parameters.is_empty()
         }
-        Bus::Profibus => {
-            target.3 == access.index && target.1 == u16::from(access.slot) && !device.parameters.is_empty()
+        Some(slave) => {
+            target.3 == access.index && target.1 == u16::from(slave.parameter_slot) && !device.parameters.is_empty()
         }
     }
 }
@@ -152,7 +152,7 @@ fn plain_text(text: &str) -> Option<Value> {
 /// The API of a request for a submodule that the manual has in another one.
 pub(super) fn other_api(device: &Device, (api, slot, subslot, _): Target) -> Option<u32> {
     let known = || device.submodules.iter().filter(|of| (of.slot, of.subslot) == (slot, subslot));
-    let differs = device.bus == Bus::Profinet && known().next().is_some() && known().all(|of| of.api != api);
+    let differs = device.profinet().is_some() && known().next().is_some() && known().all(|of| of.api != api);
     differs.then_some(api)
 }
 
@@ -161,7 +161,7 @@ pub(super) fn record(device: &Device, target: Target) -> Option<&Record> {
     let (_, slot, subslot, index) = target;
     let is_at = |record: &&Record| {
         let at = device.submodules.get(record.at).map(|at| (at.slot, at.subslot));
-        device.bus == Bus::Profinet && record.index == index && at == Some((slot, subslot))
+        device.profinet().is_some() && record.index == index && at == Some((slot, subslot))
     };
     device.records.iter().find(is_at)
 }
@@ -184,15 +184,16 @@ pub(super) fn record_ask(device: &Device, target: Target, written: Option<&[u8]>
             }
         }
     }
-    let place = match device.bus {
-        Bus::Profinet => format!("slot: {slot}, subslot: 0x{subslot:X}, index: 0x{index:X}"),
-        Bus::Profibus => format!("slot: {slot}, index: {index}"),
+    let on_profibus = device.profibus().is_some();
+    let place = match on_profibus {
+        false => format!("slot: {slot}, subslot: 0x{subslot:X}, index: 0x{index:X}"),
+        true => format!("slot: {slot}, index: {index}"),
     };
-    let (service, rest) = match (written, device.bus) {
-        (Some(octets), Bus::Profinet) => ("record_write", format!("bytes: \"{}\"", hex(octets))),
-        (None, Bus::Profinet) => ("record_read", "length: 4096".to_owned()),
-        (Some(octets), Bus::Profibus) => ("ds_write", format!("bytes: \"{}\"", hex(octets))),
-        (None, Bus::Profibus) => ("ds_read", "length: 240".to_owned()),
+    let (service, rest) = match (written, on_profibus) {
+        (Some(octets), false) => ("record_write", format!("bytes: \"{}\"", hex(octets))),
+        (None, false) => ("record_read", "length: 4096".to_owned()),
+        (Some(octets), true) => ("ds_write", format!("bytes: \"{}\"", hex(octets))),
+        (None, true) => ("ds_read", "length: 240".to_owned()),
     };
     Ask::Send { service: service.to_owned(), fields: format!("{{ {place}, {rest} }}"), answered: true }
 }

@@ -49,7 +49,7 @@ impl Listener<'_> {
             Observation::Dp { event, .. } => match *event {
                 Dp::Parameters { master, station, octets } => {
                     let Ok(prm) = SetPrm::parse(octets) else { return };
-                    if self.pair.is_none() && prm.ident == self.device.identity.device_id {
+                    if self.pair.is_none() && Some(prm.ident) == self.device.ident() {
                         self.pair = Some((Address::Fdl(master), Address::Fdl(station)));
                     }
                     if is_pair(self, master, station) && prm.status.has(StationStatus::LOCK_REQ) {
@@ -120,7 +120,7 @@ impl Listener<'_> {
     /// A diagnosis by names; its octets come last.
     fn diagnosis_words(&self, octets: &[u8]) -> Vec<(String, Value)> {
         let device = self.device;
-        let Some(slave) = &device.slave else { return Vec::new() };
+        let Some(slave) = device.profibus() else { return Vec::new() };
         let layout = &slave.diagnosis;
         let own = self.pair.and_then(|(master, _)| match master {
             Address::Fdl(number) => Some(number),
@@ -221,7 +221,7 @@ impl Listener<'_> {
     fn connection(&self, open: &Open) -> Option<Ask> {
         let device = self.device;
         let prm = SetPrm::parse(&open.parameters).ok()?;
-        let layout = &device.slave.as_ref()?.set_prm;
+        let layout = &device.profibus()?.set_prm;
         let usual = layout.dpv1;
         let own = prm.dpv1().filter(|_| usual.is_some());
         let clock = isochronous(&prm).filter(|_| usual.is_some());
@@ -232,18 +232,19 @@ impl Listener<'_> {
             record.and_then(|record| record.fields.get(field)).and_then(|field| field_number(field, user))
         };
         let fits = |module: &&Module| {
-            module.fixes.iter().filter(|(field, value)| number(*field) == Some(*value)).count() == module.fixes.len()
+            module.fixes().iter().filter(|(field, value)| number(*field) == Some(*value)).count()
+                == module.fixes().len()
         };
-        let configured = |module: &&Module| open.configuration.as_ref() == Some(&module.cfg);
+        let configured = |module: &&Module| open.configuration.as_deref() == Some(module.cfg());
         let modules = || device.modules.iter();
         let module = modules().filter(configured).find(fits).or_else(|| modules().find(configured));
         let module = module.or_else(|| modules().find(fits)).or_else(|| modules().next())?;
         let mut connection = Connection { module: module.name.clone(), ..Connection::default() };
         let mut instead = |key: &str, value: String| connection.instead.push((key.to_owned(), value));
-        if let Some(octets) = open.configuration.as_ref().filter(|octets| **octets != module.cfg) {
+        if let Some(octets) = open.configuration.as_ref().filter(|octets| **octets != *module.cfg()) {
             instead("chk_cfg", format!("\"{}\"", hex(octets)));
         }
-        if prm.ident != device.identity.device_id {
+        if Some(prm.ident) != device.ident() {
             instead("ident", format!("0x{:04X}", prm.ident));
         }
         if prm.status.has(StationStatus::UNLOCK_REQ) {
@@ -270,7 +271,7 @@ impl Listener<'_> {
                     instead("dpv1", format!("\"{}\"", hex(&sent)));
                 }
                 for (index, field) in record.fields.iter().enumerate() {
-                    let fixed = module.fixes.iter().find(|(of, _)| *of == index).map(|(_, value)| *value);
+                    let fixed = module.fixes().iter().find(|(of, _)| *of == index).map(|(_, value)| *value);
                     let usual = fixed.or_else(|| field.default.get(self.variant).copied());
                     if known.len() == record.fields.len() && number(index) != usual {
                         connection.settings.push((field.name.clone(), field_value(field, user)?.text));

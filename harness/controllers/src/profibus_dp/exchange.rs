@@ -4,7 +4,7 @@ use super::connection::{ClearOutputs, Connection};
 use super::message::Message;
 use super::outcome::{Answer, ConnectionEnd};
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
-use crate::profinet_io::Outputs;
+use crate::outputs::Outputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::time::Duration;

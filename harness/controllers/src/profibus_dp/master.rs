@@ -9,7 +9,7 @@ use super::outcome::{Answer, ConnectionEnd, ConnectionState, Ended, Outcome};
 use super::request::{Busy, Request, Settings};
 use super::ring::Ring;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
-use crate::profinet_io::Outputs;
+use crate::outputs::Outputs;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
@@ -138,7 +138,8 @@ impl Master {
 
     /// Sets the outputs from the first octet on.
     pub fn set_outputs(&mut self, octets: &[u8]) {
-        self.outputs.set(OUTPUT_SLOT, OUTPUT_SUBSLOT, 0, octets);
+        self.outputs.declare_bytes(OUTPUT_SLOT, OUTPUT_SUBSLOT, octets.len());
+        self.outputs.set_bytes(octets);
     }
 
     /// The inputs of the last good Data_Exchange.

@@ -29,7 +29,7 @@ pub use outcome::{
 pub use pace::Pace;
 pub use request::{Broken, Busy, Request, Settings, broken_frames};
 
-/// The slot of the outputs of a slave in [`Outputs`](crate::profinet_io::Outputs); a slave of DP has one image.
+/// The slot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs); a slave of DP has one image.
 pub const OUTPUT_SLOT: u16 = 1;
-/// The subslot of the outputs of a slave in [`Outputs`](crate::profinet_io::Outputs).
+/// The subslot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs).
 pub const OUTPUT_SUBSLOT: u16 = 1;

@@ -2,7 +2,7 @@
 //!
 //! The master acts and reports how its own requests went; what the slave did is read from the frames by others.
 
-use crate::profinet_io::state::words;
+use crate::words::words;
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -1,7 +1,7 @@
 //! What a master can be asked to do, and who it is.
 
 use super::connection::Connection;
-use crate::profinet_io::state::words;
+use crate::words::words;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::fmt;

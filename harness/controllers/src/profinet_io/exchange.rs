@@ -5,8 +5,8 @@
 
 use super::connection::{Connection, SEND_CLOCK_UNIT_NANOS};
 use super::layout::Layout;
-use super::outputs::Outputs;
 use super::state::{Wait, Waiting};
+use crate::outputs::Outputs;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
@@ -160,7 +160,7 @@ impl Provider {
         let (data, status) = self.frame[self.data_at..].split_at_mut(self.status_at - self.data_at);
         for &(place, at, octets) in &self.outputs {
             outputs.copy(place, &mut data[at..at + octets]);
-            data[at + octets] = if self.ready { outputs.provider_status(place).0 } else { bad.0 };
+            data[at + octets] = if self.ready && outputs.is_good(place) { IoxS::GOOD.0 } else { bad.0 };
         }
         for &at in &self.iocs {
             data[at] = if self.ready { IoxS::GOOD.0 } else { bad.0 };

@@ -18,14 +18,13 @@ mod jobs;
 mod layout;
 mod limits;
 mod outcome;
-pub(crate) mod outputs;
 mod presence;
 mod record;
 mod request;
 mod search;
 mod server;
 mod startup;
-pub(crate) mod state;
+mod state;
 
 pub use alarms::AlarmAcknowledge;
 pub use broken::{Broken, broken_frames};
@@ -39,6 +38,5 @@ pub use outcome::{
     ArEnd, CallError, ConnectOutcome, ControlOutcome, DcpOutcome, Ended, Failure, FailureReason, Outcome,
     ParameterOutcome, RecordOutcome, StartUp, StationSeen,
 };
-pub use outputs::{Counter, CounterMode, Outputs};
 pub use request::{Busy, IdentifyBy, Partner, Request, Reset, Settings};
 pub use state::{ArState, Stage, Wait, Waiting};

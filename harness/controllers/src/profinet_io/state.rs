@@ -1,39 +1,8 @@
 //! The states of an AR and the waits of the controller, as tables that can be printed.
 
+use crate::words::words;
 use core::fmt;
 use core::time::Duration;
-
-macro_rules! words {
-    ($(#[$doc:meta])* pub enum $name:ident { $($Variant:ident $word:literal $sentence:literal,)* }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub enum $name {
-            $(#[doc = $sentence] $Variant,)*
-        }
-
-        impl $name {
-            /// Every value with its word and its sentence.
-            pub const TABLE: &'static [($name, &'static str, &'static str)] = &[$(($name::$Variant, $word, $sentence),)*];
-
-            /// The word in snake_case.
-            pub fn word(self) -> &'static str {
-                match self { $($name::$Variant => $word,)* }
-            }
-
-            /// What it means, as a sentence.
-            pub fn sentence(self) -> &'static str {
-                match self { $($name::$Variant => $sentence,)* }
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(self.word())
-            }
-        }
-    };
-}
-pub(crate) use words;
 
 words! {
     /// The stages of a start-up in their order.

@@ -1,13 +1,13 @@
 //! Where manual and GSD disagree. What is invented says nothing here.
 
 use super::model::{Field, FieldType, Gsd, Module};
-use results::outcome::{Finding, Severity};
-use suite::device::{Device, Origin, RecordField, Slave};
+use results::outcome::{DescriptionKind, Finding, Severity};
+use suite::device::{Device, Origin, ProfibusFacts, RecordField};
 
 /// Every disagreement of the manual (`device`, for the variant of this number) with a GSD, in an order that is the same on
 /// every run; nothing for a device that is not on PROFIBUS.
 pub fn compare(device: &Device, variant: usize, gsd: &Gsd) -> Vec<Finding> {
-    let Some(slave) = &device.slave else { return Vec::new() };
+    let Some(slave) = device.profibus() else { return Vec::new() };
     let mut work = Work { device, slave, variant, gsd, findings: Vec::new() };
     work.ident();
     work.modules();
@@ -23,7 +23,7 @@ pub(super) fn octets(octets: &[u8]) -> String {
 }
 
 /// The octets of Set_Prm between the first seven and the user octets whose fields the manual has.
-pub(super) fn before_the_fields(slave: &Slave) -> usize {
+pub(super) fn before_the_fields(slave: &ProfibusFacts) -> usize {
     slave.set_prm.dpv1.map_or(0, |octets| octets.len())
 }
 
@@ -44,7 +44,7 @@ pub(super) fn is_at(field: &RecordField, before: usize, at: usize, known: &Field
 
 struct Work<'w> {
     device: &'w Device,
-    slave: &'w Slave,
+    slave: &'w ProfibusFacts,
     variant: usize,
     gsd: &'w Gsd,
     findings: Vec<Finding>,
@@ -56,15 +56,14 @@ impl<'w> Work<'w> {
             return;
         }
         let text = format!("{subject}: the manual says {manual}, the GSD says {gsd}.");
-        let (manual, gsd) = (Some(manual), Some(gsd));
-        self.findings.push(Finding { id: id.into(), severity, text, manual, gsdml: None, gsd, device: None });
+        let (manual, description) = (Some(manual), Some((DescriptionKind::Gsd, gsd)));
+        self.findings.push(Finding { id: id.into(), severity, text, manual, description, device: None });
     }
 
     fn ident(&mut self) {
-        let identity = &self.device.identity;
-        if identity.device_id_origin == Origin::Manual {
+        if self.slave.ident_origin == Origin::Manual {
             let said = |ident: u16| format!("0x{ident:04X}");
-            let (manual, gsd) = (said(identity.device_id), said(self.gsd.ident));
+            let (manual, gsd) = (said(self.slave.ident), said(self.gsd.ident));
             self.differ("ident_number", Severity::Error, "Ident number", manual, gsd);
         }
     }
@@ -76,11 +75,11 @@ impl<'w> Work<'w> {
 
     fn modules(&mut self) {
         for module in self.device.modules.iter().filter(|module| module.ident_origin == Origin::Manual) {
-            if self.alike(&module.cfg).is_empty() {
+            if self.alike(module.cfg()).is_empty() {
                 let known: Vec<String> = self.gsd.modules.iter().map(|known| octets(&known.cfg)).collect();
                 let id = format!("{}.cfg", module.name);
                 let subject = format!("Identifiers of {}", module.name);
-                self.differ(&id, Severity::Warning, &subject, octets(&module.cfg), known.join(", "));
+                self.differ(&id, Severity::Warning, &subject, octets(module.cfg()), known.join(", "));
             }
         }
     }

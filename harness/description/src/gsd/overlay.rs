@@ -13,10 +13,10 @@ use wire::profibus::cfg::{Identifier, sums};
 /// Nothing that the manual prints is touched. A GSD with several modules of the same lengths gives none of them.
 pub fn overlay(device: &mut Device, gsd: Option<&Gsd>) -> Overlay {
     let mut done = Overlay::default();
-    if device.identity.device_id_origin == Origin::Invented {
+    if let Some(slave) = device.bus.profibus_mut().filter(|slave| slave.ident_origin == Origin::Invented) {
         match gsd {
             Some(gsd) => {
-                (device.identity.device_id, device.identity.device_id_origin) = (gsd.ident, Origin::Description);
+                (slave.ident, slave.ident_origin) = (gsd.ident, Origin::Description);
                 done.taken.push(format!("the ident number is 0x{:04X}, as the GSD says", gsd.ident));
             }
             None => done.missing.push("the ident number: no GSD says it".into()),
@@ -37,7 +37,7 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
             let sums = sums(&Identifier::parse_all(cfg).ok()?);
             Some((sums.outputs, sums.inputs))
         };
-        let wanted = lengths(&module.cfg);
+        let wanted = lengths(module.cfg());
         let fitting: Vec<_> = gsd
             .into_iter()
             .flat_map(|gsd| &gsd.modules)
@@ -47,8 +47,7 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
         match fitting.as_slice() {
             [only] => {
                 let module = &mut device.modules[index];
-                module.cfg.clone_from(&only.cfg);
-                module.ident_origin = Origin::Description;
+                module.take_cfg(&only.cfg);
                 for &submodule in &module.submodules {
                     if let Some(submodule) = device.submodules.get_mut(submodule) {
                         submodule.ident_origin = Origin::Description;
@@ -63,7 +62,7 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
 }
 
 fn user_octets(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
-    let Some(slave) = &device.slave else { return };
+    let Some(slave) = device.profibus() else { return };
     let before = before_the_fields(slave);
     let Some(record) = device.records.first_mut().filter(|record| record.origin == Origin::Invented) else { return };
     let has = |gsd: &Gsd| {

@@ -4,7 +4,7 @@
 use super::model::{AccessPoint, Gsdml, Submodule};
 use super::places::{self, Found, Match, Slotted, lengths};
 use super::says::{DeviceSays, Plugged};
-use results::outcome::{Finding, Severity};
+use results::outcome::{DescriptionKind, Finding, Severity};
 use suite::device::{self, Device, Origin};
 
 /// Every disagreement of the manual (`device`, for the variant of this number), the GSDML and the device itself, in an order
@@ -85,7 +85,8 @@ impl<'w> Work<'w> {
     /// Adds a finding, unless it is there already: submodules are shared by modules.
     pub(super) fn find(&mut self, id: String, severity: Severity, text: String, three: Three) {
         let Three { manual, gsdml, device } = three;
-        let finding = Finding { id, severity, text, manual, gsdml, gsd: None, device };
+        let description = gsdml.map(|said| (DescriptionKind::Gsdml, said));
+        let finding = Finding { id, severity, text, manual, description, device };
         if !self.findings.contains(&finding) {
             self.findings.push(finding);
         }
@@ -107,7 +108,7 @@ impl<'w> Work<'w> {
     }
 
     fn identity(&mut self) {
-        let identity = &self.device.identity;
+        let Some(identity) = self.device.profinet().map(|facts| &facts.identity) else { return };
         let said = |of: fn((u16, u16)) -> u16| self.says.and_then(|says| says.ids).map(of).map(id);
         let vendor = Three {
             manual: Some(id(identity.vendor_id)),
@@ -398,9 +399,10 @@ impl<'w> Work<'w> {
             let three = Three { manual: None, gsdml: Some(quoted(first)), device: Some(quoted(&order)) };
             self.differ("order_number".into(), Severity::Warning, "Order number", three);
         }
-        if im0.vendor_id != self.device.identity.vendor_id {
+        let vendor_id = self.device.ids().map_or(0, |(vendor, _)| vendor);
+        if im0.vendor_id != vendor_id {
             let three = Three {
-                manual: Some(id(self.device.identity.vendor_id)),
+                manual: Some(id(vendor_id)),
                 gsdml: gsdml.map(|gsdml| id(gsdml.vendor_id)),
                 device: Some(id(im0.vendor_id)),
             };

@@ -4,7 +4,7 @@ use super::model::{AccessPoint, Bits, DataType, Gsdml, Item};
 use super::places::{self, Found, Match};
 use super::says::{DeviceSays, Plugged};
 use std::fmt;
-use suite::device::{Bus, Device, Origin, RecordField};
+use suite::device::{Device, Origin, RecordField};
 use suite::model::Start;
 
 /// What [`overlay`] did.
@@ -75,7 +75,7 @@ impl Work<'_> {
     }
 
     fn device_id(&mut self) {
-        let identity = &mut self.device.identity;
+        let Some(identity) = self.device.bus.profinet_mut().map(|facts| &mut facts.identity) else { return };
         if identity.device_id_origin != Origin::Invented {
             return;
         }
@@ -190,7 +190,7 @@ impl Work<'_> {
         }
         match unanimous(used.into_iter().map(Some)) {
             Some(ident) => {
-                (module.ident, module.ident_origin) = (ident, Origin::Description);
+                module.take_ident(ident);
                 let what = format!("the ident of the module of {}", module.name);
                 self.taken(&what, ident, from);
             }
@@ -312,17 +312,10 @@ pub fn needs_description(device: &Device, start: &Start) -> Option<String> {
         .find(with_place);
     let invented = |origin: Origin| origin == Origin::Invented;
     let what = match submodules.iter().find(|submodule| invented(submodule.ident_origin)) {
-        _ if invented(device.identity.device_id_origin) => "device ID".to_owned(),
+        _ if invented(device.bus.number_origin()) => "device ID".to_owned(),
         Some(submodule) => format!("ident of {}", submodule.name),
         None if invented(module.ident_origin) => format!("ident of {}", module.name),
         None => format!("layout of {}", record?.0.name),
     };
-    Some(match device.bus {
-        Bus::Profinet => format!(
-            "the manual prints no {what}, and neither a GSDML nor the device says it: name a GSDML in the bench file"
-        ),
-        Bus::Profibus => {
-            format!("the manual prints no {what}, and no GSD says it: name the vendor's in the bench file by `gsd`")
-        }
-    })
+    Some(device.bus.needs_description(&what))
 }

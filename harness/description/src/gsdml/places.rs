@@ -157,7 +157,8 @@ pub(super) fn printed_module_ident(
     module: usize,
     submodules: &[usize],
 ) -> Option<u32> {
-    let of_module = device.modules.get(module).filter(|of| of.ident_origin == Origin::Manual).map(|of| of.ident);
+    let of_module =
+        device.modules.get(module).filter(|of| of.ident_origin == Origin::Manual).and_then(device::Module::ident);
     let own = submodules.iter().filter_map(|&index| device.submodules.get(index)).find_map(|of| {
         let ident = of.module_ident(variant)?;
         Some((of.ident_origin == Origin::Manual).then_some(ident))

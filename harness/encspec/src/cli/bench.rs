@@ -205,23 +205,15 @@ struct Claimed<'m> {
 }
 
 fn claim<'m>(found: &Found, manuals: &'m [Manual]) -> Claimed<'m> {
-    let identity = |manual: &Manual| {
-        let of = &manual.device.identity;
-        (of.vendor_id, of.device_id, of.device_id_origin)
-    };
-    let same = |manual: &&Manual| {
-        found.ids.is_some_and(|(vendor, device)| {
-            let (its_vendor, its_device, _) = identity(manual);
-            (its_vendor, its_device) == (vendor, device)
-        })
-    };
+    let same = |manual: &&Manual| found.ids.is_some() && manual.device.ids() == found.ids;
     let similar = |manual: &&Manual| {
-        found.ids.is_some_and(|(vendor, _)| {
-            let (its_vendor, _, origin) = identity(manual);
-            its_vendor == vendor && origin == Origin::Invented
-        })
+        let vendor = |ids: Option<(u16, u16)>| ids.map(|(vendor, _)| vendor);
+        let of_vendor = found.ids.is_some() && vendor(manual.device.ids()) == vendor(found.ids);
+        of_vendor && manual.device.bus.number_origin() == Origin::Invented
     };
-    let named = |manual: &&Manual| manual.device.identity.station_type == found.station_type;
+    let named = |manual: &&Manual| {
+        manual.device.profinet().is_some_and(|facts| facts.identity.station_type == found.station_type)
+    };
     let certain = manuals.iter().filter(same).find(named).or_else(|| manuals.iter().find(same));
     let perhaps = || manuals.iter().filter(similar).find(named).or_else(|| manuals.iter().find(similar));
     Claimed { certain: certain.is_some(), manual: certain.or_else(perhaps) }

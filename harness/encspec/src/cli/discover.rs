@@ -67,11 +67,11 @@ impl Shown {
 
 /// The manual for a station with these numbers, and those of its vendor that it might be as well.
 fn suites_for(ids: (u16, u16), manuals: &[Manual]) -> (Option<String>, Vec<String>) {
-    let same = |manual: &&Manual| (manual.device.identity.vendor_id, manual.device.identity.device_id) == ids;
+    let same = |manual: &&Manual| manual.device.ids() == Some(ids);
     let suite = manuals.iter().find(same).map(|manual| manual.device.name.clone());
     let similar = |manual: &&Manual| {
-        let identity = &manual.device.identity;
-        identity.vendor_id == ids.0 && identity.device_id_origin == Origin::Invented && !same(manual)
+        let of_vendor = manual.device.ids().is_some_and(|(vendor, _)| vendor == ids.0);
+        of_vendor && manual.device.bus.number_origin() == Origin::Invented && !same(manual)
     };
     (suite, manuals.iter().filter(similar).map(|manual| manual.device.name.clone()).collect())
 }

@@ -43,7 +43,7 @@ pub(super) fn open(file: &Path) -> Result<Gsd, Stop> {
 fn one(file: &Path, device: Option<&str>, suites: &Suites) -> Ended {
     let read = open(file)?;
     vendor_file::against(gsd::show(&read), device, suites, |device, variant| {
-        if device.slave.is_none() {
+        if device.profibus().is_none() {
             let name = &device.name;
             return Err(Stop::usage(format!("{name} is on PROFINET, whose descriptions are GSDML files")));
         }

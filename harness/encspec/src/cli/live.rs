@@ -10,10 +10,11 @@ use live::preflight::{self, Wanted};
 use live::profibus;
 use live::stand::LiveStand;
 use results::bench_file::{self, ANY_DEVICE, BenchFile, Claim, LinkSpec};
+use results::outcome::DescriptionKind;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
-use suite::device::{Bus, Origin};
+use suite::device::Origin;
 use suite::model::Manual;
 use suite::persona::Persona;
 use suite::{BenchTimes, load};
@@ -71,11 +72,11 @@ fn lock_name(bench: &BenchFile) -> String {
 /// Trials are run in the manner of `persona`, which only devices of PROFINET know.
 pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<Arc<Persona>>) -> Result<DutSpec, Stop> {
     let mut manual = manual(&bench, suites)?;
-    if bench.link.bus() != manual.device.bus {
+    if bench.link.bus() != manual.device.bus.kind() {
         let name = &manual.device.name;
-        return Err(Stop::usage(match manual.device.bus {
-            Bus::Profibus => format!("{name} speaks PROFIBUS, so its link is `serial:TTY` and not {}", bench.link),
-            Bus::Profinet => {
+        return Err(Stop::usage(match manual.device.profibus() {
+            Some(_) => format!("{name} speaks PROFIBUS, so its link is `serial:TTY` and not {}", bench.link),
+            None => {
                 format!("{name} speaks PROFINET, so its link is `nic:IF` or `socket:ADDRESS` and not {}", bench.link)
             }
         }));
@@ -87,9 +88,9 @@ pub fn open(mut bench: BenchFile, suites: &Suites, long: bool, persona: Option<A
     bench.describe_pages(device);
     let Claim { manual: name, variant: claimed } = bench.claim.clone();
     link::interrupt::watch();
-    let live = match manual.device.bus {
-        Bus::Profinet => on_wire(bench, manual, variant, long, persona)?,
-        Bus::Profibus => on_bus(bench, manual, variant, long)?,
+    let live = match manual.device.profibus() {
+        None => on_wire(bench, manual, variant, long, persona)?,
+        Some(_) => on_bus(bench, manual, variant, long)?,
     };
     if let Some(why) = live.passive() {
         complain(&format!("only what reads is run: {why}"));
@@ -105,15 +106,15 @@ fn on_wire(
     long: bool,
     persona: Option<Arc<Persona>>,
 ) -> Result<DeviceOnBench, Stop> {
-    let description = bench.gsdml.as_deref().map(read_gsdml).transpose()?;
+    let description = bench.description_of(DescriptionKind::Gsdml).map(read_gsdml).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
     let firmware_pages = device.pages_for_firmware().map(|page| page.path.clone()).collect();
-    let identity = &device.identity;
-    let told = description.as_ref().filter(|known| known.vendor_id == identity.vendor_id).map(|known| known.device_id);
-    let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
+    let (vendor_id, device_id) = device.ids().unwrap_or_default();
+    let told = description.as_ref().filter(|known| known.vendor_id == vendor_id).map(|known| known.device_id);
+    let printed = (device.bus.number_origin() != Origin::Invented).then_some(device_id);
     let cycle = device.timing.cycle;
     let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
-    let wanted = Wanted { vendor_id: identity.vendor_id, device_id: printed.or(told), cycle, firmware_pages };
+    let wanted = Wanted { vendor_id, device_id: printed.or(told), cycle, firmware_pages };
     let granted = link::realtime::raise();
     let mut offers = None;
     let prepared = preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
@@ -128,13 +129,12 @@ fn on_wire(
 
 /// A slave of PROFIBUS.
 fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) -> Result<DeviceOnBench, Stop> {
-    let description = bench.gsd.as_deref().map(super::gsd::open).transpose()?;
+    let description = bench.description_of(DescriptionKind::Gsd).map(super::gsd::open).transpose()?;
     let device = Arc::get_mut(&mut manual.device).ok_or_else(|| Stop::bench("the suite is in use elsewhere"))?;
-    let identity = &device.identity;
-    let printed = (identity.device_id_origin != Origin::Invented).then_some(identity.device_id);
+    let printed = device.ident().filter(|_| device.bus.number_origin() != Origin::Invented);
     let wanted = profibus::preflight::Wanted {
         ident: printed.or(description.as_ref().map(|known| known.ident)),
-        address: device.slave.as_ref().map_or(DpLine::default().station, |slave| slave.address),
+        address: device.profibus().map_or(DpLine::default().station, |slave| slave.address),
         cycle: device.timing.cycle,
     };
     let granted = link::realtime::raise();

@@ -18,7 +18,6 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
-use suite::device::Bus;
 use suite::model::Manual;
 
 /// Where the captures of cases that are not green go if nothing else is said; the folder is made when there is one.
@@ -176,7 +175,7 @@ impl Request {
         self.only_with_the_bugs(&mut devices.here, manuals)?;
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
             // A persona is the manner of a controller on PROFINET; who names a slave all the same is told so case by case.
-            let is_slave = |manual: &Manual| manual.device.bus == Bus::Profibus;
+            let is_slave = |manual: &Manual| manual.device.profibus().is_some();
             let slaves: Vec<&str> =
                 manuals.iter().filter(|of| is_slave(of)).map(|of| of.device.name.as_str()).collect();
             devices.here.retain(|spec| !slaves.contains(&spec.manual.as_str()));

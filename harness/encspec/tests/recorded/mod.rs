@@ -30,7 +30,7 @@ pub fn record(manual: &Manual, trial: &Trial, bugs: &[&str]) -> Recording {
     let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
-    let link = match manual.device.bus {
+    let link = match manual.device.bus.kind() {
         Bus::Profinet => LinkType::ETHERNET,
         Bus::Profibus => LinkType::PROFIBUS,
     };

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use encspec::result::{
-    Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
+    Blame, CaseKind, CaseResult, Covered, Decided, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
     RequirementResult, RunResult, Severity,
 };
 use encspec::suite::device::Location;
@@ -148,8 +148,7 @@ pub fn everything() -> RunResult {
         severity,
         text: text.into(),
         manual: Some("16 octets".into()),
-        gsdml: Some("14 octets".into()),
-        gsd: None,
+        description: Some((DescriptionKind::Gsdml, "14 octets".into())),
         device: device.map(Into::into),
     };
     result.runs[0].findings = vec![

@@ -1,11 +1,12 @@
 //! The needs of a trial, read off its steps.
 
 use super::{Ability, Claim, Consent, LONG, Need};
+use crate::driver;
 use crate::scan::observed;
 use expression::{NameId, Program, Value};
 use std::ops::RangeInclusive;
 use std::time::Duration;
-use suite::device::{Bus, Changed, NameKind, Origin, StandName, StationName};
+use suite::device::{Changed, NameKind, Origin, StandName, StationName};
 use suite::model::{
     Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
     Trial, Turn, Variant, Verb, Via, Way,
@@ -262,11 +263,11 @@ impl<'a> Scan<'a> {
             StandName::Link => Some(Ability::Link),
             StandName::Delivery => {
                 self.add(Need::Consent(Consent::FactoryReset));
-                match self.manual.device.bus {
+                match driver::of(&self.manual.device).switches_go_back() {
                     // The name is gone, and given back at the end.
-                    Bus::Profinet => self.add(Need::Consent(Consent::SetName)),
+                    false => self.add(Need::Consent(Consent::SetName)),
                     // The switches go back to where they were, and are read when the supply comes.
-                    Bus::Profibus => {
+                    true => {
                         let switches = names.switches.iter().map(|switch| Ability::Switch(switch.name.clone()));
                         switches.chain([Ability::Power]).for_each(|ability| self.able(ability));
                     }

@@ -57,7 +57,7 @@ impl<'a> Run<'a> {
 
     /// Finds out where a slave with the right ident number is: every address is asked.
     pub fn station_address(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
-        let wanted = self.world.manual.device.identity.device_id;
+        let wanted = self.ident();
         let masters = self.place.line.masters;
         let mut found = Vec::new();
         for address in STATIONS.filter(|address| !masters.contains(address)) {
@@ -86,7 +86,7 @@ impl<'a> Run<'a> {
     /// Sends a parameter request by the data set for it; its response, or why there is none.
     pub fn data_set(&mut self, access: &'a Access, request: Vec<u8>) -> Result<Result<Vec<u8>, Reply>, Trouble> {
         let to = self.station_of(access.to.as_ref())?;
-        let (mut slot, mut index) = (self.world.manual.device.parameter_access.slot, None);
+        let (mut slot, mut index) = (self.parameter_slot(), None);
         for instead in &access.instead {
             match instead {
                 Instead::Slot(other) => slot = u8::try_from(*other).unwrap_or(u8::MAX),

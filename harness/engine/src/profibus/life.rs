@@ -66,9 +66,19 @@ impl SlaveAt {
 }
 
 impl Run<'_> {
+    /// The ident number that the device claims.
+    pub(super) fn ident(&self) -> u16 {
+        self.world.manual.device.ident().unwrap_or_default()
+    }
+
+    /// The slot of the data set that parameters are reached by.
+    pub(super) fn parameter_slot(&self) -> u8 {
+        self.world.manual.device.profibus().map_or(0, |slave| slave.parameter_slot)
+    }
+
     /// The slave answers Slave_Diag and has the ident number that the bench claims; anything else says nothing about it.
     pub fn slave_answers(&mut self) -> Done {
-        let wanted = self.world.manual.device.identity.device_id;
+        let wanted = self.ident();
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
         // A model has power since long before the trial, so that it answers at once or never.
@@ -127,7 +137,7 @@ impl Run<'_> {
         }
         let at = self.found_at(&met, self.patience())?;
         if self.slave.told.contains(&at) {
-            let ident = self.world.manual.device.identity.device_id;
+            let ident = self.ident();
             let set = SetSlaveAddress { address: home, ident, no_change: 0, kept: Vec::new() };
             self.ask_link(false, Request::SetSlaveAddress { to: at, set })?;
             if self.found_at(&[home], AT_ONCE).is_ok() {
@@ -140,7 +150,7 @@ impl Run<'_> {
 
     /// Whether the slave is at this address now.
     fn is_at(&mut self, address: u8) -> Result<bool, Trouble> {
-        let wanted = self.world.manual.device.identity.device_id;
+        let wanted = self.ident();
         Ok(self.diagnose(false, address)?.diagnosis().is_some_and(|diagnosis| diagnosis.ident == wanted))
     }
 

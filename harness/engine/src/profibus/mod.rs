@@ -12,12 +12,155 @@ mod start;
 pub use life::SlaveAt;
 pub use start::{ISOCHRONOUS_GROUP, isochronous_times};
 
-use super::trial::{Run, Trouble};
-use controllers::profibus_dp::{AcyclicError, Answer, Outcome, Request};
+use super::access::Answered;
+use super::driver::BusDriver;
+use super::ours::{Ours, sender};
+use super::probe::Kept;
+use super::trial::{Done, Place, Run, Trouble};
+use super::verbs::other_bus;
+use controllers::profibus_dp::{AcyclicError, Answer, Master, Outcome, Request, Settings as MasterSettings};
 use expression::{Program, State};
 use judge::answer::{Refusal, Reply};
+use judge::observe::Address;
+use results::journal::Found;
 use results::outcome::Blame;
 use results::verdict::Verdict;
+use station::Duration;
+use suite::device::Record;
+use suite::model::{Access, Answer as ExpectedAnswer, Manual, Service as DeviceService, Start, Trial};
+use wire::profibus::fdl::BitTimes;
+
+/// PROFIBUS DP.
+pub struct Profibus;
+
+impl BusDriver for Profibus {
+    fn stations(&self, manual: &Manual, place: &Place, trial: &Trial) -> Ours {
+        // A second master takes its share of the token all the time, so it is there only where it is needed.
+        let count = if super::scan::has_second(trial) { 2 } else { 1 };
+        let highest = place.line.masters.into_iter().take(count).max().unwrap_or_default();
+        let master = |address| {
+            if let Some(pace) = place.line.pace {
+                return Master::new(pace.settings(address, place.line.baud, highest));
+            }
+            let mut settings = MasterSettings::new(address, place.line.baud);
+            if count == 1 {
+                // With a longer slot time a master that is alone hands the token to itself less often.
+                settings.slot_time = BitTimes(settings.slot_time.0 * 5 / 2);
+                settings.token_pause = BitTimes(settings.token_pause.0 * 5 / 2);
+                if place.bench.is_none() {
+                    // Nobody else is on a virtual bus to miss the token, so once in a cycle is enough.
+                    let cycle = trial.start.as_ref().map_or(Duration::ZERO, |start| start.cycle(&manual.device));
+                    let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX);
+                    settings.token_pause = settings.token_pause.max(place.line.baud.bits(cycle));
+                }
+            }
+            Master::new(settings)
+        };
+        Ours::Masters(place.line.masters.into_iter().take(count).map(master).collect())
+    }
+
+    fn prove_life(&self, run: &mut Run<'_>) -> Done {
+        run.slave_answers()
+    }
+
+    fn still_lives(&self, run: &mut Run<'_>) -> Done {
+        run.slave_still_lives()
+    }
+
+    fn put_station_back(&self, run: &mut Run<'_>, has_read: bool) -> Done {
+        run.put_slave_back(has_read)
+    }
+
+    fn undo_settings(&self, run: &mut Run<'_>) {
+        run.clock(Some(false), Some(Duration::ZERO));
+    }
+
+    fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool {
+        sender(frame, Address::Fdl(0)).is_some_and(|by| run.slave.is_at(by))
+    }
+
+    fn connect<'a>(
+        &self,
+        run: &mut Run<'a>,
+        start: &'a Start,
+        answer: Option<&'a ExpectedAnswer>,
+        second: bool,
+        to: Option<&'a Program>,
+    ) -> Done {
+        run.parameterise(start, answer, second, to)
+    }
+
+    fn release(&self, run: &mut Run<'_>, second: bool) -> Done {
+        run.release(second)
+    }
+
+    fn cycles(&self, run: &mut Run<'_>, count: u64) -> Done {
+        run.whole_cycles(count)
+    }
+
+    fn outputs_leave(&self, run: &mut Run<'_>) -> Done {
+        run.outputs_leave()
+    }
+
+    fn send<'a>(
+        &self,
+        run: &mut Run<'a>,
+        service: &'a DeviceService,
+        answer: Option<&'a ExpectedAnswer>,
+        second: bool,
+        to: Option<&'a Program>,
+    ) -> Done {
+        match service {
+            DeviceService::Dp(service) => run.serve(service, answer, second, to),
+            DeviceService::Broken(word) => run.broken_frame(word, second, to),
+            _ => Err(other_bus()),
+        }
+    }
+
+    fn station<'a>(&self, run: &mut Run<'a>, access: &'a Access, _: bool) -> Result<Answered, Trouble> {
+        run.station_address(access)
+    }
+
+    fn parameters<'a>(
+        &self,
+        run: &mut Run<'a>,
+        access: &'a Access,
+        request: Vec<u8>,
+    ) -> Result<Result<Vec<u8>, Reply>, Trouble> {
+        run.data_set(access, request)
+    }
+
+    fn parameter_response(&self, run: &mut Run<'_>, request: Vec<u8>) -> Option<Vec<u8>> {
+        run.slave_parameter(request)
+    }
+
+    fn stands_with(&self, run: &mut Run<'_>, start: &Start) -> Result<Option<bool>, Trouble> {
+        run.slave_stands_with(start)
+    }
+
+    fn has_record(&self, _: &mut Run<'_>, _: &Record) -> Option<bool> {
+        None
+    }
+
+    fn names_firmware(&self) -> bool {
+        false
+    }
+
+    fn firmware(&self, _: &mut Run<'_>) -> Option<String> {
+        None
+    }
+
+    fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String> {
+        let mut left = Vec::new();
+        run.look_for_slave(found, &mut left);
+        run.put_kept_back(kept, &mut left);
+        left
+    }
+
+    fn switches_go_back(&self) -> bool {
+        true
+    }
+}
 
 impl Run<'_> {
     /// Asks one of our masters for something and waits for its outcome.

@@ -17,8 +17,7 @@ impl Run<'_> {
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
         let connection = connection(&self.world.manual.device, start, address, self.patience());
-        self.module = Some(start.module);
-        self.apply_outputs();
+        self.use_module(start.module);
         let outcome = self.ask_master(false, Request::Connect(Box::new(connection)))?;
         let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
         let stages = [&outcome.set_prm, &outcome.chk_cfg, &outcome.diagnosis_after];
@@ -32,7 +31,7 @@ impl Run<'_> {
 
     /// The response to a parameter request over data set 47, in the connection that stands.
     pub fn slave_parameter(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
-        let slot = self.world.manual.device.parameter_access.slot;
+        let slot = self.parameter_slot();
         let to = self.slave.address;
         match self.ask_master(false, Request::Parameter { to, slot, request }) {
             Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),

@@ -23,7 +23,6 @@ impl<'a> Run<'a> {
         second: bool,
         to: Option<&'a Program>,
     ) -> Done {
-        self.action();
         let all = matches!(service, DpService::GlobalControl { .. }) && to.is_none();
         let to = if all { BROADCAST } else { self.station_of(to)? };
         let request = self.service_request(service, to)?;
@@ -101,7 +100,6 @@ impl<'a> Run<'a> {
 
     /// Sends a frame that is damaged on purpose.
     pub fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> Done {
-        self.action();
         let to = self.station_of(to)?;
         let Some(broken) = Broken::by_word(word) else {
             return Err(Trouble::other(Blame::Suite, Verdict::Error, format!("There is no broken frame {word}.")));

@@ -36,8 +36,7 @@ impl<'a> Run<'a> {
         let device = &self.world.manual.device;
         let connection = connection(device, start, address, self.patience());
         if !second {
-            self.module = Some(start.module);
-            self.apply_outputs();
+            self.use_module(start.module);
             self.world.scene.follower.station = Some(Address::Fdl(address));
             self.world.cycle = Some(connection.cycle);
         }
@@ -71,7 +70,7 @@ pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: 
     let (mut output, mut input) = submodules.fold((0, 0), |(output, input), of| {
         (output + usize::from(of.output_octets), input + usize::from(of.input_octets))
     });
-    let mut cfg = module.cfg.clone();
+    let mut cfg = module.cfg().to_vec();
     let mut services = Service::USUAL.to_vec();
     for instead in &start.instead {
         match instead {
@@ -95,7 +94,7 @@ pub(super) fn connection(device: &Device, start: &Start, address: u8, patience: 
 
 /// The octets of Set_Prm, and whether the slave is told that outputs without data mean clear.
 fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
-    let layout = device.slave.as_ref().map(|slave| &slave.set_prm);
+    let layout = device.profibus().map(|slave| &slave.set_prm);
     let mut dpv1 = layout.and_then(|layout| layout.dpv1);
     let mut status = StationStatus::LOCK_REQ.0;
     let mut factors = (1, 1);
@@ -112,7 +111,7 @@ fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
         wd_fact_1: factors.0,
         wd_fact_2: factors.1,
         min_tsdr: 11,
-        ident: device.identity.device_id,
+        ident: device.ident().unwrap_or_default(),
         groups: 0,
         user: Vec::new(),
     };
@@ -216,7 +215,7 @@ fn replies(device: &Device, start: &StartUp, own: u8) -> Vec<(AnswerPart, Reply)
     replies.extend(stages.into_iter().filter_map(|(part, said)| Some((part, reply(said.as_ref()?)))));
     let octets = start.diagnosis_after.as_ref().and_then(|answer| answer.data()).filter(|octets| !octets.is_empty());
     if let Some(octets) = octets {
-        let fields = device.slave.as_ref().map_or(0, |slave| slave.diagnosis.fields.len());
+        let fields = device.profibus().map_or(0, |slave| slave.diagnosis.fields.len());
         let names = DiagnosisName::words().map(|(_, name)| name).chain((0..fields).map(DiagnosisName::Field));
         for name in names {
             let value = diagnosis::value(device, name, octets, Some(own));

@@ -3,6 +3,8 @@
 use super::tracker::Sink;
 use super::{Ar, DpTracker, ProfibusWords, Tracker, describe};
 use station::Time;
+use suite::device::Bus;
+use virtual_wire::capture::LinkType;
 
 /// The tracker of one bus.
 #[derive(Debug)]
@@ -13,7 +15,23 @@ pub enum BusTracker {
     Profibus(Box<DpTracker>),
 }
 
+/// How captures of a bus are marked.
+pub fn link_type(bus: Bus) -> LinkType {
+    match bus {
+        Bus::Profinet => LinkType::ETHERNET,
+        Bus::Profibus => LinkType::PROFIBUS,
+    }
+}
+
 impl BusTracker {
+    /// A tracker that has not seen anything yet.
+    pub fn new(bus: Bus) -> BusTracker {
+        match bus {
+            Bus::Profinet => BusTracker::Profinet(Box::default()),
+            Bus::Profibus => BusTracker::Profibus(Box::default()),
+        }
+    }
+
     /// The connections seen so far; an [`ArId`](super::ArId) is an index into them.
     pub fn ars(&self) -> &[Ar] {
         match self {

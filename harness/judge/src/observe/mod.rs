@@ -26,7 +26,7 @@ pub use ar::{Address, Ar, ArId, DiagnosisTold, Met, Party, Placed, Role, SlaveTo
 pub use counts::{Counts, RpcKind};
 pub use describe::describe;
 pub use dp::{DpCounts, DpTracker};
-pub use either::BusTracker;
+pub use either::{BusTracker, link_type};
 pub use profibus::ProfibusWords;
 pub use tracker::{Stray, Tracker};
 pub use traffic::{CallPart, PollPart, Traffic};

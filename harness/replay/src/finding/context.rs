@@ -86,7 +86,7 @@ impl Surroundings {
             let Some(of) = wanted.get_mut(number).filter(|_| *number < entry.number) else { return true };
             let octets = ring.octets(&entry);
             let ends = Ends::of(entry.bus, octets, of.before);
-            let lines = (entry.bus == Bus::Profibus).then(|| of.words.lines(octets));
+            let lines = (entry.bus.is_profibus()).then(|| of.words.lines(octets));
             if of.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
                 of.context.after.push(told(*first, &entry, &text));
@@ -124,7 +124,7 @@ impl Surroundings {
         for index in from..=at {
             let Some(entry) = self.ring.entries.get(index) else { continue };
             let octets = self.ring.octets(entry);
-            let lines = (entry.bus == Bus::Profibus).then(|| words.lines(octets));
+            let lines = (entry.bus.is_profibus()).then(|| words.lines(octets));
             if index == at || chosen.contains(&index) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
                 let told = told(self.first, entry, &text);
@@ -137,7 +137,7 @@ impl Surroundings {
         for entry in later.iter().take(MOST_LOOKED_THROUGH) {
             let octets = self.ring.octets(entry);
             let ends = Ends::of(entry.bus, octets, wanted.before);
-            let lines = (entry.bus == Bus::Profibus).then(|| wanted.words.lines(octets));
+            let lines = (entry.bus.is_profibus()).then(|| wanted.words.lines(octets));
             if wanted.context.after.len() < AROUND && wanted.ends.meet(ends) {
                 let text = lines.map_or_else(|| describe(octets, ars), |lines| lines.join("\n"));
                 wanted.context.after.push(told(self.first, entry, &text));

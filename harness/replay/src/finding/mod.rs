@@ -166,6 +166,12 @@ impl Finding {
         self
     }
 
+    /// The same for PROFIBUS.
+    #[must_use]
+    pub fn on_profibus(self) -> Finding {
+        self.on(Bus::Profibus)
+    }
+
     /// The connection that it is about.
     #[must_use]
     pub fn ar(mut self, ar: ArId) -> Finding {

@@ -24,7 +24,7 @@ pub(crate) fn of_rule(manual: &Manual, rule: &Rule, violation: &Violation) -> Fi
     let list = |say: &dyn Fn(&PartSeen) -> String| missed().map(say).collect::<Vec<_>>().join("; ");
     let id = format!("{}/{}", manual.device.name, rule.id);
     let finding = Finding::rule(id, &requirements, severity, violation.frame(), text.trim_end_matches("; "))
-        .on(manual.device.bus)
+        .on(manual.device.bus.kind())
         .expected(list(&|part| match part.wanted.as_str() {
             "true" => part.text.clone(),
             wanted => format!("{}: {wanted}", part.text),

@@ -15,7 +15,7 @@ use packets::{Packets, Seen};
 use report::page::{Chapter, Entry, Mark, Packet, Page, Table, Timeline, Tone};
 use results::outcome::Severity;
 use std::io::Read;
-use suite::device::Bus;
+use suite::device::{Bus, PerBus};
 use suite::model::Manual;
 use timeline::Timelines;
 use virtual_wire::capture::NotACapture;
@@ -90,11 +90,10 @@ impl Look {
         let mut keeper = Keeper {
             packets: Packets::new(wanted),
             is_kept: false,
-            profinet: Timelines::new(manuals),
-            profibus: Timelines::new(manuals),
+            timelines: PerBus::new(|_| Timelines::new(manuals)),
         };
         let walked = walk(again, manuals, &mut keeper, &mut |_, _| {})?;
-        let Keeper { mut packets, profinet, profibus, .. } = keeper;
+        let Keeper { mut packets, timelines: PerBus { profinet, profibus }, .. } = keeper;
         let (connections, slaves) = (walked.tracker.ars(), walked.slaves.ars());
         packets.connections(connections, slaves);
         // The slaves come behind the connections of PROFINET.
@@ -118,21 +117,17 @@ struct Keeper<'a> {
     packets: Packets,
     /// Whether the present packet is kept.
     is_kept: bool,
-    profinet: Timelines<'a>,
-    profibus: Timelines<'a>,
+    timelines: PerBus<Timelines<'a>>,
 }
 
 impl<'a> Keeper<'a> {
     fn timelines(&mut self, bus: Bus) -> &mut Timelines<'a> {
-        match bus {
-            Bus::Profinet => &mut self.profinet,
-            Bus::Profibus => &mut self.profibus,
-        }
+        self.timelines.of_mut(bus)
     }
 
     fn keep(&mut self, next: &Next<'_>) {
-        self.profinet.begin(next.time);
-        self.profibus.begin(next.time);
+        self.timelines.profinet.begin(next.time);
+        self.timelines.profibus.begin(next.time);
         self.is_kept = self.packets.keep(next.number, next.time, next.link, next.octets);
     }
 }

@@ -10,7 +10,7 @@ use report::page::Packet;
 use station::Time;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use suite::device::{Bus, Device};
+use suite::device::{Bus, Device, PerBus};
 use suite::model::Manual;
 use virtual_wire::capture::LinkType;
 
@@ -36,8 +36,7 @@ struct Kept {
 pub(super) struct Packets {
     first: Option<Time>,
     wanted: BTreeMap<u64, Option<Kept>>,
-    profinet: Vec<Ar>,
-    profibus: Vec<Ar>,
+    ars: PerBus<Vec<Ar>>,
 }
 
 impl Packets {
@@ -64,8 +63,7 @@ impl Packets {
 
     /// The connections that there were.
     pub fn connections(&mut self, profinet: &[Ar], profibus: &[Ar]) {
-        self.profinet = profinet.to_vec();
-        self.profibus = profibus.to_vec();
+        self.ars = PerBus { profinet: profinet.to_vec(), profibus: profibus.to_vec() };
     }
 
     /// When a packet was captured, in seconds since the first one.
@@ -76,12 +74,9 @@ impl Packets {
     /// A packet in its parts.
     pub fn packet(&self, number: u64, mark: Option<(usize, Option<u8>)>, manuals: &[Manual]) -> Option<Packet> {
         let kept = self.wanted.get(&number)?.as_ref()?;
-        let mut parts = anatomy(kept.link, &kept.octets, &self.profinet);
+        let mut parts = anatomy(kept.link, &kept.octets, &self.ars.profinet);
         if let Some(seen) = kept.carries {
-            let ars = match seen.bus {
-                Bus::Profinet => &self.profinet,
-                Bus::Profibus => &self.profibus,
-            };
+            let ars = self.ars.of(seen.bus);
             let ar = ars.get(seen.ar.0 as usize);
             let manual = ar.and_then(|ar| manuals.iter().find(|manual| speaks_to(manual, ar)));
             if let (Some(ar), Some(manual)) = (ar, manual) {

@@ -51,7 +51,7 @@ impl Protocol {
     /// A frame begins: its number from 1, its time, and its octets as captured.
     pub fn begin(&mut self, bus: Bus, number: u64, time: Time, octets: &[u8]) {
         self.sight.frame(number, time);
-        if bus == Bus::Profibus {
+        if bus.is_profibus() {
             return;
         }
         let Ok((header, payload)) = FrameHeader::parse(octets) else { return };
@@ -76,7 +76,7 @@ impl Protocol {
     /// Takes in what a tracker says of the frame.
     pub fn observe(&mut self, bus: Bus, ars: &[Ar], observation: &Observation<'_>) {
         let Protocol { sight, told, .. } = self;
-        if bus == Bus::Profibus {
+        if bus.is_profibus() {
             self.slaves.observe(sight.now, ars, observation, told);
             self.diagnosis.observe(sight.now, ars, observation, told);
             self.bus.observe(sight.now, observation);

@@ -9,7 +9,6 @@ use crate::finding::{Blame, Finding, Severity};
 use judge::observe::{Ar, ArId, Direction, Dp, Leaving, Observation, PollPart, Stage, Traffic};
 use station::Duration;
 use std::collections::BTreeMap;
-use suite::device::Bus;
 use wire::profibus::diag::{SlaveDiag, Status2};
 use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::Service;
@@ -315,7 +314,7 @@ impl Slaves {
 
 /// A finding on PROFIBUS, with its connection where there is one.
 pub(super) fn on_bus(finding: Finding, ar: Option<ArId>) -> Finding {
-    let finding = finding.on(Bus::Profibus);
+    let finding = finding.on_profibus();
     match ar {
         Some(ar) => finding.ar(ar),
         None => finding,

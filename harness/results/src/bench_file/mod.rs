@@ -27,6 +27,7 @@ mod line;
 mod read;
 mod stand;
 
+use crate::outcome::DescriptionKind;
 use std::fmt;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
@@ -154,10 +155,8 @@ pub struct BenchFile {
     pub persona: Option<String>,
     /// From power to an answer, at most, where it differs from the manual.
     pub boot_time: Option<Duration>,
-    /// The vendor's GSDML.
-    pub gsdml: Option<PathBuf>,
-    /// The vendor's GSD (PROFIBUS).
-    pub gsd: Option<PathBuf>,
+    /// The vendor's descriptions.
+    pub descriptions: Vec<(DescriptionKind, PathBuf)>,
     /// The modules (telegrams) that the device is said to support, by their names in `device.yaml`; none: all.
     pub telegrams: Option<Vec<String>>,
     /// Records and parameters that the device is said to lack, by their names in `device.yaml`.
@@ -179,6 +178,11 @@ pub struct BenchFile {
 }
 
 impl BenchFile {
+    /// The vendor's description of this kind, a file.
+    pub fn description_of(&self, kind: DescriptionKind) -> Option<&Path> {
+        self.descriptions.iter().find(|(known, _)| *known == kind).map(|(_, path)| path.as_path())
+    }
+
     /// Gives the web pages of `device` the looks that the bench says they have.
     pub fn describe_pages(&self, device: &mut Device) {
         let take = |list: &[(String, String)], name: &str, into: &mut String| {
@@ -213,8 +217,7 @@ impl BenchFile {
             watchdog: None,
             persona: None,
             boot_time: None,
-            gsdml: None,
-            gsd: None,
+            descriptions: Vec::new(),
             telegrams: None,
             lacks: Vec::new(),
             firmware: None,

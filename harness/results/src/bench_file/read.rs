@@ -3,13 +3,14 @@
 use super::line::line;
 use super::stand::stand;
 use super::{ANY_DEVICE, BenchFile, BenchPage, Claim, Consents, LinkSpec, StandSpec};
+use crate::outcome::DescriptionKind;
 use std::fs;
 use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use suite::LoadErrors;
-use suite::device::{Bus, Device, Location};
+use suite::device::{Device, Location};
 use suite::device_yaml::{duration, fields, flag, named, path, whole};
 use suite::error::{LoadError, Mistake, Mistakes, Read};
 use suite::keys::{self, Keyed};
@@ -63,9 +64,9 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     let link = mistakes.keep(keyed.must("link").and_then(link));
     let device = claimed.as_ref().and_then(|(_, manual)| manual.map(|manual| &*manual.device));
     if let (Some(link), Some(device)) = (&link, device)
-        && link.bus() != device.bus
+        && link.bus() != device.bus.kind()
     {
-        let right = if device.bus == Bus::Profibus { "`serial:TTY`" } else { "`nic:INTERFACE` or `socket:ADDRESS`" };
+        let right = suite::dialect::links(device.bus.kind());
         let wrong = format!("{} is no device at the link {link}", device.name);
         mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("its link is {right}")));
     }
@@ -106,8 +107,10 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
         watchdog,
         persona: reader.value("persona", persona_name),
         boot_time,
-        gsdml: reader.path("gsdml"),
-        gsd: reader.path("gsd"),
+        descriptions: DescriptionKind::ALL
+            .into_iter()
+            .filter_map(|kind| Some((kind, reader.path(kind.key())?)))
+            .collect(),
         telegrams: reader.value("telegrams", |node| telegrams(node, device)),
         lacks: reader.value("lacks", |node| lacks(node, device)).unwrap_or_default(),
         firmware: reader.value("firmware", firmware),

@@ -8,13 +8,19 @@ use wire::profibus::diag::{Status1, Status2, Status3};
 
 /// What `device.yaml` says of a device on PROFIBUS alone.
 #[derive(Clone, Debug)]
-pub struct Slave {
+pub struct ProfibusFacts {
+    /// Ident number: the one number for a type of device; none names the vendor.
+    pub ident: u16,
+    /// Where the ident number comes from.
+    pub ident_origin: Origin,
     /// The station address that a trial finds it at; the bench of a live device says another one.
     pub address: u8,
     /// Set_Prm behind its seven octets.
     pub set_prm: UserParameters,
     /// Slave_Diag.
     pub diagnosis: Diagnosis,
+    /// The slot of the data set that takes parameter requests and gives responses.
+    pub parameter_slot: u8,
 }
 
 /// The octets of Set_Prm behind the seven that every slave has: those of DP-V1 where the slave knows them, then the user octets,

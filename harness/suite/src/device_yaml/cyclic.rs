@@ -1,6 +1,6 @@
 //! Signals, their bits, and the submodules and modules that carry them.
 
-use super::super::device::{Field, From, Module, Record, Signal, Slave, Submodule};
+use super::super::device::{Diagnosis, Field, From, Module, Record, Signal, Submodule, UserParameters};
 use super::super::error::{Mistake, Read};
 use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
@@ -14,7 +14,15 @@ pub(super) struct Wired {
     pub submodules: Vec<Submodule>,
     pub modules: Vec<Module>,
     pub records: Vec<Record>,
-    pub slave: Option<Slave>,
+    /// What only a device on PROFIBUS has.
+    pub slave: Option<WiredSlave>,
+}
+
+/// What stands beside the cyclic data of a device on PROFIBUS.
+pub(super) struct WiredSlave {
+    pub address: u8,
+    pub set_prm: UserParameters,
+    pub diagnosis: Diagnosis,
 }
 
 impl<'n> Reader<'n> {
@@ -235,12 +243,5 @@ fn module(name: &str, node: &Node, submodules: &[Submodule]) -> Read<Module> {
     if found.is_empty() {
         return Err(list.wrong("a module without submodules"));
     }
-    Ok(Module {
-        name: name.to_owned(),
-        ident: whole(keyed.must("ident")?, "an ident")?,
-        ident_origin: origin(keyed)?,
-        submodules: found,
-        cfg: Vec::new(),
-        fixes: Vec::new(),
-    })
+    Ok(Module::on_profinet(name, whole(keyed.must("ident")?, "an ident")?, origin(keyed)?, found))
 }

@@ -16,8 +16,9 @@ pub use plain::{duration, label, labels, named, origin, pair, plain, sourced, wh
 
 pub(super) use rest::parameter_number;
 
-use self::cyclic::Wired;
-use super::device::{Bus, Changes, Device, Identity, ParameterAccess, Record, Timing};
+use self::cyclic::{Wired, WiredSlave};
+use self::rest::Access;
+use super::device::{Changes, Device, Identity, ProfibusFacts, ProfinetFacts, Record, Timing};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::{self, Keyed};
 use super::yaml::Node;
@@ -98,25 +99,22 @@ impl<'n> Reader<'n> {
         if name.text("device")? != folder {
             return Err(name.wrong(format!("this is the folder `{folder}`")).help(format!("write `device: {folder}`")));
         }
-        let bus = match word(self.top.must("bus")?, "bus", &["profinet", "profibus"])? {
-            "profinet" => Bus::Profinet,
-            _ => Bus::Profibus,
-        };
+        let is_slave = word(self.top.must("bus")?, "bus", &["profinet", "profibus"])? == "profibus";
         self.variants = labels(self.top.must("variants")?, "variants")?;
         self.words();
         self.constants();
         let before = self.mistakes.count();
         let codes = self.codes();
-        let Wired { signals, submodules, modules, records, slave } = match bus {
-            Bus::Profinet => self.cyclic(),
-            Bus::Profibus => self.slave(&codes)?,
+        let Wired { signals, submodules, modules, records, slave } = match is_slave {
+            false => self.cyclic(),
+            true => self.slave(&codes)?,
         };
         // What refers to a definition with a mistake would only say so again.
         let sound = self.mistakes.count() == before;
         let parameters = self.parameters();
-        let parameter_access = match sound {
-            true => self.parameter_access(bus, &submodules, &parameters)?,
-            false => ParameterAccess::default(),
+        let access = match sound {
+            true => self.parameter_access(is_slave, &submodules, &parameters)?,
+            false => Access::default(),
         };
         let stand = self.stand()?;
         let roles = self.roles()?;
@@ -137,22 +135,28 @@ impl<'n> Reader<'n> {
             },
         };
         let network = self.top.get("network").map_or(Ok(Vec::new()), network)?;
+        let bus = match slave {
+            None => {
+                ProfinetFacts { identity: self.identity()?, rt_class, network, parameter_point: access.point }.into()
+            }
+            Some(WiredSlave { address, set_prm, diagnosis }) => {
+                let (ident, ident_origin) = self.ident()?;
+                let parameter_slot = access.slot;
+                ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, parameter_slot }.into()
+            }
+        };
         let device = Device {
-            rt_class,
-            network,
             name: folder.to_owned(),
             bus,
             title,
-            identity: self.identity(bus)?,
             variants: self.variants,
             timing: timing(self.top.must("timing")?)?,
             signals,
             submodules,
             modules,
             records,
-            slave,
             parameters,
-            parameter_access,
+            parameter_access: access.common,
             codes,
             stand,
             roles,
@@ -169,7 +173,7 @@ impl<'n> Reader<'n> {
                 .iter()
                 .filter_map(|record| Some(format!("submodule `{}`", device.submodules.get(record.at)?.name))),
         );
-        let access = device.parameter_access.at.and_then(|at| device.submodules.get(at));
+        let access = access.point.and_then(|at| device.submodules.get(at));
         mentioned.extend(access.map(|submodule| format!("submodule `{}`", submodule.name)));
         Ok(Described {
             device,
@@ -205,10 +209,7 @@ impl<'n> Reader<'n> {
         }
     }
 
-    fn identity(&self, bus: Bus) -> Read<Identity> {
-        if bus == Bus::Profibus {
-            return self.slave_identity();
-        }
+    fn identity(&self) -> Read<Identity> {
         let keyed = Keyed::new(self.top.must("identity")?, &keys::IDENTITY)?;
         let (device_id, device_id_origin) = sourced(keyed.must("device_id")?)?;
         let (vendor_id, _) = sourced(keyed.must("vendor_id")?)?;

@@ -1,13 +1,13 @@
 //! What only a `device.yaml` of PROFIBUS has: identifiers, Set_Prm, Slave_Diag.
 
 use super::super::device::{
-    Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, From, Identity, Module, NUMBER_OCTETS, Origin, Record,
-    Signal, Slave, Submodule, UserParameters,
+    Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, From, Module, NUMBER_OCTETS, Origin, Record, Signal,
+    Submodule, UserParameters,
 };
 use super::super::error::{Mistake, Read};
 use super::super::keys::{self, Keyed};
 use super::super::yaml::Node;
-use super::cyclic::{Wired, carried};
+use super::cyclic::{Wired, WiredSlave, carried};
 use super::{Counted, Place, Reader, flag, named, origin, place, plain, sourced, whole};
 use expression::{Type, Value, WordTable};
 use std::sync::Arc;
@@ -41,15 +41,15 @@ impl<'n> Reader<'n> {
                 modules.push(module);
             }
         }
-        let slave = Some(Slave { address, set_prm, diagnosis });
+        let slave = Some(WiredSlave { address, set_prm, diagnosis });
         Ok(Wired { signals, submodules, modules, records: vec![record], slave })
     }
 
-    pub(super) fn slave_identity(&self) -> Read<Identity> {
+    /// Ident number and its origin.
+    pub(super) fn ident(&self) -> Read<(u16, Origin)> {
         let keyed = Keyed::new(self.top.must("identity")?, &keys::SLAVE_IDENTITY)?;
         let (ident, origin) = sourced(keyed.must("ident")?)?;
-        let device_id = whole(ident, "the ident number")?;
-        Ok(Identity { vendor_id: 0, device_id, station_type: String::new(), device_id_origin: origin })
+        Ok((whole(ident, "the ident number")?, origin))
     }
 
     fn address(&self) -> Read<u8> {
@@ -102,8 +102,7 @@ impl<'n> Reader<'n> {
             inputs,
         };
         let fixes = keyed.get("fixes").map_or(Ok(Vec::new()), |node| self.fixes(node, record))?;
-        let module =
-            Module { name: name.to_owned(), ident: 0, ident_origin: origin, submodules: vec![index], cfg, fixes };
+        let module = Module::on_profibus(name, (cfg, fixes), origin, vec![index]);
         Ok((submodule, module))
     }
 

@@ -1,8 +1,7 @@
 //! Records, parameters, code tables, the stand and the roles of a device.
 
 use super::super::device::{
-    Bus, CodingSwitch, Field, Module, Parameter, ParameterAccess, ParameterType, Record, RecordField, StandNames,
-    Submodule,
+    CodingSwitch, Field, Module, Parameter, ParameterAccess, ParameterType, Record, RecordField, StandNames, Submodule,
 };
 use super::super::error::{Mistake, Read};
 use super::super::keys::{self, Keyed, TYPES};
@@ -10,6 +9,16 @@ use super::super::yaml::Node;
 use super::cyclic::words_of;
 use super::{Counted, Place, Reader, flag, label, labels, named, numeral, origin, place, plain, whole, word};
 use expression::{Number, Type};
+
+/// How parameters are reached: what both buses have, and the place on either.
+#[derive(Default)]
+pub(super) struct Access {
+    pub common: ParameterAccess,
+    /// On PROFINET the submodule, where one is named.
+    pub point: Option<usize>,
+    /// On PROFIBUS the slot of the data set.
+    pub slot: u8,
+}
 
 impl<'n> Reader<'n> {
     pub(super) fn records(&mut self, submodules: &[Submodule], modules: &[Module]) -> Vec<Record> {
@@ -100,15 +109,16 @@ impl<'n> Reader<'n> {
 
     pub(super) fn parameter_access(
         &self,
-        bus: Bus,
+        is_slave: bool,
         submodules: &[Submodule],
         parameters: &[Parameter],
-    ) -> Read<ParameterAccess> {
-        let (mut access, keys) = match bus {
-            Bus::Profinet => (ParameterAccess::default(), &keys::PARAMETER_ACCESS),
-            Bus::Profibus => {
-                let index = ParameterAccess::DATA_SET;
-                (ParameterAccess { index, ..ParameterAccess::default() }, &keys::SLAVE_PARAMETER_ACCESS)
+    ) -> Read<Access> {
+        let mut access = Access::default();
+        let keys = match is_slave {
+            false => &keys::PARAMETER_ACCESS,
+            true => {
+                access.common.index = ParameterAccess::DATA_SET;
+                &keys::SLAVE_PARAMETER_ACCESS
             }
         };
         let Some(node) = self.top.get("parameter_access") else { return Ok(access) };
@@ -117,16 +127,16 @@ impl<'n> Reader<'n> {
             access.slot = whole(node, "a slot")?;
         }
         if let Some(node) = keyed.get("index") {
-            access.index = whole(node, "an index")?;
+            access.common.index = whole(node, "an index")?;
         }
         if let Some(node) = keyed.get("at") {
             let place = plain(node, "a submodule")?;
             let names = || submodules.iter().map(|submodule| submodule.name.as_str());
             let index = names().position(|name| name == place);
-            access.at = Some(index.ok_or_else(|| Mistake::unknown(node.spot, "submodule", place, names()))?);
+            access.point = Some(index.ok_or_else(|| Mistake::unknown(node.spot, "submodule", place, names()))?);
         }
         if let Some(node) = keyed.get("do_id") {
-            access.do_id = match whole::<u8>(node, "a drive object")? {
+            access.common.do_id = match whole::<u8>(node, "a drive object")? {
                 0 => return Err(node.wrong("0 is no drive object").help("write 1 to 255")),
                 do_id => do_id,
             };
@@ -141,7 +151,7 @@ impl<'n> Reader<'n> {
             if !parameter.writable {
                 return Err(node.wrong(format!("`{name}` can only be read")).help("what saves is written"));
             }
-            access.save = parameter.number;
+            access.common.save = parameter.number;
         }
         Ok(access)
     }

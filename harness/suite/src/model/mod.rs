@@ -8,7 +8,7 @@ mod request;
 pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
 pub use request::{Access, AccessItem, Answer, AnswerPart, Code, DpService, Instead, Service, Sought, Via};
 
-use super::device::{Bus, Device, Location, NameId, NameKind};
+use super::device::{Device, Location, NameId, NameKind};
 use expression::{Program, Type};
 use std::sync::Arc;
 use std::time::Duration;
@@ -201,19 +201,10 @@ impl Start {
     /// PROFIBUS one second. What `unwatched` says is not looked at.
     pub fn watchdog(&self, device: &Device) -> Duration {
         let cycle = self.cycle(device);
-        let usual = match device.bus {
-            Bus::Profinet => cycle * WATCHDOG_FACTOR,
-            Bus::Profibus => SLAVE_WATCHDOG,
-        };
+        let usual = device.bus.usual_watchdog(cycle);
         self.watchdog.unwrap_or_else(|| device.timing.watchdog.unwrap_or(usual).max(cycle))
     }
 }
-
-/// Cycles without a frame after which connections end where nothing else is said.
-const WATCHDOG_FACTOR: u32 = 10;
-
-/// The watchdog of a slave where nothing else is said.
-const SLAVE_WATCHDOG: Duration = Duration::from_secs(1);
 
 /// A start parameter and the value it is given.
 #[derive(Clone, Debug)]

@@ -113,7 +113,7 @@ impl Names<'_> {
     fn record(&self, head: &str, rest: Option<&str>) -> Option<Built> {
         let device = self.device();
         // The only record of a slave goes with a start-up and with nothing else.
-        let index = device.records.iter().position(|record| record.name == head && device.slave.is_none())?;
+        let index = device.records.iter().position(|record| record.name == head && device.profibus().is_none())?;
         let record = &device.records[index];
         let verbs = Verbs::READ.and(Verbs::WRITE);
         let Some(rest) = rest else {
@@ -348,8 +348,8 @@ impl Names<'_> {
         let part = match rest {
             None => AnswerPart::Whole,
             Some("bytes") => AnswerPart::Bytes,
-            Some("set_prm") if device.slave.is_some() => AnswerPart::SetPrm,
-            Some("chk_cfg") if device.slave.is_some() => AnswerPart::ChkCfg,
+            Some("set_prm") if device.profibus().is_some() => AnswerPart::SetPrm,
+            Some("chk_cfg") if device.profibus().is_some() => AnswerPart::ChkCfg,
             Some("connect") => AnswerPart::Connect,
             Some("parameter_end") => AnswerPart::ParameterEnd,
             Some("application_ready") => AnswerPart::ApplicationReady,

@@ -1,10 +1,11 @@
 //! Which names there are, for suggestions and for the schema.
 
-use super::super::device::{Bus, DiagnosisName};
+use super::super::device::DiagnosisName;
+use super::super::dialect::{self, Dialect};
 use super::Names;
 
 /// Names, each with what it is.
-type Sentences = &'static [(&'static str, &'static str)];
+pub(in super::super) type Sentences = &'static [(&'static str, &'static str)];
 
 impl Names<'_> {
     /// Every constant, start parameter and derived value.
@@ -22,7 +23,7 @@ impl Names<'_> {
             visit(&signal.name);
             signal.fields.iter().for_each(|field| visit(&format!("{}.{}", signal.name, field.name)));
         }
-        for record in device.records.iter().filter(|_| device.slave.is_none()) {
+        for record in device.records.iter().filter(|_| device.profibus().is_none()) {
             record.fields.iter().for_each(|field| visit(&format!("{}.{}", record.name, field.name)));
         }
         for parameter in &device.parameters {
@@ -42,11 +43,11 @@ impl Names<'_> {
         let shown = device.pages.iter().flat_map(|page| &page.shows);
         shown.for_each(|value| visit(&format!("page.{}", value.name)));
         device.roles.iter().for_each(|(name, _)| visit(&format!("role.{name}")));
-        if let Some(slave) = &device.slave {
+        if let Some(slave) = device.profibus() {
             DiagnosisName::words().for_each(|(word, _)| visit(&format!("diag.{word}")));
             slave.diagnosis.fields.iter().for_each(|field| visit(&format!("diag.{}", field.name)));
         }
-        built_in_names(device.bus).for_each(|(name, _)| visit(name));
+        built_in_names(dialect::of(device.bus.kind())).for_each(|(name, _)| visit(name));
         self.values(visit);
     }
 }
@@ -78,7 +79,7 @@ const ON_BOTH: Sentences = &[
 ];
 
 /// Names that every device on PROFINET has besides.
-const ON_PROFINET: Sentences = &[
+pub(in super::super) const ON_PROFINET: Sentences = &[
     ("io.outputs", "the output data as octets; also of one submodule, then only for `expect`"),
     ("io.inputs", "the input data as octets; also of one submodule"),
     (
@@ -126,7 +127,7 @@ const ON_PROFINET: Sentences = &[
 ];
 
 /// Names that every device on PROFIBUS has besides; those of `diag` come from the tables of the wire.
-const ON_PROFIBUS: Sentences = &[
+pub(in super::super) const ON_PROFIBUS: Sentences = &[
     ("io.outputs", "the output data as octets"),
     ("io.inputs", "the input data as octets"),
     ("io.global_control", "whether the clock of isochronous mode comes: running, stopped"),
@@ -150,11 +151,9 @@ const ON_PROFIBUS: Sentences = &[
     ("bench.second", "the station address of the second master"),
 ];
 
-/// Names that every device on this bus has, with what each is.
-pub(in super::super) fn built_in_names(bus: Bus) -> impl Iterator<Item = &'static (&'static str, &'static str)> {
-    let own = match bus {
-        Bus::Profinet => ON_PROFINET,
-        Bus::Profibus => ON_PROFIBUS,
-    };
-    ON_BOTH.iter().chain(own)
+/// Names that every device on the bus of a dialect has, with what each is.
+pub(in super::super) fn built_in_names(
+    dialect: &Dialect,
+) -> impl Iterator<Item = &'static (&'static str, &'static str)> + use<> {
+    ON_BOTH.iter().chain(dialect.names)
 }

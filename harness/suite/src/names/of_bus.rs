@@ -1,6 +1,6 @@
 //! Names that only one of the buses has, or that mean something else on it.
 
-use super::super::device::{BenchName, Bus, DiagnosisName, NameKind, StationName};
+use super::super::device::{BenchName, DiagnosisName, NameKind, StationName};
 use super::super::words;
 use super::build::{Built, good, unknown};
 use super::{Names, Verbs, built_in, field_type};
@@ -23,13 +23,13 @@ const IO_OF_PROFIBUS: [&str; 3] = ["global_control", "clock_offset", "diagnosis_
 impl Names<'_> {
     /// What a name is that the buses do not share; the outer none for one that they do.
     pub(super) fn of_bus(&self, head: &str, rest: Option<&str>) -> Option<Option<Built>> {
-        match self.device().bus {
-            Bus::Profinet => match (head, rest) {
+        match self.device().profibus() {
+            None => match (head, rest) {
                 ("io", Some(name)) if IO_OF_PROFIBUS.contains(&name) => Some(only("PROFIBUS", head, name)),
                 ("diag" | "cfg", Some(name)) => Some(only("PROFIBUS", head, name)),
                 _ => None,
             },
-            Bus::Profibus => self.of_profibus(head, rest),
+            Some(_) => self.of_profibus(head, rest),
         }
     }
 
@@ -72,7 +72,9 @@ impl Names<'_> {
 
     fn diagnosis(&self, name: &str) -> Built {
         let verbs = Verbs::READ.and(Verbs::EXPECT);
-        let Some(slave) = &self.device().slave else { return Err((format!("there is no `diag.{name}` here"), None)) };
+        let Some(slave) = self.device().profibus() else {
+            return Err((format!("there is no `diag.{name}` here"), None));
+        };
         let of = &slave.diagnosis;
         let found = |name: DiagnosisName, ty: Type| Ok((NameKind::Diagnosis(name), ty, verbs));
         if let Some(index) = of.fields.iter().position(|field| field.name == name) {

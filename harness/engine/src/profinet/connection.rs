@@ -1,0 +1,108 @@
+//! Connections on PROFINET: asking our controller, start-up, cyclic frames, release.
+
+use super::super::access::unexpected;
+use super::super::ours::Ours;
+use super::super::startup;
+use super::super::trial::{Done, Run, Trouble};
+use super::super::verbs::no_connection;
+use controllers::profinet_io::{ConnectOutcome, Ended, Outcome, Request};
+use judge::answer::Reply;
+use suite::model::{Answer, AnswerPart, Start};
+use wire::profinet::status::ErrorCode;
+
+impl<'a> Run<'a> {
+    /// Sends a request and waits for its outcome.
+    pub fn ask(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+        let which = usize::from(second);
+        let now = self.world.now();
+        let begin = |ours: &mut Ours| {
+            let controller = ours.controller_mut(which).ok_or("There is no second controller on this bench.")?;
+            controller.request(now, request).map_err(|why| format!("Our controller cannot: {why}."))
+        };
+        self.request(begin, |ours| ours.controller_mut(which)?.take_outcome())
+    }
+
+    /// Sends a request that goes through a connection; where none stands nothing was sent, and nothing can be an answer.
+    pub fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+        let is_inside = !matches!(request, Request::ReadImplicit { .. });
+        if is_inside && !self.world.ours.is_connected(usize::from(second)) {
+            return Err(no_connection());
+        }
+        self.ask(second, request)
+    }
+
+    /// Opens an AR with the device; its first data are awaited where it is the own one.
+    pub(super) fn open(&mut self, start: &'a Start, answer: Option<&'a Answer>, second: bool) -> Done {
+        let device = &self.world.manual.device;
+        let whereabouts = self.whereabouts();
+        let (connection, records) = startup::connection(device, self.variant_number(), start, &whereabouts);
+        if !second {
+            self.use_module(start.module);
+        }
+        let outcome = self.ask(second, Request::Connect(Box::new(connection)))?;
+        let Outcome::StartUp(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        self.world.scene.notebook_mut().answers =
+            startup::replies(&self.world.manual.device, start, &outcome, &records);
+        let mut replies = outcome.records.iter().map(|outcome| startup::record(outcome, true));
+        let refused = replies.find(|reply| *reply != Reply::Accepted);
+        let refused = refused.map(|reply| format!("A start-up record was not taken: {reply}."));
+        let stands = match (outcome.standing, outcome.failed) {
+            (true, _) => Ok(refused),
+            (false, failed) => Err(failed.map(|failed| failed.to_string())),
+        };
+        self.started(stands, answer, second)
+    }
+
+    /// Whether a connection stands after this start-up; none where the device neither accepts nor refuses it.
+    pub(super) fn stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
+        self.disconnect(false)?;
+        let whereabouts = self.whereabouts();
+        let (connection, _) =
+            startup::connection(&self.world.manual.device, self.variant_number(), start, &whereabouts);
+        self.use_module(start.module);
+        match self.ask(false, Request::Connect(Box::new(connection)))? {
+            Outcome::StartUp(outcome) => Ok(match &outcome.connect {
+                Some(ConnectOutcome::Accepted) if outcome.standing => Some(outcome.module_diff.is_none()),
+                Some(ConnectOutcome::Accepted) if outcome.module_diff.is_some() => Some(false),
+                Some(ConnectOutcome::Refused(_)) => Some(false),
+                _ => None,
+            }),
+            outcome => Err(unexpected(&outcome)),
+        }
+    }
+
+    /// Releases the AR.
+    pub(super) fn release_ar(&mut self, second: bool) -> Done {
+        match self.ask(second, Request::Release)? {
+            Outcome::Ended(Ended::Released(outcome)) => {
+                let reply = startup::control(&outcome, ErrorCode::RELEASE_RESPONSE);
+                self.world.scene.notebook_mut().answers = vec![(AnswerPart::Whole, reply)];
+                Ok(())
+            }
+            Outcome::Ended(Ended::Aborted | Ended::NoAr) => Ok(()),
+            outcome => Err(unexpected(&outcome)),
+        }
+    }
+
+    /// Waits until so many cyclic frames have left, the last one seen on the wire.
+    pub(super) fn cyclic_frames(&mut self, count: u64) -> Done {
+        let Some(cycle) = self.world.scene.follower.image.cycle() else {
+            return Err(no_connection());
+        };
+        let target = self.world.ours.cycles_begun() + count;
+        let until = self.world.now() + cycle * u32::try_from(count.saturating_mul(4) + 100).unwrap_or(u32::MAX);
+        let mut left = None;
+        let done = self.world.run(until, |world| {
+            if world.ours.cycles_done() >= target {
+                // On a real wire our frames are seen as they leave, on the virtual one as they arrive.
+                if !world.segment.is_model() {
+                    return true;
+                }
+                let seen = *left.get_or_insert(world.outputs_seen);
+                return world.outputs_seen > seen || world.lost.is_some();
+            }
+            world.lost.is_some() || !world.ours.is_connected(0)
+        });
+        if done && self.world.lost.is_none() { Ok(()) } else { Err(no_connection()) }
+    }
+}

@@ -1,0 +1,137 @@
+//! Which station is there on the wire: a device is what the bench claims before a trial, still lives after it and has its name back.
+
+use super::super::access::unexpected;
+use super::super::trial::{Done, IDENTIFY, Run, Trouble};
+use controllers::profinet_io::{DcpOutcome, IdentifyBy, Outcome, Request, StationSeen};
+use judge::observe::Address;
+use results::outcome::Blame;
+use results::verdict::Verdict;
+use station::Duration;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::{Block, BlockQualifier, Element, Value};
+
+/// How long the answer to an Identify by name may take.
+const FOUND: Duration = Duration::from_millis(100);
+/// The time between two questions whether the device still lives.
+const AGAIN: Duration = Duration::from_millis(100);
+
+impl Run<'_> {
+    /// The device of a live bench, which was found before, answers as the same one; a name that an earlier trial left is put
+    /// right.
+    pub(super) fn answers_still(&mut self, mac: Mac) -> Done {
+        self.mac = mac;
+        let until = self.world.now() + self.patience();
+        let station = loop {
+            if let Some(station) = self.seen_now()? {
+                break station;
+            }
+            if self.world.now() >= until {
+                let what = "The device does not answer DCP Identify.";
+                return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+            }
+            self.world.run(self.world.now() + AGAIN, |_| false);
+        };
+        let is_named = station.name == self.place.name.as_bytes();
+        self.is_claimed(station)?;
+        self.renamed = !is_named;
+        self.give_name_back()?;
+        self.renamed = false;
+        Ok(())
+    }
+
+    fn is_claimed(&mut self, station: StationSeen) -> Done {
+        let wanted = self.world.manual.device.ids().unwrap_or_default();
+        if station.id != Some(wanted) {
+            let seen = station.id.map_or_else(
+                || "says no ids".to_owned(),
+                |(vendor, device)| format!("is vendor 0x{vendor:04X} device 0x{device:04X}"),
+            );
+            let (vendor, device) = wanted;
+            let what = format!(
+                "The station that answers {seen}, the bench claims vendor 0x{vendor:04X} device 0x{device:04X}."
+            );
+            return Err(Trouble::other(Blame::Environment, Verdict::Inconclusive, what));
+        }
+        self.mac = station.mac;
+        self.world.scene.follower.station = Some(Address::Mac(station.mac));
+        self.identity = Some(station);
+        Ok(())
+    }
+
+    pub(super) fn is_found(&mut self) -> Done {
+        let inconclusive = |what: String| Trouble::other(Blame::Environment, Verdict::Inconclusive, what);
+        let outcome = self.ask(false, Request::Identify { by: IdentifyBy::All, wait: IDENTIFY })?;
+        let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
+        let ours = |station: &&StationSeen| station.name == self.place.name.as_bytes();
+        let Some(station) = stations.iter().find(ours) else {
+            let own = |station: &&StationSeen| !self.world.addresses.contains(&Address::Mac(station.mac));
+            let others = match stations.iter().filter(own).count() {
+                0 => "no station answers at all".to_owned(),
+                count => format!("{count} other station(s) answer"),
+            };
+            return Err(inconclusive(format!("The device does not answer DCP Identify; {others}.")));
+        };
+        let station = station.clone();
+        self.is_claimed(station)
+    }
+
+    /// Gives the station its name back, where the trial may have changed it.
+    pub(super) fn give_name_back(&mut self) -> Done {
+        if !self.renamed {
+            return Ok(());
+        }
+        // On a live bench a name that is right is not written again: that would wear its memory, and some cannot take one.
+        let name = self.place.name.as_bytes();
+        if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.name == name) {
+            return Ok(());
+        }
+        let name = Value::NameOfStation(self.place.name.clone().into_bytes());
+        let blocks = vec![Block::set(BlockQualifier::PERMANENT, name)];
+        match self.ask(false, Request::DcpSet { to: self.mac, blocks })? {
+            Outcome::Dcp(DcpOutcome::Accepted) => Ok(()),
+            outcome => {
+                let what = format!("The station did not take its old name back: {outcome:?}.");
+                Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what))
+            }
+        }
+    }
+
+    pub(super) fn still_lives(&mut self) -> Done {
+        let began = self.world.now();
+        let until = began + self.patience();
+        let wanted = self.world.manual.device.ids().unwrap_or_default();
+        loop {
+            // A live device need not have DCP Get; each has to answer Identify.
+            if !self.world.segment.is_model() && self.seen_now()?.is_some_and(|station| station.id == Some(wanted)) {
+                return Ok(());
+            }
+            let outcome = self.ask(false, Request::DcpGet { to: self.mac, elements: vec![Element::DEVICE_ID] })?;
+            let lives = matches!(&outcome, Outcome::Dcp(DcpOutcome::Values(blocks)) if blocks.iter().any(|block| {
+                block.value == Value::DeviceId { vendor_id: wanted.0, device_id: wanted.1 }
+            }));
+            if lives {
+                return Ok(());
+            }
+            if self.world.now() >= until {
+                let what = "The device does not answer any more when the trial is over.";
+                return Err(Trouble::other(Blame::Device, Verdict::Inconclusive, what));
+            }
+            self.world.run(self.world.now() + AGAIN, |_| false);
+        }
+    }
+
+    /// What the device of a live bench says of itself: asked for by its name, which is answered at once, else among all, since
+    /// it may have another name now.
+    pub fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
+        let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
+        let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];
+        for (by, wait) in questions.into_iter().flatten() {
+            let outcome = self.ask(false, Request::Identify { by, wait })?;
+            let Outcome::Stations(stations) = outcome else { return Err(unexpected(&outcome)) };
+            if let Some(station) = stations.into_iter().find(|station| station.mac == self.mac) {
+                return Ok(Some(station));
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,98 @@
+//! What a live device on PROFINET is found and left like: its firmware, its name, its address, its records.
+//!
+//! It judges no requirement.
+
+use super::super::probe::Kept;
+use super::super::trial::Run;
+use controllers::profinet_io::{DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
+use results::journal::Found;
+use suite::device;
+use wire::profinet::blocks::im::Im0;
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockQualifier, Value};
+
+/// Index of I&M0.
+const IM0: u16 = 0xAFF0;
+/// Most octets of a record that are taken.
+const LENGTH: u32 = 1024;
+
+impl Run<'_> {
+    /// The firmware that the device names in I&M0, asked for in the connection that stands.
+    pub(super) fn firmware_in_im0(&mut self) -> Option<String> {
+        let target = Target { api: 0, slot: 0, subslot: 1, index: IM0 };
+        let Ok(Outcome::Record(RecordOutcome::Accepted { data })) =
+            self.ask(false, Request::Read { target, length: LENGTH })
+        else {
+            return None;
+        };
+        let revision = Im0::parse(&data).ok()?.software_revision;
+        Some(format!("{}.{}.{}", revision.functional_enhancement, revision.bug_fix, revision.internal_change))
+    }
+
+    /// The response to a parameter request in the connection that stands.
+    pub(super) fn record_response(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
+        let at = self.parameter_access_point()?;
+        match self.ask(false, Request::Parameter { at, request }) {
+            Ok(Outcome::Parameter(ParameterOutcome::Answer(octets))) => Some(octets),
+            _ => None,
+        }
+    }
+
+    /// Whether the device answers when a record is read.
+    pub(super) fn answers_record(&mut self, record: &device::Record) -> Option<bool> {
+        let at = self.world.manual.device.submodules.get(record.at)?;
+        let target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: record.index };
+        let outcome = self.ask(false, Request::Read { target, length: LENGTH });
+        Some(matches!(outcome, Ok(Outcome::Record(RecordOutcome::Accepted { .. }))))
+    }
+
+    /// Gives the device back what it was found with; what did not go back, in words.
+    pub(super) fn put_all_back(&mut self, found: &Found, kept: &Kept<'_>) -> Vec<String> {
+        let mut left = Vec::new();
+        let Some(mac) = self.place.mac else { return vec!["anything: the device is not known".into()] };
+        self.mac = mac;
+        // A connection wants a name, so the one of the device is put back before it, and no name after it.
+        let has_name = !found.name.is_empty();
+        if has_name {
+            self.put_name_back(found, &mut left);
+        }
+        self.put_kept_back(kept, &mut left);
+        if !has_name {
+            self.put_name_back(found, &mut left);
+        }
+        // A connection has given it the address of the bench.
+        self.put_address_back(found, &mut left);
+        left
+    }
+
+    fn put_name_back(&mut self, found: &Found, left: &mut Vec<String>) {
+        self.renamed = true;
+        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_name);
+        let name = || Value::NameOfStation(found.name.clone());
+        match self.seen_now() {
+            Ok(Some(now)) if now.name == found.name => {}
+            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, name()) => {}
+            _ => left.push(format!("the station name `{}`", String::from_utf8_lossy(&found.name).escape_debug())),
+        }
+    }
+
+    fn put_address_back(&mut self, found: &Found, left: &mut Vec<String>) {
+        // A device that had none got one for the run only.
+        if found.ip.is_unspecified() {
+            return;
+        }
+        let consent = self.place.bench.as_ref().is_some_and(|bench| bench.consent.set_ip);
+        let address = IpParameter { address: found.ip, mask: found.mask, gateway: found.gateway };
+        match self.seen_now() {
+            Ok(Some(now)) if now.ip == address => {}
+            Ok(Some(_)) if consent && self.give(BlockQualifier::PERMANENT, Value::IpParameter(address)) => {}
+            _ => left.push(format!("the address {}", found.ip)),
+        }
+    }
+
+    fn give(&mut self, qualifier: BlockQualifier, value: Value) -> bool {
+        let blocks = vec![Block::set(qualifier, value)];
+        let outcome = self.ask(false, Request::DcpSet { to: self.mac, blocks });
+        matches!(outcome, Ok(Outcome::Dcp(DcpOutcome::Accepted)))
+    }
+}
