@@ -238,7 +238,6 @@ impl View<'_> {
             NameKind::OutputOctets(of) => Value::bytes(self.image.octets(Direction::ToDevice, *of)?),
             NameKind::InputOctets(of) => Value::bytes(self.image.octets(Direction::ToController, *of)?),
             NameKind::InputLength => Value::whole(self.image.input_length()? as i128),
-            NameKind::OutputLength => Value::whole(self.image.octets(Direction::ToDevice, None)?.len() as i128),
             NameKind::OutputStatus(submodule) => Value::Word(self.image.output_status(*submodule)?.into()),
             NameKind::InputStatus(submodule) => Value::Word(self.image.input_status(*submodule)?.into()),
             NameKind::ConsumerStatus(submodule) => Value::Word(self.image.consumer_status(*submodule)?.into()),

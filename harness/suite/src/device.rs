@@ -496,8 +496,6 @@ pub enum NameKind {
     InputOctets(Option<usize>),
     /// `io.input_length`, octets of input data of the module.
     InputLength,
-    /// `io.output_length`, octets of output data of the module.
-    OutputLength,
     /// `io.cyclic`: `running` or `paused`.
     Cyclic,
     /// `io.alarm_acknowledge`: `given`, `received`, `held`.

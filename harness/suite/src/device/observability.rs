@@ -71,7 +71,7 @@ impl NameKind {
         let hidden = |updated: UpdatedAt| Observability { changes_unseen: true, ..seen(updated, VisibleIn::Event) };
         match self {
             N::Signal { signal, .. } => sample(UpdatedAt::Signal(*signal), VisibleIn::Cyclic),
-            N::OutputOctets(_) | N::OutputLength | N::OutputStatus(_) => sample(UpdatedAt::Output, VisibleIn::Event),
+            N::OutputOctets(_) | N::OutputStatus(_) => sample(UpdatedAt::Output, VisibleIn::Event),
             N::InputOctets(_) | N::InputLength | N::InputStatus(_) | N::ConsumerStatus(_) => {
                 sample(UpdatedAt::Input, VisibleIn::Event)
             }

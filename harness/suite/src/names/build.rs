@@ -226,7 +226,6 @@ impl Names<'_> {
             ("outputs", None) => good(NameKind::OutputOctets(None), Type::Bytes, Verbs::SET.and(Verbs::EXPECT)),
             ("outputs", of) => good(NameKind::OutputOctets(of), Type::Bytes, Verbs::EXPECT),
             ("inputs", of) => good(NameKind::InputOctets(of), Type::Bytes, Verbs::EXPECT),
-            ("output_length", None) => good(NameKind::OutputLength, Type::whole(16, false), Verbs::EXPECT),
             ("input_length", None) => good(NameKind::InputLength, Type::whole(16, false), Verbs::EXPECT),
             ("cyclic", None) => good(NameKind::Cyclic, built_in("io.cyclic", words::CYCLIC), Verbs::SET),
             ("alarm_acknowledge", None) => {

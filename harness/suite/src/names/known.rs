@@ -55,7 +55,6 @@ impl Names<'_> {
 /// Names that every device has, with what each is.
 const ON_BOTH: Sentences = &[
     ("io.input_length", "octets of input data"),
-    ("io.output_length", "octets of output data"),
     ("io.cyclic", "whether we send cyclic frames: running, paused"),
     ("connection", "data or none, as our controller sees it"),
     ("shaft.speed", "revolutions per minute, clockwise positive"),
