@@ -128,6 +128,7 @@ impl Follower {
             | Observation::AlarmAcknowledged { .. }
             | Observation::Dcp { .. }
             | Observation::Lldp { .. }
+            | Observation::Arp { .. }
             | Observation::Traffic(_)
             | Observation::Gap { .. }
             | Observation::Unreadable { .. } => None,
