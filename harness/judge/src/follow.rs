@@ -128,7 +128,6 @@ impl Follower {
             | Observation::AlarmAcknowledged { .. }
             | Observation::Dcp { .. }
             | Observation::Lldp { .. }
-            | Observation::Arp { .. }
             | Observation::Traffic(_)
             | Observation::Gap { .. }
             | Observation::Unreadable { .. } => None,

@@ -72,7 +72,6 @@ impl<'a> Events<'a> {
         match observation {
             Observation::Cyclic { .. }
             | Observation::Lldp { .. }
-            | Observation::Arp { .. }
             | Observation::Traffic(_)
             | Observation::Gap { .. } => {}
             Observation::Dp { ar: id, event } => self.slave(id.as_ref().and_then(ar), event),

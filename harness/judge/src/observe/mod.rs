@@ -31,7 +31,6 @@ pub use profibus::ProfibusWords;
 pub use tracker::{Stray, Tracker};
 pub use traffic::{CallPart, PollPart, Traffic};
 
-use wire::datagram::arp::Arp;
 use wire::ethernet::Mac;
 use wire::lldp::Lldp;
 use wire::profibus::global_control::GlobalControl;
@@ -242,13 +241,6 @@ pub enum Observation<'a> {
         /// What it says.
         pdu: &'a Lldp,
     },
-    /// An ARP packet.
-    Arp {
-        /// From.
-        source: Mac,
-        /// What it says.
-        pdu: &'a Arp,
-    },
     /// What there is on PROFIBUS only.
     Dp {
         /// The connection, where it belongs to one.
@@ -289,10 +281,7 @@ impl Observation<'_> {
             Observation::Record { ar, .. } | Observation::CallFailed { ar, .. } | Observation::Dp { ar, .. } => *ar,
             Observation::Traffic(traffic) => traffic.ar(),
             Observation::Gap { ar } => *ar,
-            Observation::Dcp { .. }
-            | Observation::Lldp { .. }
-            | Observation::Arp { .. }
-            | Observation::Unreadable { .. } => None,
+            Observation::Dcp { .. } | Observation::Lldp { .. } | Observation::Unreadable { .. } => None,
         }
     }
 }

@@ -12,7 +12,6 @@ use super::{Address, Ar, ArId, CyclicStatus, Direction, Met, Observation, Party,
 use rustc_hash::FxHashMap;
 use station::{Duration, Time};
 use wire::WireError;
-use wire::datagram::arp::Arp;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::lldp::Lldp;
 use wire::profinet::rpc::{Reassembler, Uuid};
@@ -194,12 +193,6 @@ impl Tracker {
                 Ok(pdu) => sink(&self.ars, Observation::Lldp { source: header.source, pdu: &pdu }),
                 Err(error) => self.unreadable(error, sink),
             },
-            EtherType::ARP => {
-                self.counts.other += 1;
-                if let Ok(pdu) = Arp::parse(payload) {
-                    sink(&self.ars, Observation::Arp { source: header.source, pdu: &pdu });
-                }
-            }
             _ => self.counts.other += 1,
         }
     }
