@@ -2,6 +2,5 @@
 //!
 //! This crate must not know how the device is driven.
 
-pub mod fdcml;
 pub mod gsd;
 pub mod gsdml;

@@ -86,20 +86,17 @@ pub enum DescriptionKind {
     Gsdml,
     /// GSD of PROFIBUS.
     Gsd,
-    /// FDCML, XML of any bus (ISO 15745).
-    Fdcml,
 }
 
 impl DescriptionKind {
     /// Every kind, in the order of reports.
-    pub const ALL: [DescriptionKind; 3] = [DescriptionKind::Gsdml, DescriptionKind::Gsd, DescriptionKind::Fdcml];
+    pub const ALL: [DescriptionKind; 2] = [DescriptionKind::Gsdml, DescriptionKind::Gsd];
 
     /// What it is called, its key in bench files and in JSON, and whether JSON also says that it says nothing.
     const fn facts(self) -> (&'static str, &'static str, bool) {
         match self {
             DescriptionKind::Gsdml => ("GSDML", "gsdml", true),
             DescriptionKind::Gsd => ("GSD", "gsd", false),
-            DescriptionKind::Fdcml => ("FDCML", "fdcml", false),
         }
     }
 

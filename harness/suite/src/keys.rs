@@ -412,7 +412,6 @@ key_sets! {
         "boot_time" may Duration, "From power to an answer, at most, where it differs from the manual.";
         "gsdml" may Text, "The vendor's GSDML, a file (PROFINET).";
         "gsd" may Text, "The vendor's GSD, a file (PROFIBUS).";
-        "fdcml" may Text, "The vendor's FDCML, a file.";
         "telegrams" may List(&Name), "The modules that it supports, by their names in device.yaml; all by default.";
         "lacks" may List(&Name), "Records and parameters of device.yaml that it does not have.";
         "firmware" may Text, "The firmware that it is said to have, as I&M0 tells it: `1.1.0`.";

@@ -123,12 +123,7 @@ fn on_wire(
     prepared.notes.extend(granted);
     let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
-    let mut findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
-    if let Some(path) = bench.description_of(DescriptionKind::Fdcml) {
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| Stop::usage(format!("the FDCML {}: {error}", path.display())))?;
-        findings.extend(description::fdcml::compare(device, &text));
-    }
+    let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
     Ok(DeviceOnBench::new(bench, manual, prepared, long, findings, persona))
 }
 
