@@ -17,9 +17,9 @@ pub struct Interface {
 
 /// The network interfaces that there are, in the order in which the machine numbers them.
 pub fn interfaces() -> Vec<Interface> {
-    let mut found: Vec<_> = pnet::datalink::interfaces();
+    let mut found: Vec<_> = pnet_datalink::interfaces();
     found.sort_by_key(|interface| interface.index);
-    let to_ours = |interface: pnet::datalink::NetworkInterface| Interface {
+    let to_ours = |interface: pnet_datalink::NetworkInterface| Interface {
         mac: interface.mac.map(|mac| mac.octets()),
         up: interface.is_up(),
         running: interface.is_running(),

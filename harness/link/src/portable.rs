@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, sync_channel};
 use std::time::Instant;
 
-use pnet::datalink::{self, Channel, Config, DataLinkSender};
+use pnet_datalink::{self as datalink, Channel, Config, DataLinkSender};
 
 use crate::interfaces::{escaped, known_names};
 use crate::sys::pause;
