@@ -5,77 +5,131 @@
 
 use super::status::{Light, light, reasons};
 use super::words::level;
+use super::xml::XmlWriter;
 use plain_text::printable;
-use quick_junit::{NonSuccessKind, Property, Report, TestCase, TestCaseStatus, TestSuite};
 use results::outcome::{CaseKind, CaseResult, DeviceRun, Finding, RunResult};
 use results::verdict::Verdict;
 use rustc_hash::FxHashMap;
 
 /// Writes the report.
 pub fn junit(result: &RunResult) -> String {
-    let mut report = Report::new("encspec");
-    for run in &result.runs {
+    let runs: Vec<Vec<Outcome>> =
+        result.runs.iter().map(|run| run.cases.iter().map(|of| Outcome::of(result, run, of)).collect()).collect();
+    let whole: Vec<String> = reasons(result).iter().map(|reason| printable(reason)).collect();
+    let of_whole = Counts { tests: whole.len(), failures: whole.len(), ..Counts::default() };
+    let all = runs.iter().flatten().fold(of_whole, Counts::and);
+    let mut xml = XmlWriter::new();
+    let [tests, skipped, errors, failures] = all.texts();
+    xml.start(
+        "testsuites",
+        &[("name", "encspec"), ("tests", &tests), ("skipped", &skipped), ("failures", &failures), ("errors", &errors)],
+    );
+    for (run, outcomes) in result.runs.iter().zip(&runs) {
+        let name = format!("{}/{}", run.dut.device, run.dut.variant);
+        suite(&mut xml, &name, outcomes.iter().fold(Counts::default(), Counts::and));
+        about(&mut xml, run);
         let clauses: FxHashMap<&str, &str> =
             run.requirements.iter().map(|of| (of.id.as_str(), of.cites.as_str())).collect();
-        let mut suite = TestSuite::new(format!("{}/{}", run.dut.device, run.dut.variant));
-        suite.add_property(Property::new("dut", printable(&run.dut.spec)));
-        suite.add_property(Property::new("identity", printable(&run.dut.identity)));
-        if let Some(persona) = &run.persona {
-            suite.add_property(Property::new("persona", persona.as_str()));
+        for (of, outcome) in run.cases.iter().zip(outcomes) {
+            case(&mut xml, run, of, outcome, &clauses);
         }
-        run.bugs.iter().for_each(|bug| {
-            suite.add_property(Property::new("bug", bug.as_str()));
-        });
-        run.findings.iter().for_each(|of| {
-            let told = format!("{} {}: {}", of.severity.word(), of.id, of.text);
-            suite.add_property(Property::new("finding", printable(&told)));
-        });
-        run.cases.iter().for_each(|of| {
-            suite.add_test_case(case(result, run, of, &clauses));
-        });
-        report.add_test_suite(suite);
+        xml.end();
     }
-    let whole = reasons(result);
     if !whole.is_empty() {
-        let mut suite = TestSuite::new("the run as a whole");
-        for reason in whole {
-            let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
-            status.set_message(printable(&reason)).set_type("run");
-            suite.add_test_case(TestCase::new(printable(&reason), status));
+        suite(&mut xml, "the run as a whole", of_whole);
+        for reason in &whole {
+            xml.start("testcase", &[("name", reason)]);
+            xml.empty("failure", &[("message", reason), ("type", "run")]);
+            xml.end();
         }
-        report.add_test_suite(suite);
+        xml.end();
     }
-    // Only a writer that fails can make this fail, and a String is none.
-    let mut xml = report.to_string().unwrap_or_default();
-    if !xml.ends_with('\n') {
-        xml.push('\n');
-    }
-    xml
+    xml.finish()
 }
 
-fn case(result: &RunResult, run: &DeviceRun, of: &CaseResult, clauses: &FxHashMap<&str, &str>) -> TestCase {
+/// How many there are in a suite or in the report.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts {
+    tests: usize,
+    skipped: usize,
+    errors: usize,
+    failures: usize,
+}
+
+impl Counts {
+    fn and(self, outcome: &Outcome) -> Counts {
+        let one = |is: bool| usize::from(is);
+        Counts {
+            tests: self.tests + 1,
+            skipped: self.skipped + one(matches!(outcome, Outcome::Skipped { .. })),
+            errors: self.errors + one(matches!(outcome, Outcome::Red { element: "error", .. })),
+            failures: self.failures + one(matches!(outcome, Outcome::Red { element: "failure", .. })),
+        }
+    }
+
+    fn texts(self) -> [String; 4] {
+        [self.tests, self.skipped, self.errors, self.failures].map(|count| count.to_string())
+    }
+}
+
+/// Begins a suite; its properties and cases follow.
+fn suite(xml: &mut XmlWriter, name: &str, counts: Counts) {
+    let [tests, skipped, errors, failures] = counts.texts();
+    xml.start(
+        "testsuite",
+        &[("name", name), ("tests", &tests), ("skipped", &skipped), ("errors", &errors), ("failures", &failures)],
+    );
+}
+
+/// The properties of a run.
+fn about(xml: &mut XmlWriter, run: &DeviceRun) {
+    xml.start("properties", &[]);
+    property(xml, "dut", &run.dut.spec);
+    property(xml, "identity", &run.dut.identity);
+    if let Some(persona) = &run.persona {
+        property(xml, "persona", persona);
+    }
+    run.bugs.iter().for_each(|bug| property(xml, "bug", bug));
+    for of in &run.findings {
+        property(xml, "finding", &format!("{} {}: {}", of.severity.word(), of.id, of.text));
+    }
+    xml.end();
+}
+
+fn property(xml: &mut XmlWriter, name: &str, value: &str) {
+    xml.empty("property", &[("name", name), ("value", &printable(value))]);
+}
+
+fn case(xml: &mut XmlWriter, run: &DeviceRun, of: &CaseResult, outcome: &Outcome, clauses: &FxHashMap<&str, &str>) {
     let (class, name) = of.id.rsplit_once('/').unwrap_or(("", &of.id));
-    let mut case = TestCase::new(printable(name), status(result, run, of));
-    case.set_classname(printable(&class.replace('/', "."))).set_time(of.duration);
-    let mut property = |name: &str, value: &str| {
-        case.add_property(Property::new(name, printable(value)));
-    };
-    property("kind", if of.kind == CaseKind::Trial { "case" } else { "rule" });
-    property("verdict", of.verdict.word());
-    property("level", level(of.level));
+    let (name, class) = (printable(name), printable(&class.replace('/', ".")));
+    let time = format!("{:.3}", of.duration.as_secs_f64());
+    xml.start("testcase", &[("name", &name), ("classname", &class), ("time", &time)]);
+    xml.start("properties", &[]);
+    property(xml, "kind", if of.kind == CaseKind::Trial { "case" } else { "rule" });
+    property(xml, "verdict", of.verdict.word());
+    property(xml, "level", level(of.level));
     for covered in &of.covers {
-        property("requirement", &covered.id);
+        property(xml, "requirement", &covered.id);
         if let Some(clause) = clauses.get(covered.id.as_str()) {
-            property("clause", clause);
+            property(xml, "clause", clause);
         }
     }
     if of.verdict == Verdict::Fail {
-        findings(run, of).for_each(|finding| property("finding", &finding.text));
+        findings(run, of).for_each(|finding| property(xml, "finding", &finding.text));
     }
     if let Some(evidence) = &of.evidence {
-        property("evidence", evidence);
+        property(xml, "evidence", evidence);
     }
-    case
+    xml.end();
+    match outcome {
+        Outcome::Passed => {}
+        Outcome::Skipped { message } => xml.empty("skipped", &[("message", message)]),
+        Outcome::Red { element, kind, message, text } => {
+            xml.text(element, &[("message", message), ("type", kind)], text);
+        }
+    }
+    xml.end();
 }
 
 /// The findings of a case: they are called after it and the reading that is a fault.
@@ -85,25 +139,40 @@ fn findings<'a>(run: &'a DeviceRun, of: &CaseResult) -> impl Iterator<Item = &'a
     run.findings.iter().filter(move |of| of.id.rsplit_once(':').is_some_and(|(found_by, _)| found_by == case))
 }
 
-fn status(result: &RunResult, run: &DeviceRun, of: &CaseResult) -> TestCaseStatus {
-    let reason = of.reason.as_deref().unwrap_or(&of.why);
-    let skipped = |message: String| {
-        let mut status = TestCaseStatus::skipped();
-        status.set_message(printable(&message));
-        status
-    };
-    match (of.verdict, light(result, run, of)) {
-        (Verdict::Pass, _) => TestCaseStatus::success(),
-        (Verdict::NotApplicable, _) => skipped(reason.to_owned()),
-        (verdict, Light::Green) => skipped(format!("{verdict}: {reason}")),
-        (verdict, Light::Neutral(why)) => skipped(format!("{verdict}, {why}: {reason}")),
-        (verdict, Light::Red) => {
-            let device = matches!(verdict, Verdict::Fail | Verdict::Xpass);
-            let kind = if device { NonSuccessKind::Failure } else { NonSuccessKind::Error };
-            let mut status = TestCaseStatus::non_success(kind);
-            status.set_message(printable(reason)).set_type(verdict.word());
-            status.set_description(super::console::one(result, run, of));
-            status
+/// What JUnit knows of a case.
+#[derive(Debug)]
+enum Outcome {
+    Passed,
+    Skipped {
+        message: String,
+    },
+    /// The element is `failure` or `error`.
+    Red {
+        element: &'static str,
+        kind: &'static str,
+        message: String,
+        text: String,
+    },
+}
+
+impl Outcome {
+    fn of(result: &RunResult, run: &DeviceRun, of: &CaseResult) -> Outcome {
+        let reason = of.reason.as_deref().unwrap_or(&of.why);
+        let skipped = |message: String| Outcome::Skipped { message: printable(&message) };
+        match (of.verdict, light(result, run, of)) {
+            (Verdict::Pass, _) => Outcome::Passed,
+            (Verdict::NotApplicable, _) => skipped(reason.to_owned()),
+            (verdict, Light::Green) => skipped(format!("{verdict}: {reason}")),
+            (verdict, Light::Neutral(why)) => skipped(format!("{verdict}, {why}: {reason}")),
+            (verdict, Light::Red) => {
+                let device = matches!(verdict, Verdict::Fail | Verdict::Xpass);
+                Outcome::Red {
+                    element: if device { "failure" } else { "error" },
+                    kind: verdict.word(),
+                    message: printable(reason),
+                    text: super::console::one(result, run, of),
+                }
+            }
         }
     }
 }

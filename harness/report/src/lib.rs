@@ -12,6 +12,7 @@ mod status;
 mod tap;
 mod text;
 mod words;
+mod xml;
 
 pub use console::{Look, console, one};
 pub use html::{Pictures, html};
