@@ -13,11 +13,11 @@ use super::timed::Timed;
 use super::turn::{Turning, follow};
 use engine::DutSpec;
 use judge::observe::link_type;
-use replay::AgainstReport;
+use replay::{AgainstReport, IpReassembler, Reassembled};
 use station::Time;
 use std::io::Read;
 use virtual_wire::CaptureReader;
-use virtual_wire::capture::{Item, NotACapture};
+use virtual_wire::capture::{Item, LinkType, NotACapture};
 
 /// Within so many tolerances a difference is the same one in two runs.
 const NEAR: u32 = 4;
@@ -40,12 +40,23 @@ pub fn hear(input: impl Read, whom: Whom<'_>) -> Result<Heard, NotACapture> {
     let mut reader = CaptureReader::new(input)?;
     let mut ear = Ear::new(whom);
     let mut begin = None;
+    let mut datagrams = IpReassembler::default();
     let link = link_type(whom.manual.device.bus.kind());
     while let Some(item) = reader.next() {
         let Item::Packet(packet) = item else { continue };
         begin.get_or_insert(packet.time);
-        if packet.link_type == link {
-            ear.frame(packet.number as u64, packet.time, packet.captured);
+        if packet.link_type != link {
+            continue;
+        }
+        let number = packet.number as u64;
+        let reassembled = match link {
+            LinkType::ETHERNET => datagrams.take(number, packet.time, packet.captured),
+            _ => Reassembled::Untouched,
+        };
+        match reassembled {
+            Reassembled::Untouched => ear.frame(number, packet.time, packet.captured),
+            Reassembled::Whole => ear.frame(number, packet.time, datagrams.whole()),
+            Reassembled::Part => {}
         }
     }
     Ok(Heard { said: ear.end(), begin: begin.unwrap_or_default() })

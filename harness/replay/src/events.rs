@@ -2,6 +2,7 @@
 
 use super::dcp::Stations;
 use super::decode::Decoder;
+use super::read::reassembly::LostDatagram;
 use super::report::{Event, EventKind};
 use judge::observe::{Address, Ar, ArId, Direction, Dp, DpTracker, Leaving, Observation, Party, Role, Stage, Tracker};
 use station::{Duration, Time};
@@ -64,6 +65,12 @@ impl<'a> Events<'a> {
                 ),
             );
         }
+    }
+
+    /// A datagram cannot be put together: an event of the last frame that brought a part of it.
+    pub fn lost(&mut self, datagram: &LostDatagram) {
+        self.now = (datagram.frame, datagram.time);
+        self.add(EventKind::Unreadable, datagram.why.clone());
     }
 
     /// Takes in what the tracker says of the frame.

@@ -22,6 +22,7 @@ pub use against::{AgainstReport, DifferenceReport, LeftOutReport};
 pub use finding::{Blame, Context, ContextFrame, Finding, Severity};
 pub use page::{Look, chapter, page};
 pub use protocol::table::{CHECKS, Check};
+pub use read::reassembly::{IpReassembler, LostDatagram, Reassembled};
 pub use read::{CannotReplay, Progress, Told, each, files};
 pub use report::{
     Abort, CaptureReport, ConnectionReport, ControllerReport, DamageReport, DeviceReport, Event, EventKind,
@@ -106,6 +107,11 @@ impl Watch for Replay<'_> {
         self.rules.observe(bus, ars, (next.time, next.number), observation);
     }
 
+    fn lost(&mut self, ars: &[Ar], datagram: &LostDatagram) {
+        self.events.lost(datagram);
+        self.protocol.observe(Bus::Profinet, ars, &Observation::Unreadable { why: &datagram.why });
+    }
+
     fn hole(&mut self) {
         self.protocol.hole();
     }
@@ -117,7 +123,7 @@ impl Watch for Replay<'_> {
 
 impl Replay<'_> {
     fn report(mut self, name: &str, walked: Walked<'_>) -> CaptureReport {
-        let Walked { tracker, slaves, layouts, damage, frames } = walked;
+        let Walked { tracker, slaves, layouts, damage, frames, .. } = walked;
         let (rules, broken) = self.rules.end();
         let events = self.events.end(&tracker, &slaves);
         let mut findings = self.protocol.end(&tracker, &slaves);

@@ -6,12 +6,14 @@
 use super::layout::Layouts;
 use super::read::damage::DamageList;
 use super::read::order::{Line, Next};
+use super::read::reassembly::{IpReassembler, LostDatagram, Reassembled};
 use judge::observe::{Ar, DpTracker, Observation, Tracker};
 use std::io::Read;
 use suite::device::Bus;
 use suite::model::Manual;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType, NotACapture};
+use wire::profinet::rpc;
 
 /// Who is told what comes by.
 pub(super) trait Watch {
@@ -26,6 +28,9 @@ pub(super) trait Watch {
 
     /// Frames may be missing before this one, or its time is in doubt; told of both buses and before [`begin`](Self::begin).
     fn gap(&mut self, bus: Bus, ars: &[Ar], next: &Next<'_>, observation: &Observation<'_>);
+
+    /// A datagram of RPC that came in fragments cannot be put together; told before the frame that is next.
+    fn lost(&mut self, _ars: &[Ar], _datagram: &LostDatagram) {}
 
     /// Frames may be missing here, also behind the last one.
     fn hole(&mut self);
@@ -43,6 +48,7 @@ pub(super) struct Walked<'a> {
     /// What was guessed of connections without a Connect.
     pub layouts: Layouts<'a>,
     pub damage: DamageList,
+    datagrams: IpReassembler,
     /// How many frames there were.
     pub frames: u64,
 }
@@ -63,6 +69,7 @@ pub(super) fn walk<'a>(
         slaves: DpTracker::recorded(),
         layouts: Layouts::new(manuals),
         damage: DamageList::default(),
+        datagrams: IpReassembler::default(),
         frames: 0,
     };
     let mut line = Line::default();
@@ -83,6 +90,8 @@ pub(super) fn walk<'a>(
     if let Some(next) = line.end() {
         walked.next(&next, watch);
     }
+    walked.datagrams.interrupt();
+    walked.tell_lost(watch);
     if walked.damage.is_open() {
         watch.hole();
     }
@@ -93,6 +102,8 @@ pub(super) fn walk<'a>(
 impl Walked<'_> {
     fn next(&mut self, next: &Next<'_>, watch: &mut impl Watch) {
         if next.interrupted {
+            self.datagrams.interrupt();
+            self.tell_lost(watch);
             watch.hole();
             self.tracker.gap(next.time, &mut |ars, observation| watch.gap(Bus::Profinet, ars, next, &observation));
             self.slaves.gap(next.time, &mut |ars, observation| watch.gap(Bus::Profibus, ars, next, &observation));
@@ -105,12 +116,22 @@ impl Walked<'_> {
     }
 
     fn frame(&mut self, next: &Next<'_>, watch: &mut impl Watch) {
-        let Walked { tracker, layouts, .. } = self;
+        let reassembled = self.datagrams.take(next.number, next.time, next.octets);
+        self.tell_lost(watch);
+        let Walked { tracker, layouts, datagrams, .. } = self;
+        let octets = if reassembled == Reassembled::Whole { datagrams.whole() } else { next.octets };
+        let next = &Next { octets, ..*next };
         watch.begin(Bus::Profinet, next);
-        tracker.frame(next.number, next.time, next.octets, &mut |ars, observation| {
+        let mut sink = |ars: &[Ar], observation: Observation<'_>| {
             layouts.observe(&observation);
             watch.observe(Bus::Profinet, ars, next, &observation);
-        });
+        };
+        match reassembled {
+            Reassembled::Part => tracker.part(next.time, &mut sink),
+            Reassembled::Untouched | Reassembled::Whole => {
+                tracker.frame(next.number, next.time, next.octets, &mut sink);
+            }
+        }
         if let Some((met, guess)) = layouts.guessed(tracker) {
             let mut tell = |ars: &[Ar], observation: Observation<'_>| {
                 watch.observe(Bus::Profinet, ars, next, &observation);
@@ -120,6 +141,13 @@ impl Walked<'_> {
             }
         }
         watch.seen(Bus::Profinet, tracker.ars());
+    }
+
+    /// Of the datagrams that cannot be put together those of RPC are told.
+    fn tell_lost(&mut self, watch: &mut impl Watch) {
+        for datagram in self.datagrams.lost().filter(|of| [of.ports.0, of.ports.1].contains(&rpc::PORT)) {
+            watch.lost(self.tracker.ars(), &datagram);
+        }
     }
 
     fn bus_frame(&mut self, next: &Next<'_>, watch: &mut impl Watch) {

@@ -6,7 +6,7 @@ use super::run::{open, write};
 use super::{DissectArgs, Ended, ReplayArgs, ReplayFormat, Stop, complain, list, show, sources};
 use judge::observe::{ProfibusWords, Tracker, describe};
 use plain_text::printable;
-use replay::{self, CaptureReport, ReplayReport, Severity};
+use replay::{self, CaptureReport, IpReassembler, Reassembled, ReplayReport, Severity};
 use report::ExitStatus;
 use report::page::html;
 use std::fs::File;
@@ -114,6 +114,7 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
     let mut out = BufWriter::new(io::stdout().lock());
     let mut tracker = Tracker::new();
     let mut profibus = ProfibusWords::default();
+    let mut datagrams = IpReassembler::default();
     let mut damaged = false;
     while let Some(item) = reader.next() {
         let line = match item {
@@ -121,8 +122,12 @@ pub(super) fn dissect(args: &DissectArgs) -> Ended {
                 let number = packet.number as u64;
                 let lines = match packet.link_type {
                     LinkType::ETHERNET => {
-                        tracker.frame(number, packet.time, packet.captured, &mut |_, _| {});
-                        vec![describe(packet.captured, tracker.ars())]
+                        let whole = match datagrams.take(number, packet.time, packet.captured) {
+                            Reassembled::Whole => datagrams.whole(),
+                            Reassembled::Part | Reassembled::Untouched => packet.captured,
+                        };
+                        tracker.frame(number, packet.time, whole, &mut |_, _| {});
+                        vec![describe(whole, tracker.ars())]
                     }
                     LinkType::PROFIBUS => {
                         let mut lines = profibus.lines(packet.captured);

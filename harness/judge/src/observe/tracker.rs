@@ -197,6 +197,13 @@ impl Tracker {
         }
     }
 
+    /// Takes in a frame that says nothing for itself: a fragment of a datagram that another frame completes.
+    pub fn part(&mut self, time: Time, sink: &mut dyn FnMut(&[Ar], Observation<'_>)) {
+        self.counts.frames += 1;
+        self.counts.other += 1;
+        self.time(time, sink);
+    }
+
     /// Lets time go by: tells what has been silent for longer than its watchdog.
     ///
     /// A frame that is late by less than one cycle is forgiven, since it may be the clock of the capture that was late.

@@ -1,10 +1,11 @@
 //! Opening capture files: by name or from standard input, several at a time, with the progress that is made.
 //!
 //! What is in a file is looked at by [`capture`](super::capture); the order of its frames is put right by [`order`], and what
-//! damage means is told by [`damage`]. This room must not know what a frame means.
+//! damage means is told by [`damage`], and datagrams that were cut are put together by [`reassembly`]. This room must not know what a frame means.
 
 pub(super) mod damage;
 pub(super) mod order;
+pub(super) mod reassembly;
 
 use super::report::{CaptureReport, ReplayReport};
 use std::fs::File;
