@@ -1,19 +1,15 @@
 //! How many packets a second are read from a capture: 64-octet frames, as cyclic exchange leaves them.
 
-use std::hint::black_box;
+mod rate;
 
-use divan::Bencher;
-use divan::counter::ItemsCount;
 use encspec_virtual_wire::capture::{Item, LinkType};
 use encspec_virtual_wire::{CaptureReader, PcapngWriter};
+use rate::rate;
 use station::Time;
+use std::hint::black_box;
 
 const PACKETS: usize = 1_000_000;
 const FRAME: [u8; 64] = [0x5A; 64];
-
-fn main() {
-    divan::main();
-}
 
 fn pcapng(comment: Option<&str>) -> Vec<u8> {
     let mut writer = PcapngWriter::new(Vec::new(), "encspec").expect("memory");
@@ -36,8 +32,8 @@ fn pcap() -> Vec<u8> {
     file
 }
 
-fn read(bencher: Bencher<'_, '_>, file: &[u8]) {
-    bencher.counter(ItemsCount::new(PACKETS)).bench(|| {
+fn read(name: &str, file: &[u8]) {
+    rate(name, "packets", PACKETS, || {
         let mut reader = CaptureReader::new(file).expect("a capture");
         let mut packets = 0;
         while let Some(item) = reader.next() {
@@ -49,17 +45,8 @@ fn read(bencher: Bencher<'_, '_>, file: &[u8]) {
     });
 }
 
-#[divan::bench(sample_count = 10)]
-fn read_pcap(bencher: Bencher<'_, '_>) {
-    read(bencher, &pcap());
-}
-
-#[divan::bench(sample_count = 10)]
-fn read_pcapng(bencher: Bencher<'_, '_>) {
-    read(bencher, &pcapng(None));
-}
-
-#[divan::bench(sample_count = 10)]
-fn read_pcapng_with_comments(bencher: Bencher<'_, '_>) {
-    read(bencher, &pcapng(Some("step 1")));
+fn main() {
+    read("pcap", &pcap());
+    read("pcapng", &pcapng(None));
+    read("pcapng with comments", &pcapng(Some("step 1")));
 }

@@ -1,8 +1,9 @@
 //! How many steps a second a virtual wire makes with stations that exchange cyclic frames.
 
-use divan::Bencher;
-use divan::counter::ItemsCount;
+mod rate;
+
 use encspec_virtual_wire::VirtualWire;
+use rate::rate;
 use station::{Duration, Outbox, Station, Time};
 
 const CYCLE: Duration = Duration::from_millis(1);
@@ -26,14 +27,9 @@ impl Station for Cyclic {
     }
 }
 
-fn main() {
-    divan::main();
-}
-
-#[divan::bench(args = [2, 8, 32], sample_count = 10)]
-fn steps(bencher: Bencher<'_, '_>, stations: usize) {
+fn steps(stations: usize) {
     // Each frame is one step to send it and one to deliver it.
-    bencher.counter(ItemsCount::new(2 * CYCLES * stations as u64)).bench(|| {
+    rate(&format!("{stations} stations"), "steps", 2 * CYCLES as usize * stations, || {
         let mut all: Vec<Cyclic> = (0..stations).map(|_| Cyclic { next: Time::ZERO }).collect();
         let mut ports: Vec<&mut dyn Station> = all.iter_mut().map(|station| station as &mut dyn Station).collect();
         let mut frames = 0u64;
@@ -41,4 +37,8 @@ fn steps(bencher: Bencher<'_, '_>, stations: usize) {
         VirtualWire::new().run(&mut ports, until, &mut |_| frames += 1);
         assert_eq!(frames, CYCLES * stations as u64);
     });
+}
+
+fn main() {
+    [2, 8, 32].into_iter().for_each(steps);
 }
