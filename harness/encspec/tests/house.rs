@@ -1,6 +1,7 @@
 //! The rules of the house, each proved by reading the sources. What the compiler proves already is only checked for
 //! being switched on.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -217,6 +218,62 @@ fn files_stay_small() {
         let lines = text(&path).lines().count();
         assert!(lines <= 800, "{} has {lines} lines: split it", shown(&path));
     }
+}
+
+/// Names and the rest of their lines in the sections of a manifest whose heads end with `section`.
+fn entries(manifest: &str, section: &str) -> Vec<(String, String)> {
+    let mut inside = false;
+    let mut found = Vec::new();
+    for line in manifest.lines().map(str::trim) {
+        if let Some(head) = line.strip_prefix('[') {
+            inside =
+                head.strip_suffix(']').is_some_and(|head| head == section || head.ends_with(&format!(".{section}")));
+        } else if let Some((name, rest)) = line.split_once(['.', '=', ' ']).filter(|_| inside && !line.starts_with('#'))
+        {
+            found.push((name.to_owned(), rest.to_owned()));
+        }
+    }
+    found
+}
+
+/// The table of dependencies names each crate of others that a manifest names, and no other.
+#[test]
+fn each_dependency_has_a_row_that_says_why() {
+    let page = text(&root().join("CONTRIBUTING.md"));
+    let section = page.split("\n## ").find(|section| section.starts_with("Dependencies\n"));
+    let section = section.expect("CONTRIBUTING.md has a section Dependencies");
+    let mut rows = BTreeSet::new();
+    for row in section.lines().filter(|line| line.starts_with("| `")) {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
+        let [name, purpose, weighed] = cells[..] else { panic!("three cells: {row}") };
+        assert!(purpose.len() > 10 && weighed.len() > 10, "what for, and what was weighed? {row}");
+        assert!(rows.insert(name.trim_matches('`').to_owned()), "{name} has two rows");
+    }
+    let workspace = entries(&text(&root().join("Cargo.toml")), "workspace.dependencies");
+    let (own, of_others): (Vec<_>, Vec<_>) = workspace.into_iter().partition(|(_, rest)| rest.contains("path ="));
+    let own: BTreeSet<String> = own.into_iter().map(|(name, _)| name).collect();
+    let of_others: BTreeSet<String> = of_others.into_iter().map(|(name, _)| name).collect();
+    let mut used = BTreeSet::new();
+    for folder in ["harness", "device-under-test", "suites"].iter().filter(|folder| has_manifest(folder)) {
+        for manifest in files(folder, "toml").iter().filter(|path| path.ends_with("Cargo.toml")) {
+            for section in ["dependencies", "dev-dependencies", "build-dependencies"] {
+                let named = entries(&text(manifest), section).into_iter().map(|(name, _)| name);
+                used.extend(named.filter(|name| !own.contains(name)));
+            }
+        }
+    }
+    assert_eq!(of_others.difference(&used).collect::<Vec<_>>(), [""; 0], "named in the workspace and used nowhere");
+    assert!(used.len() > 15, "the rule looked at nothing: {used:?}");
+    assert_eq!(used.difference(&rows).collect::<Vec<_>>(), [""; 0], "a row is missing");
+    assert_eq!(rows.difference(&used).collect::<Vec<_>>(), [""; 0], "a row is stale");
+}
+
+fn has_manifest(folder: &str) -> bool {
+    fs::read_dir(root().join(folder))
+        .into_iter()
+        .flatten()
+        .flatten()
+        .any(|entry| entry.path().join("Cargo.toml").is_file() || entry.file_name() == "Cargo.toml")
 }
 
 #[test]

@@ -265,6 +265,9 @@ impl<'t> Reader<'t> {
 }
 
 /// Reads a plain list or table into its type.
+///
+/// `serde_yaml` is archived and named only here. Once it has to go, a `serde::Deserializer` over [`Node`] replaces it: the parser of
+/// suites then reads these lists too.
 pub fn from_yaml<T: DeserializeOwned>(file: u16, text: &str) -> Read<T> {
     serde_yaml::from_str(text).map_err(|error| {
         let place = error.location();
