@@ -48,7 +48,7 @@ pub fn difference(whom: Whom<'_>, heard: &Heard, difference: &Difference) -> Dif
 pub fn related(manual: &Manual, variant: usize, name: &str) -> Option<usize> {
     let mut counted: BTreeMap<usize, usize> = BTreeMap::new();
     for trial in manual.variants.get(variant).map_or(&[][..], |variant| &variant.trials) {
-        let is_named = trial.steps.iter().any(|step| step.text.contains(name));
+        let is_named = trial.how().steps.iter().any(|step| step.text.contains(name));
         for covered in trial.covers.iter().filter(|_| is_named) {
             *counted.entry(*covered).or_default() += 1;
         }

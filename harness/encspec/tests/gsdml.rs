@@ -351,7 +351,7 @@ fn a_device_alone_gives_what_is_certain() {
 #[test]
 fn a_start_up_that_rests_on_invented_idents_needs_a_description() {
     let manual = manuals().iter().find(|of| of.device.name == MANUAL).expect("a manual");
-    let start = manual.variants[0].trials.iter().find_map(|trial| trial.start.as_ref()).expect("a trial that connects");
+    let start = manual.variants[0].trials.iter().find_map(|trial| trial.start()).expect("a trial that connects");
     let why = gsdml::needs_description(&manual.device, start).expect("the manual prints no idents");
     assert_eq!(
         why,

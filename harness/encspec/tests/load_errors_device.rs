@@ -128,7 +128,7 @@ fn records_of_the_start_up() {
         start.parameters.iter().map(|of| (field(of), of.value)).collect()
     };
     let trials = &manuals[0].variants[0].trials;
-    let first = trials.iter().find(|trial| trial.id == "topic/first[on]").and_then(|trial| trial.start.as_ref());
+    let first = trials.iter().find(|trial| trial.id == "topic/first[on]").and_then(|trial| trial.start());
     let wanted = [("scaling".to_owned(), 0), ("range".to_owned(), 4096), ("level".to_owned(), 7)];
     assert_eq!(fields(first.expect("it connects")), wanted);
     let short = load(&sources(), None).expect("it loads");

@@ -142,7 +142,7 @@ fn all_text(trial: &Trial) -> Vec<String> {
         }
     }
     let mut out = Vec::new();
-    [&trial.given, &trial.steps, &trial.finally].into_iter().for_each(|steps| walk(steps, &mut out));
+    trial.parts().into_iter().for_each(|steps| walk(steps, &mut out));
     out
 }
 

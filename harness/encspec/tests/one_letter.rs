@@ -222,7 +222,7 @@ impl Labels {
             .variants
             .iter()
             .flat_map(|variant| &variant.trials)
-            .for_each(|trial| readings(&trial.steps, &mut labels.topics));
+            .for_each(|trial| readings(&trial.how().steps, &mut labels.topics));
         labels
     }
 

@@ -92,8 +92,8 @@ pub fn unfit_trial(persona: &Persona, manual: &Manual, variant: &Variant, trial:
     if let Some(why) = other_bus(persona, &manual.device) {
         return Some(why);
     }
-    let mut look = Look::new(persona, &manual.device, Some(variant), trial.start.as_ref());
-    let mut why = trial.start.as_ref().and_then(|start| look.start(start));
+    let mut look = Look::new(persona, &manual.device, Some(variant), trial.start());
+    let mut why = trial.start().and_then(|start| look.start(start));
     each_step_of(trial, &mut |step| {
         let found = look.step(step);
         if why.is_none() {

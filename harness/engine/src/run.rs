@@ -227,7 +227,7 @@ pub fn run_trial(
 
 /// Asks the device for its firmware in a connection of its own.
 fn firmware(manual: &Manual, variant: &Variant, dut: &DutSpec, place: &Place) -> Option<String> {
-    let trial = variant.trials.iter().find(|trial| trial.start.is_some())?;
+    let trial = variant.trials.iter().find(|trial| trial.start().is_some())?;
     let ours = driver::of(&manual.device).stations(manual, place, trial);
     let world = World::new(manual, variant, dut.segment(&trial.id, place.line).ok()?, ours);
     Run::new(world, trial, place).firmware()
@@ -239,7 +239,7 @@ pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
     if dut.live().is_some() {
         return line;
     }
-    let said = trial.and_then(|trial| trial.start.as_ref()?.baud);
+    let said = trial.and_then(|trial| trial.start()?.baud);
     let usual = if trial.is_some_and(super::scan::has_clock) { FAST } else { line.baud };
     let baud = said.unwrap_or(usual);
     DpLine { station: manual.device.profibus().map_or(line.station, |slave| slave.address), baud, ..line }
@@ -353,7 +353,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     }
     let reason = reason.or_else(|| failures.first().map(|failure| failure.what.clone()));
     let level = level(manual, &covers, verdict);
-    let saved = trial.saved.iter().zip(&run.world.scene.notebook().saved);
+    let saved = trial.how().saved.iter().zip(&run.world.scene.notebook().saved);
     let saved = saved.map(|(name, value)| (name.clone(), judge::view::plain(value))).collect();
     let objections = run.world.segment.objections();
     let with_persona = run.place.persona.is_some();

@@ -5,7 +5,7 @@ use suite::model::{Observation, RuleBody, Step, Trial, Verb};
 
 /// Visits every step of a trial: what goes before it, the test itself, what comes after it.
 pub fn each_step_of<'a>(trial: &'a Trial, visit: &mut dyn FnMut(&'a Step)) {
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
+    for steps in trial.parts() {
         each_step(steps, visit);
     }
 }
@@ -61,7 +61,7 @@ pub fn has_second(trial: &Trial) -> bool {
 
 /// Whether a connection of this trial follows the clock of the bus.
 pub fn has_clock(trial: &Trial) -> bool {
-    let mut any = trial.start.as_ref().is_some_and(|start| start.isochronous.is_some());
+    let mut any = trial.start().is_some_and(|start| start.isochronous.is_some());
     each_step_of(trial, &mut |step| {
         any |= matches!(&step.verb, Verb::Connect { start, .. } if start.isochronous.is_some());
     });

@@ -303,7 +303,7 @@ impl<'a> Run<'a> {
         });
         let decided = decided.map(|decided| self.not_ours(decided));
         self.world.closing = true;
-        let finally = self.steps(&trial.finally).map_err(|(trouble, step)| (trouble, Some(step)));
+        let finally = self.steps(&trial.how().finally).map_err(|(trouble, step)| (trouble, Some(step)));
         let cleaned = self.clean_up().map_err(|trouble| (trouble, None));
         let cleaned = finally.and(cleaned);
         // A trial that was not applicable on its way says nothing; a device that is not there any more does.
@@ -367,12 +367,12 @@ impl<'a> Run<'a> {
 
     fn test(&mut self) -> Result<(), (Trouble, Option<&'a Step>)> {
         let trial = self.trial;
-        if let Some(start) = &trial.start {
+        if let Some(start) = trial.start() {
             self.start(start).map_err(|trouble| (trouble.before_the_test(), None))?;
         }
-        self.steps(&trial.given).map_err(|(trouble, step)| (trouble.before_the_test(), Some(step)))?;
+        self.steps(&trial.how().given).map_err(|(trouble, step)| (trouble.before_the_test(), Some(step)))?;
         self.in_test = true;
-        let tested = self.steps(&trial.steps).map_err(|(trouble, step)| (trouble, Some(step)));
+        let tested = self.steps(&trial.how().steps).map_err(|(trouble, step)| (trouble, Some(step)));
         self.in_test = false;
         tested
     }
@@ -443,7 +443,7 @@ impl<'a> Run<'a> {
             return None;
         }
         self.prove_life().ok()?;
-        self.start(self.trial.start.as_ref()?).ok()?;
+        self.start(self.trial.start()?).ok()?;
         self.driver.firmware(self)
     }
 

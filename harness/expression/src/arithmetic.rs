@@ -3,9 +3,10 @@
 use super::ast::Binary;
 use super::types::NumberType;
 use super::{Number, Type, Value};
+use serde::{Deserialize, Serialize};
 
 /// The functions of one observation, with the leading minus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum Function {
     Negate,
     Abs,

@@ -1,6 +1,7 @@
 //! The tree of an expression, as it is written: no names are looked up yet, no types known.
 
 use super::Number;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A node of the tree, where it stands, and how deep it is.
@@ -39,7 +40,7 @@ pub(super) struct Deviation<'t> {
 }
 
 /// The signs between two values that give a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum Binary {
     Add,
     Sub,

@@ -1,10 +1,11 @@
 //! When two values are equal and which comes first: exact, around a circle, within a tolerance, three-valued.
 
 use super::{Number, Place, Value};
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 
 /// The signs that ask for an order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Order {
     /// `<`
     Less,

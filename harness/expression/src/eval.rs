@@ -5,10 +5,11 @@ use super::ast::Binary;
 use super::compare::{Order, equal, order};
 use super::program::{Cell, History, Slot};
 use super::{Env, NameId, Number, Value};
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// A compiled expression; its types have been proved to fit.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) enum Expr {
     Const(Value),
     Name(NameId),
@@ -27,7 +28,7 @@ pub(super) enum Expr {
 }
 
 /// `left == right +/- tolerance`, or `!=`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Equality {
     pub(super) left: Expr,
     pub(super) right: Expr,
@@ -37,7 +38,7 @@ pub(super) struct Equality {
 }
 
 /// `left < right` and the like.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Ordered {
     pub(super) sign: Order,
     pub(super) left: Expr,
@@ -46,7 +47,7 @@ pub(super) struct Ordered {
 }
 
 /// `value in [list]`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Among {
     pub(super) value: Expr,
     pub(super) list: Box<[Expr]>,
@@ -54,7 +55,7 @@ pub(super) struct Among {
 }
 
 /// What stands after `+/-`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Tolerance {
     pub(super) amount: Expr,
     pub(super) percent: bool,

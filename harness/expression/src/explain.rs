@@ -2,6 +2,7 @@
 
 use super::eval::{Expr, Machine};
 use super::{Env, Program, Shown, State, Type, Value};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A part of a condition; all parts have to be true.
@@ -25,14 +26,14 @@ pub struct Operand {
 }
 
 /// What is kept of the text for [`Program::explain`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Note {
     pub(super) part: Leaf,
     pub(super) operands: Box<[Leaf]>,
 }
 
 /// A piece of the text with its meaning.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Leaf {
     pub(super) span: Range<usize>,
     pub(super) expr: Expr,

@@ -39,6 +39,7 @@ mod number;
 mod operand;
 mod parse;
 mod pattern;
+pub mod pool;
 mod program;
 mod types;
 mod value;

@@ -1,16 +1,17 @@
 //! What the expression language asks its surroundings: what a name is, and what its value is.
 
 use super::{Type, Value};
+use serde::{Deserialize, Serialize};
 use station::Time;
 
 /// A name that has a value at run time; the number is the caller's own and is handed back to its [`Env`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub struct NameId(pub u32);
 
 /// A circle on which places lie; two signals with the same `position_in` share it.
 ///
 /// Places of different circles are never compared or subtracted: that is an error when the expression is compiled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct Circle(pub u32);
 
 /// What a name turned out to be when an expression is compiled.

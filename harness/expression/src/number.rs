@@ -1,12 +1,13 @@
 //! Exact numbers: a quotient of two whole ones. Nothing is rounded and nothing wraps.
 
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::fmt;
 
 /// An exact number.
 ///
 /// Range: numerator and denominator below 2^127 in magnitude, always in lowest terms. What leaves this range is `None`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct Number {
     over: i128,
     under: i128,

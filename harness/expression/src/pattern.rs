@@ -1,15 +1,16 @@
 //! Octets of which some may be anything.
 
 use super::ExprError;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Octets to compare with: written `80 00 .. *`, where `..` is any octet and `*` any number of octets.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct BytePattern {
     items: Vec<Item>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 enum Item {
     Octet(u8),
     AnyOctet,

@@ -4,10 +4,11 @@ use super::check::Checked;
 use super::eval::{Expr, Machine, Tolerance};
 use super::explain::Note;
 use super::{Allow, Env, ExprError, NameId, Scope, Shown, Type, Value};
+use serde::{Deserialize, Serialize};
 use station::Time;
 
 /// An expression that was parsed, typed and folded.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Program {
     pub(super) text: Box<str>,
     pub(super) root: Expr,
@@ -18,7 +19,7 @@ pub struct Program {
 }
 
 /// A use of a function that looks back, with its argument; an outer one stands before those inside it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Slot {
     pub(super) function: History,
     pub(super) argument: Expr,
@@ -29,7 +30,7 @@ pub(super) struct Slot {
 }
 
 /// The functions that look back.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub(super) enum History {
     Rises,
     Falls,
@@ -120,7 +121,7 @@ impl Program {
 }
 
 /// The right side of a check: a value, with or without a tolerance.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Target {
     pub(super) center: Program,
     pub(super) tolerance: Option<Tolerance>,

@@ -1,11 +1,12 @@
 //! The types of names and expressions.
 
 use super::Circle;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
 
 /// What kind of value a name or an expression has.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Type {
     /// A number.
     Number(NumberType),
@@ -24,13 +25,13 @@ pub enum Type {
     /// An IPv4 address.
     Address,
     /// A word of a table.
-    Word(Arc<WordTable>),
+    Word(#[serde(with = "super::pool::table")] Arc<WordTable>),
     /// A set of words of a table; order is free, and a word may be in it more than once.
-    Set(Arc<WordTable>),
+    Set(#[serde(with = "super::pool::table")] Arc<WordTable>),
 }
 
 /// What is known about a number before it is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct NumberType {
     /// It has no fraction; what has one goes through `floor` or `round` before it meets this number.
     pub whole: bool,
@@ -89,7 +90,7 @@ impl fmt::Display for Type {
 }
 
 /// A table of words and the numbers that stand for them on the wire.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct WordTable {
     /// What the table is called in messages.
     pub name: String,

@@ -1,6 +1,7 @@
 //! Values: what a name was seen to hold, and what an expression comes to.
 
 use super::{BytePattern, Number, Type};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::num::NonZeroU64;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 /// A value.
 ///
 /// Its [`Type`] says what it means: a word is kept as its number, so that a number without a word is kept too.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Value {
     /// Not seen, or not to be computed: neither true nor false, equal to nothing.
     Unknown,
@@ -37,7 +38,7 @@ pub enum Value {
 }
 
 /// A place on a circle, kept as it came: it may lie beyond the circle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Place {
     /// Steps from zero.
     pub at: i128,

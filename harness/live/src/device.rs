@@ -169,7 +169,7 @@ impl DeviceOnBench {
     /// Why a start-up of the trial cannot be made here, because something in it is invented for the reference device.
     fn lacks_description(&self, trial: &Trial) -> Option<String> {
         let device = &self.manual().device;
-        let mut starts: Vec<&Start> = trial.start.iter().collect();
+        let mut starts: Vec<&Start> = trial.start().into_iter().collect();
         each_step_of(trial, &mut |step| {
             if let Verb::Connect { start, .. } = &step.verb {
                 starts.push(start);
@@ -369,7 +369,7 @@ fn lasting(need: &Need) -> Option<String> {
 
 /// Whether a trial connects to nothing and changes nothing.
 fn only_reads(trial: &Trial) -> bool {
-    let mut reads = trial.start.is_none();
+    let mut reads = trial.start().is_none();
     each_step_of(trial, &mut |step| {
         reads &= match &step.verb {
             Verb::Read { access, .. } => matches!(access.via, Via::Station | Via::Diagnosis | Via::Configuration),

@@ -5,7 +5,7 @@ use super::device_yaml::plain;
 use super::error::Read;
 use super::frame::{Column, Frame, Progress, replaced};
 use super::keys::{self, Keyed};
-use super::model::{Rule, Trial};
+use super::model::{Rule, Trial, TrialSteps};
 use super::names::Names;
 use super::shared::{Shared, used};
 use super::start::{is_none, merged};
@@ -227,12 +227,15 @@ impl<'n> Topic<'n> {
             why: entry.why.clone(),
             covers,
             catches: catches(entry, ground, names)?,
-            start: begin,
-            given,
-            steps,
-            finally,
-            saved: progress.saved.take().into_iter().map(|(name, _)| name).collect(),
             at: ground.location(row.at.unwrap_or(node)),
+            how: TrialSteps {
+                start: begin,
+                given,
+                steps,
+                finally,
+                saved: progress.saved.take().into_iter().map(|(name, _)| name).collect(),
+            }
+            .into(),
         }))
     }
 

@@ -15,6 +15,7 @@ pub use profibus::{
 pub use profinet::{Identity, ProfinetFacts};
 
 use expression::{Program, Value, WordTable};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -24,9 +25,10 @@ use wire::profibus::diag::Status1;
 pub use expression::NameId;
 
 /// A place in a suite file.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct Location {
     /// The file, as it is shown to people.
+    #[serde(with = "crate::compiled::file")]
     pub file: Arc<PathBuf>,
     /// Line, from 1.
     pub line: u32,
@@ -35,7 +37,7 @@ pub struct Location {
 }
 
 /// Where a datum comes from that the manual does not print.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Origin {
     /// The manual prints it.
     #[default]
@@ -47,7 +49,7 @@ pub enum Origin {
 }
 
 /// A device as its manual describes it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Device {
     /// The name of the folder.
     pub name: String,
@@ -139,7 +141,7 @@ impl Device {
 }
 
 /// How the parameters of a device are reached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct ParameterAccess {
     /// Index of the record that takes requests and gives responses.
     pub index: u16,
@@ -162,7 +164,7 @@ impl ParameterAccess {
 }
 
 /// A web page.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Page {
     /// Its name.
     pub name: String,
@@ -177,7 +179,7 @@ pub struct Page {
 }
 
 /// A value that a web page shows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PageValue {
     /// Its name, which no value of another page has.
     pub name: String,
@@ -188,11 +190,12 @@ pub struct PageValue {
     /// Whether it is a place in steps.
     pub steps: bool,
     /// Words for its numbers.
+    #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
 }
 
 /// How a value is written on a web page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum PageForm {
     /// A number in decimal.
     Decimal,
@@ -203,7 +206,7 @@ pub enum PageForm {
 }
 
 /// What changes a device for good, besides names, addresses and resets by DCP.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Changes {
     /// What gives the present place another value: the reference of the machine around it is lost.
     pub position_reference: Vec<Changed>,
@@ -216,7 +219,7 @@ pub struct Changes {
 }
 
 /// Something that is set or written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Changed {
     /// Bits of an output signal; any that is 1.
     Signal {
@@ -236,7 +239,7 @@ pub enum Changed {
 }
 
 /// The times that a manual gives.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Timing {
     /// The deadline of an expectation without `within`.
     pub reaction: Duration,
@@ -253,7 +256,7 @@ pub struct Timing {
 }
 
 /// Who sends a signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum From {
     /// The controller: an output.
     Controller,
@@ -262,7 +265,7 @@ pub enum From {
 }
 
 /// A value in the cyclic data; most significant octet first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Signal {
     /// Its name in the manual.
     pub name: String,
@@ -283,7 +286,7 @@ pub struct Signal {
 }
 
 /// Bits of a signal, of a parameter element or of a record.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Field {
     /// Its name.
     pub name: String,
@@ -296,13 +299,14 @@ pub struct Field {
     /// Words for its numbers.
     pub words: Vec<(String, i128)>,
     /// The same words as the type of the name.
+    #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
     /// For a sign of life: the first and the last number that it counts through by itself.
     pub counts: Option<(u32, u32)>,
 }
 
 /// A submodule.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Submodule {
     /// Its name.
     pub name: String,
@@ -337,7 +341,7 @@ impl Submodule {
 }
 
 /// A module: what one connection consists of.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Module {
     /// Its name.
     pub name: String,
@@ -350,7 +354,7 @@ pub struct Module {
 }
 
 /// A record.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Record {
     /// Its name.
     pub name: String,
@@ -378,7 +382,7 @@ impl Record {
 }
 
 /// A field of a record.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct RecordField {
     /// Its name.
     pub name: String,
@@ -391,6 +395,7 @@ pub struct RecordField {
     /// Words for its numbers.
     pub words: Vec<(String, i128)>,
     /// The same words as the type of the name.
+    #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
     /// Its default for each variant; text fields have none.
     pub default: Vec<i128>,
@@ -402,8 +407,11 @@ pub struct RecordField {
     pub origin: Origin,
 }
 
+/// Format octets of PROFIdrive; a name of its own, since the derived reader takes a slice for a part of what it reads.
+pub type Formats = &'static [u8];
+
 /// The type of a parameter's elements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub struct ParameterType {
     /// Width in bits: 8, 16, 32 or 64.
     pub width: u32,
@@ -414,11 +422,12 @@ pub struct ParameterType {
     /// For octets and texts, which are one value: how many octets there are, 0 where the manual does not say.
     pub octets: Option<usize>,
     /// The format octets that PROFIdrive has for it: the one to write with first.
-    pub formats: &'static [u8],
+    #[serde(with = "crate::device_yaml::formats")]
+    pub formats: Formats,
 }
 
 /// A parameter of the base mode parameter access.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Parameter {
     /// Its number.
     pub number: u16,
@@ -439,7 +448,7 @@ pub struct Parameter {
 }
 
 /// What a stand can do with a device.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct StandNames {
     /// Faults and what each means.
     pub faults: Vec<(String, String)>,
@@ -458,7 +467,7 @@ pub struct StandNames {
 }
 
 /// A coding switch.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct CodingSwitch {
     /// Its name.
     pub name: String,
@@ -471,7 +480,7 @@ pub struct CodingSwitch {
 }
 
 /// What a name is and how it is reached.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum NameKind {
     /// A signal, its bit or field; with the program for the size of its circle, where it is a place on one.
     Signal {
@@ -577,7 +586,7 @@ pub enum NameKind {
 }
 
 /// An address of the bench, which is another one on each bench.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum BenchName {
     /// `bench.address`: that of our controller; on PROFIBUS the station address of our master.
     Address,
@@ -596,7 +605,7 @@ pub enum BenchName {
 }
 
 /// A value of the station.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum StationName {
     /// `station.name`.
     Name,
@@ -619,7 +628,7 @@ pub enum StationName {
 }
 
 /// Something that a stand sets (indices into [`StandNames`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum StandName {
     /// `power`: `up`, `down`.
     Power,
@@ -646,7 +655,7 @@ pub enum StandName {
 }
 
 /// An event or a part of one: true, or there, at one instant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum EventName {
     /// `alarm`.
     Alarm,

@@ -9,6 +9,7 @@ mod base;
 mod case;
 mod checks;
 mod codes;
+pub mod compiled;
 pub mod device;
 pub mod device_yaml;
 pub mod dialect;

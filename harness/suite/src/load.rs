@@ -2,6 +2,7 @@
 
 use super::base::{BUGS, Base, COMMON, Elsewhere, REQUIREMENTS, common, common_suite, is_part};
 use super::case::{Compiled, Topic};
+use super::compiled;
 use super::device_yaml::Described;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
 use super::lists;
@@ -69,7 +70,8 @@ fn load_those(
 
 /// Each folder as a manual, in their order; those of several are read by as many threads as there are cores.
 fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErrors>> {
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(folders.len());
+    let to_compile = folders.iter().filter(|folder| sources.octets(folder).is_none()).count();
+    let threads = thread::available_parallelism().map_or(1, usize::from).min(to_compile);
     let elsewhere = Elsewhere::default();
     if threads < 2 {
         return folders.iter().map(|folder| manual(sources, folder, &elsewhere)).collect();
@@ -101,6 +103,10 @@ fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErr
 }
 
 fn manual(sources: &Sources, folder: &str, elsewhere: &Elsewhere) -> Result<Manual, LoadErrors> {
+    // Octets that cannot be read are not of this build; the text says the same.
+    if let Some(manual) = sources.octets(folder).and_then(|octets| compiled::read(octets).ok()) {
+        return Ok(manual);
+    }
     let (mut files, mistakes) = (Files::default(), Mistakes::default());
     let manual = read(sources, folder, None, elsewhere, &mut files, &mistakes);
     manual.ok_or_else(|| files.errors(&mistakes))

@@ -2,7 +2,7 @@
 //!
 //! This room knows files, and nothing of what stands in them.
 
-use super::base::COMMON;
+use super::base::{BUGS, COMMON, is_part};
 use super::device::{Location, Timing};
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
 use super::persona::PERSONAS;
@@ -28,6 +28,8 @@ pub struct Sources {
     elsewhere: BTreeMap<String, PathBuf>,
     /// Whether nobody is going to run the cases, so that their steps need not be kept.
     pub(super) is_for_rules: bool,
+    /// Manuals that were compiled from these very files, by name.
+    compiled: BTreeMap<&'static str, &'static [u8]>,
 }
 
 /// Times of a bench that stand in the place of those of the suites.
@@ -65,7 +67,22 @@ impl Sources {
             times: BenchTimes::default(),
             elsewhere: BTreeMap::new(),
             is_for_rules: false,
+            compiled: BTreeMap::new(),
         }
+    }
+
+    /// The same suites with what [`compiled::write`](super::compiled::write) gave for some of their manuals, each with its name.
+    ///
+    /// These are read in the place of the files. Whatever changes the text of a manual afterwards has it compiled anew.
+    #[must_use]
+    pub fn compiled(mut self, manuals: impl IntoIterator<Item = (&'static str, &'static [u8])>) -> Sources {
+        self.compiled = manuals.into_iter().collect();
+        self
+    }
+
+    /// The octets of a manual that was compiled from these very files.
+    pub(super) fn octets(&self, manual: &str) -> Option<&'static [u8]> {
+        self.compiled.get(manual).copied()
     }
 
     /// The suites in a folder that is laid out as `suites/` of this project is; only files ending in `.yaml` are read.
@@ -122,6 +139,22 @@ impl Sources {
     #[must_use]
     pub fn with(mut self, path: &str, text: impl Into<String>) -> Sources {
         self.files.insert(path.to_owned(), Cow::Owned(text.into()));
+        match path.split_once('/') {
+            Some((PERSONAS, _)) => {}
+            // The bugs of one manual may be named by a common suite that others use.
+            Some((folder, file)) if folder != COMMON && !is_part(file.trim_end_matches(".yaml"), BUGS) => {
+                self.compiled.remove(folder);
+            }
+            _ => self.compiled.clear(),
+        }
+        self
+    }
+
+    /// The same suites, shown as if they stood in the folder `shown`.
+    #[must_use]
+    pub fn shown_in(mut self, shown: &Path) -> Sources {
+        self.shown = shown.to_owned();
+        self.compiled.clear();
         self
     }
 
@@ -147,6 +180,9 @@ impl Sources {
     /// The same suites with the times of a bench.
     #[must_use]
     pub fn on_bench(mut self, times: BenchTimes) -> Sources {
+        if times != self.times {
+            self.compiled.clear();
+        }
         self.times = times;
         self
     }

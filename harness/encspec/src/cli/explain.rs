@@ -150,9 +150,11 @@ fn described(out: &mut String, manual: &Manual, case: &Listed) {
 }
 
 fn work(out: &mut String, manual: &Manual, trial: &Trial) {
-    let module = trial.start.as_ref().map(|start| manual.device.modules.get(start.module).map_or("", |of| &of.name));
+    let module = trial.start().map(|start| manual.device.modules.get(start.module).map_or("", |of| &of.name));
     let _ = writeln!(out, "  start      {}", module.unwrap_or("none"));
-    for (title, steps) in [("given", &trial.given), ("steps", &trial.steps), ("finally", &trial.finally)] {
+    for (title, steps) in
+        [("given", &trial.how().given), ("steps", &trial.how().steps), ("finally", &trial.how().finally)]
+    {
         if !steps.is_empty() {
             let _ = writeln!(out, "  {title}");
             written(out, steps, 4);

@@ -21,10 +21,10 @@ const KEPT_RECORDS: RangeInclusive<u16> = 0xAFF1..=0xAFF4;
 /// Everything that a trial needs.
 pub(super) fn trial(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<Need> {
     let mut scan = Scan::new(manual, variant);
-    if let Some(start) = &trial.start {
+    if let Some(start) = trial.start() {
         scan.start(start);
     }
-    for steps in [&trial.given, &trial.steps, &trial.finally] {
+    for steps in trial.parts() {
         scan.steps(steps, 1);
     }
     scan.finish()

@@ -49,7 +49,7 @@ impl BusDriver for Profibus {
                 settings.token_pause = BitTimes(settings.token_pause.0 * 5 / 2);
                 if place.bench.is_none() {
                     // Nobody else is on a virtual bus to miss the token, so once in a cycle is enough.
-                    let cycle = trial.start.as_ref().map_or(Duration::ZERO, |start| start.cycle(&manual.device));
+                    let cycle = trial.start().map_or(Duration::ZERO, |start| start.cycle(&manual.device));
                     let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX);
                     settings.token_pause = settings.token_pause.max(place.line.baud.bits(cycle));
                 }

@@ -4,6 +4,7 @@
 //! PROFIBUS has no empty fields of PROFINET, and the other way round.
 
 use super::{Module, Origin, ProfibusFacts, ProfinetFacts};
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// Cycles without a frame after which connections end where nothing else is said.
@@ -12,7 +13,7 @@ const WATCHDOG_FACTOR: u32 = 10;
 const SLAVE_WATCHDOG: Duration = Duration::from_secs(1);
 
 /// A bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Bus {
     /// PROFINET IO.
     Profinet,
@@ -65,7 +66,7 @@ impl<T> PerBus<T> {
 }
 
 /// The bus of a device, with what only devices on this bus have.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum DeviceBus {
     /// PROFINET IO.
     Profinet(ProfinetFacts),
@@ -144,7 +145,7 @@ impl DeviceBus {
 }
 
 /// How a controller asks a device for a module.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum ModuleBus {
     /// By the ident number of the module.
     Profinet {

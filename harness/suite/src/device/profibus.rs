@@ -3,11 +3,12 @@
 //! This is data about devices; who sends which frame is told elsewhere.
 
 use super::{Origin, WordTable};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use wire::profibus::diag::{Status1, Status2, Status3};
 
 /// What `device.yaml` says of a device on PROFIBUS alone.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ProfibusFacts {
     /// Ident number: the one number for a type of device; none names the vendor.
     pub ident: u16,
@@ -25,7 +26,7 @@ pub struct ProfibusFacts {
 
 /// The octets of Set_Prm behind the seven that every slave has: those of DP-V1 where the slave knows them, then the user octets,
 /// whose fields are those of the record [`UserParameters::RECORD`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct UserParameters {
     /// The three octets of DP-V1 as a connection sends them that says nothing else; none for a slave without DP-V1.
     pub dpv1: Option<[u8; 3]>,
@@ -42,7 +43,7 @@ impl UserParameters {
 }
 
 /// The layout of Slave_Diag as a manual tells it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub struct Diagnosis {
     /// The lengths that it can have, ascending, in octets; with blocks the shortest and the longest.
     pub lengths: Vec<usize>,
@@ -53,7 +54,7 @@ pub struct Diagnosis {
 }
 
 /// A field of the diagnosis at a fixed place; it has no value in a diagnosis that is too short for it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct DiagnosisField {
     /// Its name.
     pub name: String,
@@ -66,6 +67,7 @@ pub struct DiagnosisField {
     /// Whether it is a two's complement.
     pub signed: bool,
     /// The words for its numbers as the type of the name.
+    #[serde(with = "expression::pool::maybe_table")]
     pub table: Option<Arc<WordTable>>,
     /// Where the layout comes from.
     pub origin: Origin,
@@ -100,13 +102,14 @@ impl DiagnosisField {
 pub const NUMBER_OCTETS: usize = 8;
 
 /// Blocks of a diagnosis that are all alike, one behind the other up to the end.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct DiagnosisBlocks {
     /// How many octets stand before the first block.
     pub after: usize,
     /// The octets of a block; none where the code stands, which is one octet.
     pub pattern: Vec<Option<u8>>,
     /// The words for the codes: a table of `codes` as a type.
+    #[serde(with = "expression::pool::table")]
     pub table: Arc<WordTable>,
 }
 
@@ -126,7 +129,7 @@ impl DiagnosisBlocks {
 }
 
 /// What is looked at in a Slave_Diag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum DiagnosisName {
     /// `diag.length`: how many octets it has.
     Length,

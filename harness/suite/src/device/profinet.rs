@@ -3,9 +3,10 @@
 //! This is data about devices; which frames carry it is said elsewhere.
 
 use super::Origin;
+use serde::{Deserialize, Serialize};
 
 /// What `device.yaml` says of a device on PROFINET alone.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct ProfinetFacts {
     /// Which device it is.
     pub identity: Identity,
@@ -19,7 +20,7 @@ pub struct ProfinetFacts {
 }
 
 /// Which device it is.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Identity {
     /// Vendor ID of PI.
     pub vendor_id: u16,

@@ -322,6 +322,22 @@ fn parameter_type(word: &str, octets: Option<usize>) -> ParameterType {
     ParameterType { width, signed, text, octets, formats }
 }
 
+/// The formats of a type, for `#[serde(with)]`.
+pub(crate) mod formats {
+    use super::{keys, parameter_type};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    pub(crate) fn serialize<S: Serializer>(formats: &&'static [u8], to: S) -> Result<S::Ok, S::Error> {
+        formats.serialize(to)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<&'static [u8], D::Error> {
+        let read = Vec::<u8>::deserialize(from)?;
+        let found = keys::TYPES.iter().map(|word| parameter_type(word, None).formats).find(|formats| *formats == read);
+        found.ok_or_else(|| de::Error::custom("formats of no type"))
+    }
+}
+
 /// The modules with whose start-up a record is sent.
 fn start_modules(node: &Node, start: bool, modules: &[Module]) -> Read<Vec<usize>> {
     if !start {

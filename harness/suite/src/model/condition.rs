@@ -6,9 +6,10 @@ use super::request::Code;
 use super::{Hold, Span};
 use crate::device::{Location, NameId};
 use expression::{BytePattern, Program, Target, Value};
+use serde::{Deserialize, Serialize};
 
 /// What a value is compared with.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum Matcher {
     /// Equal to a computed value, with a tolerance where one is given.
     Equal(Target),
@@ -42,14 +43,14 @@ pub enum Matcher {
 }
 
 /// A condition: all parts have to be true.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Condition {
     /// The parts, in the order written.
     pub parts: Vec<Part>,
 }
 
 /// One part of a condition.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Part {
     /// As written.
     pub text: String,
@@ -58,7 +59,7 @@ pub struct Part {
 }
 
 /// What a part of a condition tests.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum Test {
     /// An expression that is a condition.
     Expression(Program),
@@ -67,7 +68,7 @@ pub enum Test {
 }
 
 /// A rule of a file: judged on every connection of every trial, live run and capture.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Rule {
     /// `<suite>/<id>`; with the manual in front it is the name of the test.
     pub id: String,
@@ -86,7 +87,7 @@ pub struct Rule {
 }
 
 /// What a rule says.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 #[allow(clippy::large_enum_variant, reason = "there are few of them, and they live as long as the suite")]
 pub enum RuleBody {
     /// True at every sample at which it is known.
@@ -105,7 +106,7 @@ pub enum RuleBody {
 }
 
 /// A rule over a block.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum Observation {
     /// A rule without id.
     Rule {
@@ -141,7 +142,7 @@ pub enum Observation {
 }
 
 /// One entry of a sequence.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum SequenceEntry {
     /// The values of all names.
     Values(Vec<Value>),

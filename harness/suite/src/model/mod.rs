@@ -5,17 +5,20 @@
 mod condition;
 mod request;
 
+pub use super::compiled::TrialSteps;
 pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
 pub use request::{Access, AccessItem, Answer, AnswerPart, Code, DpService, Instead, Service, Sought, Via};
 
+use super::compiled::Steps;
 use super::device::{Device, Location, NameId, NameKind};
 use expression::{Program, Type};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
 use wire::profibus::fdl::BaudRate;
 
 /// One manual: its device, its requirements, its bugs, and its cases and rules compiled for each variant.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Manual {
     /// The device description, `device.yaml`.
     pub device: Arc<Device>,
@@ -30,7 +33,7 @@ pub struct Manual {
 }
 
 /// One variant of a device with everything compiled for it.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Variant {
     /// The name of the variant, as in `device.variants`.
     pub name: String,
@@ -49,7 +52,7 @@ pub struct Variant {
 }
 
 /// How much a failed requirement weighs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub enum Level {
     /// The manual says it without ambiguity.
     Must,
@@ -60,7 +63,7 @@ pub enum Level {
 }
 
 /// Where a requirement comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum Source {
     /// The manual prints it.
     Manual,
@@ -71,7 +74,7 @@ pub enum Source {
 }
 
 /// What is said of a requirement that no case has to cover.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Class {
     /// A case or rule has to cover it.
     Testable,
@@ -86,7 +89,7 @@ pub enum Class {
 }
 
 /// One testable statement of a manual, in our own words.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Requirement {
     /// For instance `XAC77-PRE-006`.
     pub id: String,
@@ -120,7 +123,7 @@ impl Requirement {
 }
 
 /// A deliberate bug as the suites list it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Bug {
     /// The name that `catches` uses.
     pub name: String,
@@ -133,7 +136,7 @@ pub struct Bug {
 }
 
 /// A row of a case, compiled for one variant.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Trial {
     /// `<suite>/<case>` or `<suite>/<case>[row]`; with the manual in front it is the name of the test.
     pub id: String,
@@ -143,18 +146,10 @@ pub struct Trial {
     pub covers: Vec<usize>,
     /// The bugs that must make this trial fail, by name.
     pub catches: Vec<String>,
-    /// The connection it begins with; `None` for `start: none`.
-    pub start: Option<Start>,
-    /// Brings the device where the test begins.
-    pub given: Vec<Step>,
-    /// The test.
-    pub steps: Vec<Step>,
-    /// Runs always.
-    pub finally: Vec<Step>,
-    /// The names of `save`, by their number in [`NameKind::Saved`].
-    pub saved: Vec<String>,
     /// The line that runs it alone stands here.
     pub at: Location,
+    /// How it is run; read from the compiled suites when it is asked for.
+    pub(crate) how: Steps,
 }
 
 impl Trial {
@@ -163,14 +158,30 @@ impl Trial {
         self.id.split('[').next().unwrap_or(&self.id)
     }
 
+    /// How it is run.
+    pub fn how(&self) -> &TrialSteps {
+        self.how.get()
+    }
+
+    /// The connection it begins with; `None` for `start: none`.
+    pub fn start(&self) -> Option<&Start> {
+        self.how().start.as_ref()
+    }
+
+    /// Its steps: those that bring the device where the test begins, those of the test, and those that run always.
+    pub fn parts(&self) -> [&[Step]; 3] {
+        let TrialSteps { given, steps, finally, .. } = self.how();
+        [given, steps, finally]
+    }
+
     /// Keeps what it is about, and nothing of how it is run.
     pub(crate) fn forget_steps(&mut self) {
-        (self.given, self.steps, self.finally, self.start) = (Vec::new(), Vec::new(), Vec::new(), None);
+        self.how = TrialSteps::default().into();
     }
 }
 
 /// A connection to be made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Start {
     /// Index into `device.modules`.
     pub module: usize,
@@ -182,6 +193,7 @@ pub struct Start {
     /// Nobody watches over the connection (PROFIBUS: `watchdog: none`).
     pub unwatched: bool,
     /// The transmission rate of the bus where the case says it (PROFIBUS).
+    #[serde(with = "crate::compiled::baud")]
     pub baud: Option<BaudRate>,
     /// The time from one Global_Control to the next in isochronous mode, then also the cycle (PROFIBUS).
     pub isochronous: Option<Duration>,
@@ -207,7 +219,7 @@ impl Start {
 }
 
 /// A start parameter and the value it is given.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct StartParameter {
     /// Index into `device.records`.
     pub record: usize,
@@ -218,7 +230,7 @@ pub struct StartParameter {
 }
 
 /// One thing that a start-up does differently.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum InsteadStart {
     /// This record (index into `device.records`) is left out.
     RecordNone(usize),
@@ -278,7 +290,7 @@ pub enum InsteadStart {
 }
 
 /// A step: one verb, where it stands and what it covers for itself.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Step {
     /// Where it stands.
     pub at: Location,
@@ -291,7 +303,7 @@ pub struct Step {
 }
 
 /// What a step does.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum Verb {
     /// Holds from now on.
     Set(Vec<Setting>),
@@ -362,7 +374,7 @@ pub enum Verb {
 }
 
 /// A named reading of the manual.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Reading {
     /// Its name in the suite.
     pub name: String,
@@ -373,7 +385,7 @@ pub struct Reading {
 }
 
 /// A span of time or of cycles.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Span {
     /// Time.
     Time(Duration),
@@ -384,7 +396,7 @@ pub enum Span {
 }
 
 /// How long a condition has to stay true once it was.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum Hold {
     /// One sample is enough.
     None,
@@ -395,7 +407,7 @@ pub enum Hold {
 }
 
 /// A name and what it is set to.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Setting {
     /// The name.
     pub name: NameId,
@@ -404,7 +416,7 @@ pub struct Setting {
 }
 
 /// What a name is set to.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum SetValue {
     /// A value, computed when the step is done.
     Value(Program),
@@ -415,7 +427,7 @@ pub enum SetValue {
 }
 
 /// A movement of the shaft.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Turn {
     /// How far.
     pub way: Way,
@@ -424,7 +436,7 @@ pub struct Turn {
 }
 
 /// How far a shaft is turned, clockwise positive.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub enum Way {
     /// In revolutions.
     Revolutions(Program),
@@ -435,7 +447,7 @@ pub enum Way {
 }
 
 /// A stretch of cycles with the same outputs.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct ExchangeEntry {
     /// What is set at its begin.
     pub set: Vec<Setting>,

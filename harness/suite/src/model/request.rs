@@ -5,10 +5,11 @@
 use super::condition::Matcher;
 use crate::device::{DiagnosisName, NameId};
 use expression::Program;
+use serde::{Deserialize, Serialize};
 use wire::ethernet::Mac;
 
 /// An acyclic access: all of its items go into one request.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct Access {
     /// Which service carries it.
     pub via: Via,
@@ -25,7 +26,7 @@ pub struct Access {
 }
 
 /// The service that carries an access.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Via {
     /// Base mode parameter access through the parameter access point.
     Parameters,
@@ -44,7 +45,7 @@ pub enum Via {
 }
 
 /// One name in an access.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 pub struct AccessItem {
     /// The name.
     pub name: NameId,
@@ -53,7 +54,7 @@ pub struct AccessItem {
 }
 
 /// One thing that a request has different from the right one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Instead {
     /// Parameter request: reference.
     Reference(u8),
@@ -90,11 +91,11 @@ pub enum Instead {
     /// Station: the block qualifier.
     Qualifier(u16),
     /// Station: another station that the request goes to; on a virtual wire only.
-    Destination(Mac),
+    Destination(#[serde(with = "crate::compiled::mac")] Mac),
 }
 
 /// Whom a DCP identify looks for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Sought {
     /// Every station.
     All,
@@ -107,7 +108,7 @@ pub enum Sought {
 }
 
 /// One service of `send`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum Service {
     /// DCP reset; the mode by its word (`factory`, ...) and the suboption and qualifier that carry it.
     DcpReset {
@@ -177,7 +178,7 @@ pub enum Service {
 }
 
 /// A service of PROFIBUS, sent once and as it stands.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum DpService {
     /// Set_Slave_Address.
     SetSlaveAddress {
@@ -234,7 +235,7 @@ pub enum DpService {
 }
 
 /// Which answer is right.
-#[derive(Debug)]
+#[derive(Debug, Deserialize, Serialize)]
 #[allow(clippy::large_enum_variant, reason = "there are few of them, and they live as long as the suite")]
 pub enum Answer {
     /// The request is carried out.
@@ -254,7 +255,7 @@ pub enum Answer {
 }
 
 /// A part of an answer.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
 pub enum AnswerPart {
     /// The answer as a whole.
     Whole,
@@ -291,7 +292,7 @@ pub enum AnswerPart {
 }
 
 /// A refusal as a word of one of the code tables, with the numbers it stands for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub enum Code {
     /// PROFIdrive error number.
     Parameter(u16, String),

@@ -1,0 +1,77 @@
+//! What stands beside a manual while it is written or read: what its parts share, and the steps of its trials.
+
+use expression::WordTable;
+use expression::pool::{Pool, TABLES};
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What the parts of a manual share, by number.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(super) struct Lists {
+    files: Arc<[Arc<PathBuf>]>,
+    tables: Arc<[Arc<WordTable>]>,
+}
+
+/// What the parts of a manual are read with.
+#[derive(Clone, Debug)]
+pub(super) struct Shared {
+    pub(super) lists: Lists,
+    /// The steps of all trials, one after the other.
+    pub(super) steps: &'static [u8],
+}
+
+thread_local! {
+    static FILES: Pool<PathBuf> = const { Pool::new() };
+    static WRITTEN_STEPS: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+    static READING: RefCell<Option<Arc<Shared>>> = const { RefCell::new(None) };
+}
+
+/// Does what `write` does; gives besides its result what the parts share, and the steps.
+pub(super) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
+    let before = WRITTEN_STEPS.replace(Some(Vec::new()));
+    let ((written, tables), files) = FILES.with(|files| files.writing(|| TABLES.with(|tables| tables.writing(write))));
+    let steps = WRITTEN_STEPS.replace(before).unwrap_or_default();
+    (written, Lists { files: files.into(), tables: tables.into() }, steps)
+}
+
+/// Does what `read` does for the parts of a manual.
+pub(super) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
+    let Lists { files, tables } = &shared.lists;
+    let before = READING.replace(Some(Arc::clone(shared)));
+    let read = FILES.with(|of| of.reading(files, || TABLES.with(|of| of.reading(tables, read))));
+    READING.set(before);
+    read
+}
+
+/// What is being read with; none if nothing is being read.
+pub(super) fn shared() -> Option<Arc<Shared>> {
+    READING.with_borrow(Clone::clone)
+}
+
+/// Puts the steps of a trial behind those of the others; gives where they begin and end, or none if nothing is being written.
+pub(super) fn put_steps(octets: &[u8]) -> Option<(usize, usize)> {
+    WRITTEN_STEPS.with_borrow_mut(|steps| {
+        let steps = steps.as_mut()?;
+        let from = steps.len();
+        steps.extend(octets);
+        Some((from, steps.len()))
+    })
+}
+
+/// The name of a file by its number, for `#[serde(with)]`.
+pub(crate) mod file {
+    use super::*;
+    use serde::{Deserializer, Serializer, de, ser};
+
+    pub(crate) fn serialize<S: Serializer>(file: &Arc<PathBuf>, to: S) -> Result<S::Ok, S::Error> {
+        let number = FILES.with(|files| files.number(file));
+        number.ok_or_else(|| ser::Error::custom("the name of a file outside of a manual"))?.serialize(to)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<PathBuf>, D::Error> {
+        let number = u64::deserialize(from)?;
+        FILES.with(|files| files.value(number)).ok_or_else(|| de::Error::custom("no file has this number"))
+    }
+}

@@ -1,0 +1,68 @@
+//! The steps of a trial, which are read when somebody asks for them.
+
+use super::context::{Shared, put_steps, reading, shared};
+use crate::model::{Start, Step};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
+use std::fmt;
+use std::sync::{Arc, OnceLock};
+
+/// How a trial is run.
+#[derive(Debug, Default, Deserialize, Serialize)]
+pub struct TrialSteps {
+    /// The connection it begins with; `None` for `start: none`.
+    pub start: Option<Start>,
+    /// Brings the device where the test begins.
+    pub given: Vec<Step>,
+    /// The test.
+    pub steps: Vec<Step>,
+    /// Runs always.
+    pub finally: Vec<Step>,
+    /// The names of `save`, by their number in [`NameKind::Saved`](crate::device::NameKind::Saved).
+    pub saved: Vec<String>,
+}
+
+/// The steps of a trial, or the octets in which they stand.
+pub(crate) struct Steps {
+    read: OnceLock<Box<TrialSteps>>,
+    /// From where to where they stand in the steps of the manual; none if they were never octets.
+    octets: Option<(Arc<Shared>, usize, usize)>,
+}
+
+impl Steps {
+    /// The steps, read now if they have not been read yet.
+    pub(crate) fn get(&self) -> &TrialSteps {
+        self.read.get_or_init(|| {
+            let Some((shared, from, to)) = &self.octets else { return Box::default() };
+            let octets = shared.steps.get(*from..*to).unwrap_or_default();
+            // An empty trial would pass, and these octets are part of the program.
+            Box::new(reading(shared, || postcard::from_bytes(octets)).expect("steps as this build wrote them"))
+        })
+    }
+}
+
+impl From<TrialSteps> for Steps {
+    fn from(steps: TrialSteps) -> Steps {
+        Steps { read: OnceLock::from(Box::new(steps)), octets: None }
+    }
+}
+
+impl fmt::Debug for Steps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.get().fmt(f)
+    }
+}
+
+impl Serialize for Steps {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let octets = postcard::to_stdvec(self.get()).map_err(ser::Error::custom)?;
+        put_steps(&octets).ok_or_else(|| ser::Error::custom("steps outside of a manual"))?.serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Steps {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Steps, D::Error> {
+        let (start, end) = Deserialize::deserialize(from)?;
+        let shared = shared().ok_or_else(|| de::Error::custom("steps outside of a manual"))?;
+        Ok(Steps { read: OnceLock::new(), octets: Some((shared, start, end)) })
+    }
+}
