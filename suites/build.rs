@@ -1,52 +1,59 @@
-//! Puts the suites into the binary, so that an installed `encspec` works anywhere.
+//! Compiles the suites, so that an installed `encspec` works anywhere and starts without reading YAML.
+//!
+//! A mistake in a suite ends the build with the message that `encspec check suites` has for it.
 
-use std::fmt::Write as _;
+mod shipped;
+
+use shipped::Shipped;
+use std::error::Error;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::{env, fs, io};
+use suite::persona::load_personas;
+use suite::{Sources, compiled, load};
 
-fn main() -> io::Result<()> {
-    let variable = |name: &str| env::var_os(name).map(PathBuf::from).ok_or(io::ErrorKind::NotFound);
-    let suites = variable("CARGO_MANIFEST_DIR")?.canonicalize()?;
-    let mut list = String::from(
-        "/// Path and text of each file of a suite.
-static SUITES: &[(&str, &str)] = &[
-",
-    );
-    let mut gsdml = String::from(
-        "/// Path and text of each GSDML.
-static GSDML: &[(&str, &str)] = &[
-",
-    );
-    let mut gsd = String::from(
-        "/// Path and text of each GSD.
-static GSD: &[(&str, &str)] = &[
-",
-    );
-    println!("cargo::rerun-if-changed={}", suites.display());
-    for folder in sorted(&suites)?.into_iter().filter(|path| path.is_dir()) {
-        println!("cargo::rerun-if-changed={}", folder.display());
-        for file in sorted(&folder)? {
-            let list = match file.extension().and_then(|end| end.to_str()) {
-                Some("yaml") => &mut list,
-                Some("xml") => &mut gsdml,
-                Some("gsd") => &mut gsd,
-                _ => continue,
-            };
-            let below = file.strip_prefix(&suites).unwrap_or(&file).to_string_lossy().replace('\\', "/");
-            // Writing into a String cannot fail.
-            let _ = writeln!(list, "    ({below:?}, include_str!({:?})),", file.display().to_string());
+fn main() -> ExitCode {
+    match build() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
         }
     }
-    fs::write(
-        variable("OUT_DIR")?.join("embedded.rs"),
-        [list, gsdml, gsd]
-            .map(|list| {
-                list + "];
-"
-            })
-            .concat(),
-    )?;
+}
+
+fn build() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-changed=.");
+    let variable = |name: &str| env::var_os(name).map(PathBuf::from).ok_or(format!("{name} is not set"));
+    let here = variable("CARGO_MANIFEST_DIR")?;
+    // Places are shown as they are in a checkout, whatever the folder is called where this is built.
+    let sources = Sources::folder(&here)?.shown_in(Path::new("suites"));
+    load_personas(&sources)?;
+    let mut manuals = Vec::new();
+    for manual in load(&sources, None)? {
+        manuals.push((manual.device.name.clone(), compiled::write(&manual)?));
+    }
+    let (gsdml, gsd) = (texts(&here, "xml")?, texts(&here, "gsd")?);
+    let shipped = Shipped {
+        suites: sources.files().collect(),
+        gsdml: gsdml.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect(),
+        gsd: gsd.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect(),
+        manuals: manuals.iter().map(|(name, octets)| (name.as_str(), octets.as_slice())).collect(),
+    };
+    fs::write(variable("OUT_DIR")?.join("shipped"), postcard::to_stdvec(&shipped)?)?;
     Ok(())
+}
+
+/// Path and text of each file that ends in `end`, in order.
+fn texts(here: &Path, end: &str) -> io::Result<Vec<(String, String)>> {
+    let mut texts = Vec::new();
+    for folder in sorted(here)?.into_iter().filter(|path| path.is_dir()) {
+        for file in sorted(&folder)?.into_iter().filter(|file| file.extension().is_some_and(|of| of == end)) {
+            let path = file.strip_prefix(here).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+            texts.push((path, fs::read_to_string(file)?));
+        }
+    }
+    Ok(texts)
 }
 
 fn sorted(folder: &Path) -> io::Result<Vec<PathBuf>> {
