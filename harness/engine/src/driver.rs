@@ -92,10 +92,6 @@ pub trait BusDriver {
 
     /// Gives a live device back what it was found with; what did not go back, in words.
     fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String>;
-
-    /// Whether a device in its factory state finds its address by its switches, so that they go back after it; else it has lost its
-    /// name, which is given back.
-    fn switches_go_back(&self) -> bool;
 }
 
 /// The driver for a device.

@@ -24,7 +24,6 @@ mod profinet;
 pub mod reborn;
 mod requirements;
 mod run;
-pub mod scan;
 pub mod segment;
 mod settings;
 mod startup;
@@ -43,4 +42,5 @@ pub use profibus::{ISOCHRONOUS_GROUP, isochronous_times};
 pub use run::{
     BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, line, run, run_trial, run_trial_on, selects,
 };
+pub use suite::scan;
 pub use trial::{DpLine, Place};

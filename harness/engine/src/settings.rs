@@ -259,7 +259,7 @@ impl<'a> Run<'a> {
                     let Some(action) = action else { continue };
                     action
                 }
-                StandName::Delivery if self.driver.switches_go_back() => {
+                StandName::Delivery if self.world.manual.device.bus.switches_go_back() => {
                     for switch in &names.switches {
                         self.act_on_stand(&StandAction::Switch(&switch.name, switch.home))?;
                     }

@@ -5,7 +5,7 @@ use super::device_yaml::plain;
 use super::error::Read;
 use super::frame::{Column, Frame, Progress, replaced};
 use super::keys::{self, Keyed};
-use super::model::{Rule, Trial, TrialSteps};
+use super::model::{Outline, Rule, Trial, TrialSteps};
 use super::names::Names;
 use super::shared::{Shared, used};
 use super::start::{is_none, merged};
@@ -228,6 +228,7 @@ impl<'n> Topic<'n> {
             covers,
             catches: catches(entry, ground, names)?,
             at: ground.location(row.at.unwrap_or(node)),
+            outline: Outline::default(),
             how: TrialSteps {
                 start: begin,
                 given,

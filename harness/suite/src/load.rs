@@ -140,7 +140,7 @@ fn read(
         .filter(|(name, _)| !used.has(name))
         .map(|(name, spot)| (name, files.location(spot)))
         .collect();
-    Some(Manual { device: Arc::new(device), requirements, bugs, variants, unused })
+    Some(Manual { device: Arc::new(device), requirements, bugs, variants, unused }.outlined())
 }
 
 /// Every variant of a manual, whose bugs are all caught.
@@ -321,7 +321,7 @@ impl Checker {
         }
         let Base { described: Described { device, .. }, requirements, bugs, .. } = &self.base;
         let (device, requirements, bugs) = (Arc::new(device.clone()), requirements.clone(), bugs.clone());
-        Ok(Manual { device, requirements, bugs, variants, unused: Vec::new() })
+        Ok(Manual { device, requirements, bugs, variants, unused: Vec::new() }.outlined())
     }
 
     /// The topic files, first those that name what is no longer in the text of `path`: there a mistake is found soonest.

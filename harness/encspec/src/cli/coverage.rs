@@ -1,8 +1,6 @@
 //! `encspec coverage`: how much of each manual is covered.
 
 use super::{CoverageArgs, Ended, Format, show};
-use engine::needs::{self, Need};
-use engine::scan::{check_covers, each_step_of};
 use report::ExitStatus;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -144,17 +142,9 @@ fn without_stand_reached(manual: &Manual) -> Vec<bool> {
     let mut reach = |covers: &[usize]| {
         covers.iter().for_each(|&requirement| reached.iter_mut().skip(requirement).take(1).for_each(|of| *of = true));
     };
-    let stands = |needs: &[Need]| needs.iter().any(|need| matches!(need, Need::Stand(_)));
     for variant in &manual.variants {
         variant.rules.iter().for_each(|rule| reach(&rule.covers));
-        for trial in variant.trials.iter().filter(|trial| !stands(&needs::needs(manual, variant, trial))) {
-            reach(&trial.covers);
-            each_step_of(trial, &mut |step| {
-                if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
-                    reach(&step.covers);
-                }
-            });
-        }
+        variant.trials.iter().for_each(|trial| reach(&trial.outline.without_stand));
     }
     reached
 }
@@ -162,7 +152,7 @@ fn without_stand_reached(manual: &Manual) -> Vec<bool> {
 /// Every requirement that a trial covers, those of its checks included.
 pub(super) fn covers(trial: &Trial) -> Vec<usize> {
     let mut list = trial.covers.clone();
-    list.extend(check_covers(trial));
+    list.extend(&trial.outline.checks);
     list.sort_unstable();
     list.dedup();
     list

@@ -3,11 +3,10 @@
 use super::coverage::covering;
 use super::list::json;
 use super::{Ended, Format, Listing, show};
-use engine::scan::{each_step, each_step_of};
 use report::{ExitStatus, level};
 use serde::Serialize;
 use std::fmt::Write as _;
-use suite::model::{Class, Manual, Requirement, Step, Trial, Verb};
+use suite::model::{Class, Manual, Requirement};
 
 pub(super) fn errata(args: &Listing) -> Ended {
     let manuals = args.which.suites.load_one(args.which.manual.as_deref())?;
@@ -107,12 +106,14 @@ impl<'a> Erratum<'a> {
         let full = |id: &str| format!("{}/{id}", manual.device.name);
         let mut accepted: Vec<Accepted> = Vec::new();
         for trial in manual.variants.iter().flat_map(|variant| &variant.trials) {
-            let case = full(trial.case());
-            readings(trial, index, &mut |reading| match accepted.iter_mut().find(|known| known.case == case) {
-                Some(known) if known.readings.iter().any(|known| known == reading) => {}
-                Some(known) => known.readings.push(reading.to_owned()),
-                None => accepted.push(Accepted { case: case.clone(), readings: vec![reading.to_owned()] }),
-            });
+            for (_, reading) in trial.outline.readings.iter().filter(|(of, _)| *of == index) {
+                let case = full(trial.case());
+                match accepted.iter_mut().find(|known| known.case == case) {
+                    Some(known) if known.readings.contains(reading) => {}
+                    Some(known) => known.readings.push(reading.clone()),
+                    None => accepted.push(Accepted { case, readings: vec![reading.clone()] }),
+                }
+            }
         }
         Erratum {
             id: &of.id,
@@ -147,22 +148,4 @@ impl<'a> Erratum<'a> {
             let _ = writeln!(out, "    tested by {case}");
         }
     }
-}
-
-/// The readings by name that a trial accepts for a requirement: those of the checks that cover it for themselves, or of the
-/// whole trial.
-fn readings(trial: &Trial, requirement: usize, visit: &mut dyn FnMut(&str)) {
-    let mut named = |step: &Step| {
-        if let Verb::Either(readings) = &step.verb {
-            readings.iter().for_each(|reading| visit(&reading.name));
-        }
-    };
-    let covers = |step: &Step| step.covers.contains(&requirement);
-    each_step_of(trial, &mut |step| {
-        if covers(step) {
-            each_step(std::slice::from_ref(step), &mut named);
-        } else if step.covers.is_empty() && trial.covers.contains(&requirement) {
-            named(step);
-        }
-    });
 }

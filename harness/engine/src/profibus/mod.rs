@@ -156,10 +156,6 @@ impl BusDriver for Profibus {
         run.put_kept_back(kept, &mut left);
         left
     }
-
-    fn switches_go_back(&self) -> bool {
-        true
-    }
 }
 
 impl Run<'_> {

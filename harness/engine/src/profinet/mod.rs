@@ -124,10 +124,6 @@ impl BusDriver for Profinet {
     fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String> {
         run.put_all_back(found, kept)
     }
-
-    fn switches_go_back(&self) -> bool {
-        false
-    }
 }
 
 fn controllers(place: &Place, id: &str) -> Vec<Controller> {

@@ -123,6 +123,12 @@ impl DeviceBus {
         }
     }
 
+    /// Whether a device in its factory state finds its address by its switches, so that they go back after it; else it has lost its
+    /// name, which is given back.
+    pub fn switches_go_back(&self) -> bool {
+        self.kind().is_profibus()
+    }
+
     /// The time without frames after which a connection ends that says none, where the bench says none either.
     pub fn usual_watchdog(&self, cycle: Duration) -> Duration {
         match self {

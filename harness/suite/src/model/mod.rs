@@ -3,10 +3,12 @@
 //! Nothing here is text to be interpreted again. The engine, the replay and the listings read this and no YAML.
 
 mod condition;
+mod outline;
 mod request;
 
 pub use super::compiled::TrialSteps;
 pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
+pub use outline::Outline;
 pub use request::{Access, AccessItem, Answer, AnswerPart, Code, DpService, Instead, Service, Sought, Via};
 
 use super::compiled::Steps;
@@ -148,6 +150,8 @@ pub struct Trial {
     pub catches: Vec<String>,
     /// The line that runs it alone stands here.
     pub at: Location,
+    /// What its steps come to, for whoever does not run it.
+    pub outline: Outline,
     /// How it is run; read from the compiled suites when it is asked for.
     pub(crate) how: Steps,
 }

@@ -1,16 +1,15 @@
 //! The needs of a trial, read off its steps.
 
 use super::{Ability, Claim, Consent, LONG, Need};
-use crate::driver;
+use crate::device::{Changed, NameKind, Origin, StandName, StationName};
+use crate::model::{
+    Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
+    Trial, Turn, Variant, Verb, Via, Way,
+};
 use crate::scan::observed;
 use expression::{NameId, Program, Value};
 use std::ops::RangeInclusive;
 use std::time::Duration;
-use suite::device::{Changed, NameKind, Origin, StandName, StationName};
-use suite::model::{
-    Access, Condition, DpService, Hold, Instead, Manual, Matcher, Service, SetValue, Setting, Span, Start, Step, Test,
-    Trial, Turn, Variant, Verb, Via, Way,
-};
 use wire::profidrive::parameter::{Request, RequestId};
 
 /// Index of the older parameter channel of the drive profile.
@@ -263,7 +262,7 @@ impl<'a> Scan<'a> {
             StandName::Link => Some(Ability::Link),
             StandName::Delivery => {
                 self.add(Need::Consent(Consent::FactoryReset));
-                match driver::of(&self.manual.device).switches_go_back() {
+                match self.manual.device.bus.switches_go_back() {
                     // The name is gone, and given back at the end.
                     false => self.add(Need::Consent(Consent::SetName)),
                     // The switches go back to where they were, and are read when the supply comes.
@@ -480,8 +479,8 @@ impl<'a> Scan<'a> {
                 }
             }
             Some(NameKind::Signal { signal, field: None, .. }) => {
-                let measured = |of: &suite::device::Signal| {
-                    of.from == suite::device::From::Device
+                let measured = |of: &crate::device::Signal| {
+                    of.from == crate::device::From::Device
                         && (of.position_in.is_some() || of.signed || of.fields.is_empty())
                 };
                 self.measures |= device.signals.get(*signal).is_some_and(measured);
