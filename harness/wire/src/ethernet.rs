@@ -25,11 +25,13 @@ impl Mac {
     pub const LLDP_MULTICAST: Mac = Mac([0x01, 0x80, 0xc2, 0x00, 0x00, 0x0e]);
 
     /// Whether a frame to this address is for a group of stations; broadcast included.
+    #[inline]
     pub fn is_group(self) -> bool {
         self.0[0] & 1 != 0
     }
 
     /// Reads an address of six octets.
+    #[inline]
     pub fn read(reader: &mut Reader<'_>) -> Result<Mac> {
         reader.array().map(Mac)
     }
@@ -79,6 +81,7 @@ impl EtherType {
     /// LLDP.
     pub const LLDP: EtherType = EtherType(0x88cc);
 
+    #[inline]
     fn is_tag(self) -> bool {
         matches!(self, EtherType::VLAN | EtherType::PROVIDER_VLAN)
     }

@@ -24,6 +24,7 @@ pub struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// Reads `octets` as `layer`, big-endian.
+    #[inline]
     pub fn new(layer: &'static str, octets: &'a [u8]) -> Reader<'a> {
         Reader { octets, at: 0, base: 0, layer, order: Order::Big }
     }
@@ -41,6 +42,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Where the next field stands, counted from the first octet of the outermost reader.
+    #[inline]
     pub fn offset(&self) -> usize {
         self.base + self.at
     }
@@ -70,6 +72,7 @@ impl<'a> Reader<'a> {
     }
 
     /// All octets that are left.
+    #[inline]
     pub fn rest(&mut self) -> &'a [u8] {
         let rest = &self.octets[self.at..];
         self.at = self.octets.len();
@@ -83,6 +86,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The next `N` octets as an array.
+    #[inline]
     pub fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
         let mut array = [0; N];
         array.copy_from_slice(self.take(N)?);
@@ -171,9 +175,11 @@ pub trait Append {
 }
 
 impl Append for Vec<u8> {
+    #[inline]
     fn put_u8(&mut self, value: u8) {
         self.push(value);
     }
+    #[inline]
     fn put(&mut self, octets: &[u8]) {
         self.extend_from_slice(octets);
     }

@@ -32,6 +32,7 @@ impl FrameId {
     pub const DEVICE_CHOOSES: FrameId = FrameId(0xffff);
 
     /// What the frame is, from the range in which its id lies.
+    #[inline]
     pub fn kind(self) -> FrameKind {
         match self.0 {
             0x0020..=0x0021 | 0x0080..=0x0081 | 0xff00..=0xff01 | 0xff20..=0xff21 | 0xff40..=0xff43 => FrameKind::Ptcp,

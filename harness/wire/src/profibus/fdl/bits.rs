@@ -50,6 +50,7 @@ impl BaudRate {
     ];
 
     /// `bits` in nanoseconds, rounded up: a frame has ended when its last bit has. A rate of 0 counts as 1.
+    #[inline]
     pub fn nanoseconds(self, bits: BitTimes) -> u64 {
         let rate = u64::from(self.0.max(1));
         // Nearly always the product is short, and dividing long numbers is slow.
@@ -63,6 +64,7 @@ impl BaudRate {
     }
 
     /// The whole bits that `nanoseconds` have room for; those that do not fit in a `u64` count as [`u64::MAX`].
+    #[inline]
     pub fn bits(self, nanoseconds: u64) -> BitTimes {
         BitTimes(match nanoseconds.checked_mul(self.0.into()) {
             Some(product) => product / 1_000_000_000,

@@ -168,6 +168,8 @@ impl<'a> DataFrame<'a> {
             if extension.is_empty() { number & !EXTENDED } else { number | EXTENDED }
         };
         let length = 3 + self.destination.length() + self.source.length() + self.data.len();
+        // Start, lengths, sum and end are six octets at most.
+        out.reserve(length + 6);
         match self.format {
             Format::NoData => out.put_u8(Start::SD1.0),
             Format::EightOctets => out.put_u8(Start::SD3.0),
