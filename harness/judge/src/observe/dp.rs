@@ -348,7 +348,6 @@ impl DpTracker {
         slave.answered = answer.time;
         slave.unsure = false;
         let (index, lengths) = (slave.ar, slave.lengths);
-        let told = slave.diagnosis.clone().filter(|_| index.is_some_and(|index| self.is_about_to_stand(index)));
         let Some((index, ar)) = index.and_then(|index| Some((index, self.ars.get_mut(index as usize)?))) else {
             self.counts.strays += 1;
             if self.met(asked) {
@@ -383,7 +382,7 @@ impl DpTracker {
             ar.application_ready_frame = Some(answer.number);
             (ar.inputs.data_length, ar.outputs.data_length) = (lengths.inputs, lengths.outputs);
             ar.submodules = vec![placed(lengths)];
-            ar.slave.get_or_insert_default().diagnosis = told;
+            ar.slave.get_or_insert_default().diagnosis = slave.diagnosis.clone();
             if !self.standing.contains(&asked.da) {
                 self.standing.push(asked.da);
             }
@@ -392,11 +391,6 @@ impl DpTracker {
         let status = CyclicStatus::Fdl { diagnosis_pending: answer.function.is_high() };
         let (ar, direction) = (ArId(index), Direction::ToController);
         sink(&self.ars, Observation::Cyclic { ar, direction, data: answer.data, at: answer.at, status });
-    }
-
-    /// Whether a connection is made and does not stand yet.
-    fn is_about_to_stand(&self, index: u32) -> bool {
-        self.ars.get(index as usize).is_some_and(|ar| ar.stage != Stage::Ready)
     }
 }
 
