@@ -51,7 +51,7 @@ impl Faults {
     }
 
     /// Whether there is none.
-    pub(super) fn are_none(&self) -> bool {
+    pub fn are_none(&self) -> bool {
         self.0.is_empty()
     }
 

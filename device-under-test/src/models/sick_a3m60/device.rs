@@ -33,6 +33,8 @@ pub struct Encoder {
     /// The diagnosis when last looked at, and whether it was another one before.
     told: Vec<u8>,
     has_changed: bool,
+    /// When it was asked last whether it takes outputs: then it has advanced to that instant.
+    asked: Option<Time>,
 }
 
 impl Encoder {
@@ -64,6 +66,7 @@ impl Encoder {
             module: 0,
             told: Vec::new(),
             has_changed: false,
+            asked: None,
         }
     }
 
@@ -189,12 +192,16 @@ impl Application for Encoder {
 
     fn takes_outputs(&mut self, now: Time) -> bool {
         self.object.advance(now);
+        self.asked = Some(now);
         let live = self.object.live(now);
         (live.behaviour.a3m60.takes_outputs)(&live.known())
     }
 
     fn outputs(&mut self, now: Time, data: Option<&[u8]>) {
-        self.object.outputs(now, ENCODER_SLOT, SUBSLOT, data);
+        if self.asked.take() != Some(now) {
+            self.object.advance(now);
+        }
+        self.object.live(now).take(SUBSLOT, data);
         self.look(now);
     }
 

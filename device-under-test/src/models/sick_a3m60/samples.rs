@@ -4,7 +4,6 @@
 
 use super::knobs::Rules;
 use alloc::collections::VecDeque;
-use alloc::vec::Vec;
 use core::time::Duration;
 use station::Time;
 
@@ -39,9 +38,10 @@ impl Samples {
     ) -> i64 {
         let seen = |at: Time| shaft(at) + if has_noise { scatter(at, rules) } else { 0 };
         self.take(now, &seen);
-        let earlier = self.places.iter().rev().take(count.saturating_sub(1)).copied();
-        let all: Vec<i64> = earlier.chain([seen(now)]).collect();
-        (rules.mean)(&all)
+        let earlier = self.places.iter().rev().take(count.saturating_sub(1));
+        let mut all = [seen(now); MOST + 1];
+        let count = all.iter_mut().zip(earlier).map(|(place, earlier)| *place = *earlier).count();
+        (rules.mean)(&all[..=count])
     }
 
     fn take(&mut self, now: Time, seen: &impl Fn(Time) -> i64) {
@@ -65,7 +65,13 @@ impl Samples {
 
 /// The mean, rounded to the nearest.
 pub fn mean(places: &[i64]) -> i64 {
-    let count = places.len().max(1) as i128;
+    let count = places.len().max(1);
+    // Nearly always the sum is short, and dividing long numbers is slow.
+    let short = places.iter().try_fold(count as i64 / 2, |sum, place| sum.checked_add(*place));
+    short.map_or_else(|| long_mean(places, count as i128), |sum| sum.div_euclid(count as i64))
+}
+
+fn long_mean(places: &[i64], count: i128) -> i64 {
     let sum: i128 = places.iter().copied().map(i128::from).sum();
     (sum + count / 2).div_euclid(count) as i64
 }

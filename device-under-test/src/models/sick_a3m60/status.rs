@@ -76,6 +76,10 @@ pub const CLOCK_DEVIATES: u8 = 0x3D;
 
 /// What of the diagnosis is there for the words, in the order of table 34.
 pub fn numbers(words: Words) -> Vec<u8> {
+    // Nearly always nothing is wrong, and this is asked for several times in each cycle.
+    if words == Words::default() {
+        return Vec::new();
+    }
     let all = [
         (words.a & OVERSPEED != 0, TOO_FAST),
         (words.a & POSITION != 0, POSITION_ERROR),
@@ -115,14 +119,20 @@ fn are_several(codes: &[i32]) -> bool {
 impl Live<'_, State> {
     /// S_STAT-A and S_STAT-B.
     pub fn words(&self) -> Words {
-        let faults = FAULTS.iter().filter(|fault| self.notices(fault));
-        let a = faults.fold(0, |bits, fault| bits | (self.behaviour.a3m60.status_bit)(fault.name, 1 << fault.bit));
+        let a =
+            self.noticed().fold(0, |bits, fault| bits | (self.behaviour.a3m60.status_bit)(fault.name, 1 << fault.bit));
         let wrong = self.model.clock.wrong(&self.behaviour.a3m60);
         let bit = |n: u32, set: bool| u16::from(set) << n;
         let is_watched = self.model.clock.times().is_some();
         let b =
             bit(4, is_watched && self.ram.watch.has_failed()) | bit(5, wrong.is_missing) | bit(6, wrong.is_deviating);
         Words { a: a | bit(5, self.is_too_fast()), b }
+    }
+
+    /// The causes that are there and noticed, in the order of the table.
+    fn noticed(&self) -> impl Iterator<Item = &'static Fault> {
+        let all = if self.faults.are_none() { &[] } else { FAULTS };
+        all.iter().filter(|fault| self.notices(fault))
     }
 
     fn notices(&self, fault: &Fault) -> bool {
@@ -165,8 +175,7 @@ impl Live<'_, State> {
     }
 
     fn codes(&self) -> Vec<i32> {
-        let here = FAULTS.iter().filter(|fault| self.notices(fault));
-        here.filter_map(|fault| (self.behaviour.a3m60.fault_code)(fault.name, fault.code)).collect()
+        self.noticed().filter_map(|fault| (self.behaviour.a3m60.fault_code)(fault.name, fault.code)).collect()
     }
 
     /// What the diagnosis tells.
