@@ -148,6 +148,15 @@ impl Shaft {
 
     /// The way done in `time`, never more than the whole steps that are behind it.
     fn way(&self, speed: i128, time: Duration) -> i64 {
+        // Nearly always the speed is a whole one and the product short, and dividing long numbers is slow.
+        if let (Ok(speed), Ok(nanos)) = (i64::try_from(speed), i64::try_from(time.as_nanos()))
+            && speed % (MICRO as i64) == 0
+            && let Some(turned) = (speed / MICRO as i64).checked_mul(nanos)
+            && let Some(turned) =
+                i64::try_from(self.steps_per_revolution).ok().and_then(|steps| turned.checked_mul(steps))
+        {
+            return turned / NANOS_PER_MINUTE as i64;
+        }
         let turned = (self.steps_per_revolution as i128 * speed).saturating_mul(time.as_nanos() as i128);
         i64::try_from(turned / (NANOS_PER_MINUTE * MICRO)).unwrap_or(i64::MAX)
     }

@@ -153,7 +153,9 @@ impl Velocity {
         if now.since(self.last) < every {
             return;
         }
-        let ended = now.since(self.last).as_nanos() / every.as_nanos();
+        // An interval that is longer than all time has not ended.
+        let nanos = u64::try_from(every.as_nanos()).unwrap_or(u64::MAX);
+        let ended = (now.as_nanos() - self.last.as_nanos()) / nanos;
         let Ok(ended) = u32::try_from(ended) else { return self.restart(now, shaft) };
         // What is older than the last two means counts for neither.
         let passed_over = ended.saturating_sub(of.saturating_mul(2).saturating_add(1));

@@ -36,7 +36,6 @@ impl<M: Model> Live<'_, M> {
 
     fn is_caused(&self, error: &ErrorFact) -> bool {
         let memory = &self.behaviour.memory;
-        let is_unnoticed = !memory.reports_unreadable && self.ram.was_unreadable;
         let by_itself = error.causes.iter().any(|cause| match cause {
             Cause::Stand(_) => false,
             Cause::LifeSign => self.ram.watch.has_failed(),
@@ -45,6 +44,7 @@ impl<M: Model> Live<'_, M> {
         });
         match error.effect {
             Effect::NoMemory => {
+                let is_unnoticed = !memory.reports_unreadable && self.ram.was_unreadable;
                 self.faults.cause(error) && !is_unnoticed || memory.reports_empty && self.store.is_empty() || by_itself
             }
             Effect::Nothing | Effect::NoReading => self.faults.cause(error) || by_itself,
@@ -53,6 +53,9 @@ impl<M: Model> Live<'_, M> {
 
     /// The errors that are there, oldest first, as far as the manual knows them.
     pub fn errors(&self) -> Vec<&'static ErrorFact> {
+        if self.ram.sensor.errors().is_empty() {
+            return Vec::new();
+        }
         let known = |error: &Error| {
             let code = self.behaviour.diagnosis.code;
             let there = self.facts.errors.get(usize::from(error.number));
@@ -69,7 +72,8 @@ impl<M: Model> Live<'_, M> {
 
     /// Looks which warnings there are.
     pub(super) fn look_for_warnings(&mut self) {
-        let here = self.facts.warnings.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
+        let known = if self.faults.are_none() { &[] } else { self.facts.warnings };
+        let here = known.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
         let right = here.fold(M::warnings(self), |bits, warning| bits | warning.bit);
         self.ram.had_warning |= right != 0;
         self.ram.warnings = (self.behaviour.diagnosis.warnings)(self.ram.warnings, right);
@@ -78,6 +82,9 @@ impl<M: Model> Live<'_, M> {
     /// Error type and severity of what should be told.
     fn wanted(&self) -> Vec<(u16, Severity)> {
         let (rules, bits) = (&self.behaviour.diagnosis, self.warnings());
+        if bits == 0 && self.ram.sensor.errors().is_empty() {
+            return Vec::new();
+        }
         let errors = self.errors().into_iter().map(|error| (error.error_type, error.severity));
         let warnings = self.facts.warnings.iter().filter(|warning| bits & warning.bit != 0);
         let all = errors.chain(warnings.map(|warning| (warning.error_type, warning.severity)));
@@ -91,6 +98,9 @@ impl<M: Model> Live<'_, M> {
     pub(super) fn diagnose(&mut self) {
         let rules = &self.behaviour.diagnosis;
         let mut wanted = self.wanted();
+        if wanted.is_empty() && self.ram.diagnoses.is_empty() {
+            return;
+        }
         if !(rules.are_sent)(self.ram.user.compatible, self.ram.user.alarm_channel) {
             wanted.clear();
         }

@@ -509,11 +509,13 @@ impl Sensor {
 
     /// What G1_XIST2 has to show: errors before the position, and no position while parking makes it 0.
     pub fn xist2(&self) -> Xist2 {
-        let codes: Vec<u16> = self.errors.iter().filter_map(|error| error.code).collect();
-        match (codes.is_empty(), self.is_transferred() && (!self.is_parked() || self.is_frozen())) {
-            (false, _) => Xist2::Error((self.rules.code)(&codes)),
-            (true, true) => Xist2::Position,
-            (true, false) => Xist2::Nothing,
+        if self.has_error() {
+            let codes: Vec<u16> = self.errors.iter().filter_map(|error| error.code).collect();
+            return Xist2::Error((self.rules.code)(&codes));
+        }
+        match self.is_transferred() && (!self.is_parked() || self.is_frozen()) {
+            true => Xist2::Position,
+            false => Xist2::Nothing,
         }
     }
 
