@@ -32,7 +32,11 @@ impl Slave {
             self.faults = Faults { cfg: true, ..self.faults };
             return Answer::NO_SERVICE;
         }
-        let mut outputs = self.image.outputs.clone();
+        // Those that are put away for the command have to stay what they are; others come back with what is put in their place.
+        let mut outputs = match self.held {
+            Some(_) => self.image.outputs.clone(),
+            None => core::mem::take(&mut self.image.outputs),
+        };
         outputs.resize(self.sums.outputs, 0);
         let takes = !self.is_clear || self.behaviour.clears_outputs;
         for (octet, sent) in outputs.iter_mut().zip(data.iter().filter(|_| takes)) {

@@ -95,7 +95,9 @@ impl Link {
         let Some(octets) = octets(own, frame, answer) else { return };
         match frame.fc.count() {
             Some(count @ (FrameCount::First | FrameCount::Zero | FrameCount::One)) => {
-                self.last = Some(Counted { sa: frame.sa, count, answer: octets.clone() });
+                let mut answer = self.last.take().map_or_else(Vec::new, |last| last.answer);
+                answer.clone_from(&octets);
+                self.last = Some(Counted { sa: frame.sa, count, answer });
             }
             Some(FrameCount::Unused) | None => {}
         }

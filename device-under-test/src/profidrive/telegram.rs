@@ -252,12 +252,14 @@ pub fn put(signal: Signal, image: &Image, out: &mut Vec<u8>) {
 pub struct Emitter {
     before: Before,
     rules: Rules,
+    /// The octets of a telegram while it is filled in; kept so that no frame allocates.
+    spare: Vec<u8>,
 }
 
 impl Emitter {
     /// An emitter that has sent nothing yet.
     pub fn new(rules: Rules) -> Emitter {
-        Emitter { before: Before::default(), rules }
+        Emitter { before: Before::default(), rules, spare: Vec::new() }
     }
 
     /// The last cycle.
@@ -307,14 +309,14 @@ impl Emitter {
     }
 
     /// Fills in the inputs of one telegram of the frame and says whether they are good.
-    pub fn fill(&self, telegram: &Telegram, inputs: &mut [u8]) -> bool {
-        let sent = &self.before.sent;
-        let mut octets = Vec::with_capacity(inputs.len());
+    pub fn fill(&mut self, telegram: &Telegram, inputs: &mut [u8]) -> bool {
+        let Emitter { before: Before { sent, .. }, spare: octets, .. } = self;
+        octets.clear();
         for signal in (self.rules.order)(telegram) {
-            (self.rules.put)(telegram, *signal, sent, &mut octets);
+            (self.rules.put)(telegram, *signal, sent, octets);
         }
         octets.resize(inputs.len(), 0);
-        inputs.copy_from_slice(&octets);
+        inputs.copy_from_slice(octets);
         sent.good
     }
 
