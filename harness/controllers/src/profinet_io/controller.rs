@@ -15,6 +15,7 @@ use super::{call, presence, record};
 use crate::outputs::Outputs;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use core::cell::Cell;
 use core::net::Ipv4Addr;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
@@ -40,12 +41,16 @@ pub struct Controller {
     end: Option<ArEnd>,
     /// The start-up that is repeated by itself if its AR is lost, and when, once it was lost.
     again: Option<(Box<Connection>, Option<Time>)>,
+    /// Its deadline, where it was asked since something happened to it: until then it stays the same.
+    deadline: Cell<Option<Option<Time>>>,
 }
 
 impl Controller {
     /// A controller without an AR, with all outputs 0 and good.
     pub fn new(settings: Settings) -> Controller {
-        Controller { context: Context::new(settings), job: None, due: None, outcome: None, end: None, again: None }
+        let context = Context::new(settings);
+        let deadline = Cell::default();
+        Controller { context, job: None, due: None, outcome: None, end: None, again: None, deadline }
     }
 
     /// Takes a request, which begins at the next wake; an outcome that nobody took is forgotten.
@@ -57,6 +62,7 @@ impl Controller {
         if self.is_busy() && !may_interrupt {
             return Err(Busy);
         }
+        self.deadline.take();
         self.outcome = None;
         match &request {
             Request::Connect(connection) => {
@@ -102,6 +108,7 @@ impl Controller {
 
     /// Says how far alarms are acknowledged from now on; it outlives every AR. What was kept back is made up for.
     pub fn acknowledge_alarms(&mut self, acknowledge: AlarmAcknowledge) {
+        self.deadline.take();
         self.context.alarm_acknowledge = acknowledge;
         if let Some(alarms) = self.context.ar.as_mut().and_then(|ar| ar.alarms.as_mut()) {
             alarms.acknowledge = acknowledge;
@@ -358,6 +365,7 @@ impl Station for Controller {
         if header.destination != self.context.own.mac && !header.destination.is_group() {
             return;
         }
+        self.deadline.take();
         match header.ether_type {
             EtherType::PROFINET => self.profinet(now, &header, payload, out),
             EtherType::ARP => self.arp(now, &header, payload, out),
@@ -368,6 +376,7 @@ impl Station for Controller {
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.deadline.take();
         self.wake_ar(now, out);
         self.wake_call(now, out);
         if self.context.browser.as_ref().and_then(|browser| browser.due()).is_some_and(|due| due <= now) {
@@ -390,6 +399,15 @@ impl Station for Controller {
     }
 
     fn deadline(&self) -> Option<Time> {
+        let deadline = self.deadline.get().unwrap_or_else(|| self.next_due());
+        self.deadline.set(Some(deadline));
+        deadline
+    }
+}
+
+impl Controller {
+    /// When it has something to do, as things stand.
+    fn next_due(&self) -> Option<Time> {
         let due = self.due.as_ref().map(|(due, _)| *due);
         let call = self.context.call.as_ref().map(|call| call.deadline());
         let job = self.job.as_ref().and_then(Job::deadline);
