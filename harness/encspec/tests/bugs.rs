@@ -49,7 +49,7 @@ fn case_of(trial: &str) -> &str {
 #[test]
 fn both_tellings_list_the_same_bugs() {
     for manual in manuals() {
-        let offered = reference_devices::manual(&manual.device.name).expect("a reference device for every suite");
+        let offered = deviations::subject(&manual.device.name).expect("a reference device for every suite");
         let offered: BTreeSet<&str> = offered.bugs().map(|bug| bug.name).collect();
         let listed: BTreeSet<&str> = manual.bugs.iter().map(|bug| bug.name.as_str()).collect();
         assert_eq!(listed, offered, "bugs.yaml and the reference device of {}", manual.device.name);

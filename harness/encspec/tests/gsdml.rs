@@ -3,6 +3,7 @@
 mod sample;
 
 use controllers::profinet_io::{Controller, Outcome, Partner, RecordOutcome, Request, Settings, Target};
+use deviations::{Line, Setup, build};
 use encspec::gsdml::{self, DeviceSays, Gsdml, GsdmlError, Plugged};
 use encspec::report::{ExitStatus, Format, status};
 use encspec::result::{CaseKind, DescriptionKind, Finding, Severity};
@@ -10,7 +11,6 @@ use encspec::suite::device::{Device, Origin};
 use encspec::suite::load;
 use encspec::suite::model::{Level, Manual};
 use encspec::verdict::Verdict;
-use reference_devices::{Line, Setup, build};
 use rstest::rstest;
 use station::{Duration, Station, Time};
 use std::fs;
@@ -107,8 +107,8 @@ fn asked(manual: &str, variant: &str) -> DeviceSays {
 }
 
 fn reference_devices() -> Vec<(&'static str, &'static str)> {
-    let all = reference_devices::manuals().iter();
-    let all = all.filter(|manual| matches!(manual.bus, reference_devices::Bus::Profinet(_)));
+    let all = deviations::subjects().iter();
+    let all = all.map(|subject| subject.manual).filter(|manual| matches!(manual.bus, deviations::Bus::Profinet(_)));
     all.flat_map(|manual| manual.variants.iter().map(|variant| (manual.name, *variant))).collect()
 }
 

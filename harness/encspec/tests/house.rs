@@ -135,20 +135,34 @@ fn the_link_room_knows_no_protocol() {
 
 #[test]
 fn rooms_without_io_are_no_std() {
-    for room in ["harness/station", "harness/plain-text", "harness/wire", "harness/controllers", "device-under-test"] {
+    let harness = ["harness/station", "harness/plain-text", "harness/wire", "harness/controllers"];
+    for room in harness.iter().chain(&DEVICES.map(|(room, _)| room)) {
         let library = text(&root().join(room).join("src/lib.rs"));
         assert!(library.contains("#![no_std]"), "{room} is not no_std");
     }
 }
 
+/// The crates of the devices, from the stacks up, each with what it sees of those below it.
+const DEVICES: [(&str, &[&str]); 4] = [
+    ("device-under-test/device-stack", &["smoltcp"]),
+    ("device-under-test/encoder-profile", &["device-stack"]),
+    ("device-under-test/reference-devices", &["device-stack", "encoder-profile"]),
+    ("device-under-test/deviations", &["device-stack", "encoder-profile", "reference-devices", "thiserror"]),
+];
+
 #[test]
 fn controllers_and_devices_see_wire_and_station_only() {
-    for manifest in ["harness/controllers/Cargo.toml", "device-under-test/Cargo.toml"] {
-        for name in dependencies(manifest) {
-            let allowed = ["station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
-            assert!(allowed, "{manifest} depends on {name}");
+    for name in dependencies("harness/controllers/Cargo.toml") {
+        let allowed = ["station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
+        assert!(allowed, "the controllers depend on {name}");
+    }
+    for (room, below) in DEVICES {
+        for name in dependencies(&format!("{room}/Cargo.toml")) {
+            let allowed = ["station", "wire"].iter().chain(below).any(|allowed| *allowed == name);
+            assert!(allowed, "{room} depends on {name}");
         }
     }
+    assert_eq!(files("device-under-test", "toml").len(), DEVICES.len(), "a crate of the devices is not among these");
     for name in dependencies("harness/wire/Cargo.toml") {
         assert!(["smoltcp", "thiserror"].contains(&name.as_str()), "wire depends on {name}");
     }

@@ -36,20 +36,20 @@ fn the_small_slave_loads() {
 fn what_goes_with_a_module_is_sent_unless_the_case_says_otherwise() {
     let manuals = load(&sources(), None).expect("it loads");
     let trials = &manuals[0].variants[0].trials;
-    let first = trials[0].start.as_ref().expect("a connection");
+    let first = trials[0].start().expect("a connection");
     assert_eq!(first.parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [0, 0, 100]);
     assert_eq!(first.watchdog(&manuals[0].device), Duration::from_millis(100));
     let cycles = trials.iter().find(|trial| trial.id == "topic/cycles").expect("it is there");
-    let start = cycles.start.as_ref().expect("a connection");
+    let start = cycles.start().expect("a connection");
     assert_eq!(start.cycle(&manuals[0].device), Duration::from_millis(1));
     assert_eq!(start.watchdog(&manuals[0].device), Duration::from_secs(1));
     let refused = trials.iter().find(|trial| trial.id == "topic/configuration[bytes]").expect("it is there");
-    let Verb::Connect { start, answer: Some(Answer::Parts(parts)), .. } = &refused.steps[0].verb else {
+    let Verb::Connect { start, answer: Some(Answer::Parts(parts)), .. } = &refused.how().steps[0].verb else {
         panic!("it connects and says which answer is right");
     };
     assert_eq!(start.instead, [InsteadStart::ChkCfg(vec![0xF0])]);
     assert_eq!(parts[0].0, AnswerPart::SetPrm);
-    let Verb::Connect { start, .. } = &refused.steps[1].verb else { panic!("it connects") };
+    let Verb::Connect { start, .. } = &refused.how().steps[1].verb else { panic!("it connects") };
     assert_eq!(start.parameters.iter().map(|of| of.value).collect::<Vec<_>>(), [1, 1, 4096]);
 }
 

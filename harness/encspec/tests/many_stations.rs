@@ -3,7 +3,7 @@
 mod served;
 
 use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Outcome, Request, Target};
-use reference_devices::{ReferenceDevice, Setup, build};
+use deviations::{ReferenceDevice, Setup, build};
 use served::{connection, controller};
 use station::{Duration, Station, Time};
 use std::net::Ipv4Addr;

@@ -2,13 +2,13 @@
 //! later one fail.
 
 use controllers::profibus_dp::Settings;
+use deviations::{Line, Setup};
 use encspec::engine::segment::{DeviceOnStand, Model, Segment, VirtualSegment};
 use encspec::engine::{DpLine, DutKind, DutSpec, RunOptions, dut, line, run_trial_on};
 use encspec::suite::device::Bus;
 use encspec::suite::load;
 use encspec::suite::model::{Manual, Trial, Variant};
 use encspec::verdict::Verdict;
-use reference_devices::{Line, Setup, build, build_delivered};
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 use std::thread;
 
@@ -77,9 +77,9 @@ impl DeviceOnStand for Lent<'_, '_> {
 
 /// A device that has a history, as it is on a bench of this trial.
 fn kept<'a>(setup: &'a Setup<'a>, spec: &'a DutSpec) -> Kept<'a> {
-    let known = reference_devices::manual(&spec.manual).expect("a reference device for every suite");
-    let built = build(&spec.manual, &spec.variant, setup).map_err(|error| error.to_string());
-    let fresh = move || build_delivered(known, &spec.variant, setup).map_err(|error| error.to_string());
+    let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
+    let built = known.build(&spec.variant, setup).map_err(|error| error.to_string());
+    let fresh = move || known.build_delivered(&spec.variant, setup).map_err(|error| error.to_string());
     let device = Model::new(built.expect("it can be built"), Box::new(fresh));
     Kept { device, began: Time::ZERO, last: Time::ZERO }
 }
@@ -107,7 +107,7 @@ fn in_each_others_way(
         variant: variant.name.clone(),
         kind: DutKind::Model { bugs: Vec::new() },
     };
-    let known = reference_devices::manual(&spec.manual).expect("a reference device for every suite");
+    let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
     let lines: Vec<DpLine> = variant.trials.iter().map(|trial| line(&spec, manual, Some(trial))).collect();
     let mut rates = lines.clone();
     rates.sort_by_key(|line| line.baud.0);
@@ -115,7 +115,7 @@ fn in_each_others_way(
     let mut broken = Vec::new();
     for rate in rates {
         let setup = Setup {
-            mac: known.mac(dut::DEVICE.0.0),
+            mac: known.manual.mac(dut::DEVICE.0.0),
             bugs,
             shaft: 0x1234,
             station_name: dut::STATION_NAME,

@@ -6,7 +6,7 @@ use controllers::profibus_dp::{
     Answer, Clock, Connection, ConnectionEnd, ConnectionState, Ended, Master, Outcome, ParameterOutcome, Request,
     Settings, StartUp,
 };
-use reference_devices::{Line, ReferenceDevice, Setup, build};
+use deviations::{Line, ReferenceDevice, Setup, build};
 use station::{Duration, StandAction, Time};
 use virtual_wire::VirtualBus;
 use wire::profibus::fdl::BaudRate;

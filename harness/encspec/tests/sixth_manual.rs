@@ -3,7 +3,7 @@
 #[path = "fixtures/enc81.rs"]
 mod device;
 
-use device::MANUAL;
+use device::{MANUAL, SUBJECT};
 use encspec::engine::scan::check_covers;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run};
 use encspec::suite::load;
@@ -31,7 +31,7 @@ fn manual() -> Manual {
 
 fn dut(variant: &str, bugs: &[&str]) -> DutSpec {
     let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    let kind = DutKind::Brought { model: &MANUAL, bugs };
+    let kind = DutKind::Brought { model: &SUBJECT, bugs };
     DutSpec { manual: MANUAL.name.to_owned(), variant: variant.to_owned(), kind }
 }
 
@@ -39,7 +39,7 @@ fn dut(variant: &str, bugs: &[&str]) -> DutSpec {
 fn both_tellings_are_of_the_same_device() {
     let manual = manual();
     assert_eq!(manual.device.variants, MANUAL.variants);
-    let offered: BTreeSet<&str> = MANUAL.bugs().map(|bug| bug.name).collect();
+    let offered: BTreeSet<&str> = SUBJECT.bugs().map(|bug| bug.name).collect();
     let listed: BTreeSet<&str> = manual.bugs.iter().map(|bug| bug.name.as_str()).collect();
     assert_eq!(listed, offered);
 }

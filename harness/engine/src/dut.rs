@@ -4,7 +4,7 @@ use super::live::{LiveDevice, SharedLiveDevice};
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
 use super::trial::{DpLine, Place};
 use controllers::profibus_dp::Settings as MasterSettings;
-use reference_devices::{BuildError, Bus, Line, ReferenceDevice, Setup, build_delivered, build_manual};
+use deviations::{BuildError, Bus, Line, ReferenceDevice, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};
 use std::fmt;
 use std::net::Ipv4Addr;
@@ -95,7 +95,7 @@ pub enum DutKind {
     /// A reference device that is not built in, with these bugs switched on.
     Brought {
         /// What it was written from.
-        model: &'static reference_devices::Manual,
+        model: &'static Subject,
         /// Names of the bugs.
         bugs: Vec<String>,
     },
@@ -155,10 +155,10 @@ impl DutSpec {
     }
 
     /// What the reference device was written from.
-    fn model(&self) -> Result<&'static reference_devices::Manual, BuildError> {
+    fn model(&self) -> Result<&'static Subject, BuildError> {
         match &self.kind {
             DutKind::Brought { model, .. } => Ok(model),
-            DutKind::Model { .. } | DutKind::Nobody(_) | DutKind::Live(_) => reference_devices::manual(&self.manual),
+            DutKind::Model { .. } | DutKind::Nobody(_) | DutKind::Live(_) => subject(&self.manual),
         }
     }
 
@@ -188,15 +188,15 @@ impl DutSpec {
     pub fn segment<'a>(&'a self, id: &str, line: DpLine) -> Result<Box<dyn Segment + 'a>, String> {
         let shaft = shaft(id);
         let known = self.model();
-        let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.mac(DEVICE.0.0));
-        let is_slave = known.as_ref().is_ok_and(|known| matches!(known.bus, Bus::Profibus(_)));
+        let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.manual.mac(DEVICE.0.0));
+        let is_slave = known.as_ref().is_ok_and(|known| matches!(known.manual.bus, Bus::Profibus(_)));
         let on = |device: Box<dyn DeviceOnStand + 'a>| match is_slave {
             true => VirtualSegment::bus(device, line.baud, MasterSettings::new(0, line.baud).slot_time),
             false => VirtualSegment::new(device),
         };
         let built = move |bugs: &[String], is_named: bool| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
-            let build = if is_named { build_manual } else { build_delivered };
+            let build = if is_named { Subject::build } else { Subject::build_delivered };
             let setup =
                 Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
             known.clone().and_then(|known| build(known, &self.variant, &setup)).map_err(|error| error.to_string())
@@ -355,7 +355,7 @@ impl DutSpec {
 
     /// What those of the bugs do that no manual lists, as `name: sentence`.
     pub fn bug_notes(&self) -> Vec<String> {
-        reference_devices::bugs_of_the_field()
+        deviations::bugs_of_the_field()
             .filter(|bug| self.bugs().iter().any(|name| name == bug.name))
             .map(|bug| format!("{}: {}", bug.name, bug.sentence))
             .collect()

@@ -1,6 +1,6 @@
 //! A reference device that can be exchanged while the clock of the wire goes on.
 
-use reference_devices::ReferenceDevice;
+use deviations::ReferenceDevice;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use std::cell::Cell;
 

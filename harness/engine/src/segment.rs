@@ -4,7 +4,7 @@
 
 use super::ours::Ours;
 use super::reborn::Reborn;
-use reference_devices::ReferenceDevice;
+use deviations::ReferenceDevice;
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 use virtual_wire::{Seen, Step, Violation, VirtualBus, VirtualWire};
 use wire::profibus::fdl::{BaudRate, BitTimes};

@@ -3,8 +3,8 @@
 use super::coverage::{class, covering};
 use super::list::{Listed, everything};
 use super::{Ended, ExplainArgs, Stop, show};
+use deviations::bugs_of_the_field;
 use plain_text::nearest;
-use reference_devices::bugs_of_the_field;
 use replay::{CHECKS, Check};
 use report::{ExitStatus, level};
 use std::fmt::Write as _;

@@ -3,11 +3,11 @@
 use super::dut::{devices, suggest};
 use super::{Ended, Stop, Suites, filter, show};
 use clap::{ArgAction, Args, ValueEnum};
+use deviations::bugs_of_the_field;
 use engine::{self, DutSpec, Part, RunOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use live::lock::Lock;
 use plain_text::nearest;
-use reference_devices::bugs_of_the_field;
 use replay::Look;
 use report::page::{Mark, Timeline};
 use report::{self, Format, Pictures};

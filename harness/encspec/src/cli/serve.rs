@@ -4,12 +4,12 @@ use super::dut::suggest;
 use super::port::PortArgs;
 use super::{Ended, Stop, complain, show};
 use clap::Args;
+use deviations::{Bus, Line, Manual, Setup, Subject, bugs_of_the_field};
 use engine::dut::{DEVICE, STATION_NAME};
 use link::lines::Listener;
 use link::{LinkError, Serial, SerialBus, SerialSettings, Wire, interrupt, privileges, realtime};
 use live::fdl::FdlFrames;
 use live::serve::{Made, Maker, Medium, Names, ServedDevice, Server};
-use reference_devices::{Bus, Line, Setup, bugs_of_the_field, build_delivered, build_manual};
 use report::ExitStatus;
 use station::Time;
 use std::net::Ipv4Addr;
@@ -93,7 +93,7 @@ struct PlaceArgs {
 
 impl ServeArgs {
     /// The line, which has to be one that the devices of `manual` speak.
-    fn medium(&self, manual: &reference_devices::Manual) -> Result<(Medium, String), Stop> {
+    fn medium(&self, manual: &Manual) -> Result<(Medium, String), Stop> {
         let unusable = |error: LinkError| Stop::bench(error.to_string());
         let PlaceArgs { nic, socket, serial, pty } = &self.place;
         let settings = SerialSettings::new(self.baud);
@@ -139,15 +139,15 @@ fn address(text: &str) -> Result<(Ipv4Addr, Ipv4Addr), String> {
 }
 
 /// What is served: a manual and a variant that there is a reference device for.
-fn model(text: &str) -> Result<(&'static reference_devices::Manual, &'static str), String> {
+fn model(text: &str) -> Result<(&'static Subject, &'static str), String> {
     let Some(what) = text.strip_prefix("model:") else {
         return Err(format!("`{text}` cannot be served; write model:MANUAL[/VARIANT]"));
     };
     let (manual, variant) = what.split_once('/').map_or((what, None), |(manual, variant)| (manual, Some(variant)));
-    let known = reference_devices::manuals();
-    let found = known.iter().find(|known| known.name == manual);
-    let found = found.ok_or_else(|| suggest("device", manual, known.iter().map(|known| known.name)))?;
-    let variants = found.variants.iter().copied();
+    let known = deviations::subjects();
+    let found = known.iter().find(|known| known.manual.name == manual);
+    let found = found.ok_or_else(|| suggest("device", manual, known.iter().map(|known| known.manual.name)))?;
+    let variants = found.manual.variants.iter().copied();
     let chosen = variants.clone().find(|known| variant.is_none_or(|variant| variant == *known));
     let unknown = || suggest(&format!("variant of {manual}"), variant.unwrap_or_default(), variants);
     Ok((found, chosen.ok_or_else(unknown)?))
@@ -156,7 +156,7 @@ fn model(text: &str) -> Result<(&'static reference_devices::Manual, &'static str
 /// One of the devices that are served.
 #[derive(Clone, Debug)]
 struct Station {
-    manual: &'static reference_devices::Manual,
+    subject: &'static Subject,
     variant: &'static str,
     name: String,
     mac: Mac,
@@ -170,8 +170,9 @@ struct Station {
 impl Station {
     /// The device `number`, from 0.
     fn of(args: &ServeArgs, number: u16) -> Result<Station, String> {
-        let (manual, variant) = model(&args.model)?;
-        let known = || manual.bugs().chain(bugs_of_the_field()).map(|known| known.name);
+        let (subject, variant) = model(&args.model)?;
+        let manual = subject.manual;
+        let known = || subject.bugs().chain(bugs_of_the_field()).map(|known| known.name);
         if let Some(unknown) = args.bugs.iter().find(|bug| known().all(|known| known != **bug)) {
             return Err(suggest(&format!("bug of {}", manual.name), unknown, known()));
         }
@@ -194,14 +195,14 @@ impl Station {
             }
         };
         let mac = Mac([a, b, c, d, e, f]);
-        Ok(Station { manual, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
+        Ok(Station { subject, variant, name, mac, ip, mask, shaft: args.shaft, line, bugs })
     }
 
     /// A function that makes the device; it is made once to see that this goes well.
     fn maker(&self) -> Result<Maker, String> {
         let station = self.clone();
         let make = move |made| {
-            let build = if made == Made::Named { build_manual } else { build_delivered };
+            let build = if made == Made::Named { Subject::build } else { Subject::build_delivered };
             let bugs: Vec<&str> = station.bugs.iter().map(String::as_str).collect();
             let setup = Setup {
                 mac: station.mac.0,
@@ -213,7 +214,7 @@ impl Station {
                 gateway: [0; 4],
                 line: station.line,
             };
-            build(station.manual, station.variant, &setup).map_err(|error| error.to_string())
+            build(station.subject, station.variant, &setup).map_err(|error| error.to_string())
         };
         make(Made::Named)?;
         // What went well once goes well again: nothing of it changes.
@@ -221,13 +222,13 @@ impl Station {
     }
 
     fn shown(&self) -> String {
-        if let Bus::Profibus(_) = self.manual.bus {
-            return format!("station {} model:{}/{}\n", self.line.address, self.manual.name, self.variant);
+        if let Bus::Profibus(_) = self.subject.manual.bus {
+            return format!("station {} model:{}/{}\n", self.line.address, self.subject.manual.name, self.variant);
         }
         let or = |text: String| if text.is_empty() { "-".to_owned() } else { text };
         let ip = if self.ip.is_unspecified() { String::new() } else { self.ip.to_string() };
         let name = plain_text::printable(&self.name);
-        format!("station {} {} {} model:{}/{}\n", or(name), self.mac, or(ip), self.manual.name, self.variant)
+        format!("station {} {} {} model:{}/{}\n", or(name), self.mac, or(ip), self.subject.manual.name, self.variant)
     }
 }
 
@@ -259,13 +260,13 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
     let stations: Vec<Station> =
         (0..args.count).map(|number| Station::of(args, number)).collect::<Result<_, _>>().map_err(Stop::usage)?;
     let names = match (&args.control, stations.first()) {
-        (Some(_), Some(first)) => names(first.manual.name)?,
+        (Some(_), Some(first)) => names(first.subject.manual.name)?,
         _ => Names::default(),
     };
     let unusable = |error: LinkError| Stop::bench(error.to_string());
     interrupt::watch();
     let first = stations.first().ok_or_else(|| Stop::usage("there is nothing to serve".to_owned()))?;
-    let (medium, place) = args.medium(first.manual)?;
+    let (medium, place) = args.medium(first.subject.manual)?;
     if args.realtime {
         realtime::raise().iter().for_each(|told| complain(told));
     }

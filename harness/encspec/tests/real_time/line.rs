@@ -7,11 +7,11 @@ use std::io::{Read, Write};
 use std::thread;
 
 use controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
+use deviations::{Line, Setup, build};
 use encspec::live::fdl::FdlFrames;
 use libtest_mimic::Trial;
 use link::serial::pty;
 use link::{Heard, Serial, SerialBus, SerialSettings, Step};
-use reference_devices::{Line, Setup, build};
 use station::{Duration, Time};
 use wire::profibus::fdl::{BaudRate, BitTimes};
 

@@ -13,6 +13,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use deviations::{Line as Place, Setup, build};
 use encspec::live::fdl::FdlFrames;
 use libtest_mimic::Trial;
 use link::serial::pty;
@@ -20,7 +21,6 @@ use link::{Serial, SerialBus, SerialSettings};
 use profirust::dp::{DiagnosticFlags, DpMaster, Peripheral, PeripheralEvent, PeripheralHandle, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
-use reference_devices::{Line as Place, Setup, build};
 use station::Time;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 

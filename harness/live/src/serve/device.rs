@@ -1,8 +1,8 @@
 //! One served device: a reference device that can be renewed, with its stand behind control lines.
 
 use crate::control::{Answer, Command, ability};
+use deviations::ReferenceDevice;
 use engine::reborn::Reborn;
-use reference_devices::ReferenceDevice;
 use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
 
 /// In which state a device is made.
@@ -162,7 +162,7 @@ fn abilities(device: &mut dyn ReferenceDevice, names: &Names) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reference_devices::{Setup, build};
+    use deviations::{Setup, build};
     use rstest::rstest;
 
     fn served() -> ServedDevice {

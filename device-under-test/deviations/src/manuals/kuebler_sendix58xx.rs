@@ -1,0 +1,271 @@
+//! The bugs that a reference Sendix can be told to have.
+
+use crate::tables::{self, Table};
+
+/// By the seam at which they are switched on.
+pub(super) static BUGS: &[Table] = &[
+    Table::Only(tables::diagnosis::BUGS, DIAGNOSIS),
+    Table::All(tables::diagnosis::OTHERS),
+    Table::Only(tables::handshakes::BUGS, HANDSHAKES),
+    Table::All(tables::handshakes::OTHERS),
+    Table::All(tables::leds::BUGS),
+    Table::Only(tables::measuring::BUGS, MEASURING),
+    Table::All(tables::measuring::OTHERS),
+    Table::Only(tables::memory::BUGS, MEMORY),
+    Table::Only(tables::parameter_access::BUGS, PARAMETER_ACCESS),
+    Table::All(tables::parameter_access::OTHERS),
+    Table::Only(tables::parameters::BUGS, PARAMETERS),
+    Table::Only(tables::presets::BUGS, PRESETS),
+    Table::All(tables::presets::OTHERS),
+    Table::Only(tables::records::BUGS, RECORDS),
+    Table::Only(tables::reset::BUGS, RESET),
+    Table::Only(tables::signals::BUGS, SIGNALS),
+    Table::All(tables::signals::OTHERS),
+    Table::Only(tables::stack::BUGS, STACK),
+    Table::All(tables::stack::OTHERS),
+    Table::Only(tables::start::BUGS, START),
+    Table::All(tables::start::OTHERS),
+    Table::Only(tables::station::BUGS, STATION),
+    Table::All(tables::station::OTHERS),
+    Table::Only(tables::velocity::BUGS, VELOCITY),
+    Table::All(tables::velocity::OTHERS),
+    Table::Only(tables::codes::BUGS, CODES),
+    Table::Only(tables::layouts::BUGS, LAYOUTS),
+    Table::Only(tables::limits::BUGS, LIMITS),
+    Table::Only(tables::panel::BUGS, PANEL),
+    Table::Only(tables::requests::BUGS, REQUESTS),
+];
+
+const DIAGNOSIS: &[&str] = &["faults-never-set", "faults-show-supported"];
+
+const HANDSHAKES: &[&str] = &[
+    "parking-ignored",
+    "park-never-ends",
+    "parked-bit-never-set",
+    "transfer-goes-on-while-parked",
+    "error-without-code",
+    "error-code-without-bit",
+    "acknowledge-clears-persistent",
+    "acknowledge-without-answer",
+    "acknowledge-answer-stays",
+    "acknowledge-answer-without-request",
+    "acknowledge-stops-transfer",
+];
+
+const MEASURING: &[&str] = &[
+    "extended-counter",
+    "code-sequence-on-xist1-only",
+    "range-ignored",
+    "range-one-too-long",
+    "range-below-a-revolution-ignored",
+];
+
+const MEMORY: &[&str] = &[
+    "offset-only-in-ram",
+    "relative-preset-not-stored",
+    "offset-used-up",
+    "position-restored-from-memory",
+    "every-write-is-stored",
+    "name-lost-at-power-off",
+];
+
+const PARAMETER_ACCESS: &[&str] = &[
+    "number-octets-swapped",
+    "unknown-request-read",
+    "unknown-format-taken",
+    "attribute-not-checked",
+    "zero-elements-refused",
+    "short-request-reads-old-buffer",
+    "hangs-after-malformed-request",
+    "unknown-parameter-reads-zero",
+    "unknown-write-acknowledged",
+    "read-only-write-acknowledged",
+    "subindex-ignored-without-array",
+    "wrong-type-taken",
+    "value-count-not-checked",
+    "written-before-checked",
+    "multi-read-answers-first-only",
+    "reference-always-one",
+    "response-without-format",
+    "write-answered-with-values",
+    "error-of-one-octet",
+    "old-response-repeated",
+];
+
+const PARAMETERS: &[&str] = &[
+    "operating-status-cut-short",
+    "operating-status-header-wrong",
+    "operating-status-0",
+    "operating-time-counts",
+    "speed-unit-shown-0",
+];
+
+const PRESETS: &[&str] = &[
+    "relative-preset-assigns",
+    "second-relative-preset-ignored",
+    "relative-shift-reversed",
+    "only-first-preset",
+    "preset-in-hardware-steps",
+    "preset-adds-instead-of-assigns",
+    "preset-on-falling-edge",
+    "preset-repeats-while-requested",
+    "mode-change-repeats-preset",
+    "preset-never-acknowledged",
+    "preset-acknowledgement-is-a-pulse",
+    "preset-acknowledged-too-early",
+    "preset-acknowledge-stays",
+    "preset-mode-alone-shifts",
+    "writing-preset-value-presets",
+    "preset-on-both-edges",
+    "relative-preset-not-acknowledged",
+    "preset-control-inverted",
+    "preset-control-gates-all-positions",
+    "preset-without-class-4",
+    "position-not-reduced",
+    "offset-only-at-standstill",
+    "highest-position-wraps",
+];
+
+const RECORDS: &[&str] =
+    &["parameters-in-slot-0", "records-at-every-submodule", "parameters-at-b02f", "record-read-freezes-position"];
+
+const RESET: &[&str] = &[
+    "reset-refused-while-connected",
+    "reset-keeps-name",
+    "reset-gives-a-name",
+    "reset-keeps-address",
+    "reset-of-ram-only",
+];
+
+const SIGNALS: &[&str] = &[
+    "control-words-swapped",
+    "position-little-endian",
+    "nist-b-not-sign-extended",
+    "error-code-in-upper-word",
+    "telegram-81-with-velocity",
+    "gray-code",
+    "position-left-aligned",
+    "control-by-plc-not-seen",
+    "control-word-octets-swapped",
+    "reserved-bit-acts",
+    "reference-search-starts",
+    "not-used-bits-mirrored",
+    "internal-state-in-status-word",
+    "status-bit-10-shows-motion",
+    "xist1-shows-error",
+    "control-by-plc-ignored",
+    "control-requested-never-set",
+    "control-requested-follows-control",
+    "inputs-freeze-without-control",
+    "sign-of-life-through-zero",
+    "sign-of-life-stops-in-park",
+    "xist2-one-frame-late",
+    "position-bit-stays-with-error",
+];
+
+const STACK: &[&str] = &[
+    "name-prefix-answered",
+    "any-name-answered",
+    "station-type-of-the-stack",
+    "type-of-station-empty",
+    "address-after-restart-only",
+    "signal-refused",
+    "reset-leaves-connection",
+    "reset-answered-and-not-done",
+    "silent-after-reset",
+    "neighbours-not-told",
+    "not-announced-without-name",
+    "lldp-tells-old-name",
+    "neighbour-not-told",
+    "module-difference-not-reported",
+    "output-length-not-checked",
+    "dap-1-accepted",
+    "encoder-in-api-0",
+    "rt-class-1-refused",
+    "good-inputs-before-ready",
+    "bad-outputs-taken",
+    "one-bad-status-clears-all",
+    "outputs-held-after-loss",
+    "inputs-stop-with-bad-outputs",
+    "im0-without-vendor",
+    "im0-revisions-wrong",
+    "im0-software-as-text",
+    "records-not-cut",
+    "unknown-index-answered",
+];
+
+const START: &[&str] = &[
+    "record-length-not-checked",
+    "record-taken-once",
+    "bits-2-and-3-exchanged",
+    "reserved-bit-7-acts",
+    "scaling-little-endian",
+    "octet-17-as-unit",
+    "unit-from-octet-19",
+    "reserved-octets-act",
+    "upper-scaling-octets-ignored",
+    "units-and-range-exchanged",
+    "class-4-always-on",
+    "code-sequence-ignored",
+    "code-sequence-without-class-4",
+    "scaling-without-class-4",
+    "scaling-bit-ignored",
+    "full-range-refused",
+    "full-units-refused",
+    "limits-of-the-other-variant",
+    "single-limits-not-checked",
+    "impossible-scaling-accepted",
+    "powers-of-two-only",
+    "zero-units-stop-the-device",
+    "speed-unit-not-checked",
+    "speed-unit-ignored",
+    "defaults-of-another-model",
+];
+
+const STATION: &[&str] = &["any-character-in-names", "number-at-the-end-refused"];
+
+const VELOCITY: &[&str] = &[
+    "speed-per-minute",
+    "speed-units-exchanged",
+    "rpm-from-scaled-steps",
+    "speed-in-hardware-steps",
+    "speed-held-at-standstill",
+    "speed-modulo-a-revolution",
+    "preset-shows-as-speed",
+    "wrap-shows-as-speed",
+    "speed-without-sign",
+    "speed-ignores-code-sequence",
+    "speed-overflows",
+];
+
+const CODES: &[&str] =
+    &["fault-bits-one-too-high", "warnings-never-set", "warning-bits-exchanged", "offset-never-shown"];
+
+const LAYOUTS: &[&str] = &[
+    "status-words-swapped",
+    "signal-words-swapped",
+    "control-by-plc-at-bit-9",
+    "sign-of-life-watched",
+    "zero-is-no-preset",
+    "position-stays-after-parking",
+    "error-codes-combined",
+];
+
+const LIMITS: &[&str] = &[
+    "one-unit-refused",
+    "ratios-above-2048-refused",
+    "other-ratios-accepted",
+    "vendor-of-the-stack-in-get",
+    "device-id-swapped-in-get",
+    "name-hidden-from-get",
+];
+
+const PANEL: &[&str] = &["second-port-missing"];
+
+const REQUESTS: &[&str] = &[
+    "octets-swapped-in-pairs",
+    "surplus-octets-ignored",
+    "only-axis-1-served",
+    "response-id-always-read",
+    "axis-always-one",
+];

@@ -1,0 +1,220 @@
+//! The bugs that a reference A3M60 can be told to have.
+
+use crate::tables::{self, Table};
+
+/// By the seam at which they are switched on.
+pub(super) static BUGS: &[Table] = &[
+    Table::Only(tables::codes::BUGS, CODES),
+    Table::Only(tables::diagnosis::OTHERS, DIAGNOSIS_OTHERS),
+    Table::All(tables::dp_diagnosis::BUGS),
+    Table::All(tables::dp_presets::BUGS),
+    Table::All(tables::dp_station::BUGS),
+    Table::Only(tables::handshakes::BUGS, HANDSHAKES),
+    Table::All(tables::isochronous::BUGS),
+    Table::Only(tables::layouts::BUGS, LAYOUTS),
+    Table::Only(tables::limits::BUGS, LIMITS),
+    Table::Only(tables::measuring::BUGS, MEASURING),
+    Table::Only(tables::memory::BUGS, MEMORY),
+    Table::Only(tables::parameter_access::BUGS, PARAMETER_ACCESS),
+    Table::Only(tables::parameters::BUGS, PARAMETERS),
+    Table::Only(tables::presets::BUGS, PRESETS),
+    Table::Only(tables::presets::OTHERS, PRESETS_OTHERS),
+    Table::Only(tables::records::BUGS, RECORDS),
+    Table::Only(tables::requests::BUGS, REQUESTS),
+    Table::Only(tables::service::BUGS, SERVICE),
+    Table::All(tables::set_prm::BUGS),
+    Table::Only(tables::signals::BUGS, SIGNALS),
+    Table::Only(tables::signals::OTHERS, SIGNALS_OTHERS),
+    Table::Only(tables::slave::BUGS, SLAVE),
+    Table::Only(tables::start::BUGS, START),
+    Table::Only(tables::start::OTHERS, START_OTHERS),
+    Table::Only(tables::velocity::BUGS, VELOCITY),
+    Table::All(tables::vendor_axis::BUGS),
+    Table::All(tables::vendor_parameters::BUGS),
+    Table::All(tables::vendor_telegrams::BUGS),
+];
+
+const CODES: &[&str] = &["range-less-one"];
+
+const DIAGNOSIS_OTHERS: &[&str] = &["warning-shown-as-error", "speed-limit-included"];
+
+const HANDSHAKES: &[&str] = &[
+    "parking-ignored",
+    "park-never-ends",
+    "errors-while-parked",
+    "parked-bit-never-set",
+    "parked-bit-is-a-pulse",
+    "transfer-goes-on-while-parked",
+    "error-without-code",
+    "acknowledgement-ignored",
+    "acknowledge-clears-persistent",
+    "error-bit-one-frame-late",
+    "acknowledge-without-answer",
+    "acknowledge-answer-stays",
+    "acknowledge-stops-transfer",
+    "stw2-bit-7-acknowledges",
+    "error-needs-request",
+];
+
+const LAYOUTS: &[&str] = &[
+    "xist1-right-aligned",
+    "control-by-plc-at-bit-9",
+    "sign-of-life-watched",
+    "zero-is-no-preset",
+    "xist1-moves-while-parked",
+    "position-stays-after-parking",
+    "error-codes-combined",
+];
+
+const LIMITS: &[&str] = &[
+    "round-axis-cut-short",
+    "range-offset-lost",
+    "nominator-and-divisor-exchanged",
+    "revolutions-rounded",
+    "round-axis-left-out",
+    "rule-of-powers-stays",
+    "one-unit-refused",
+    "velocity-not-averaged",
+];
+
+const MEASURING: &[&str] = &["range-one-too-long"];
+
+const MEMORY: &[&str] = &["offset-only-in-ram", "position-restored-from-memory"];
+
+const PARAMETER_ACCESS: &[&str] = &[
+    "unknown-request-read",
+    "unknown-format-taken",
+    "attribute-not-checked",
+    "zero-elements-refused",
+    "array-read-from-zero",
+    "short-request-reads-old-buffer",
+    "hangs-after-malformed-request",
+    "hangs-after-reference-0",
+    "unknown-parameter-reads-zero",
+    "unknown-write-acknowledged",
+    "read-only-write-acknowledged",
+    "limit-called-wrong-type",
+    "subindex-past-end-reads-zero",
+    "subindex-ignored-without-array",
+    "wrong-type-taken",
+    "type-code-refused",
+    "value-count-not-checked",
+    "written-before-checked",
+    "multi-read-answers-first-only",
+    "one-error-drops-all",
+    "response-cut-off",
+    "reference-always-one",
+    "response-without-format",
+    "write-answered-with-values",
+    "error-of-one-octet",
+    "response-of-the-request-before",
+    "old-response-repeated",
+];
+
+const PARAMETERS: &[&str] = &[
+    "p922-always-81",
+    "software-versions-differ",
+    "month-before-day",
+    "identification-cut-short",
+    "type-class-axis",
+    "p979-of-16-bits",
+    "p979-header-0",
+    "parameter-of-16-bits",
+    "operating-status-header-wrong",
+    "preset-value-for-offset",
+    "configured-scaling-always-shown",
+    "speed-unit-shown-0",
+];
+
+const PRESETS: &[&str] = &[
+    "relative-preset-assigns",
+    "preset-repeats-while-requested",
+    "preset-never-acknowledged",
+    "preset-acknowledge-stays",
+    "preset-mode-alone-shifts",
+    "writing-preset-value-presets",
+    "preset-without-class-4",
+    "position-not-reduced",
+    "offset-only-at-standstill",
+    "highest-position-wraps",
+    "parking-clears-offset",
+];
+
+const PRESETS_OTHERS: &[&str] = &["preset-control-ignored", "read-gives-the-offset", "trigger-works-once"];
+
+const RECORDS: &[&str] = &["record-read-freezes-position"];
+
+const REQUESTS: &[&str] = &[
+    "octets-swapped-in-pairs",
+    "word-format-refused",
+    "only-axis-1-served",
+    "reference-with-a-sign",
+    "response-id-always-read",
+    "errors-with-positive-id",
+    "axis-always-one",
+    "answers-in-order-of-number",
+    "error-as-word",
+];
+
+const SERVICE: &[&str] = &["power-up-counter-volatile", "service-log-cleared", "current-speed-for-the-highest"];
+
+const SIGNALS: &[&str] = &[
+    "control-words-swapped",
+    "positions-swapped",
+    "velocity-before-xist2",
+    "position-little-endian",
+    "nist-b-not-sign-extended",
+    "error-code-in-upper-word",
+    "position-left-aligned",
+    "control-by-plc-not-seen",
+    "reserved-bit-acts",
+    "internal-state-in-status-word",
+    "xist1-shows-error",
+    "control-by-plc-ignored",
+    "control-by-plc-needed-in-compatibility-mode",
+    "control-requested-never-set",
+    "sign-of-life-in-low-nibble",
+    "sign-of-life-through-zero",
+    "sign-of-life-stops-in-park",
+    "life-sign-tolerance-off-by-one",
+    "life-sign-failures-add-up",
+    "xist2-always-shows-position",
+    "xist2-only-at-the-edge",
+    "xist2-one-frame-late",
+    "absolute-value-not-served",
+];
+
+const SIGNALS_OTHERS: &[&str] = &["position-torn"];
+
+const SLAVE: &[&str] = &[
+    "ident-not-checked",
+    "watchdog-never-expires",
+    "watchdog-in-milliseconds",
+    "unlock-ignored",
+    "second-master-takes-over",
+    "new-parameters-need-power-off",
+    "short-outputs-taken",
+    "diagnosis-never-announced",
+    "diagnosis-always-announced",
+    "ready-before-parameters",
+    "ext-diag-never-set",
+    "fixed-bit-missing",
+    "watchdog-never-shown",
+    "watchdog-always-shown",
+    "ident-swapped-in-exchange",
+    "own-address-as-master",
+    "acyclic-access-without-enable",
+];
+
+const START: &[&str] = &[
+    "code-sequence-ignored",
+    "scaling-without-class-4",
+    "scaling-bit-ignored",
+    "full-units-refused",
+    "powers-of-two-only",
+];
+
+const START_OTHERS: &[&str] = &["code-sequence-inverted"];
+
+const VELOCITY: &[&str] =
+    &["speed-in-hardware-steps", "speed-held-at-standstill", "speed-without-sign", "speed-ignores-code-sequence"];

@@ -1,0 +1,261 @@
+//! Bugs of parking, errors and their acknowledgement.
+
+use super::Bug;
+use super::image::{ERROR, PARKED, POSITION, has_error, is_lost, is_parked, without_transfer};
+use encoder_profile::profidrive::sensor::freezes;
+use encoder_profile::profidrive::telegram::{Before, Image};
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = encoder_bugs! {
+    // Parking
+    "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
+        => |b| b.telegram.emit = park_clears_position_first;
+    "parking-ignored" "A request to park has no effect."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b & !PARKED];
+    "park-never-ends" "The encoder stays parked when the request is taken back."
+        => |b| b.telegram.emit = park_never_ends;
+    "speed-while-parked" "The velocity is measured while parked."
+        => |b| b.sensor.parking_stops_velocity = false;
+    "absolute-value-lost-in-park" "After parking the position has to be requested anew."
+        => |b| b.telegram.emit = absolute_value_lost_in_park;
+    "unpark-status-first" "The park bit falls one frame before the position is refreshed."
+        => |b| b.telegram.emit = unpark_status_first;
+    "park-keeps-preset-bit" "The acknowledgement of a preset stays set while parked."
+        => |b| b.sensor.parking_ends_preset = false;
+    "park-freezes-position" "G1_XIST1 and G1_XIST3 keep their last value while parked."
+        => |b| b.telegram.emit = park_freezes_position;
+    "errors-while-parked" "New errors are raised while parked."
+        => |b| b.sensor.raises_while_parked = |_| true;
+    "error-survives-parking" "Parking does not clear an error."
+        => |b| b.sensor.parking_clears_errors = false;
+    "parks-while-turning" "The encoder parks without an error while the shaft turns."
+        => |b| b.sensor.refuses_to_park = |_, _| false;
+    "park-wipes-persistent-error" "An error whose cause is still there does not come back after parking."
+        => |b| b.sensor.looks_again_after_parking = false;
+    "preset-while-parked" "A preset is carried out while parked."
+        => |b| b.sensor.presets_while_parked = true;
+    "parked-bit-never-set" "Bit 14 of G1_ZSW is never set."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now };
+    "parked-bit-is-a-pulse" "Bit 14 of G1_ZSW is set for one frame only."
+        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & PARKED), ..now };
+    "transfer-goes-on-while-parked" "G1_XIST2 goes on with the position while parked."
+        => |b| b.telegram.emit = transfer_goes_on_while_parked;
+    "xist3-moves-while-parked" "G1_XIST3 goes on with the position while parked."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist3: now.position, ..now };
+    "half-parked-without-control" "Without Control by PLC the park bit falls and the positions stay 0."
+        => |b| b.telegram.emit = half_parked_without_control;
+    "sensor-loss-latched-while-parked" "A scanning unit that is taken away while parked is an error."
+        => |b| b.sensor.raises_while_parked = |code| code == 0x0001;
+    "no-presets-after-parking" "Presets are ignored once the encoder has been parked."
+        => |b| b.sensor.presets_after_parking = false;
+    "parking-code-wrong" "Parking that is refused is shown with the code 0001h."
+        => |b| b.sensor.parking_code = 0x0001;
+    "parking-refused-with-error" "Parking is refused while there is an error."
+        => |b| b.sensor.refuses_to_park = |moving, has_error| moving || has_error;
+
+    // Errors and their acknowledgement
+    "error-without-code" "G1_XIST2 keeps the position while bit 15 shows an error."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now };
+    "error-code-without-bit" "An error code stands in G1_XIST2 and bit 15 is 0."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !ERROR, ..now };
+    "error-code-one-frame-late" "The error code follows its bit one frame later."
+        => |b| b.telegram.emit = error_code_one_frame_late;
+    "code-mixed-with-position" "The error code and the position are put into G1_XIST2 together."
+        => |b| b.telegram.emit = code_mixed_with_position;
+    "position-before-error" "A position that is requested goes before an error."
+        => |b| b.telegram.emit = position_before_error;
+    "persistent-error-not-cyclic" "Faults of memory and parameters are shown in P65001 only."
+        => |b| b.telegram.emit = |_, now| if is_persistent(&now) { without_error(now) } else { now };
+    "acknowledgement-ignored" "A request to acknowledge has no effect."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b & !ERROR];
+    "acknowledge-answer-is-a-pulse" "Bit 11 of G1_ZSW is set for one frame only."
+        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now };
+    "failed-acknowledgement-not-answered" "Bit 11 of G1_ZSW is not set where the error persists."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now };
+    "code-stays-after-acknowledgement" "G1_XIST2 keeps the error code after the acknowledgement."
+        => |b| b.telegram.emit = code_stays_after_acknowledgement;
+    "error-bit-stays" "Bit 15 of G1_ZSW stays when the code has gone."
+        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now };
+    "error-anew-after-acknowledgement" "The end of an acknowledgement raises the error anew."
+        => |b| b.telegram.emit = error_anew_after_acknowledgement;
+    "only-first-acknowledgement" "After an acknowledgement that failed no other is answered."
+        => |b| b.sensor.acknowledges = |failed| failed == 0;
+    "faults-survive-restart" "Errors survive a new connection and a loss of power."
+        => |b| b.sensor.keeps_errors = true;
+    "acknowledge-clears-persistent" "Acknowledging hides an error whose cause is still there."
+        => |b| b.sensor.clears = |_, _| true;
+    "sensor-error-drops-for-a-frame" "The error bit is 0 for one frame while an acknowledgement is handled."
+        => |b| b.telegram.emit = sensor_error_drops_for_a_frame;
+    "error-bit-one-frame-late" "The error bit follows its code one frame later."
+        => |b| b.telegram.emit = error_bit_one_frame_late;
+    "acknowledge-without-answer" "Bit 11 of G1_ZSW is never set."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now };
+    "acknowledge-answer-stays" "Bit 11 of G1_ZSW is never taken back."
+        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now };
+    "acknowledge-answer-ends-first" "Bit 11 of G1_ZSW falls one frame before the error does."
+        => |b| b.telegram.emit = acknowledge_answer_ends_first;
+    "acknowledge-answer-without-request" "Bit 11 of G1_ZSW is set with each error."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now };
+    "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
+        => |b| b.telegram.emit = |_, now| if now.request.acknowledge { without_transfer(now) } else { now };
+    "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b | (a & 0x0080) << 8];
+    "error-clears-itself" "A latched error goes away with its cause."
+        => |b| b.sensor.latches = false;
+    "error-needs-request" "The error code is shown only while the position is requested."
+        => |b| b.telegram.emit = error_needs_request;
+    "life-sign-shown-as-bus-cycle" "A lost sign of life is shown with the code of a missed bus cycle."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now };
+};
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = encoder_bugs! {
+    "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
+        => |b| b.sensor.freezes = |kept, now| Image { g1_xist1: now.g1_xist1, ..freezes(kept, now) };
+    "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
+        => |b| b.sensor.freezes = |kept, now| Image { plain_position: now.plain_position, ..freezes(kept, now) };
+    "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
+        => |b| b.telegram.emit = acknowledge_answered;
+    "xist1-zero-with-error" "G1_XIST1 is 0 while there is an error."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now };
+    "control-remembered" "For a second after bad outputs Control by PLC counts as it was before them."
+        => |b| b.control.is_valid = |by_plc| by_plc.now || by_plc.was_set;
+    "confirmation-kept-over-link-loss" "Bit 12 of G1_ZSW that was set when a connection ended stays set in the next one."
+        => |b| b.sensor.keeps_acknowledgement = true;
+};
+
+fn acknowledge_answered(_: &Before, now: Image) -> Image {
+    Image { g1_zsw: now.g1_zsw & !IN_PROCESS | if now.request.acknowledge { IN_PROCESS } else { 0 }, ..now }
+}
+
+const IN_PROCESS: u16 = 0x0800;
+
+fn without_positions(image: Image) -> Image {
+    Image { g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, ..image }
+}
+
+fn park_clears_position_first(before: &Before, now: Image) -> Image {
+    match is_parked(&now) && !is_parked(&before.truth) {
+        true => without_positions(Image { g1_zsw: before.truth.g1_zsw, ..now }),
+        false => now,
+    }
+}
+
+fn unpark_status_first(before: &Before, now: Image) -> Image {
+    match !is_parked(&now) && is_parked(&before.truth) {
+        true => without_positions(now),
+        false => now,
+    }
+}
+
+fn park_freezes_position(before: &Before, now: Image) -> Image {
+    match is_parked(&now) {
+        true => Image { g1_xist1: before.sent.g1_xist1, g1_xist3: before.sent.g1_xist3, ..now },
+        false => now,
+    }
+}
+
+fn sensor_error_drops_for_a_frame(before: &Before, now: Image) -> Image {
+    match before.truth.g1_zsw & !now.g1_zsw & IN_PROCESS != 0 {
+        true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+        false => now,
+    }
+}
+
+fn acknowledge_answer_ends_first(before: &Before, now: Image) -> Image {
+    let is_answered = (before.truth.g1_zsw | now.g1_zsw) & IN_PROCESS != 0;
+    match is_answered && has_error(&before.sent) && !has_error(&now) {
+        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: before.sent.g1_xist2, ..now },
+        false => now,
+    }
+}
+
+fn error_bit_one_frame_late(before: &Before, now: Image) -> Image {
+    match has_error(&now) && !has_error(&before.truth) {
+        true => Image { g1_zsw: now.g1_zsw & !ERROR, ..now },
+        false => now,
+    }
+}
+
+fn absolute_value_lost_in_park(before: &Before, now: Image) -> Image {
+    match is_lost(before) && !has_error(&before.truth) {
+        true => without_transfer(now),
+        false => now,
+    }
+}
+
+fn error_needs_request(_: &Before, now: Image) -> Image {
+    match has_error(&now) && !now.is_transferred {
+        true => Image { g1_xist2: 0, ..now },
+        false => now,
+    }
+}
+
+fn park_never_ends(before: &Before, now: Image) -> Image {
+    match is_parked(&before.sent) {
+        true => without_positions(Image { g1_zsw: PARKED, ..now }),
+        false => now,
+    }
+}
+
+fn transfer_goes_on_while_parked(_: &Before, now: Image) -> Image {
+    match is_parked(&now) && now.is_transferred {
+        true => Image { g1_zsw: now.g1_zsw | POSITION, g1_xist2: now.position as u32, ..now },
+        false => now,
+    }
+}
+
+fn half_parked_without_control(before: &Before, now: Image) -> Image {
+    let was_parked = is_parked(&before.truth) || before.sent.good && before.sent.g1_xist1 == 0;
+    match now.outputs[0] & 0x0400 == 0 && was_parked {
+        true => without_positions(Image { g1_zsw: 0, ..now }),
+        false => now,
+    }
+}
+
+fn error_code_one_frame_late(before: &Before, now: Image) -> Image {
+    match has_error(&now) && !has_error(&before.truth) {
+        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        false => now,
+    }
+}
+
+fn code_mixed_with_position(_: &Before, now: Image) -> Image {
+    match has_error(&now) && now.is_transferred {
+        true => Image { g1_xist2: now.g1_xist2 | now.position as u32, ..now },
+        false => now,
+    }
+}
+
+fn without_error(image: Image) -> Image {
+    Image { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: 0, ..image }
+}
+
+fn position_before_error(_: &Before, now: Image) -> Image {
+    match has_error(&now) && now.is_transferred {
+        true => Image { g1_zsw: now.g1_zsw & !ERROR | POSITION, g1_xist2: now.position as u32, ..now },
+        false => now,
+    }
+}
+
+/// The codes of a manual's own begin with 1000h; 0020h is the memory in the profile.
+fn is_persistent(image: &Image) -> bool {
+    has_error(image) && (image.g1_xist2 >= 0x1000 || image.g1_xist2 == 0x0020)
+}
+
+fn code_stays_after_acknowledgement(before: &Before, now: Image) -> Image {
+    let shows_code = has_error(&before.truth) || before.sent.g1_xist2 != before.truth.g1_xist2;
+    match shows_code && !has_error(&now) && !is_parked(&now) {
+        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        false => now,
+    }
+}
+
+fn error_anew_after_acknowledgement(before: &Before, now: Image) -> Image {
+    let ends = before.truth.g1_zsw & !now.g1_zsw & IN_PROCESS != 0;
+    let goes_on = has_error(&before.sent) && !has_error(&before.truth);
+    match (ends || goes_on) && !has_error(&now) && !is_parked(&now) {
+        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, g1_xist2: 0x0F02, ..now },
+        false => now,
+    }
+}

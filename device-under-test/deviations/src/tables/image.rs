@@ -1,0 +1,31 @@
+//! What several bugs ask of an image of the signals.
+
+use encoder_profile::profidrive::telegram::{Before, Image};
+
+/// Bit 13 of G1_ZSW.
+pub const POSITION: u16 = 0x2000;
+pub const PARKED: u16 = 0x4000;
+pub const ERROR: u16 = 0x8000;
+
+pub fn has_error(image: &Image) -> bool {
+    image.g1_zsw & ERROR != 0
+}
+
+pub fn is_parked(image: &Image) -> bool {
+    image.g1_zsw & PARKED != 0
+}
+
+pub fn has_position(image: &Image) -> bool {
+    image.g1_zsw & POSITION != 0
+}
+
+pub fn is_lost(before: &Before) -> bool {
+    before.truth.is_transferred && before.sent.g1_zsw & POSITION == 0
+}
+
+pub fn without_transfer(image: Image) -> Image {
+    match has_position(&image) {
+        true => Image { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image },
+        false => image,
+    }
+}

@@ -1,0 +1,80 @@
+//! Bugs of isochronous operation: the clock of the bus and the two signs of life.
+
+use super::Bug;
+use core::time::Duration;
+use encoder_profile::profidrive::life_sign::next;
+use reference_devices::models::sick_a3m60::Wrong;
+use reference_devices::models::sick_a3m60::knobs::{Times, Words};
+use station::Time;
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
+    // Clock
+    "never-synchronised" "The encoder never gets in step with the clock."
+        => |b| b.a3m60.synchronizes = false;
+    "time-base-of-the-block-misread" "The time base is read in microseconds."
+        => |b| b.a3m60.times = |times| times.map(|times| Times { cycle: times.cycle * 12, ..times });
+    "cycle-of-1-ms-only" "Each other cycle than 1 ms is a deviating clock."
+        => |b| b.a3m60.wrong = |right, times| Wrong { is_deviating: right.is_deviating || times.is_some_and(|times| times.cycle != Duration::from_millis(1)), ..right };
+    "any-cycle-accepted" "Any cycle of the clock is taken."
+        => |b| b.a3m60.judges_cycle = |_| true;
+    "free-runs-without-notice" "A missing clock is not noticed."
+        => |b| b.a3m60.misses = |_| None;
+    "missing-clock-never-told" "Bit 5 of P1001 is never set."
+        => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x20, ..known.words };
+    "deviating-clock-as-missing" "A deviating clock is told as a missing one."
+        => |b| b.a3m60.wrong = |right, _| Wrong { is_missing: right.is_missing || right.is_deviating, is_deviating: false };
+    "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
+        => |b| b.encoder.diagnosis.code = |error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other };
+    "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
+        => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x60 | (known.words.b & 0x20) << 1 | (known.words.b & 0x40) >> 1, ..known.words };
+    "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
+        => |b| b.a3m60.words = |known| Words { b: known.words.b | u16::from(known.is_isochronous), ..known.words };
+    "only-power-off-helps" "Errors of the clock and of the sign of life never go."
+        => |b| (b.a3m60.recovers, b.encoder.life_sign.recovers) = (|wrong| wrong == Wrong::default(), |_| false);
+    "simulated-clock-ignored" "The clock is never simulated."
+        => |b| b.a3m60.times = |times| times.map(|times| Times { is_simulated: false, ..times });
+    "samples-averaged-in-isochronous-mode" "The position is the mean of several samples in isochronous operation too."
+        => |b| (b.a3m60.samples, b.a3m60.samples_at_clock) = (|count, _| count, false);
+    "sampled-beside-the-clock" "The position is taken each 1.3 ms, whatever the clock says."
+        => |b| (b.a3m60.samples_at_clock, b.a3m60.looks_at) = (false, |now: Time| Time::from_nanos(now.as_nanos() / 1_300_000 * 1_300_000));
+    "acyclic-access-disturbs-the-clock" "Each parameter request makes the next clock a missing one."
+        => |b| b.a3m60.requests_disturb_clock = true;
+
+    // Sign of life of the master
+    "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
+        => |b| b.encoder.life_sign.read = |stw2_enc| (stw2_enc >> 8 & 15) as u8;
+    "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
+        => |b| b.encoder.life_sign.recovers = |sign| sign == 1;
+    "life-sign-wrap-is-failure" "A 0 is expected behind 15, so that both 15 and 1 are followed by a failure."
+        => |b| b.encoder.life_sign.follows = |last, sign| last != 1 && sign == last + 1;
+    "zero-life-sign-accepted" "A sign of life of 0 is never a failure."
+        => |b| b.encoder.life_sign.follows = |last, sign| sign == 0 || last == 0 || sign == next(last);
+    "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
+        => |b| b.encoder.life_sign.tolerated_without_compatibility = |number| number;
+    "single-failure-is-error" "Without compatibility mode no failure is tolerated."
+        => |b| b.encoder.life_sign.tolerated_without_compatibility = |_| 0;
+    "life-sign-tolerance-ignored" "One failure is tolerated, whatever is set."
+        => |b| b.encoder.life_sign.tolerated = |_| 1;
+    "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
+        => |b| {
+            b.encoder.user_parameters.are_wrong = |_, _, _| false;
+            b.encoder.life_sign.tolerated = |number| i32::from(number & 15);
+        };
+    "life-sign-error-not-told" "Bit 4 of P1001 is never set."
+        => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x10, ..known.words };
+    "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
+        => |b| b.encoder.diagnosis.code = |error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code });
+
+    // Sign of life of the encoder
+    "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."
+        => |b| b.a3m60.gives_sign_of_life = |is_isochronous, is_synchronized, _| is_synchronized || !is_isochronous;
+    "sign-of-life-before-synchronisation" "The sign of life of the encoder counts before it is in step."
+        => |b| b.a3m60.gives_sign_of_life = |is_isochronous, _, _| is_isochronous;
+    "sign-of-life-counts-frames" "The sign of life of the encoder counts each 5 ms."
+        => |b| b.encoder.life_sign.advances = |elapsed, _| elapsed.as_millis() as u64 / 5 + 1;
+    "sign-of-life-at-half-rate" "The sign of life of the encoder counts each second cycle."
+        => |b| b.encoder.life_sign.advances = |_, frames| frames.div_ceil(2);
+    "sign-of-life-goes-on-without-clock" "The sign of life of the encoder counts on when the clock is lost."
+        => |b| b.a3m60.gives_sign_of_life = |is_isochronous, is_synchronized, is_lost| is_isochronous && (is_synchronized || is_lost);
+};

@@ -1,0 +1,196 @@
+//! Bugs of telegrams and their signals that not every encoder can have.
+
+use super::Bug;
+use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_parked};
+use alloc::vec::Vec;
+use encoder_profile::encoder::measuring;
+use encoder_profile::encoder::{Hardware, Scaling, Settings};
+use encoder_profile::profidrive::telegram::{self, Before, Image, Signal, Telegram};
+use encoder_profile::profidrive::user_parameters::UserParameters;
+use wire::octets::Append;
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = encoder_bugs! {
+    // Telegrams
+    "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
+        => |b| b.telegram.order = status_words_swapped;
+    "nist-a-before-positions" "In telegram 82 NIST_A stands before G1_XIST1."
+        => |b| b.telegram.order = nist_a_before_positions;
+    "xist2-before-xist3" "In telegram 84 G1_XIST2 stands before G1_XIST3."
+        => |b| b.telegram.order = xist2_before_xist3;
+    "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
+        => |b| (b.telegram.order, b.telegram.input_octets) = (without_velocity, without_velocity_octets);
+    "signal-words-swapped" "Each signal of 32 bits is sent with its two words exchanged."
+        => |b| b.telegram.put = signal_words_swapped;
+    "telegram-latched" "The telegram of the first connection after power-up stays in use."
+        => |b| b.telegram.stays = true;
+    "codes-in-two-telegrams-only" "In the telegrams 82 and 84 G1_XIST2 has no error codes."
+        => |b| b.telegram.put = codes_in_two_telegrams_only;
+    "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
+        => |b| b.telegram.control_words = |t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }];
+
+    // Shift of G1_XIST1
+    "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
+        => |b| b.telegram.put = xist1_saturates;
+    "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
+        => |b| {
+            b.telegram.shift = |_, _, right| 16 - right;
+            b.values.element = |_, at, right| if at == (979, 3) { 16 - right } else { right };
+        };
+    "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
+        => |b| b.telegram.shift = |_, _, right| 16 - right;
+    "xist1-right-aligned" "G1_XIST1 is not shifted."
+        => |b| b.telegram.shift = |_, _, _| 0;
+    "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
+        => |b| b.telegram.shift = shift_follows_scaling;
+
+    // Control by PLC and signs of life
+    "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
+        => |b| b.telegram.control_words = |_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b];
+    "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
+        => |b| b.telegram.emit = xist2_freezes_without_control;
+    "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
+        => |b| {
+            b.life_sign.is_watched = |_| true;
+            b.life_sign.tolerated = |_| 15;
+        };
+    "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
+        => |b| b.telegram.emit = sign_of_life_carries;
+    "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
+        => |b| b.control.is_valid = |by_plc| if by_plc.compatible { by_plc.now || !by_plc.before } else { by_plc.now };
+    "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible;
+
+    // Presets, parking, errors
+    "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
+        => |b| b.telegram.emit = |_, now| shows_position(now, now.g1_zsw & EXECUTED != 0);
+    "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
+        => |b| b.telegram.emit = |_, now| shows_position(now, now.request.home);
+    "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }];
+    "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
+        => |b| b.sensor.release = |_, before| before;
+    "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
+        => |b| b.measuring.absolute = |preset| if preset.value == 0 { preset.offset } else { measuring::absolute(preset) };
+    "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
+        => |b| (b.sensor.presets_while_parked, b.measuring.parked_position) = (true, |_| 0);
+    "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now };
+    "position-stays-after-parking" "After parking the position goes on from the one before it."
+        => |b| b.measuring.resume = |_, as_before| as_before;
+    "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
+        => |b| b.sensor.acknowledges_while_parked = false;
+    "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
+        => |b| b.sensor.clears = |code, persists| !persists || matches!(code, 0x1003 | 0x1004);
+    "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
+        => |b| b.telegram.emit = |_, now| if now.request.acknowledge { without_error(now) } else { now };
+    "error-codes-combined" "The codes of several errors are combined bit by bit."
+        => |b| b.sensor.code = |codes| codes.iter().fold(0, |all, code| all | code);
+
+    // Positions and velocity
+    "revolution-missing" "Of all revolutions the last one is not counted."
+        => |b| b.measuring.range = revolution_missing;
+    "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
+        => |b| b.telegram.put = velocity_left_aligned;
+    "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
+        => |b| b.user_parameters.default = |right, _| UserParameters { speed_unit: 0, ..right };
+};
+
+const EXECUTED: u16 = 0x1000;
+
+fn status_words_swapped(telegram: &Telegram) -> &'static [Signal] {
+    use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistA, NistB, Zsw2Enc};
+    match telegram.number {
+        81 => &[G1Zsw, Zsw2Enc, G1Xist1, G1Xist2],
+        82 => &[G1Zsw, Zsw2Enc, G1Xist1, G1Xist2, NistA],
+        83 => &[G1Zsw, Zsw2Enc, G1Xist1, G1Xist2, NistB],
+        84 => &[G1Zsw, Zsw2Enc, G1Xist3, G1Xist2, NistB],
+        _ => telegram.inputs,
+    }
+}
+
+fn nist_a_before_positions(telegram: &Telegram) -> &'static [Signal] {
+    use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, Zsw2Enc};
+    if telegram.number == 82 { &[Zsw2Enc, G1Zsw, NistA, G1Xist1, G1Xist2] } else { telegram.inputs }
+}
+
+fn xist2_before_xist3(telegram: &Telegram) -> &'static [Signal] {
+    use Signal::{G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
+    if telegram.number == 84 { &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist3, NistB] } else { telegram.inputs }
+}
+
+fn without_velocity(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 84 { &telegram.inputs[..4] } else { telegram.inputs }
+}
+
+fn without_velocity_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 84 { 16 } else { telegram.input_octets }
+}
+
+fn signal_words_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let begin = out.len();
+    telegram::put(signal, image, out);
+    if out.len() - begin == 4 {
+        out[begin..].rotate_left(2);
+    }
+}
+
+fn codes_in_two_telegrams_only(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::G1Xist2 if matches!(telegram.number, 82 | 84) && has_error(image) => out.put_u32(0),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn xist1_saturates(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::G1Xist1 => out.put_u32((image.g1_xist1 << image.shift).min(i32::MAX as u32)),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn shift_follows_scaling(settings: &Settings, hardware: &Hardware, right: u32) -> u32 {
+    match settings.scaling == Scaling::hardware(hardware) {
+        true => right,
+        false => (settings.scaling.range.max(2) - 1).leading_zeros().saturating_sub(32),
+    }
+}
+
+fn xist2_freezes_without_control(before: &Before, now: Image) -> Image {
+    match now.outputs[0] & 0x0400 == 0 && has_position(&before.sent) {
+        true => Image { g1_zsw: now.g1_zsw | POSITION, g1_xist2: before.sent.g1_xist2, ..now },
+        false => now,
+    }
+}
+
+fn sign_of_life_carries(before: &Before, now: Image) -> Image {
+    let begins_anew = before.truth.zsw2_enc >> 12 == 15 && now.zsw2_enc >> 12 == 1;
+    Image { zsw2_enc: now.zsw2_enc | if begins_anew { 0x0800 } else { 0 }, ..now }
+}
+
+fn shows_position(now: Image, shows: bool) -> Image {
+    match shows && now.g1_zsw & (POSITION | PARKED | ERROR) == 0 {
+        true => Image { g1_xist2: now.position as u32, ..now },
+        false => now,
+    }
+}
+
+fn without_error(image: Image) -> Image {
+    let xist2 = if has_error(&image) { 0 } else { image.g1_xist2 };
+    Image { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: xist2, ..image }
+}
+
+fn revolution_missing(scaling: &Scaling, hardware: &Hardware) -> u64 {
+    match *scaling == Scaling::hardware(hardware) && hardware.revolutions > 1 {
+        true => scaling.range - hardware.steps_per_revolution,
+        false => scaling.range,
+    }
+}
+
+fn velocity_left_aligned(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::NistA => out.put_u16((image.velocity << 4) as u16),
+        Signal::NistB => out.put_u32((image.velocity << 16) as u32),
+        other => telegram::put(other, image, out),
+    }
+}

@@ -1,0 +1,234 @@
+//! Bugs of settings and their limits: speed calculation, temperature, supply, round axis.
+
+use super::Bug;
+use alloc::vec::Vec;
+use core::time::Duration;
+use encoder_profile::behaviour::View;
+use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
+use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
+use reference_devices::models::sick::settings;
+use reference_devices::models::sick_afx60::knobs::Fields;
+use wire::profinet::dcp::Value;
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = bugs! {
+    // What settings take
+    "highest-setting-refused" "The highest value that a setting can have is refused."
+        => |b| b.sick.takes = |at, value, right| right && !highest(at).contains(&value);
+    "settings-not-kept" "A write to a setting is acknowledged and changes nothing."
+        => |b| b.sick.keeps_settings = false;
+    "settings-not-checked" "Any value is taken by a setting."
+        => |b| b.sick.takes = |_, _, _| true;
+    "settings-clipped" "A value between the ends of two printed ranges is stored as the end of the narrower one."
+        => |b| b.sick.settled = settings_clipped;
+    "undefined-choice-taken" "The mode of the round axis and the unit of the velocity take any value."
+        => |b| b.sick.takes = |at, _, right| right || matches!(at, (1009, 0) | (1005, 1));
+    "limits-clip-values" "A limit of temperature or supply that is beyond its own is clipped and acknowledged."
+        => |b| b.afx60.clips_limits = true;
+    "speed-limits-exchanged" "A lowest speed above the highest one changes places with it."
+        => |b| b.afx60.exchanges_speed_limits = true;
+    "temperature-limits-in-kelvin" "P1006 reads its limits 273 higher."
+        => |b| b.encoder.values.element = |_, at, right| if at.0 == 1006 { right + 273 } else { right };
+    "voltage-limits-in-volts" "P1007 reads its limits in volts."
+        => |b| b.encoder.values.element = |_, at, right| if at.0 == 1007 { right / 1000 } else { right };
+
+    // Round axis
+    "round-axis-cut-short" "P1009 has ten elements."
+        => |b| b.encoder.values.elements = |number, right| if number == 1009 { 10 } else { right };
+    "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
+        => |b| b.afx60.breaks_without_axis = true;
+    "range-offset-lost" "The laps of the round axis are lost at power-off."
+        => |b| b.sick.laps = |_| 0;
+    "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
+        => |b| b.encoder.values.element = |_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right };
+    "round-axis-outputs-written" "The outputs of P1009 can be written."
+        => |b| b.sick.outputs_are_writable = true;
+    "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
+        => |b| b.encoder.values.element = fraction_as_remainder;
+
+    "nominator-and-divisor-exchanged" "Nominator and divisor change places where the position is computed."
+        => |b| b.sick.gear = |gear, _| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear };
+    "revolutions-rounded" "The fraction of revolutions is rounded to a whole number."
+        => |b| b.sick.gear = revolutions_rounded;
+    "round-axis-left-out" "The round axis is read back, and the position is scaled as without it."
+        => |b| b.sick.axis_acts = false;
+    "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
+        => |b| b.encoder.measuring.gear = in_whole_steps;
+    "rule-of-powers-stays" "The range of the round axis has to be a power of two of the resolution."
+        => |b| b.sick.judges_axis = |right, user| right && has_power_of_two(user);
+    "odd-ranges-refused" "An odd range of the round axis is invalid."
+        => |b| b.sick.judges_axis = |right, user| right && user.range.is_multiple_of(2);
+    "resolution-scales-round-axis" "The position of the round axis is multiplied by the units per revolution."
+        => |b| b.sick.gear = |gear, user| Gear {
+            divisor: gear.divisor * user.units_per_revolution.clamp(1, 1 << 18),
+            nominator: gear.nominator * 1000,
+            ..gear
+        };
+    "round-axis-range-not-checked" "Any range of the round axis is accepted in silence."
+        => |b| b.sick.judges_axis = |_, _| true;
+    "fraction-clipped" "A nominator above 1024 counts as 1024, a divisor above 32767 as 32767."
+        => |b| b.sick.settled = |at, value, _| match at { (1009, 1) => value.min(1024), (1009, 2) => value.min(32767), _ => value };
+    "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
+        => |b| b.afx60.understands = |fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields };
+    "default-fraction-4096" "The nominator of delivery is 4096."
+        => |b| b.encoder.values.element = |_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right };
+    "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
+        => |b| b.encoder.measuring.laps = |_, _| 0;
+    "steps-rounded-up" "P1009 rounds up the steps of a revolution."
+        => |b| b.encoder.values.element = steps_rounded_up;
+    "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
+        => |b| b.encoder.values.element = |_, at, right| if at == (1009, 0) { right - 1 } else { right };
+    "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
+        => |b| b.encoder.user_parameters.acts_on = |_, settings, _| Settings { direction: if settings.gear.is_some() { Direction::Clockwise } else { settings.direction }, ..settings };
+    "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
+        => |b| b.encoder.telegram.shift = |settings, _, right| if settings.gear.is_some() { 0 } else { right };
+
+    // Start
+    "vendor-record-ignored" "The record of the vendor changes nothing."
+        => |b| b.afx60.takes_start_record = false;
+    "save-mode-always-auto" "The preset value is saved with each change."
+        => |b| b.afx60.understands = |fields| Fields { save_mode: 0, ..fields };
+    "filter-settings-ignored" "Interval and number of measurements of the start change nothing."
+        => |b| b.afx60.understands = |fields| Fields { interval: 2, measurements: 10, ..fields };
+    "filter-not-checked" "Any interval and number of measurements is accepted."
+        => |b| {
+            b.afx60.understands = |fields| Fields { interval: fields.interval.max(1), measurements: fields.measurements.max(1), ..fields };
+            b.afx60.judges_start_record = |right, fields| right || fields.interval > 100 || fields.measurements > 200;
+        };
+    "one-unit-refused" "One unit a revolution, and a range of one, are impossible."
+        => |b| b.encoder.user_parameters.judges = |right, asked| right && asked.scaling.units_per_revolution != 1 && asked.scaling.range != 1;
+    "ratios-above-2048-refused" "A range of more than 2048 revolutions is impossible."
+        => |b| b.encoder.user_parameters.judges = |right, asked| right && asked.scaling.range / asked.scaling.units_per_revolution.max(1) <= 2048;
+    "other-ratios-accepted" "A range that is no power of two of revolutions is accepted."
+        => |b| b.encoder.user_parameters.judges = other_ratios_accepted;
+    "factory-record-refused" "A record with the whole range of the hardware is refused."
+        => |b| b.encoder.user_parameters.accepts = |user, hardware| user.range != hardware.range();
+    "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
+        => |b| b.encoder.user_parameters.unscaled = |_| Scaling { units_per_revolution: 8192, range: 33_554_432 };
+    "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
+        => |b| b.encoder.user_parameters.understand = |before, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && before.class_4, ..user };
+    "parameters-need-class-4" "With class 4 off requests for parameters are refused."
+        => |b| b.encoder.records.takes_requests = |user| user.class_4;
+    "velocity-needs-class-4" "With class 4 off the velocity is 0."
+        => |b| b.encoder.user_parameters.measures_velocity = |user| user.class_4;
+    "wrong-value-clipped" "Units and range above their limits count as the limits."
+        => |b| b.encoder.user_parameters.understand = wrong_value_clipped;
+    "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
+        => |b| b.stack.got = |value| match value { Value::DeviceId { device_id, .. } => Value::DeviceId { vendor_id: 0x002A, device_id }, other => other };
+    "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
+        => |b| b.stack.got = |value| match value { Value::DeviceId { vendor_id, device_id } => Value::DeviceId { vendor_id, device_id: device_id.swap_bytes() }, other => other };
+    "name-hidden-from-get" "DCP Get and LLDP tell an empty name."
+        => |b| {
+            b.stack.got = |value| match value { Value::NameOfStation(_) => Value::NameOfStation(Vec::new()), other => other };
+            b.stack.announced_name = |_, _| b"";
+        };
+
+    // Limits of the speed
+    "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
+        => |b| b.afx60.unit = |number| if number == 4 { None } else { settings::unit(number) };
+    "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
+        => |b| b.encoder.values.element = |_, at, right| if at == (1005, 1) { 3 } else { right };
+    "velocity-not-averaged" "The velocity is that of the last measurement alone."
+        => |b| b.encoder.velocity.sampling = |right| Sampling { of: 1, ..right };
+    "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
+        => |b| b.encoder.velocity.sampling = |right| Sampling { every: Duration::from_millis(1), ..right };
+    "window-clipped-to-100" "More than 100 measurements count as 100."
+        => |b| b.encoder.velocity.sampling = |right| Sampling { of: right.of.min(100), ..right };
+    "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
+        => |b| b.afx60.mode_acts = false;
+    "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
+        => |b| b.afx60.is_too_fast = |speeds| speeds.shown.abs() > speeds.highest;
+    "speed-limit-included" "The highest speed is too high itself."
+        => |b| b.afx60.is_too_fast = |speeds| speeds.rpm.abs() >= speeds.highest;
+    "lowest-speed-never-looked-at" "No speed is too low."
+        => |b| b.afx60.is_too_slow = |_| false;
+    "lowest-speed-0-warns" "A lowest speed of 0 is passed at standstill."
+        => |b| b.afx60.is_too_slow = |speeds| speeds.rpm.abs() < speeds.lowest || speeds.lowest == 0 && speeds.rpm == 0;
+    "low-speed-is-a-frequency-warning" "A speed that is too low is a warning of the frequency."
+        => |b| b.afx60.tells_low_frequency = true;
+
+    // Limits of temperature and supply
+    "temperature-limits-not-looked-at" "The limits of the temperature are -40 and 120 degrees, whatever is set."
+        => |b| b.afx60.temperature_is_outside = |celsius, _| !(-40.0..=120.0).contains(&celsius);
+    "low-temperature-not-noticed" "No temperature is too low."
+        => |b| b.afx60.temperature_is_outside = |celsius, [_, upper]| celsius > upper;
+    "voltage-limits-not-looked-at" "The limits of the supply are 9 V and 30 V, whatever is set."
+        => |b| b.afx60.voltage_is_outside = |millivolts, _| [millivolts < 9000, millivolts > 30_000];
+    "undervoltage-at-ten-volts" "A supply of 10 V and below is too low, whatever is set."
+        => |b| b.afx60.voltage_is_outside = |millivolts, [_, upper]| [millivolts <= 10_000, millivolts > upper];
+    "undervoltage-until-power-off" "Undervoltage stays until the power is switched off."
+        => |b| b.afx60.restarts = false;
+};
+
+/// The highest values of a setting; where two ranges are printed that of the narrower one.
+fn highest(at: (u16, usize)) -> &'static [i64] {
+    match at {
+        (1005, 0) => &[1],
+        (1005, 1) => &[4],
+        (1005, 2) => &[2, 50],
+        (1005, 3) => &[100],
+        (1005, 4) => &[10_000],
+        (1005, 5) => &[9000],
+        (1006, 0) => &[80],
+        (1006, 1) => &[120],
+        (1007, 0) => &[24_000],
+        (1007, 1) => &[30_000],
+        (1009, 0) => &[2],
+        (1009, 1) => &[2048],
+        (1009, 2) => &[65535],
+        (1009, 3) => &[1 << 30],
+        _ => &[],
+    }
+}
+
+fn settings_clipped(at: (u16, usize), value: u64, hardware: &Hardware) -> u64 {
+    match (at, value) {
+        ((1005, 2), 3..=100) if hardware.revolutions == 1 => 2,
+        ((1005, 2), 51..=100) => 50,
+        ((1005, 3), 101..=200) => 100,
+        ((1009, 1), 2049..=0x1_0000) => 2048,
+        ((1009, 2), 0x1_0000) => 65535,
+        _ => value,
+    }
+}
+
+fn fraction_as_remainder(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    match (at, view.measuring.settings.gear) {
+        ((1009, 10), Some(Gear { nominator, divisor, range })) => range * divisor % nominator.max(1),
+        _ => right,
+    }
+}
+
+fn revolutions_rounded(gear: Gear, _: &UserParameters) -> Gear {
+    let nominator = (gear.nominator + gear.divisor / 2) / gear.divisor.max(1);
+    Gear { nominator: nominator.max(1), divisor: 1, ..gear }
+}
+
+fn in_whole_steps(gear: &Gear, hardware: &Hardware, place: i128) -> u64 {
+    let steps = (hardware.steps_per_revolution * gear.nominator / gear.divisor.max(1)).max(1);
+    let place = place.rem_euclid(steps.into()) as u128;
+    (place * u128::from(gear.range) / u128::from(steps)) as u64
+}
+
+fn has_power_of_two(user: &UserParameters) -> bool {
+    let units = user.units_per_revolution.max(1);
+    user.range.is_multiple_of(units) && (user.range / units).is_power_of_two()
+}
+
+fn steps_rounded_up(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    match (at, view.measuring.settings.gear) {
+        ((1009, 9), Some(Gear { nominator, divisor, range })) => (range * divisor).div_ceil(nominator.max(1)),
+        _ => right,
+    }
+}
+
+fn other_ratios_accepted(right: bool, asked: &Asked) -> bool {
+    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, .. } = *asked;
+    right || (1..=hardware.steps_per_revolution).contains(&units) && (1..=hardware.range()).contains(&range)
+}
+
+fn wrong_value_clipped(_: UserParameters, user: UserParameters) -> UserParameters {
+    let units = user.units_per_revolution.min(1 << 18);
+    let range = if user.range == user.units_per_revolution { units } else { user.range.min(1 << 30) };
+    UserParameters { units_per_revolution: units, range, ..user }
+}

@@ -1,0 +1,216 @@
+//! Bugs of positions, scaling and the red zone.
+
+use super::Bug;
+use super::image::is_parked;
+use encoder_profile::encoder::measuring::{self, Step};
+use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings};
+use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal};
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = encoder_bugs! {
+    // Positions
+    "position-counts-from-zero" "After power-up the position counts from 0."
+        => |b| b.measuring.slip = |step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip };
+    "revolution-of-13-bits" "A revolution without scaling takes 13 bits of the position."
+        => |b| b.measuring.scale = revolution_of_13_bits;
+    "extended-counter" "Beyond its range the position goes on counting in the unused bits."
+        => |b| (b.measuring.range, b.measuring.slip) = (all_32_bits, counts_on);
+    "position-before-parking-shown" "The first frame after parking shows the position from before parking."
+        => |b| b.telegram.emit = position_before_parking_shown;
+
+    // Which settings act on which signal
+    "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
+        => |b| b.user_parameters.acts_on = only_xist1_scaled;
+    "code-sequence-on-xist1-only" "The code sequence acts on G1_XIST1 and on no other position."
+        => |b| b.user_parameters.acts_on = code_sequence_on_xist1_only;
+    "class-4-without-xist3" "Code sequence, preset and scaling do not act on G1_XIST3."
+        => |b| b.user_parameters.acts_on = class_4_without_xist3;
+
+    // Scaling
+    "range-ignored" "The position begins anew only where the hardware does."
+        => |b| b.measuring.range = |scaling, hardware| scaling.units_per_revolution * hardware.revolutions;
+    "range-one-too-long" "The position takes one value more than its range has."
+        => |b| b.measuring.range = |scaling, _| scaling.range + 1;
+    "range-rounded-up" "The range is rounded up to a power of 2."
+        => |b| b.measuring.range = |scaling, _| (scaling.range + 1).next_power_of_two();
+    "range-below-a-revolution-ignored" "A range below one revolution counts as one revolution."
+        => |b| b.measuring.range = |scaling, _| scaling.range.max(scaling.units_per_revolution);
+    "unit-of-whole-steps" "A unit has as many whole steps of the hardware as fit into it, and the rest is dropped."
+        => |b| b.measuring.scale = unit_of_whole_steps;
+    "rounding-errors-add-up" "Each movement is scaled and rounded by itself."
+        => |b| b.measuring.slip = rounding_errors_add_up;
+
+    // Red zone
+    "red-zone-forward-only" "The jump at the physical zero is missing when turning backwards."
+        => |b| b.measuring.slip = red_zone_forward_only;
+    "red-zone-one-late" "The jump comes one position later."
+        => |b| b.measuring.slip = red_zone_one_late;
+    "jump-at-every-zero" "At the physical zero the position jumps by a revolution, red zone or not."
+        => |b| b.measuring.slip = jump_at_every_zero;
+    "red-zone-subtracted-once" "The range is subtracted once only from what the hardware counts."
+        => |b| (b.measuring.scale, b.measuring.shift) = (red_zone_subtracted_once, not_beyond_the_range);
+    "red-zone-in-hardware-steps" "The length of the red zone is computed from steps of the hardware."
+        => |b| b.measuring.scale = red_zone_in_hardware_steps;
+    "second-range-from-1" "The second range begins with 1."
+        => |b| b.measuring.scale = second_range_from_1;
+    "offset-moves-the-zero" "The jump comes where position and offset pass the end of the hardware."
+        => |b| b.measuring.slip = offset_moves_the_zero;
+};
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = encoder_bugs! {
+    // Positions that stand at their last value
+    "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
+        => |b| b.measuring.limit = |position, range, circle| signed(position, circle).rem_euclid(range as i64) as u64;
+    "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
+        => |b| b.measuring.limit = second_position_runs_below_0;
+    "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
+        => |b| b.telegram.emit = first_position_limited;
+    "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
+        => |b| b.user_parameters.stands = |_| true;
+
+    // Signals
+    "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now };
+    "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
+        => |b| b.telegram.parts = st_pos_without_offset;
+};
+
+/// A position on a circle as a number to both sides of 0.
+fn signed(position: u64, circle: u64) -> i64 {
+    if position < circle / 2 { position as i64 } else { position as i64 - circle as i64 }
+}
+
+fn second_position_runs_below_0(position: u64, range: u64, circle: u64) -> u64 {
+    match signed(position, circle) {
+        below @ ..0 => below as u64,
+        position => (position as u64).min(range - 1),
+    }
+}
+
+fn first_position_limited(_: &Before, now: Image) -> Image {
+    Image { g1_xist1: u64::from(now.g1_xist1).min(now.positions - 1) as u32, ..now }
+}
+
+fn st_pos_without_offset(parts: &Parts) -> [u32; 2] {
+    let [_, multi_turn] = telegram::parts(parts);
+    let position = parts.scaling.position(&parts.hardware, parts.place);
+    [telegram::parts(&Parts { position, ..*parts })[0], multi_turn]
+}
+
+fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    let steps = hardware.steps_per_revolution / scaling.units_per_revolution.max(1);
+    place / steps.max(1) % scaling.range
+}
+
+/// The units from the physical zero to a place.
+fn units(step: &Step, place: u64) -> u64 {
+    step.settings.scaling.units(&step.hardware, place) as u64
+}
+
+fn revolution_of_13_bits(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    match scaling.units_per_revolution == hardware.steps_per_revolution {
+        true => place / (hardware.steps_per_revolution >> 13) % scaling.range,
+        false => scaling.position(hardware, place),
+    }
+}
+
+fn all_32_bits(_: &Scaling, _: &Hardware) -> u64 {
+    1 << 32
+}
+
+fn counts_on(step: &Step) -> i64 {
+    step.slip + step.crossing() * step.units()
+}
+
+/// Keeps the position in the image of what was sent, where no telegram shows it while parked.
+fn position_before_parking_shown(before: &Before, now: Image) -> Image {
+    let position = before.sent.position;
+    match (is_parked(&before.truth), is_parked(&now)) {
+        (true, true) => Image { position, ..now },
+        (true, false) => Image { g1_xist1: position as u32, g1_xist3: position, ..now },
+        _ => now,
+    }
+}
+
+fn only_xist1_scaled(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
+    match signal {
+        Signal::G1Xist1 => settings,
+        _ => Settings { scaling: Scaling::hardware(hardware), ..settings },
+    }
+}
+
+fn code_sequence_on_xist1_only(signal: Signal, settings: Settings, _: &Hardware) -> Settings {
+    match signal {
+        Signal::G1Xist1 => settings,
+        _ => Settings { direction: Direction::Clockwise, ..settings },
+    }
+}
+
+fn class_4_without_xist3(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
+    match signal {
+        Signal::G1Xist3 => Settings::hardware(hardware),
+        _ => settings,
+    }
+}
+
+fn rounding_errors_add_up(step: &Step) -> i64 {
+    let Some((before, _)) = step.before else { return 0 };
+    let (steps, per_revolution) = (step.hardware.steps_per_revolution, step.settings.scaling.units_per_revolution);
+    let rounded = (step.way() * per_revolution as i64).div_euclid(steps as i64);
+    let moved = units(step, step.now) as i64 - units(step, before) as i64 + step.crossing() * step.units();
+    step.slip + rounded - moved
+}
+
+/// Goes on counting below the physical zero, until it is passed forward again.
+fn red_zone_forward_only(step: &Step) -> i64 {
+    match step.crossing() {
+        -1 => -step.units(),
+        1 => 0,
+        _ => step.slip,
+    }
+}
+
+/// Takes the physical zero, reached from below, as one more place of the range that has ended.
+fn red_zone_one_late(step: &Step) -> i64 {
+    match (step.now, step.crossing()) {
+        (0, 1) => step.units(),
+        (0, _) => step.slip,
+        _ => 0,
+    }
+}
+
+fn jump_at_every_zero(step: &Step) -> i64 {
+    step.slip + step.crossing() * step.settings.scaling.units_per_revolution as i64
+}
+
+fn red_zone_subtracted_once(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    let units = scaling.units(hardware, place) as u64;
+    if units < scaling.range { units } else { units - scaling.range }
+}
+
+fn not_beyond_the_range(position: u64, offset: u64, range: u64) -> u64 {
+    if position < range { measuring::shift(position, offset, range) } else { position + offset }
+}
+
+/// Lets the last range before the physical zero be as long as if a unit were a step of the hardware.
+fn red_zone_in_hardware_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    let units = scaling.units(hardware, place) as u64;
+    let begins = scaling.units_per_revolution * hardware.revolutions - hardware.range() % scaling.range;
+    if units < begins { units % scaling.range } else { units - begins }
+}
+
+fn second_range_from_1(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    let units = scaling.units(hardware, place) as u64;
+    match units / scaling.range {
+        1 => units % scaling.range + 1,
+        _ => units % scaling.range,
+    }
+}
+
+fn offset_moves_the_zero(step: &Step) -> i64 {
+    match units(step, step.now) as i64 + step.offset as i64 >= step.units() {
+        true => -step.units(),
+        false => 0,
+    }
+}

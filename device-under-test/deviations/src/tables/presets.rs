@@ -1,0 +1,258 @@
+//! Bugs of presets.
+
+use super::Bug;
+use super::image::{ERROR, POSITION, without_transfer};
+use core::time::Duration;
+use encoder_profile::encoder::PresetMode;
+use encoder_profile::encoder::measuring::{self, Step};
+use encoder_profile::facts::Reset;
+use encoder_profile::profidrive::mantel::{self, TRIGGER, VALUE};
+use encoder_profile::profidrive::sensor::{Preset, Request};
+use encoder_profile::profidrive::telegram::{Before, Image};
+use encoder_profile::profidrive::user_parameters::UserParameters;
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = encoder_bugs! {
+    // Preset
+    "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
+        => |b| b.measuring.relative = measuring::absolute;
+    "second-relative-preset-ignored" "Only the first relative preset has an effect."
+        => |b| b.measuring.relative = |preset| preset.value % preset.range;
+    "relative-shift-reversed" "A relative preset shifts the position down by its value."
+        => |b| b.measuring.relative = relative_shift_reversed;
+    "only-first-preset" "Only the first absolute preset has an effect."
+        => |b| b.measuring.absolute = |preset| if preset.offset == 0 { measuring::absolute(preset) } else { preset.offset };
+    "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
+        => |b| b.measuring.value = |value, steps, units| value * units / steps;
+    "preset-uses-stored-value" "A preset takes P65000 as it was saved and not as it is."
+        => |b| b.memory.presets_stored_value = true;
+    "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
+        => |b| b.measuring.absolute = measuring::relative;
+    "preset-on-falling-edge" "The preset is carried out when the request is taken back."
+        => |b| b.sensor.begins_preset = |before, now| before.home && !now.home;
+    "preset-repeats-while-requested" "The preset is carried out again and again while the request is held."
+        => |b| b.sensor.begins_preset = |_, now| now.home;
+    "mode-change-repeats-preset" "A change of bit 11 during a request carries out another preset."
+        => |b| b.sensor.begins_preset = |before, now| now.home && (!before.home || before.relative != now.relative);
+    "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
+        => |b| b.sensor.acknowledges_preset = |_, _| false;
+    "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
+        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now };
+    "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
+        => |b| b.sensor.acknowledges_preset = |preset, _| preset != Preset::Idle;
+    "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
+        => |b| b.sensor.releases_preset = false;
+    "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
+        => |b| (b.sensor.asks_for_preset, b.sensor.begins_preset) = (has_mode, mode_begins);
+    "writing-preset-value-presets" "Writing P65000 sets the position at once."
+        => |b| b.values.preset_value_presets = true;
+    "preset-on-both-edges" "The preset is carried out once more when the request is taken back."
+        => |b| b.sensor.begins_preset = |before, now| before.home != now.home;
+    "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
+        => |b| b.sensor.acknowledges_preset = |preset, request| preset == Preset::Executed && !request.relative;
+    "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
+        => |b| b.sensor.preset_raises = Some(0x1001);
+    "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
+        => |b| b.telegram.emit = preset_flashes_error;
+    "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
+        => |b| b.telegram.emit = preset_interrupts_transfer;
+    "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
+        => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user };
+    "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
+        => |b| b.user_parameters.presets_xist2 = |user| user.preset_acts_on_xist1;
+    "preset-without-class-4" "A preset is carried out although class 4 is off."
+        => |b| b.user_parameters.presets = |_| true;
+    "position-not-reduced" "The sum of position and offset is not reduced to the measuring range."
+        => |b| {
+            (b.measuring.absolute, b.measuring.relative) = (absolute_beyond_the_range, relative_beyond_the_range);
+            b.measuring.shift = |position, offset, _| position.wrapping_add(offset);
+            b.values.preset_value_fits = |_, _| true;
+            b.values.preset_units = |mode, value, _| match mode {
+                PresetMode::Absolute => value.into(),
+                PresetMode::Relative => i64::from(value as i32) as u64,
+            };
+        };
+    "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
+        => |b| b.measuring.slip = |step| if step.way() == 0 { step.slip } else { -(step.offset as i64) };
+    "highest-position-wraps" "A preset to the highest position makes 0 of it."
+        => |b| b.measuring.absolute = highest_position_wraps;
+    "old-offset-added-again" "After a change of code sequence or scaling the old offset is added a second time."
+        => |b| (b.measuring.slip, b.measuring.absolute) = (old_offset_added_again, before_the_slip);
+    "preset-acknowledged-not-done" "A preset that is asked for during an error is acknowledged and not carried out."
+        => |b| b.sensor.presets_with_errors = false;
+    "parking-clears-offset" "The offset is 0 after parking."
+        => |b| b.measuring.resume = |_, _| 0;
+    "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
+        => |b| b.values.element = |view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right };
+};
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = encoder_bugs! {
+    // By G1_STW, or by both
+    "preset-takes-100-ms" "A preset takes 100 ms."
+        => |b| b.memory.preset_takes = |_| Duration::from_millis(100);
+    "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
+        => |b| b.measuring.holds = |_| false;
+    "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
+        => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: true, ..user };
+    "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
+        => |b| b.values.preset_units = |_, value, range| u64::from(value).min(range - 1);
+    "highest-position-refused" "The highest position of the range is refused as a preset value."
+        => |b| b.values.preset_value_fits = |value, range| u64::from((value as i32).unsigned_abs()) + 1 < range;
+    "start-preset-ignored" "The preset value that comes with the start is acknowledged and not taken."
+        => |b| b.values.takes_preset_value = |in_start, before, written| if in_start { before } else { written };
+    "first-preset-value-stays" "After the first preset value in data exchange each further one is acknowledged and not taken."
+        => |b| b.values.takes_preset_value =
+            |in_start, before, written| if in_start || before == 0 { written } else { before };
+
+    "offset-written-while-requested" "While a preset is requested the offset is written again in each cycle."
+        => |b| b.memory.stores_in_frame = |request| request.home;
+    "preset-value-not-limited" "A preset value beyond the range is taken as it is, and the position shows it."
+        => |b| {
+            (b.measuring.absolute, b.measuring.relative) = (absolute_beyond_the_range, relative_beyond_the_range);
+            b.measuring.shift = |position, offset, range| match offset < range {
+                true => measuring::shift(position, offset, range),
+                false => position.wrapping_add(offset),
+            };
+            b.values.preset_value_fits = |_, _| true;
+            b.values.preset_units = |mode, value, _| match mode {
+                PresetMode::Absolute => value.into(),
+                PresetMode::Relative => i64::from(value as i32) as u64,
+            };
+        };
+    "preset-mode-inverted" "Bit 11 of G1_STW is taken the other way round."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b ^ 0x0800];
+    "request-for-position-presets" "Bit 13 of G1_STW carries out a preset as bit 12 does."
+        => |b| {
+            b.sensor.asks_for_preset = |request| request.home || request.absolute;
+            b.sensor.begins_preset = |before, now| !before.home && now.home || !before.absolute && now.absolute;
+        };
+    "read-gives-the-offset" "P65000 reads the offset."
+        => |b| b.values.element =
+            |view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right };
+    "position-for-offset" "The position stands in the place of the offset."
+        => |b| b.values.element = |view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right };
+    "preset-value-random" "P65000 is 5A5A5A5Ah until it is written."
+        => |b| b.memory.preset_value_begins = |_| 0x5A5A_5A5A;
+    "preset-value-used-up" "The first preset leaves 0 in P65000."
+        => |b| b.memory.uses_up_preset_value = true;
+    "start-preset-taken-once" "The preset value of the start is taken in the first connection after power-up only."
+        => |b| b.values.takes_preset_value =
+            |in_start, before, written| if in_start && before != 0 { before } else { written };
+    "value-little-endian" "The value written to P65000 is taken least significant octet first."
+        => |b| b.values.preset_value = u32::swap_bytes;
+    "reset-erases-offset" "The factory reset erases the offset too."
+        => |b| b.reset.clears = |right| Reset { application: true, ..right };
+
+    // By a word with value and trigger
+    "trigger-ignored" "The trigger has no effect."
+        => |b| b.mantel.begins = |_, _| false;
+    "preset-trigger-in-last-octet" "The trigger is looked for in bit 7 of the last octet."
+        => |b| b.mantel.begins = |before, now| before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0;
+    "trigger-counts-as-value" "The trigger counts as part of the value too, which is then limited."
+        => |b| b.mantel.value = |word, known| u64::from(word).min(known.range - 1);
+    "preset-at-each-connection" "The first good outputs of a connection make a preset to their value."
+        => |b| b.mantel.begins = |before, now| before.is_none() || mantel::begins(before, now);
+    "outputs-kept-without-power" "A request from before a loss of power that is held is no new one."
+        => |b| b.memory.keeps_outputs = true;
+    "trigger-takes-value-before" "A preset takes the value of the frame before the one in which the trigger rises."
+        => |b| b.mantel.value = |_, known| mantel::value(known.before, known);
+    "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each frame."
+        => |b| (b.mantel.begins, b.memory.preset_takes) = (|_, now| now & TRIGGER != 0, |_| Duration::ZERO);
+    "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
+        => |b| b.mantel.begins = |before, now| (before.unwrap_or(0) ^ now) & TRIGGER != 0;
+    "new-value-triggers" "Another value beside a trigger that stands makes another preset."
+        => |b| b.mantel.begins = |before, now| now & TRIGGER != 0 && before != Some(now);
+    "trigger-works-once" "Only the first trigger in a connection makes a preset."
+        => |b| b.mantel.again = |presets| presets == 0;
+    "value-without-trigger" "Another value sets the position without the trigger."
+        => |b| b.mantel.begins = |before, now| {
+            mantel::begins(before, now) || now & TRIGGER == 0 && (before.unwrap_or(0) ^ now) & VALUE != 0
+        };
+    "trigger-limit-one-short" "The value of a preset is limited to the range less 2."
+        => |b| b.mantel.value = |word, known| mantel::value(word, known).min(known.range.saturating_sub(2));
+    "trigger-value-wraps" "The value of a preset beyond the range is reduced to a remainder and not limited."
+        => |b| b.mantel.value = |word, known| u64::from(word & VALUE) % known.range;
+    "preset-of-27-bits" "Bit 27 of the value is dropped."
+        => |b| b.mantel.value = |word, known| mantel::value(word & VALUE >> 1, known);
+    "reserved-preset-bits-double" "The value is doubled if any of the bits 28 to 30 is set."
+        => |b| b.mantel.value = |word, known| match word & !VALUE & !TRIGGER {
+            0 => mantel::value(word, known),
+            _ => mantel::value((word & VALUE) << 1, known),
+        };
+    "trigger-uses-parameter" "A preset by the trigger takes P65000 and not the value beside it."
+        => |b| b.mantel.value = |_, known| mantel::value(known.preset_value, known);
+    "trigger-obeys-mode" "A preset by the trigger is relative while bit 11 of G1_STW is set."
+        => |b| b.mantel.mode = |mode| mode;
+    "request-takes-cyclic-value" "A preset by G1_STW takes the value beside the trigger and not P65000."
+        => |b| b.values.preset_from = |parameter, word| word.map_or(parameter, |word| word & VALUE);
+    "trigger-blocks-request" "After a preset by the trigger none is carried out by G1_STW until the next connection."
+        => |b| b.memory.heeds = |before, by_request| before != Some(false) || !by_request;
+    "simultaneous-presets-add" "Two presets at once make the sum of both values."
+        => |b| b.memory.preset_during_preset = |other, own, position| other + own + position;
+};
+
+/// Reduces nothing that is beyond the range.
+pub fn absolute_beyond_the_range(preset: measuring::Preset) -> u64 {
+    let measuring::Preset { value, position, range, .. } = preset;
+    if value < range { measuring::absolute(preset) } else { value.wrapping_sub(position) }
+}
+
+fn relative_beyond_the_range(preset: measuring::Preset) -> u64 {
+    let measuring::Preset { value, offset, range, .. } = preset;
+    let reduced = (value as i64).rem_euclid(range as i64) as u64;
+    if (value as i64).unsigned_abs() < range {
+        measuring::relative(measuring::Preset { value: reduced, ..preset })
+    } else {
+        offset.wrapping_add(value)
+    }
+}
+
+fn highest_position_wraps(preset: measuring::Preset) -> u64 {
+    let value = if preset.value == preset.range - 1 { 0 } else { preset.value };
+    measuring::absolute(measuring::Preset { value, ..preset })
+}
+
+fn old_offset_added_again(step: &Step) -> i64 {
+    match step.before {
+        Some((_, settings)) if settings != step.settings => step.offset as i64,
+        _ => step.slip,
+    }
+}
+
+fn before_the_slip(preset: measuring::Preset) -> u64 {
+    let position = (preset.position as i64 - preset.slip).rem_euclid(preset.range as i64) as u64;
+    measuring::absolute(measuring::Preset { position, ..preset })
+}
+
+const EXECUTED: u16 = 0x1000;
+
+fn is_carried_out(before: &Before, now: &Image) -> bool {
+    now.g1_zsw & !before.truth.g1_zsw & EXECUTED != 0
+}
+
+fn preset_flashes_error(before: &Before, now: Image) -> Image {
+    match is_carried_out(before, &now) {
+        true => Image { g1_zsw: now.g1_zsw & !POSITION | ERROR, ..now },
+        false => now,
+    }
+}
+
+fn preset_interrupts_transfer(before: &Before, now: Image) -> Image {
+    match is_carried_out(before, &now) {
+        true => without_transfer(now),
+        false => now,
+    }
+}
+
+fn has_mode(request: Request) -> bool {
+    request.home || request.relative
+}
+
+fn mode_begins(before: Request, now: Request) -> bool {
+    !has_mode(before) && has_mode(now)
+}
+
+fn relative_shift_reversed(preset: measuring::Preset) -> u64 {
+    measuring::shift(preset.offset, preset.range - preset.value % preset.range, preset.range)
+}

@@ -1,0 +1,240 @@
+//! Bugs of the base mode parameter access that not every encoder can have.
+
+use super::Bug;
+use alloc::vec::Vec;
+use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
+use wire::profidrive::{
+    ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
+    ResponseHeader, ResponseId,
+};
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = encoder_bugs! {
+    // Requests
+    "octets-swapped-in-pairs" "The octets of pairs are exchanged in requests and responses."
+        => |b| (b.parameters.received, b.parameters.octets) = (swapped_request, swapped_response);
+    "values-read-too-early" "The value of a write is read one octet too early."
+        => |b| b.parameters.understand = values_read_too_early;
+    "values-behind-each-address" "In a write with several parameters a value is expected behind each address."
+        => |b| b.parameters.understand = values_behind_each_address;
+    "more-parameters-than-39-answered" "A request for 40 parameters is answered."
+        => |b| b.parameters.received = more_parameters;
+    "zero-elements-give-the-array" "An array is read whole where 0 elements of it are asked for."
+        => |b| b.parameters.understand = |request| each_address(request, whole_array);
+    "parameter-0-is-the-first" "The parameter 0 reads as P922."
+        => |b| b.parameters.understand = |request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at });
+    "word-format-refused" "A parameter of 16 bits refuses the format of its size."
+        => |b| b.parameters.takes = |value, parameter| parameter != Format::WORD && value == parameter;
+    "array-write-first-only" "Of several elements in a write only the first is stored."
+        => |b| b.parameters.stored = 1;
+    "surplus-octets-ignored" "Octets behind the last value are not looked at."
+        => |b| b.parameters.surplus = false;
+    "only-axis-1-served" "Another axis than 1 is refused."
+        => |b| b.parameters.axis = |axis| axis == 1;
+    "hangs-after-reserved-parameter" "After a request for P1010 none is answered."
+        => |b| b.parameters.hangs = |octets| octets.get(6..8) == Some(&[0x03, 0xF2]);
+    "response-outlives-connection" "A response that was not fetched can be read in the next connection."
+        => |b| b.parameters.forgets_at_end = false;
+
+    // Responses
+    "response-padded" "A response is filled up with zeros."
+        => |b| b.parameters.octets = response_padded;
+    "p65000-as-word" "P65000 is answered as a word."
+        => |b| b.values.format = |number, right| if number == 65000 { Format::WORD } else { right };
+    "reference-with-a-sign" "A reference above 7Fh comes back as 7Fh."
+        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header });
+    "response-id-always-read" "A write that was carried out is answered as a read."
+        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { id: if header.id == ResponseId::CHANGE { ResponseId::REQUEST } else { header.id }, ..header });
+    "errors-with-positive-id" "A refused request is answered with the ID of the request."
+        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { id: ResponseId(header.id.0 & 0x7F), ..header });
+    "axis-always-one" "The response always carries the axis 1."
+        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { do_id: 1, ..header });
+    "answers-in-order-of-number" "The values of several parameters come in the order of their numbers."
+        => |b| b.parameters.octets = answers_in_order_of_number;
+    "types-for-sizes" "Values come with the codes of their types."
+        => |b| b.parameters.octets = |exchange| with_formats(exchange, types_for_sizes);
+    "error-as-word" "An error comes with the format of a word."
+        => |b| b.parameters.octets = |exchange| with_formats(exchange, |format| if format == Format::ERROR { Format::WORD } else { format });
+    "p971-read-without-value" "A read of P971 is answered without a value."
+        => |b| b.parameters.octets = p971_read_without_value;
+    "internal-shift-refused" "A read of P1009.5 is refused."
+        => |b| b.parameters.octets = internal_shift_refused;
+    "double-words-behind-p1005" "The elements behind the last one of P1005 are answered with double words."
+        => |b| b.parameters.octets = double_words_behind;
+    "name-of-240-octets" "P61000 is answered with 240 octets."
+        => |b| b.parameters.octets = |exchange| name_of(exchange, true);
+    "name-shorter-than-its-count" "A read of 240 elements of P61000 is answered with fewer octets than are counted."
+        => |b| b.parameters.octets = |exchange| name_of(exchange, false);
+};
+
+fn each_address(request: Request, change: fn(ParameterAddress) -> ParameterAddress) -> Request {
+    Request { addresses: request.addresses.into_iter().map(change).collect(), ..request }
+}
+
+/// Exchanges the octets of the pairs in the head, in each address and in the first value.
+fn swapped_request(octets: &[u8]) -> Vec<u8> {
+    let mut octets = octets.to_vec();
+    swap_heads(&mut octets);
+    let count = usize::from(octets.get(3).copied().unwrap_or(0).min(MAX_PARAMETERS));
+    for at in (0..=count).map(|n| 4 + 6 * n).filter(|at| at + 1 < octets.len()).collect::<Vec<_>>() {
+        octets.swap(at, at + 1);
+    }
+    octets
+}
+
+fn swapped_response(exchange: &Exchange<'_>) -> Vec<u8> {
+    let mut octets = exchange.octets();
+    swap_heads(&mut octets);
+    let mut at = 4;
+    for value in &exchange.response.values {
+        if at + 1 < octets.len() {
+            octets.swap(at, at + 1);
+        }
+        at += 2 + value.data.len() + usize::from(value.padding.is_some());
+    }
+    octets
+}
+
+fn swap_heads(octets: &mut [u8]) {
+    if octets.len() >= 4 {
+        octets.swap(0, 1);
+        octets.swap(2, 3);
+    }
+}
+
+fn values_read_too_early(mut request: Request) -> Request {
+    for value in &mut request.values {
+        value.data.insert(0, value.count);
+        value.data.pop();
+    }
+    request
+}
+
+fn values_behind_each_address(mut request: Request) -> Request {
+    if request.header.id == RequestId::CHANGE && request.addresses.len() > 1 {
+        request.values.iter_mut().for_each(|value| value.format = Format(0x10));
+    }
+    request
+}
+
+fn more_parameters(octets: &[u8]) -> Vec<u8> {
+    let mut octets = octets.to_vec();
+    if octets.get(3) == Some(&(MAX_PARAMETERS + 1)) {
+        octets[3] = ((octets.len() - 4) / 6).min(MAX_PARAMETERS.into()) as u8;
+    }
+    octets
+}
+
+fn whole_array(at: ParameterAddress) -> ParameterAddress {
+    let elements = match at.number {
+        964 | 979 | 1005 => 6,
+        975 => 7,
+        980 => 28,
+        1001 => 3,
+        1002 | 1003 => 13,
+        1006 | 1007 => 2,
+        1009 => 11,
+        65001 => 12,
+        _ => 0,
+    };
+    match (at.element_count, elements) {
+        (0, 1..) => ParameterAddress { element_count: elements, subindex: 0, ..at },
+        _ => at,
+    }
+}
+
+fn octets_of(response: &Response) -> Vec<u8> {
+    let mut octets = Vec::new();
+    response.write(&mut octets);
+    octets
+}
+
+fn response_padded(exchange: &Exchange<'_>) -> Vec<u8> {
+    let mut octets = exchange.octets();
+    octets.resize(octets.len().max(MAX_OCTETS), 0);
+    octets
+}
+
+fn with_header(exchange: &Exchange<'_>, change: fn(ResponseHeader) -> ResponseHeader) -> Vec<u8> {
+    let response = exchange.response.clone();
+    octets_of(&Response { header: change(response.header), ..response })
+}
+
+fn with_formats(exchange: &Exchange<'_>, change: fn(Format) -> Format) -> Vec<u8> {
+    let mut response = exchange.response.clone();
+    response.values.iter_mut().for_each(|value| value.format = change(value.format));
+    octets_of(&response)
+}
+
+fn types_for_sizes(format: Format) -> Format {
+    match format {
+        Format::WORD => Format::UNSIGNED16,
+        Format::DOUBLE_WORD => Format::UNSIGNED32,
+        other => other,
+    }
+}
+
+fn answers_in_order_of_number(exchange: &Exchange<'_>) -> Vec<u8> {
+    let mut response = exchange.response.clone();
+    let addresses = &exchange.request.addresses;
+    if response.values.len() == addresses.len() {
+        let mut values: Vec<_> = addresses.iter().map(|at| at.number).zip(response.values).collect();
+        values.sort_by_key(|(number, _)| *number);
+        response.values = values.into_iter().map(|(_, value)| value).collect();
+    }
+    octets_of(&response)
+}
+
+fn reads(request: &Request, number: u16) -> bool {
+    let RequestHeader { id, .. } = request.header;
+    id == RequestId::REQUEST && request.addresses.first().is_some_and(|at| at.number == number)
+}
+
+fn p971_read_without_value(exchange: &Exchange<'_>) -> Vec<u8> {
+    let mut response = exchange.response.clone();
+    if let (true, [value, ..]) = (reads(exchange.request, 971), &mut response.values[..]) {
+        *value = ParameterValue::new(Format::WORD, 0, Vec::new());
+    }
+    octets_of(&response)
+}
+
+fn internal_shift_refused(exchange: &Exchange<'_>) -> Vec<u8> {
+    let mut response = exchange.response.clone();
+    let is_asked = exchange.request.addresses.iter().map(|at| (at.number, at.subindex));
+    for (at, value) in is_asked.zip(&mut response.values) {
+        if at == (1009, 5) && exchange.request.header.id == RequestId::REQUEST {
+            *value = ParameterValue::refused(ParameterError { number: ErrorNumber::BAD_ADDRESS, subindex: None });
+            response.header.id = ResponseId::REQUEST_FAILED;
+        }
+    }
+    octets_of(&response)
+}
+
+/// The name of the station in 240 octets: as many as are counted, or as many as fit into a response.
+fn name_of(exchange: &Exchange<'_>, is_whole: bool) -> Vec<u8> {
+    let mut response = exchange.response.clone();
+    let asked = exchange.request.addresses.first().map_or(0, |at| at.element_count);
+    if let (true, [value]) = (reads(exchange.request, 61000), &mut response.values[..])
+        && (is_whole || asked == 240)
+    {
+        let mut name = if value.format == Format::OCTET_STRING { value.data.clone() } else { Vec::new() };
+        name.resize(if is_whole { 240 } else { 234 }, 0);
+        *value = ParameterValue { format: Format::OCTET_STRING, count: 240, data: name, padding: None };
+        response.header.id = ResponseId::REQUEST;
+    }
+    octets_of(&response)
+}
+
+fn double_words_behind(exchange: &Exchange<'_>) -> Vec<u8> {
+    let mut response = exchange.response.clone();
+    let is_asked = exchange.request.addresses.iter().map(|at| (at.number, at.subindex));
+    for (at, value) in is_asked.zip(&mut response.values) {
+        if let (1005, 6..=15) = at
+            && exchange.request.header.id == RequestId::REQUEST
+        {
+            *value = ParameterValue::numbers(Format::DOUBLE_WORD, &[0xDEAD_BEEF]);
+            response.header.id = ResponseId::REQUEST;
+        }
+    }
+    octets_of(&response)
+}

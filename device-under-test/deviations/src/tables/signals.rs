@@ -1,0 +1,476 @@
+//! Bugs of telegrams, their signals, Control by PLC and signs of life.
+
+use super::Bug;
+use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
+use alloc::vec::Vec;
+use encoder_profile::encoder::{Hardware, Scaling, Settings};
+use encoder_profile::profidrive::sensor::Transfers;
+use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal, Telegram};
+use wire::octets::Append;
+
+/// The bugs of this seam.
+pub static BUGS: &[Bug] = encoder_bugs! {
+    // Telegrams
+    "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
+        => |b| b.telegram.control_words = |_, [a, b]| [b, a];
+    "positions-swapped" "G1_XIST1 and G1_XIST2 change places in the telegrams 81 to 83."
+        => |b| b.telegram.order = positions_swapped;
+    "velocity-before-xist2" "NIST_B stands before G1_XIST2 in the telegrams 83 and 84."
+        => |b| b.telegram.order = velocity_before_xist2;
+    "xist3-halves-swapped" "The two halves of G1_XIST3 are exchanged."
+        => |b| b.telegram.put = xist3_halves_swapped;
+    "position-little-endian" "The positions are sent least significant octet first."
+        => |b| b.telegram.put = position_little_endian;
+    "nist-a-from-upper-half" "NIST_A is the upper half of the 32-bit velocity."
+        => |b| b.telegram.put = nist_a_from_upper_half;
+    "nist-b-not-sign-extended" "A negative velocity has zeros in the upper half of NIST_B."
+        => |b| b.telegram.put = nist_b_not_sign_extended;
+    "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now };
+    "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
+        => |b| (b.telegram.input_octets, b.telegram.order) = (with_velocity_octets, with_velocity);
+    "velocity-of-the-other-width" "Telegram 82 carries NIST_B and telegram 83 NIST_A."
+        => |b| (b.telegram.input_octets, b.telegram.order) = (other_width_octets, other_width);
+    "xist3-of-four-octets" "G1_XIST3 has four octets."
+        => |b| (b.telegram.input_octets, b.telegram.put) = (xist3_octets, xist3_of_four_octets);
+    "inputs-padded-to-four" "The inputs are filled up to a multiple of four octets."
+        => |b| b.telegram.input_octets = |t| t.input_octets.next_multiple_of(4);
+    "setpoint-word-inserted" "The telegrams 82 and 83 expect a setpoint between STW2_ENC and G1_STW."
+        => |b| b.telegram.control_words = |t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }];
+    "telegram-84-without-g1-stw" "G1_STW is not looked at in telegram 84."
+        => |b| b.telegram.control_words = |t, [a, b]| [a, if t.number == 84 { 0 } else { b }];
+    "telegram-84-hides-errors" "G1_XIST2 of telegram 84 leaves out the error code."
+        => |b| b.telegram.put = telegram_84_hides_errors;
+    "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now };
+    "position-of-24-bits" "G1_XIST1 has 24 bits only."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now };
+    "xist2-of-16-bits" "G1_XIST2 has 16 bits only, so that it carries no revolutions."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now };
+    "xist3-upper-half-ones" "The upper half of G1_XIST3 is filled with ones."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now };
+    "gray-code" "Positions are sent in Gray code."
+        => |b| b.telegram.emit = |_, now| each_position(now, |position| position ^ position >> 1);
+    "position-left-aligned" "Positions are shifted to the left, as if their highest bit were the highest of the signal."
+        => |b| b.telegram.emit = |_, now| each_position(now, |position| position << 2);
+    "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now };
+    "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now };
+    "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
+        => |b| b.telegram.control_words = |_, [a, b]| [a & 0x00FF, b];
+    "control-word-octets-swapped" "The octets of G1_STW are exchanged."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b.swap_bytes()];
+    "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now };
+    "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
+        => |b| b.telegram.emit = |_, now| Image { good: !has_error(&now), ..now };
+
+    "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, b | (b & 0x0400) << 4];
+    "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
+        => |b| b.telegram.control_words = |_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b];
+    "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }];
+    "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now };
+    "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
+        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now };
+    "status-bit-3-shows-error" "The unused bit 3 of ZSW2_ENC shows that there is an error."
+        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now };
+    "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
+        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now };
+    "xist1-shows-error" "The error code stands in G1_XIST1 as well."
+        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now };
+
+    // Control by PLC
+    "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
+        => |b| b.control.is_valid = |_| true;
+    "control-by-plc-needed-in-compatibility-mode" "Control by PLC is demanded in compatibility mode too."
+        => |b| b.control.is_valid = |by_plc| by_plc.now;
+    "control-requested-always-set" "Bit 9 of ZSW2_ENC is always 1 without compatibility mode."
+        => |b| b.control.is_requested = |by_plc| !by_plc.compatible;
+    "control-requested-never-set" "Bit 9 of ZSW2_ENC is always 0."
+        => |b| b.control.is_requested = |_| false;
+    "control-requested-follows-control" "Bit 9 of ZSW2_ENC follows Control by PLC, whatever the mode."
+        => |b| b.control.is_requested = |by_plc| by_plc.now;
+
+    "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
+        => |b| b.telegram.emit = |before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now };
+    "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible || !by_plc.now;
+    "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible || by_plc.now && !by_plc.before;
+    "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
+        => |b| b.control.when_void = |last| last;
+    "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
+        => |b| b.telegram.emit = inputs_freeze_without_control;
+
+    // Signs of life
+    "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
+        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now };
+    "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
+        => |b| b.life_sign.next = |_| 0;
+    "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
+        => |b| b.life_sign.next = |_| 3;
+    "controller-sign-of-life-in-low-nibble" "The sign of life of the controller is looked for in bits 0 to 3."
+        => |b| b.life_sign.read = |stw2_enc| (stw2_enc & 0x000F) as u8;
+    "sign-of-life-not-watched" "The sign of life of the controller is not watched."
+        => |b| b.life_sign.begins = |_| false;
+    "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
+        => |b| b.life_sign.follows = |last, sign| sign == last + 1;
+    "life-sign-ends-at-14" "The sign of life of the controller is expected to go from 14 to 1."
+        => |b| b.life_sign.follows = |last, sign| sign == last % 14 + 1;
+    "tolerance-ignored" "One failure is tolerated, whatever octet 17 of the start-up record says."
+        => |b| b.life_sign.tolerated = |_| 1;
+    "life-sign-error-not-acknowledged" "Only a restart clears the error of the sign of life."
+        => |b| b.sensor.clears = |code, persists| code != 0x0F02 && !persists;
+    "missing-synchronization-is-error" "A bus cycle that is not synchronized is an error."
+        => |b| b.sensor.constant_cause = Some(0x0F04);
+    "sign-of-life-through-zero" "The sign of life counts 0 to 15."
+        => |b| b.life_sign.next = |sign| (sign + 1) % 16;
+    "sign-of-life-stops-in-park" "The sign of life of the encoder stands still while it is parked."
+        => |b| b.life_sign.counts_while_parked = false;
+    "sign-of-life-stops-on-error" "The sign of life of the encoder stands still while it shows an error."
+        => |b| b.life_sign.counts_with_error = false;
+    "zero-life-sign-is-failure" "A controller that sends 0 all the time raises an error."
+        => |b| b.life_sign.begins = |_| true;
+    "life-sign-tolerance-off-by-one" "The error comes one failure too early."
+        => |b| b.life_sign.tolerated = |number| i32::from(number) - 1;
+    "life-sign-255-is-minus-one" "A tolerance of 255 counts as -1."
+        => |b| b.life_sign.tolerated = |number| i32::from(number as i8);
+    "life-sign-failures-add-up" "Tolerated failures are never forgotten."
+        => |b| b.life_sign.good = 0;
+    "life-sign-needs-control" "The sign of life of the controller is monitored under Control by PLC only."
+        => |b| b.life_sign.watches_without_control = false;
+    "life-sign-tolerance-in-v41-mode" "Octet 17 of the start-up record counts without compatibility mode too."
+        => |b| b.life_sign.tolerated_without_compatibility = |number| number;
+
+    // G1_XIST2
+    "xist2-always-shows-position" "G1_XIST2 shows the position although it is not requested."
+        => |b| b.telegram.emit = xist2_always_shows_position;
+    "xist2-keeps-last-value" "G1_XIST2 keeps its last value when neither position nor error is shown."
+        => |b| b.telegram.emit = xist2_keeps_last_value;
+    "xist2-only-at-the-edge" "G1_XIST2 takes the position once, when it is requested."
+        => |b| b.telegram.emit = xist2_only_at_the_edge;
+    "position-bit-before-position" "Bit 13 of G1_ZSW is set one frame before the position stands in G1_XIST2."
+        => |b| b.telegram.emit = position_bit_before_position;
+    "transfer-needs-preset" "The position is transferred in G1_XIST2 while a preset is requested too."
+        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }];
+    "xist2-one-frame-late" "G1_XIST2 shows the position of the frame before."
+        => |b| b.telegram.emit = xist2_one_frame_late;
+    "absolute-value-not-served" "The request for the position in G1_XIST2 has no effect."
+        => |b| b.telegram.emit = |_, now| without_transfer(now);
+    "absolute-value-never-ends" "The transfer of the position goes on when the request is taken back."
+        => |b| b.telegram.emit = absolute_value_never_ends;
+    "position-bit-stays-with-error" "Bit 13 of G1_ZSW stays set when an error displaces the position."
+        => |b| b.telegram.emit = position_bit_stays_with_error;
+    "position-bit-lost-after-error" "After an error the position has to be requested anew."
+        => |b| b.telegram.emit = position_bit_lost_after_error;
+    "position-unrequested-after-error" "After an error the position is shown although it is not requested."
+        => |b| b.telegram.emit = position_unrequested_after_error;
+};
+
+/// The bugs of this seam that not all manuals have.
+pub static OTHERS: &[Bug] = encoder_bugs! {
+    // Status words and signs of life
+    "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
+        => |b| b.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1;
+    "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
+        => |b| b.life_sign.advances = |_, frames| frames;
+    "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
+        => |b| b.life_sign.counts_during_preset = false;
+    "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
+        => |b| b.control.fault_present = |_| false;
+    "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
+        => |b| b.control.is_valid = |by_plc| by_plc.compatible || by_plc.now;
+    "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
+        => |b| b.sensor.transfers = Transfers::Requested;
+
+    // Submodules
+    "mantel-without-velocity" "Telegram 860 has the position alone."
+        => |b| (b.telegram.input_octets, b.telegram.order) = (mantel_without_velocity_octets, mantel_without_velocity);
+    "velocity-before-position" "The velocity stands before the position in telegram 860."
+        => |b| b.telegram.order = velocity_before_position;
+    "mantel-position-in-front" "A position of 16 bits stands in the first two of the four octets of telegram 860."
+        => |b| b.telegram.put = mantel_position_in_front;
+    "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
+        => |b| b.user_parameters.acts_on = mantel_position_unscaled;
+    "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
+        => |b| b.telegram.emit = |before, now| Image {
+            plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
+            ..now
+        };
+    "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
+        => |b| b.telegram.put = |telegram, signal, image, out| match signal {
+            Signal::NistA => put_low_octet_first(telegram, signal, image, out),
+            _ => telegram::put(signal, image, out),
+        };
+    "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
+        => |b| b.telegram.emit = |_, now| Image { single_turn: now.single_turn << 16, ..now };
+    "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
+        => |b| b.telegram.emit = |_, now| Image { multi_turn: now.multi_turn << 16, ..now };
+    "st-pos-one-frame-late" "The position within the revolution is that of the frame before."
+        => |b| b.telegram.emit = |before, now| Image {
+            single_turn: if before.truth.good { before.truth.single_turn } else { now.single_turn },
+            ..now
+        };
+    "st-pos-reaches-mur" "The position within the revolution is a whole revolution where it should be 0."
+        => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
+            [0, turns] => [parts.scaling.units_per_revolution as u32, turns],
+            right => right,
+        };
+    "st-pos-modulo-range" "The position within the revolution is the position in the range."
+        => |b| b.telegram.parts = |parts| [parts.position as u32, telegram::parts(parts)[1]];
+    "mt-pos-rounded-up" "The revolutions are rounded up."
+        => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
+            [0, turns] => [0, turns],
+            [rest, turns] => [rest, turns + 1],
+        };
+    "mt-pos-of-the-hardware" "The revolutions are those of the hardware."
+        => |b| b.telegram.parts =
+            |parts| [telegram::parts(parts)[0], (parts.place / parts.hardware.steps_per_revolution) as u32];
+    "mt-pos-counts-turns" "The revolutions of the shaft are counted beyond those of the range."
+        => |b| b.telegram.parts = mt_pos_counts_turns;
+    "mt-pos-underflows" "Where the range is below a revolution the revolutions have all bits set."
+        => |b| b.telegram.parts = |parts| match parts.scaling.range < parts.scaling.units_per_revolution {
+            true => [telegram::parts(parts)[0], u32::MAX],
+            false => telegram::parts(parts),
+        };
+    "separate-g1-stw-obeyed" "The bits of G1_STW in a submodule of its own are obeyed."
+        => |b| b.telegram.separate = |[a, b], separate| [a, b | separate];
+    "separate-g1-zsw-zero" "G1_ZSW in a submodule of its own is always 0."
+        => |b| b.telegram.put = |_, signal, image, out| match signal {
+            Signal::SeparateG1Zsw => out.put_u16(0),
+            _ => telegram::put(signal, image, out),
+        };
+    "extension-shifts-the-telegram" "With a submodule for the velocity telegram 81 begins two octets later."
+        => |b| b.telegram.put = extension_shifts_the_telegram;
+    "provider-status-bad" "The provider status of the last submodule with inputs stays bad."
+        => |b| b.telegram.is_good = |is_last, right| right && !is_last;
+};
+
+fn put_low_octet_first(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let begin = out.len();
+    telegram::put(signal, image, out);
+    out[begin..].reverse();
+}
+
+fn mantel_without_velocity(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 860 { &[Signal::Position] } else { telegram.inputs }
+}
+
+fn mantel_without_velocity_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 860 { 4 } else { telegram.input_octets }
+}
+
+fn velocity_before_position(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 860 { &[Signal::NistB, Signal::Position] } else { telegram.inputs }
+}
+
+fn mantel_position_in_front(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::Position if image.positions <= 1 << 16 => out.put_u32(image.plain_position << 16),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn mantel_position_unscaled(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
+    match signal {
+        Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
+        _ => settings,
+    }
+}
+
+fn mt_pos_counts_turns(parts: &Parts) -> [u32; 2] {
+    let turns = (parts.place / parts.hardware.steps_per_revolution) as i64;
+    let turns = parts.laps * parts.hardware.revolutions as i64 + turns;
+    [telegram::parts(parts)[0], turns as u32]
+}
+
+fn extension_shifts_the_telegram(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    if signal == Signal::Zsw2Enc && image.has_speed {
+        out.put_u16(0);
+    }
+    telegram::put(signal, image, out);
+}
+
+fn positions_swapped(telegram: &Telegram) -> &'static [Signal] {
+    use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, NistB, Zsw2Enc};
+    match telegram.number {
+        81 => &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist1],
+        82 => &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist1, NistA],
+        83 => &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist1, NistB],
+        _ => telegram.inputs,
+    }
+}
+
+fn velocity_before_xist2(telegram: &Telegram) -> &'static [Signal] {
+    use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
+    match telegram.number {
+        83 => &[Zsw2Enc, G1Zsw, G1Xist1, NistB, G1Xist2],
+        84 => &[Zsw2Enc, G1Zsw, G1Xist3, NistB, G1Xist2],
+        _ => telegram.inputs,
+    }
+}
+
+fn with_velocity(telegram: &Telegram) -> &'static [Signal] {
+    if telegram.number == 81 { telegram::STANDARD[1].inputs } else { telegram.inputs }
+}
+
+fn with_velocity_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 81 { 14 } else { telegram.input_octets }
+}
+
+fn other_width(telegram: &Telegram) -> &'static [Signal] {
+    match telegram.number {
+        82 => telegram::STANDARD[2].inputs,
+        83 => telegram::STANDARD[1].inputs,
+        _ => telegram.inputs,
+    }
+}
+
+fn other_width_octets(telegram: &Telegram) -> u16 {
+    match telegram.number {
+        82 => 16,
+        83 => 14,
+        _ => telegram.input_octets,
+    }
+}
+
+fn xist3_octets(telegram: &Telegram) -> u16 {
+    if telegram.number == 84 { 16 } else { telegram.input_octets }
+}
+
+fn xist3_of_four_octets(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::G1Xist3 => out.put_u32(image.g1_xist3 as u32),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn telegram_84_hides_errors(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::G1Xist2 if telegram.number == 84 && has_error(image) => out.put_u32(0),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn each_position(image: Image, change: fn(u64) -> u64) -> Image {
+    let shown = |value: u32| change(value.into()) as u32;
+    Image {
+        g1_xist1: shown(image.g1_xist1),
+        g1_xist2: if has_position(&image) { shown(image.g1_xist2) } else { image.g1_xist2 },
+        g1_xist3: change(image.g1_xist3),
+        ..image
+    }
+}
+
+fn inputs_freeze_without_control(before: &Before, now: Image) -> Image {
+    match now.outputs[0] & 0x0400 == 0 && before.sent.good {
+        true => Image { zsw2_enc: now.zsw2_enc, outputs: now.outputs, ..before.sent },
+        false => now,
+    }
+}
+
+fn xist2_only_at_the_edge(before: &Before, now: Image) -> Image {
+    match has_position(&now) && has_position(&before.truth) {
+        true => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        false => now,
+    }
+}
+
+fn position_bit_before_position(before: &Before, now: Image) -> Image {
+    match has_position(&now) && !has_position(&before.truth) {
+        true => Image { g1_xist2: 0, ..now },
+        false => now,
+    }
+}
+
+fn xist3_halves_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    telegram::put(signal, &Image { g1_xist3: image.g1_xist3.rotate_right(32), ..*image }, out);
+}
+
+fn position_little_endian(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    let begin = out.len();
+    telegram::put(signal, image, out);
+    if is_position(signal) {
+        out[begin..].reverse();
+    }
+}
+
+fn is_position(signal: Signal) -> bool {
+    use Signal::{G1Xist1, G1Xist2, G1Xist3, MultiTurn, Position, SingleTurn};
+    matches!(signal, G1Xist1 | G1Xist2 | G1Xist3 | Position | SingleTurn | MultiTurn)
+}
+
+fn nist_a_from_upper_half(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::NistA => out.put_u16((image.velocity >> 16) as u16),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn nist_b_not_sign_extended(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
+    match signal {
+        Signal::NistB if image.velocity < 0 => out.put_u32((image.velocity as u16).into()),
+        other => telegram::put(other, image, out),
+    }
+}
+
+fn xist2_always_shows_position(_: &Before, now: Image) -> Image {
+    match now.g1_zsw & (POSITION | PARKED | ERROR) {
+        0 => Image { g1_xist2: now.position as u32, ..now },
+        _ => now,
+    }
+}
+
+fn xist2_keeps_last_value(before: &Before, now: Image) -> Image {
+    match now.g1_zsw & (POSITION | PARKED | ERROR) {
+        0 => Image { g1_xist2: before.sent.g1_xist2, ..now },
+        _ => now,
+    }
+}
+
+fn position_bit_stays_with_error(_: &Before, now: Image) -> Image {
+    match has_error(&now) && now.is_transferred {
+        true => Image { g1_zsw: now.g1_zsw | POSITION, ..now },
+        false => now,
+    }
+}
+
+fn position_bit_lost_after_error(before: &Before, now: Image) -> Image {
+    match is_lost(before) && !is_parked(&before.truth) {
+        true => without_transfer(now),
+        false => now,
+    }
+}
+
+fn with_transfer(image: Image) -> Image {
+    match image.g1_zsw & (PARKED | ERROR) {
+        0 => Image { g1_zsw: image.g1_zsw | POSITION, g1_xist2: image.position as u32, ..image },
+        _ => image,
+    }
+}
+
+fn absolute_value_never_ends(before: &Before, now: Image) -> Image {
+    match before.sent.g1_zsw & POSITION != 0 {
+        true => with_transfer(now),
+        false => now,
+    }
+}
+
+fn position_unrequested_after_error(before: &Before, now: Image) -> Image {
+    let goes_on = before.sent.g1_zsw & !before.truth.g1_zsw & POSITION != 0;
+    match has_error(&before.truth) || goes_on {
+        true => with_transfer(now),
+        false => now,
+    }
+}
+
+fn xist2_one_frame_late(before: &Before, now: Image) -> Image {
+    match now.g1_zsw & before.truth.g1_zsw & POSITION != 0 {
+        true => Image { g1_xist2: before.truth.g1_xist2, ..now },
+        false => now,
+    }
+}

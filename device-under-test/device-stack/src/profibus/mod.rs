@@ -1,0 +1,24 @@
+//! PROFIBUS DP, slave side: everything that all slaves share, sans-IO.
+//!
+//! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers FDL and DP requests, keeps the states
+//! from Power_On to Data_Exch, the watchdog, the lock, freeze and sync, and polls records of DP-V1 through. A frame comes to it
+//! at the end of its last character, and what it sends begins at once: it waits for min TSDR by itself. What deviates on
+//! purpose deviates in [`SlaveBehaviour`].
+//!
+//! This room must not know encoders or parameters, nor anything of the master's side.
+
+mod application;
+mod behaviour;
+mod device;
+mod exchange;
+mod link;
+mod records;
+mod slave;
+mod start_up;
+
+#[cfg(test)]
+mod tests;
+
+pub use application::{Access, Application, Channel, DiagnosisBits, End, Identity, Refusal, Seen, State};
+pub use behaviour::{SlaveBehaviour, View};
+pub use device::Device;

@@ -1,0 +1,141 @@
+//! A master made of frames, which are handed to one device.
+
+use station::{Duration, Outbox, Station, Time};
+use std::vec::Vec;
+use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, RequestFunction};
+
+/// An answer to a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Nobody answered.
+    Silence,
+    /// A short acknowledgement.
+    Taken,
+    /// A function code and data.
+    Told(u8, Vec<u8>),
+}
+
+/// RS: the access point is not active.
+pub const RS: Answer = Answer::Told(0x03, Vec::new());
+
+/// A device with a master in front of it.
+pub struct Bench<D> {
+    pub device: D,
+    pub now: Time,
+    pub master: u8,
+    pub slave: u8,
+    pub count: FrameCount,
+    /// How long the last answer took to come.
+    pub delay: Duration,
+}
+
+impl<D: Station> Bench<D> {
+    pub fn new(device: D, slave: u8) -> Bench<D> {
+        Bench { device, now: Time::ZERO, master: 2, slave, count: FrameCount::First, delay: Duration::ZERO }
+    }
+
+    /// Lets time go by; what is sent is left alone.
+    pub fn wait(&mut self, time: Duration) {
+        let until = self.now + time;
+        let mut out = Outbox::new();
+        while let Some(due) = self.device.deadline().filter(|due| *due <= until) {
+            self.now = self.now.max(due);
+            self.device.wake(self.now, &mut out);
+        }
+        self.now = until;
+    }
+
+    /// Hands `octets` over and waits 1 ms for an answer.
+    pub fn hand(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
+        self.now += Duration::from_millis(1);
+        let (asked, until) = (self.now, self.now + Duration::from_millis(1));
+        let mut out = Outbox::new();
+        self.device.receive(self.now, octets, &mut out);
+        assert!(out.is_empty(), "a slave waits for min TSDR");
+        while let Some(due) = self.device.deadline().filter(|due| *due <= until) {
+            self.now = self.now.max(due);
+            self.device.wake(self.now, &mut out);
+            if let Some(frame) = out.frames().next() {
+                self.delay = self.now.since(asked);
+                return Some(frame.to_vec());
+            }
+        }
+        self.now = until;
+        None
+    }
+
+    fn frame(&self, count: FrameCount, saps: Option<(u8, u8)>, data: &[u8]) -> Vec<u8> {
+        let extension = |sap: Option<u8>| sap.map_or(Extension::NONE, Extension::sap);
+        let fc = FunctionCode::request(RequestFunction::SRD_HIGH, count);
+        let (destination, source) = (extension(saps.map(|of| of.0)), extension(saps.map(|of| of.1)));
+        let frame = DataFrame::new((self.slave, destination), (self.master, source), fc, data);
+        let mut octets = Vec::new();
+        Frame::Data(frame).write(&mut octets);
+        octets
+    }
+
+    /// Sends a new request to access points and gives the answer.
+    pub fn ask(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> Answer {
+        let octets = self.frame(self.count, saps, data);
+        self.count = self.count.next();
+        let answer = self.hand(&octets);
+        self.understand(answer, saps)
+    }
+
+    /// Sends the last request once more, as one does who has not heard the answer.
+    pub fn repeat(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> Answer {
+        let last = self.count.next();
+        let octets = self.frame(last, saps, data);
+        let answer = self.hand(&octets);
+        self.understand(answer, saps)
+    }
+
+    fn understand(&self, answer: Option<Vec<u8>>, saps: Option<(u8, u8)>) -> Answer {
+        let Some(octets) = answer else { return Answer::Silence };
+        match Frame::parse(&octets).expect("a slave sends frames") {
+            Frame::Data(frame) => {
+                assert_eq!((frame.da, frame.sa), (self.master, self.slave));
+                if frame.format != Format::NoData {
+                    assert_eq!((frame.source.sap, frame.destination.sap), (saps.map(|of| of.0), saps.map(|of| of.1)));
+                }
+                Answer::Told(frame.fc.0, frame.data.to_vec())
+            }
+            Frame::ShortAcknowledgement => Answer::Taken,
+            Frame::Token { .. } => panic!("a slave has no token"),
+        }
+    }
+
+    /// Sends Global_Control to all.
+    pub fn control(&mut self, command: u8, groups: u8) {
+        let fc = FunctionCode::request(RequestFunction::SDN_HIGH, FrameCount::Unused);
+        let data = [command, groups];
+        let frame = DataFrame::new((BROADCAST, Extension::sap(58)), (self.master, Extension::sap(62)), fc, &data);
+        let mut octets = Vec::new();
+        Frame::Data(frame).write(&mut octets);
+        assert_eq!(self.hand(&octets), None);
+    }
+
+    pub fn set_prm(&mut self, data: &[u8]) -> Answer {
+        self.ask(Some((61, 62)), data)
+    }
+
+    pub fn chk_cfg(&mut self, data: &[u8]) -> Answer {
+        self.ask(Some((62, 62)), data)
+    }
+
+    /// The octets of Slave_Diag.
+    pub fn diagnosis(&mut self) -> Vec<u8> {
+        match self.ask(Some((60, 62)), &[]) {
+            Answer::Told(8, octets) => octets,
+            other => panic!("no diagnosis but {other:?}"),
+        }
+    }
+
+    /// The inputs of a Data_Exchange.
+    pub fn exchange(&mut self, outputs: &[u8]) -> Vec<u8> {
+        match self.ask(None, outputs) {
+            Answer::Told(8 | 10, octets) => octets,
+            other => panic!("no data but {other:?}"),
+        }
+    }
+}

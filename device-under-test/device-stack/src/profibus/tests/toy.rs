@@ -1,0 +1,138 @@
+//! An encoder that gives back what it was given.
+
+use super::bench::Bench;
+use core::time::Duration;
+use device_stack::profibus::{
+    Access, Application, Device, DiagnosisBits, End, Identity, Refusal, Seen, SlaveBehaviour,
+};
+use station::{StandAction, Time};
+use std::vec::Vec;
+use wire::profibus::cfg::Sums;
+use wire::profibus::dpv1::RecordError;
+use wire::profibus::fdl::BaudRate;
+use wire::profibus::prm::SetPrm;
+
+/// Two octets each way behind configuration 0x31 0x21.
+pub struct Toy {
+    identity: Identity,
+    pub address: u8,
+    pub outputs: Option<Vec<u8>>,
+    pub inputs_given: u8,
+    pub ends: Vec<End>,
+    pub clocks: u32,
+    pub changed: bool,
+    pub record: Vec<u8>,
+}
+
+pub const IDENT: u16 = 0xABCD;
+pub const CFG: [u8; 2] = [0x11, 0x21];
+/// Lock, watchdog 100 ms, min TSDR 11, ident, group 1, DP-V1 on, one octet for the encoder.
+pub const PRM: [u8; 11] = [0x88, 10, 1, 11, 0xAB, 0xCD, 1, 0x80, 0, 0, 7];
+
+pub fn bench(behaviour: SlaveBehaviour) -> Bench<Device<Toy>> {
+    let identity = Identity {
+        ident: IDENT,
+        boot_time: Duration::from_millis(100),
+        freeze: true,
+        sync: true,
+        fail_safe: true,
+        dpv1: true,
+        ms1: true,
+        ms2: 1,
+        abilities: None,
+        set_ext_prm: false,
+    };
+    let toy = Toy {
+        identity,
+        address: 5,
+        outputs: None,
+        inputs_given: 0,
+        ends: Vec::new(),
+        clocks: 0,
+        changed: false,
+        record: std::vec![1, 2, 3],
+    };
+    Bench::new(Device::new(toy, BaudRate(1_500_000), behaviour), 5)
+}
+
+impl Application for Toy {
+    fn identity(&self) -> &Identity {
+        &self.identity
+    }
+    fn power_up(&mut self, _: Time) {
+        self.outputs = None;
+    }
+    fn power_down(&mut self, _: Time) {}
+    fn address(&self) -> u8 {
+        self.address
+    }
+    fn takes_address(&self) -> bool {
+        true
+    }
+    fn set_address(&mut self, _: Time, address: u8, _: bool) {
+        self.address = address;
+    }
+    fn parameters(&mut self, _: Time, parameters: &SetPrm) -> bool {
+        parameters.behind_dpv1() == [7]
+    }
+    fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<Sums> {
+        (identifiers == CFG).then_some(Sums { inputs: 2, outputs: 2 })
+    }
+    fn configuration(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&CFG);
+    }
+    fn exchange_begins(&mut self, _: Time) {}
+    fn exchange_ends(&mut self, _: Time, end: End) {
+        self.ends.push(end);
+    }
+    fn outputs(&mut self, _: Time, data: Option<&[u8]>) {
+        self.outputs = data.map(<[u8]>::to_vec);
+    }
+    fn inputs(&mut self, _: Time, data: &mut [u8]) {
+        self.inputs_given += 1;
+        data.fill(self.inputs_given);
+    }
+    fn clock(&mut self, _: Time) {
+        self.clocks += 1;
+    }
+    fn diagnosis(&mut self, _: Time, out: &mut Vec<u8>) -> DiagnosisBits {
+        out.extend_from_slice(&[2, 0x55]);
+        DiagnosisBits { ext_diag: true, ..DiagnosisBits::default() }
+    }
+    fn diagnosis_changed(&mut self) -> bool {
+        core::mem::take(&mut self.changed)
+    }
+    fn write(&mut self, _: Time, access: Access, data: &[u8]) -> Result<(), Refusal> {
+        match access.index {
+            47 => {
+                self.record = data.to_vec();
+                Ok(())
+            }
+            _ => Err(Refusal::error(RecordError::ACCESS_DENIED)),
+        }
+    }
+    fn read(&mut self, _: Time, access: Access, out: &mut Vec<u8>) -> Result<(), Refusal> {
+        match access.index {
+            47 => {
+                out.extend_from_slice(&self.record);
+                Ok(())
+            }
+            _ => Err(Refusal::error(RecordError::INVALID_INDEX)),
+        }
+    }
+    fn act(&mut self, _: Time, action: &StandAction<'_>) -> Option<Time> {
+        let StandAction::Fault(_, present) = action else { return None };
+        self.changed = *present;
+        Some(Time::ZERO)
+    }
+    fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
+        None
+    }
+    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
+        None
+    }
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
+    fn advance(&mut self, _: Time) {}
+}

@@ -1,0 +1,152 @@
+//! Read, ReadImplicit, Write and write multiple.
+
+use super::super::rpc::Request;
+use super::super::stack::{Env, Stack};
+use super::Answer;
+use crate::profinet::Access;
+use alloc::vec::Vec;
+use wire::octets::Reader;
+use wire::profinet::blocks::record::{
+    ReadRequest, ReadResponse, RecordHeader, WRITE_MULTIPLE, WriteRequest, WriteResponse,
+};
+use wire::profinet::blocks::{BlockType, RawBlock};
+use wire::profinet::rpc::{NdrRequest, Uuid};
+use wire::profinet::status::{AbortReason, ErrorCode, Finder, PnioStatus};
+
+/// Octets of a record block after its version.
+const BODY: usize = 58;
+const BLOCK_TYPE: u8 = 0;
+const BLOCK_LENGTH: u8 = 1;
+const VERSION_HIGH: u8 = 2;
+const VERSION_LOW: u8 = 3;
+const DATA_LENGTH: u8 = 11;
+
+/// Checks the block at the head of a read or write, before its fields are read.
+fn check_head(code: ErrorCode, kind: BlockType, octets: &[u8]) -> Result<(), PnioStatus> {
+    let found = |field| PnioStatus::found(code, Finder::RECORD, field);
+    let raw = RawBlock::read(&mut Reader::new("record", octets)).map_err(|_| found(BLOCK_LENGTH))?;
+    for (field, holds) in [
+        (BLOCK_TYPE, raw.header.kind == kind),
+        (BLOCK_LENGTH, raw.body.len() == BODY),
+        (VERSION_HIGH, raw.header.version_high == 1),
+        (VERSION_LOW, raw.header.version_low == 0),
+    ] {
+        if !holds {
+            return Err(found(field));
+        }
+    }
+    Ok(())
+}
+
+fn access(header: &RecordHeader) -> Access {
+    let RecordHeader { api, slot_number, subslot_number, index, .. } = *header;
+    Access { ar: None, api, slot: slot_number, subslot: subslot_number, index }
+}
+
+impl Stack {
+    /// Reads a record within a connection.
+    pub(super) fn read(&mut self, env: &mut Env<'_>, call: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+        let code = ErrorCode::READ_RESPONSE;
+        check_head(code, BlockType::READ_REQ, blocks)?;
+        let request = ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, Finder::RECORD, BLOCK_LENGTH))?;
+        let at = self.find(code, request.header.ar_uuid)?;
+        self.ars[at].touch(env.now);
+        self.answer_read(env, call, &request, Some(at), true)
+    }
+
+    /// Reads a record without a connection; about one, if the request names it.
+    pub(super) fn read_implicit(
+        &mut self,
+        env: &mut Env<'_>,
+        call: &Request,
+        blocks: &[u8],
+    ) -> Result<Answer, PnioStatus> {
+        let code = ErrorCode::READ_RESPONSE;
+        check_head(code, BlockType::READ_REQ, blocks)?;
+        let request = ReadRequest::parse(blocks).map_err(|_| PnioStatus::found(code, Finder::RECORD, BLOCK_LENGTH))?;
+        let target = match request.target_ar_uuid {
+            Uuid::NIL => None,
+            uuid => Some(self.find(code, uuid)?),
+        };
+        let answer = self.answer_read(env, call, &request, target, false);
+        if !self.behaviour.survives_implicit_read {
+            self.end_all(env, AbortReason::ABORT_REQUEST);
+        }
+        answer
+    }
+
+    /// `about` is the connection that the record may be about; it is the reader's own if the read `is_within`.
+    fn answer_read(
+        &mut self,
+        env: &mut Env<'_>,
+        call: &Request,
+        request: &ReadRequest,
+        about: Option<usize>,
+        is_within: bool,
+    ) -> Result<Answer, PnioStatus> {
+        let key = about.filter(|_| is_within).map(|at| self.ars[at].key);
+        let access = Access { ar: key, ..access(&request.header) };
+        let mut data = Vec::new();
+        let status = match self.read_record(env, access, about, &mut data) {
+            Ok(()) => PnioStatus::OK,
+            Err(error) => {
+                data.clear();
+                PnioStatus::record(ErrorCode::READ_RESPONSE, (self.behaviour.record_error)(error))
+            }
+        };
+        if self.behaviour.cuts_records {
+            let order = call.header.order();
+            let most = NdrRequest::parse(order, &call.body).map_or(0, |(ndr, _)| ndr.args_maximum as usize);
+            let room = most.saturating_sub(WriteResponse::LENGTH).min(request.header.record_data_length as usize);
+            data.truncate(room);
+        }
+        let mut blocks = Vec::new();
+        ReadResponse::to(request, data).write(&mut blocks);
+        Ok(Answer { status, blocks })
+    }
+
+    /// Writes a record, or several.
+    pub(super) fn write(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
+        let code = ErrorCode::WRITE_RESPONSE;
+        let wrong_length = PnioStatus::found(code, Finder::RECORD, DATA_LENGTH);
+        check_head(code, BlockType::WRITE_REQ, blocks)?;
+        let request = WriteRequest::parse(blocks).map_err(|_| wrong_length)?;
+        if !request.rest.is_empty() {
+            return Err(wrong_length);
+        }
+        let at = self.find(code, request.header.ar_uuid)?;
+        self.ars[at].touch(env.now);
+        let mut answer = Vec::new();
+        let Some(records) = request.records() else {
+            let status = self.write_one(env, at, &request);
+            WriteResponse::to(&request, status).write(&mut answer);
+            return Ok(Answer { status, blocks: answer });
+        };
+        let records = records.map_err(|_| wrong_length)?;
+        let mut inner = Vec::new();
+        let carried_out = (self.behaviour.writes_of_multiple)(records.len());
+        for (number, record) in records.iter().enumerate() {
+            if number >= carried_out {
+                inner.push(WriteResponse::to(record, PnioStatus::OK));
+                continue;
+            }
+            let is_own = record.header.ar_uuid == request.header.ar_uuid && record.header.index != WRITE_MULTIPLE;
+            let status = if is_own {
+                self.write_one(env, at, record)
+            } else {
+                PnioStatus::found(code, Finder::RECORD, if record.header.index == WRITE_MULTIPLE { 10 } else { 5 })
+            };
+            inner.push(WriteResponse::to(record, status));
+        }
+        WriteResponse::to_multiple(&request, inner).iter().for_each(|response| response.write(&mut answer));
+        Ok(Answer::done(answer))
+    }
+
+    fn write_one(&mut self, env: &mut Env<'_>, at: usize, request: &WriteRequest) -> PnioStatus {
+        let access = Access { ar: Some(self.ars[at].key), ..access(&request.header) };
+        match self.write_record(env, access, &request.data) {
+            Ok(()) => PnioStatus::OK,
+            Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, (self.behaviour.record_error)(error)),
+        }
+    }
+}

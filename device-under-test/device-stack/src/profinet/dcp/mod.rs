@@ -1,0 +1,166 @@
+//! DCP: who the device is, what it is called, and what may be changed by whoever asks.
+
+mod set;
+mod values;
+
+use super::stack::{Env, Stack};
+use crate::profinet::StationData;
+use alloc::vec::Vec;
+use station::{Duration, Time};
+use wire::ethernet::{FrameHeader, Mac};
+use wire::profinet::dcp::{
+    Block, BlockError, BlockInfo, Body, Dcp, Element, ServiceId, ServiceType, Value, response_delay_steps,
+};
+use wire::profinet::rt::FrameId;
+use wire::profinet::status::AbortReason;
+
+/// What is open in DCP: answers that wait, a transaction, a flashing light, a Hello that is due.
+#[derive(Debug)]
+pub(super) struct Desk {
+    waiting: Vec<Waiting>,
+    transaction: Option<Transaction>,
+    signals_until: Option<Time>,
+    hello: Option<Time>,
+}
+
+#[derive(Debug)]
+struct Waiting {
+    due: Time,
+    to: Mac,
+    answer: Dcp,
+}
+
+/// Changes that take effect together.
+#[derive(Debug)]
+struct Transaction {
+    owner: Mac,
+    expires: Time,
+    station: StationData,
+    stored: StationData,
+}
+
+impl Desk {
+    /// One step of the delay with which Identify is answered.
+    const DELAY_STEP: Duration = Duration::from_millis(10);
+    /// How many answers can wait.
+    const WAITING: usize = 32;
+    /// How long a light flashes: three times, once a second.
+    const SIGNAL: Duration = Duration::from_secs(3);
+    /// How long a transaction waits for its end.
+    const TRANSACTION: Duration = Duration::from_secs(3);
+
+    /// Nothing is open but the Hello.
+    pub(super) fn new(now: Time) -> Desk {
+        Desk { waiting: Vec::new(), transaction: None, signals_until: None, hello: Some(now) }
+    }
+
+    /// The Hello is due again.
+    pub(super) fn announce(&mut self, now: Time) {
+        self.hello = Some(now);
+    }
+
+    /// Whether the light is flashing.
+    pub(super) fn is_signalling(&self, now: Time) -> bool {
+        self.signals_until.is_some_and(|until| now < until)
+    }
+
+    /// When something is to be sent or given up.
+    pub(super) fn due(&self) -> Option<Time> {
+        let waiting = self.waiting.iter().map(|waiting| waiting.due);
+        let transaction = self.transaction.iter().map(|transaction| transaction.expires);
+        waiting.chain(transaction).chain(self.hello).min()
+    }
+}
+
+impl Stack {
+    /// Takes a DCP frame.
+    pub(super) fn receive_dcp(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
+        let Ok(request) = Dcp::parse(payload) else {
+            if !self.behaviour.survives_damaged_dcp {
+                self.end_all(env, AbortReason::ABORT_REQUEST);
+            }
+            return;
+        };
+        if request.service_type != ServiceType::REQUEST {
+            return;
+        }
+        match (request.frame_id, request.service_id) {
+            (FrameId::DCP_IDENTIFY_REQUEST, ServiceId::IDENTIFY) => self.identify(env, header.source, &request),
+            (FrameId::DCP_GET_SET, ServiceId::GET) if is_for_us => {
+                let blocks = self.get(env, &request);
+                request.response(blocks).write_frame_to(header.source, self.kept.mac, env);
+            }
+            (FrameId::DCP_GET_SET, ServiceId::SET) if is_for_us => self.set(env, header.source, &request),
+            (FrameId::DCP_GET_SET, _) if is_for_us => {
+                request.not_supported().write_frame_to(header.source, self.kept.mac, env);
+            }
+            _ => {}
+        }
+    }
+
+    fn identify(&mut self, env: &mut Env<'_>, source: Mac, request: &Dcp) {
+        let blocks = request.blocks();
+        let matches = |block: &Block| match &block.value {
+            Value::AllSelector => true,
+            Value::AliasName(alias) => self.alias().as_ref() == Some(alias),
+            Value::NameOfStation(name) => (self.behaviour.answers_to)(&self.station.name, name),
+            value => self.value(env.application, value.element()).as_ref() == Some(value),
+        };
+        if blocks.is_empty() || !blocks.iter().all(matches) || self.desk.waiting.len() >= Desk::WAITING {
+            return;
+        }
+        let steps = if self.behaviour.delays_identify {
+            response_delay_steps(self.kept.mac, request.response_delay_factor)
+        } else {
+            0
+        };
+        let answer = request.response(self.presentation(env.application));
+        self.desk.waiting.push(Waiting { due: env.now + Desk::DELAY_STEP * u32::from(steps), to: source, answer });
+        self.wake_dcp(env);
+    }
+
+    fn get(&self, env: &Env<'_>, request: &Dcp) -> Vec<Block> {
+        let Body::Elements(elements) = &request.body else { return Vec::new() };
+        let answer = |element: &Element| match self.got(env.application, *element) {
+            Some(value) => Block::tell(self.info(*element), value),
+            None => Block::outcome(*element, values::unknown(*element)),
+        };
+        elements.iter().map(answer).collect()
+    }
+
+    /// Sends what is due and ends what has expired.
+    pub(super) fn wake_dcp(&mut self, env: &mut Env<'_>) {
+        while let Some(at) = self.desk.waiting.iter().position(|waiting| waiting.due <= env.now) {
+            let Waiting { to, answer, .. } = self.desk.waiting.remove(at);
+            answer.write_frame_to(to, self.kept.mac, env);
+        }
+        if self.desk.transaction.as_ref().is_some_and(|transaction| transaction.expires <= env.now) {
+            self.desk.transaction = None;
+        }
+        if self.desk.hello.is_some_and(|due| due <= env.now) {
+            self.desk.hello = None;
+            let blocks = self.greeting(env.application);
+            Dcp::hello(env.now.as_nanos() as u32, blocks).write_frame_to(Mac::DCP_HELLO_MULTICAST, self.kept.mac, env);
+        }
+    }
+}
+
+trait WriteFrame {
+    fn write_frame_to(&self, destination: Mac, source: Mac, env: &mut Env<'_>);
+}
+
+impl WriteFrame for Dcp {
+    fn write_frame_to(&self, destination: Mac, source: Mac, env: &mut Env<'_>) {
+        env.out.push_with(|frame| self.write_frame(destination, source, frame));
+    }
+}
+
+/// The answer to one element of a Set.
+fn outcome(element: Element, result: Result<(), BlockError>) -> Block {
+    Block::outcome(element, result.err().unwrap_or(BlockError::OK))
+}
+
+/// An element with nothing to be said about its origin.
+fn plain(value: Value) -> Block {
+    Block::tell(BlockInfo::NONE, value)
+}

@@ -1,0 +1,202 @@
+//! DCP Set: name, addresses, the flashing light, resets and transactions.
+//!
+//! A name or an address that differs from the one in use ends all connections; one that does not changes nothing.
+
+use super::super::maintenance::Texts;
+use super::super::stack::{Env, Stack};
+use super::{Desk, Transaction, WriteFrame, outcome, values};
+use crate::profinet::{ResetScope, StationData};
+use core::net::Ipv4Addr;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockError, Dcp, Element, ResetMode, Value};
+use wire::profinet::status::AbortReason;
+
+impl Stack {
+    /// Carries out a Set and answers it; a reset takes place after the answer.
+    pub(super) fn set(&mut self, env: &mut Env<'_>, source: Mac, request: &Dcp) {
+        let mut blocks = alloc::vec::Vec::new();
+        let mut has_reset = false;
+        for block in request.blocks() {
+            let result = match &block.value {
+                Value::NameOfStation(name) => self.set_name(env, source, name, block),
+                Value::IpParameter(ip) => self.set_address(env, source, ip, block),
+                Value::Signal(Value::FLASH_ONCE) if self.behaviour.answers_signal => {
+                    self.desk.signals_until = Some(env.now + Desk::SIGNAL);
+                    Ok(())
+                }
+                Value::Start => self.begin(env, source),
+                Value::Stop => self.commit(env, source),
+                Value::FactoryReset => self.reset(env, ResetScope::Factory, &mut has_reset),
+                Value::ResetToFactory => self.reset(env, reset_scope(block.qualifier().reset_mode()), &mut has_reset),
+                Value::Raw { element: Element::NAME_OF_STATION | Element::IP_PARAMETER, .. } | Value::Signal(_) => {
+                    Err(BlockError::SUBOPTION_NOT_SET)
+                }
+                other => Err(match values::unknown(other.element()) {
+                    BlockError::OPTION_NOT_SUPPORTED => BlockError::OPTION_NOT_SUPPORTED,
+                    _ => BlockError::SUBOPTION_NOT_SUPPORTED,
+                }),
+            };
+            blocks.push(outcome(block.value.element(), result));
+        }
+        request.response(blocks).write_frame_to(source, self.kept.mac, env);
+        if has_reset {
+            self.desk.transaction = None;
+            self.restart_station(env);
+        }
+    }
+
+    fn set_name(&mut self, env: &mut Env<'_>, source: Mac, name: &[u8], block: &Block) -> Result<(), BlockError> {
+        if !env.application.accepts_name(name) {
+            return Err(BlockError::SUBOPTION_NOT_SET);
+        }
+        self.change(
+            env,
+            source,
+            block,
+            |station, name_only| {
+                station.name = name_only.name.clone();
+            },
+            &StationData { name: name.to_vec(), ..StationData::default() },
+        )
+    }
+
+    fn set_address(
+        &mut self,
+        env: &mut Env<'_>,
+        source: Mac,
+        ip: &IpParameter,
+        block: &Block,
+    ) -> Result<(), BlockError> {
+        if !is_usable(ip) {
+            return Err(BlockError::SUBOPTION_NOT_SET);
+        }
+        let wanted = StationData {
+            ip: ip.address.octets(),
+            mask: ip.mask.octets(),
+            gateway: ip.gateway.octets(),
+            ..StationData::default()
+        };
+        self.change(
+            env,
+            source,
+            block,
+            |station, wanted| {
+                (station.ip, station.mask, station.gateway) = (wanted.ip, wanted.mask, wanted.gateway);
+            },
+            &wanted,
+        )
+    }
+
+    /// Changes what `assign` takes over from its second argument: `wanted`, or the blank station where nothing is kept.
+    fn change(
+        &mut self,
+        env: &mut Env<'_>,
+        source: Mac,
+        block: &Block,
+        assign: impl Fn(&mut StationData, &StationData),
+        wanted: &StationData,
+    ) -> Result<(), BlockError> {
+        let stores = block.qualifier().is_permanent() || !self.behaviour.forgets_temporary;
+        let blank = StationData::default();
+        let kept = if stores { wanted } else { &blank };
+        match &mut self.desk.transaction {
+            Some(transaction) if transaction.owner != source => return Err(BlockError::RESOURCE_ERROR),
+            Some(transaction) => {
+                assign(&mut transaction.station, wanted);
+                assign(&mut transaction.stored, kept);
+            }
+            None => {
+                let (mut station, mut stored) = (self.station.clone(), self.stored.clone());
+                assign(&mut station, wanted);
+                assign(&mut stored, kept);
+                self.adopt(env, station, stored);
+            }
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, env: &mut Env<'_>, owner: Mac) -> Result<(), BlockError> {
+        if self.desk.transaction.as_ref().is_some_and(|transaction| transaction.owner != owner) {
+            return Err(BlockError::RESOURCE_ERROR);
+        }
+        let expires = env.now + Desk::TRANSACTION;
+        let (station, stored) = (self.station.clone(), self.stored.clone());
+        self.desk.transaction = Some(Transaction { owner, expires, station, stored });
+        Ok(())
+    }
+
+    fn commit(&mut self, env: &mut Env<'_>, owner: Mac) -> Result<(), BlockError> {
+        match self.desk.transaction.take() {
+            Some(transaction) if transaction.owner == owner => {
+                self.adopt(env, transaction.station, transaction.stored);
+                Ok(())
+            }
+            other => {
+                self.desk.transaction = other;
+                Err(BlockError::SUBOPTION_NOT_SET)
+            }
+        }
+    }
+
+    /// Uses `station` from now on and lets the application store `stored`.
+    fn adopt(&mut self, env: &mut Env<'_>, mut station: StationData, mut stored: StationData) {
+        (self.behaviour.after_set)(&self.station, &mut station, &mut stored);
+        if station.name != self.station.name {
+            self.end_all(env, AbortReason::STATION_NAME_CHANGED);
+        } else if station != self.station {
+            self.end_all(env, AbortReason::IP_SUITE_CHANGED);
+        }
+        env.application.set_station(env.now, &station, &stored);
+        self.stored = stored;
+        self.use_station(env.now, station);
+    }
+
+    fn reset(&mut self, env: &mut Env<'_>, scope: ResetScope, has_reset: &mut bool) -> Result<(), BlockError> {
+        if !self.behaviour.executes_reset {
+            return Ok(());
+        }
+        if !env.application.factory_reset(env.now, scope) {
+            return Err(BlockError::SUBOPTION_NOT_SET);
+        }
+        match scope {
+            ResetScope::Factory
+            | ResetScope::ApplicationData
+            | ResetScope::AllData
+            | ResetScope::Device
+            | ResetScope::FactoryImage => self.kept.texts = Texts::default(),
+            ResetScope::Communication | ResetScope::Engineering | ResetScope::Other(_) => {}
+        }
+        *has_reset = true;
+        Ok(())
+    }
+}
+
+fn reset_scope(mode: ResetMode) -> ResetScope {
+    match mode {
+        ResetMode::APPLICATION => ResetScope::ApplicationData,
+        ResetMode::COMMUNICATION => ResetScope::Communication,
+        ResetMode::ENGINEERING => ResetScope::Engineering,
+        ResetMode::ALL => ResetScope::AllData,
+        ResetMode::DEVICE => ResetScope::Device,
+        ResetMode::FACTORY_IMAGE => ResetScope::FactoryImage,
+        ResetMode(other) => ResetScope::Other(other),
+    }
+}
+
+/// Whether a station can have these addresses: none at all, or one of a host, with a mask without gaps and a gateway of
+/// the same subnet or none.
+fn is_usable(ip: &IpParameter) -> bool {
+    if *ip == IpParameter::NONE {
+        return true;
+    }
+    let (address, mask, gateway) = (u32::from(ip.address), u32::from(ip.mask), u32::from(ip.gateway));
+    let is_host = |address: u32| address & !mask != 0 && address & !mask != !mask;
+    let is_unicast = |address: Ipv4Addr| {
+        !(address.is_multicast() || address.is_loopback() || address.is_broadcast() || address.octets()[0] == 0)
+            && address.octets()[0] < 240
+    };
+    let mask_holds = mask.leading_ones() == mask.count_ones() && (1..=30).contains(&mask.count_ones());
+    let gateway_holds = gateway == 0 || (gateway & mask == address & mask && is_host(gateway));
+    is_unicast(ip.address) && mask_holds && is_host(address) && gateway_holds
+}

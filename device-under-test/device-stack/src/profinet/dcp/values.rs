@@ -1,0 +1,110 @@
+//! The values of the elements of DCP.
+
+use super::super::stack::Stack;
+use super::plain;
+use crate::profinet::Application;
+use alloc::vec::Vec;
+use core::net::Ipv4Addr;
+use wire::profinet::dcp::block::IpParameter;
+use wire::profinet::dcp::{Block, BlockError, BlockInfo, Element, Value};
+
+/// The elements that the device knows, as it lists them.
+const KNOWN: [Element; 13] = [
+    Element::MAC,
+    Element::IP_PARAMETER,
+    Element::VENDOR,
+    Element::NAME_OF_STATION,
+    Element::DEVICE_ID,
+    Element::DEVICE_ROLE,
+    Element::DEVICE_OPTIONS,
+    Element::ALIAS_NAME,
+    Element::DEVICE_INSTANCE,
+    Element::SIGNAL,
+    Element::FACTORY_RESET,
+    Element::RESET_TO_FACTORY,
+    Element::DEVICE_INITIATIVE,
+];
+
+/// Device role: IO device.
+const IO_DEVICE: u8 = 1;
+/// Device initiative: the device says Hello.
+const SAYS_HELLO: u16 = 1;
+
+/// Why the device does not know `element`.
+pub(super) fn unknown(element: Element) -> BlockError {
+    let knows_option = KNOWN.iter().any(|known| known.option == element.option);
+    if knows_option { BlockError::SUBOPTION_NOT_SUPPORTED } else { BlockError::OPTION_NOT_SUPPORTED }
+}
+
+impl Stack {
+    /// The value of `element`, if it has one.
+    pub(super) fn value(&self, application: &dyn Application, element: Element) -> Option<Value> {
+        let identity = application.identity();
+        Some(match element {
+            Element::MAC => Value::Mac(self.kept.mac),
+            Element::IP_PARAMETER => Value::IpParameter(IpParameter {
+                address: Ipv4Addr::from(self.station.ip),
+                mask: Ipv4Addr::from(self.station.mask),
+                gateway: Ipv4Addr::from(self.station.gateway),
+            }),
+            Element::VENDOR => Value::Vendor((self.behaviour.station_type)(identity.station_type).as_bytes().to_vec()),
+            Element::NAME_OF_STATION => Value::NameOfStation((self.behaviour.told_name)(&self.station.name)),
+            Element::DEVICE_ID => {
+                let (vendor_id, device_id) = (self.behaviour.told_ids)((identity.vendor_id, identity.device_id));
+                Value::DeviceId { vendor_id, device_id }
+            }
+            Element::DEVICE_ROLE => Value::DeviceRole { role: IO_DEVICE, reserved: 0 },
+            Element::DEVICE_OPTIONS => Value::DeviceOptions(KNOWN.to_vec()),
+            Element::ALIAS_NAME => Value::AliasName(self.alias()?),
+            Element::DEVICE_INSTANCE => Value::DeviceInstance { high: 0, low: 1 },
+            Element::DEVICE_INITIATIVE => Value::DeviceInitiative(SAYS_HELLO),
+            _ => return None,
+        })
+    }
+
+    /// The value of `element` that Get is given.
+    pub(super) fn got(&self, application: &dyn Application, element: Element) -> Option<Value> {
+        self.value(application, element).map(self.behaviour.got)
+    }
+
+    /// What is told about the origin of a value.
+    pub(super) fn info(&self, element: Element) -> BlockInfo {
+        let has_address = self.station.ip != [0; 4];
+        if element == Element::IP_PARAMETER && has_address { BlockInfo::IP_SET } else { BlockInfo::NONE }
+    }
+
+    fn blocks(&self, application: &dyn Application, elements: &[Element]) -> Vec<Block> {
+        let block = |element: &Element| {
+            self.value(application, *element).map(|value| match self.info(*element) {
+                BlockInfo::NONE => plain(value),
+                info => Block::tell(info, value),
+            })
+        };
+        elements.iter().filter_map(block).collect()
+    }
+
+    /// How the device presents itself to whoever looks for it.
+    pub(super) fn presentation(&self, application: &dyn Application) -> Vec<Block> {
+        self.blocks(
+            application,
+            &[
+                Element::DEVICE_OPTIONS,
+                Element::VENDOR,
+                Element::NAME_OF_STATION,
+                Element::DEVICE_ID,
+                Element::DEVICE_ROLE,
+                Element::DEVICE_INSTANCE,
+                Element::IP_PARAMETER,
+                Element::DEVICE_INITIATIVE,
+            ],
+        )
+    }
+
+    /// How the device greets after its start.
+    pub(super) fn greeting(&self, application: &dyn Application) -> Vec<Block> {
+        self.blocks(
+            application,
+            &[Element::NAME_OF_STATION, Element::IP_PARAMETER, Element::DEVICE_ID, Element::DEVICE_INITIATIVE],
+        )
+    }
+}

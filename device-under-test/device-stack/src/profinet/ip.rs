@@ -1,0 +1,226 @@
+//! ARP, ICMP, UDP and TCP, by smoltcp over a pipe of frames.
+//!
+//! This room must not know what a datagram says.
+
+use super::StackBehaviour;
+use super::web::{Pages, Web};
+use crate::profinet::StationData;
+use alloc::collections::VecDeque;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::net::{Ipv4Addr, SocketAddrV4};
+use smoltcp::iface::{Config, Interface, SocketHandle, SocketSet};
+use smoltcp::phy::{self, DeviceCapabilities, Medium};
+use smoltcp::socket::udp::{PacketBuffer, PacketMetadata, Socket};
+use smoltcp::time::Instant;
+use smoltcp::wire::{EthernetAddress, IpAddress, IpCidr, IpEndpoint, Ipv4Cidr};
+use station::{Duration, Outbox, Time};
+use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
+use wire::profinet::rpc;
+
+/// One of the two sockets of the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Port {
+    /// Where the device is called: 34964.
+    Server,
+    /// From where the device calls: 49153.
+    Client,
+}
+
+/// A datagram that has come.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Received {
+    /// To which socket.
+    pub port: Port,
+    /// From whom.
+    pub from: SocketAddrV4,
+    /// What it carries.
+    pub payload: Vec<u8>,
+}
+
+/// The IP stack of the device.
+pub(super) struct Ip {
+    pipe: Pipe,
+    interface: Interface,
+    sockets: SocketSet<'static>,
+    server: SocketHandle,
+    client: SocketHandle,
+    web: Web,
+    /// The first address since the start.
+    first: Option<Ipv4Addr>,
+    due: Option<Time>,
+}
+
+impl Ip {
+    /// The UDP port from which the device calls.
+    pub(super) const CLIENT_PORT: u16 = 0xC001;
+    const DATAGRAMS: usize = 64;
+    /// Room for what has come, in octets: each datagram is taken before the next one comes.
+    const RECEIVED: usize = 8 * 1024;
+    /// Room for what waits for the address of its receiver, in octets: the longest record in fragments.
+    const SENT: usize = 32 * 1024;
+
+    /// The stack without an address.
+    pub(super) fn new(now: Time, mac: Mac) -> Ip {
+        let mut pipe = Pipe::default();
+        let config = Config::new(EthernetAddress(mac.0).into());
+        let interface = Interface::new(config, &mut pipe, instant(now));
+        let mut sockets = SocketSet::new(Vec::new());
+        let mut open = |port: u16| {
+            let buffer = |octets| PacketBuffer::new(vec![PacketMetadata::EMPTY; Ip::DATAGRAMS], vec![0; octets]);
+            let mut socket = Socket::new(buffer(Ip::RECEIVED), buffer(Ip::SENT));
+            let bound = socket.bind(port);
+            debug_assert!(bound.is_ok(), "a new socket is not bound, and the port is not 0");
+            sockets.add(socket)
+        };
+        let (server, client) = (open(rpc::PORT), open(Ip::CLIENT_PORT));
+        let web = Web::new(&mut sockets);
+        Ip { pipe, interface, sockets, server, client, web, first: None, due: None }
+    }
+
+    /// Takes the addresses of `station`; without an address nobody is answered.
+    pub(super) fn configure(&mut self, station: &StationData, behaviour: &StackBehaviour) {
+        let address = Ipv4Addr::from(station.ip);
+        let prefix = u32::from_be_bytes(station.mask).leading_ones() as u8;
+        if !self.interface.has_ip_addr(address) {
+            self.web.forget(&mut self.sockets);
+        }
+        self.first = self.first.or((!address.is_unspecified()).then_some(address));
+        let first = self.first.filter(|first| *first != address && !behaviour.moves_pages);
+        self.interface.update_ip_addrs(|addresses| {
+            addresses.clear();
+            for address in [Some(address), first].into_iter().flatten().filter(|address| !address.is_unspecified()) {
+                // The list has room for two addresses and is empty.
+                addresses.push(IpCidr::Ipv4(Ipv4Cidr::new(address, prefix))).ok();
+            }
+        });
+        let gateway = Ipv4Addr::from(station.gateway);
+        let routes = self.interface.routes_mut();
+        routes.remove_default_ipv4_route();
+        if !gateway.is_unspecified() && gateway != address {
+            // The table has room for at least one route and is empty.
+            routes.add_default_ipv4_route(gateway).ok();
+        }
+    }
+
+    /// Takes a frame with ARP or IPv4.
+    pub(super) fn receive(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
+        let mut frame = Vec::with_capacity(FrameHeader::UNTAGGED_LENGTH + payload.len());
+        FrameHeader { tag: None, inner_tag: None, ..*header }.write(&mut frame);
+        frame.extend_from_slice(payload);
+        self.pipe.incoming = Some(frame);
+        self.poll(now, out);
+    }
+
+    /// Whether a frame of this type is for this stack.
+    pub(super) fn takes(ether_type: EtherType) -> bool {
+        matches!(ether_type, EtherType::IPV4 | EtherType::ARP)
+    }
+
+    /// The next datagram that has come.
+    pub(super) fn next(&mut self) -> Option<Received> {
+        [(Port::Server, self.server), (Port::Client, self.client)].into_iter().find_map(|(port, handle)| {
+            let (payload, meta) = self.sockets.get_mut::<Socket<'_>>(handle).recv().ok()?;
+            let IpAddress::Ipv4(address) = meta.endpoint.addr;
+            Some(Received { port, from: SocketAddrV4::new(address, meta.endpoint.port), payload: payload.to_vec() })
+        })
+    }
+
+    /// Sends a datagram as soon as the MAC address of the receiver is known; without room for it, it is lost.
+    pub(super) fn send(&mut self, now: Time, port: Port, to: SocketAddrV4, payload: &[u8], out: &mut Outbox) {
+        let handle = match port {
+            Port::Server => self.server,
+            Port::Client => self.client,
+        };
+        let endpoint = IpEndpoint::new(IpAddress::Ipv4(*to.ip()), to.port());
+        if self.sockets.get_mut::<Socket<'_>>(handle).send_slice(payload, endpoint).is_ok() {
+            self.poll(now, out);
+        }
+    }
+
+    /// Answers what was asked of the web server.
+    pub(super) fn serve(
+        &mut self,
+        now: Time,
+        is_open: bool,
+        behaviour: &StackBehaviour,
+        pages: Pages<'_>,
+        out: &mut Outbox,
+    ) {
+        let address = self.first.filter(|_| !behaviour.moves_pages);
+        while self.web.serve(&mut self.sockets, is_open, address, pages) {
+            self.poll(now, out);
+        }
+    }
+
+    /// When something is to be done without a frame.
+    pub(super) fn due(&self) -> Option<Time> {
+        self.due
+    }
+
+    /// Does what is due and sends what is ready.
+    pub(super) fn poll(&mut self, now: Time, out: &mut Outbox) {
+        let instant = instant(now);
+        self.interface.poll(instant, &mut self.pipe, &mut self.sockets);
+        for frame in self.pipe.outgoing.drain(..) {
+            out.push_with(|buffer| {
+                let start = buffer.len();
+                buffer.extend_from_slice(&frame);
+                pad(buffer, start);
+            });
+        }
+        let due = self.interface.poll_at(instant, &self.sockets);
+        let soonest = now + Duration::from_micros(1);
+        self.due = due.map(|due| soonest.max(Time::ZERO + Duration::from_micros(due.total_micros().unsigned_abs())));
+    }
+}
+
+fn instant(time: Time) -> Instant {
+    Instant::from_micros(i64::try_from(time.as_nanos() / 1000).unwrap_or(i64::MAX))
+}
+
+/// A pair of ends: one frame in, any number of frames out.
+#[derive(Debug, Default)]
+struct Pipe {
+    incoming: Option<Vec<u8>>,
+    outgoing: VecDeque<Vec<u8>>,
+}
+
+impl phy::Device for Pipe {
+    type RxToken<'a> = Incoming;
+    type TxToken<'a> = Outgoing<'a>;
+
+    fn receive(&mut self, _: Instant) -> Option<(Incoming, Outgoing<'_>)> {
+        Some((Incoming(self.incoming.take()?), Outgoing(&mut self.outgoing)))
+    }
+
+    fn transmit(&mut self, _: Instant) -> Option<Outgoing<'_>> {
+        Some(Outgoing(&mut self.outgoing))
+    }
+
+    fn capabilities(&self) -> DeviceCapabilities {
+        let mut capabilities = DeviceCapabilities::default();
+        capabilities.medium = Medium::Ethernet;
+        capabilities.max_transmission_unit = 1514;
+        capabilities
+    }
+}
+
+struct Incoming(Vec<u8>);
+
+impl phy::RxToken for Incoming {
+    fn consume<R, F: FnOnce(&[u8]) -> R>(self, take: F) -> R {
+        take(&self.0)
+    }
+}
+
+struct Outgoing<'a>(&'a mut VecDeque<Vec<u8>>);
+
+impl phy::TxToken for Outgoing<'_> {
+    fn consume<R, F: FnOnce(&mut [u8]) -> R>(self, length: usize, fill: F) -> R {
+        let mut frame = vec![0; length];
+        let result = fill(&mut frame);
+        self.0.push_back(frame);
+        result
+    }
+}

@@ -1,0 +1,63 @@
+//! Identification and maintenance: what the device says of itself, and the three texts that a user may write.
+
+use super::stack::Kept;
+use crate::profinet::Identity;
+use alloc::vec::Vec;
+use wire::profinet::blocks::im::{Im0, ImText, SoftwareRevision, padded};
+
+/// The texts I&M1 to I&M3, blank at delivery; they survive a loss of power.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Texts([ImText; 3]);
+
+impl Default for Texts {
+    fn default() -> Texts {
+        Texts([
+            ImText::Tag { function: [b' '; 32], location: [b' '; 22] },
+            ImText::Date([b' '; 16]),
+            ImText::Descriptor([b' '; 54]),
+        ])
+    }
+}
+
+impl Texts {
+    /// The text I&M`number`, 1 to 3, if a device with this identity has it.
+    pub(super) fn get(&self, identity: &Identity, number: u16) -> Option<&ImText> {
+        let is_supported = number < 16 && identity.im_supported & (1 << number) != 0;
+        self.0.get(usize::from(number).checked_sub(1)?).filter(|_| is_supported)
+    }
+
+    /// Stores a text in the place of the one of its kind; I&M4 has none.
+    pub(super) fn put(&mut self, text: ImText) {
+        if let Some(place) = self.0.iter_mut().find(|place| place.block() == text.block()) {
+            *place = text;
+        }
+    }
+}
+
+/// Appends I&M0 of a device with this identity, and counts that it was read.
+pub(super) fn write_im0(identity: &Identity, kept: &mut Kept, out: &mut Vec<u8>) {
+    let mut im0 = kept.written_im0.clone().unwrap_or_else(|| im0(identity));
+    (kept.behaviour.im0)(&mut im0, kept.past);
+    let mut octets = Vec::new();
+    im0.write(&mut octets);
+    (kept.behaviour.im0_octets)(&mut octets);
+    out.extend(octets);
+    kept.past.im0_reads = kept.past.im0_reads.wrapping_add(1);
+}
+
+/// I&M0 of a device with this identity.
+fn im0(identity: &Identity) -> Im0 {
+    let [prefix, functional_enhancement, bug_fix, internal_change] = identity.software_revision;
+    Im0 {
+        vendor_id: identity.vendor_id,
+        order_id: padded(identity.order_id),
+        serial_number: padded(&identity.serial_number),
+        hardware_revision: identity.hardware_revision,
+        software_revision: SoftwareRevision { prefix, functional_enhancement, bug_fix, internal_change },
+        revision_counter: identity.revision_counter,
+        profile_id: identity.profile_id,
+        profile_specific_type: identity.profile_specific_type,
+        im_version: identity.im_version,
+        im_supported: identity.im_supported,
+    }
+}

@@ -1,0 +1,226 @@
+//! The records that all devices have, and which places there are at all; the others are the application's.
+
+use super::maintenance;
+use super::plugged::{Expected, INTERFACE_SUBSLOT, Place, Scope};
+use super::stack::{Env, Stack};
+use crate::profinet::{Access, Plug, RecordRefusal};
+use alloc::vec::Vec;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::identification::{
+    ApiData, ApiIdentification, IdentificationData, SlotIdentification, SubslotIdentification,
+};
+use wire::profinet::blocks::im::{Im0, ImText};
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
+use wire::profinet::status::RecordError;
+
+/// I&M0, of which the index is that of I&M1 to I&M15 less their number.
+const IM0: u16 = 0xAFF0;
+const IM3: u16 = 0xAFF3;
+/// From here on records are about more than a module; the stack has all there are.
+const WITHOUT_PLACE: u16 = 0xE000;
+
+/// What a record of the stack tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Subject {
+    Expected,
+    Real,
+    Diagnosis { with_maintenance: bool },
+    ModuleDiff,
+    Apis,
+    Im0Filter,
+    Im(u16),
+    Port,
+    Interface,
+    Physical,
+}
+
+/// About which places it tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Width {
+    Subslot,
+    Slot,
+    Connection,
+    Api,
+    Device,
+}
+
+/// The record of an index, if it is one of the stack.
+fn record(index: u16) -> Option<(Width, Subject)> {
+    let width = match index {
+        0x8000..=0xBFFF => Width::Subslot,
+        0xC000..=0xDFFF => Width::Slot,
+        0xE000..=0xEFFF => Width::Connection,
+        0xF000..=0xF7FF => Width::Api,
+        0xF800..=0xFFFF => Width::Device,
+        0x0000..=0x7FFF => return None,
+    };
+    let subject = match index {
+        0x8000 | 0xC000 | 0xE000 => Subject::Expected,
+        0x8001 | 0xC001 | 0xE001 | 0xF000 => Subject::Real,
+        0x800A | 0x800B | 0xC00A | 0xC00B | 0xE00A | 0xE00B | 0xF00A | 0xF00B => {
+            Subject::Diagnosis { with_maintenance: false }
+        }
+        0x800C | 0xC00C | 0xE00C | 0xF00C | 0xF80C => Subject::Diagnosis { with_maintenance: true },
+        0xE002 => Subject::ModuleDiff,
+        0xF821 => Subject::Apis,
+        0xF840 => Subject::Im0Filter,
+        0x802A => Subject::Port,
+        0x8080 => Subject::Interface,
+        0xF841 => Subject::Physical,
+        IM0..=IM3 => Subject::Im(index - IM0),
+        _ => return None,
+    };
+    Some((width, subject))
+}
+
+/// Submodules in the form of an identification record.
+fn identification(kind: BlockType, submodules: impl Iterator<Item = (Place, u32, u32)>) -> IdentificationData {
+    let mut apis: Vec<ApiIdentification> = Vec::new();
+    for (place, module_ident, submodule_ident) in submodules {
+        if !apis.iter().any(|api| api.api == place.api) {
+            apis.push(ApiIdentification { api: place.api, slots: Vec::new() });
+        }
+        for api in apis.iter_mut().filter(|api| api.api == place.api) {
+            if !api.slots.iter().any(|slot| slot.slot == place.slot) {
+                api.slots.push(SlotIdentification { slot: place.slot, module_ident, subslots: Vec::new() });
+            }
+            for slot in api.slots.iter_mut().filter(|slot| slot.slot == place.slot) {
+                slot.subslots.push(SubslotIdentification { subslot: place.subslot, submodule_ident });
+            }
+        }
+    }
+    IdentificationData { kind, with_apis: true, apis }
+}
+
+fn real(plug: &Plug) -> (Place, u32, u32) {
+    (plug.into(), plug.module_ident, plug.submodule_ident)
+}
+
+fn expected(submodule: &Expected) -> (Place, u32, u32) {
+    (submodule.place, submodule.module_ident, submodule.submodule_ident)
+}
+
+impl Stack {
+    /// Reads a record and appends it to `out`; `about` is the connection whose records may be read.
+    pub(super) fn read_record(
+        &mut self,
+        env: &mut Env<'_>,
+        access: Access,
+        about: Option<usize>,
+        out: &mut Vec<u8>,
+    ) -> Result<(), RecordError> {
+        let access = if record(access.index).is_none() { (self.behaviour.looks_up)(access) } else { access };
+        let place = Place { api: access.api, slot: access.slot, subslot: access.subslot };
+        let Some((width, subject)) = record(access.index) else {
+            self.check_application(access.index, place)?;
+            return match env.application.read_record(env.now, access, out) {
+                Err(RecordRefusal::InvalidIndex) if !self.behaviour.refuses_unknown_index => Ok(()),
+                result => result.map_err(error),
+            };
+        };
+        let connection = about.and_then(|at| self.ars.get(at)).filter(|ar| ar.exchange.is_some());
+        let scope = match width {
+            Width::Subslot => Scope::Subslot(place),
+            Width::Slot => Scope::Slot { api: place.api, slot: place.slot },
+            Width::Connection => connection.ok_or(RecordError::INVALID_PARAMETER)?.scope(),
+            Width::Api => Scope::Api(place.api),
+            Width::Device => Scope::Device,
+        };
+        let in_scope = |place: &(Place, u32, u32)| scope.contains(place.0);
+        let here = || self.plugged.all().iter().map(real).filter(in_scope);
+        let is_passed_over = matches!(subject, Subject::Im(_)) && !self.behaviour.checks_place;
+        if here().next().is_none() && width != Width::Connection && !is_passed_over {
+            return Err(self.check_place(place).err().unwrap_or(RecordError::INVALID_SLOT));
+        }
+        match subject {
+            Subject::Real if !self.behaviour.tells_what_is_plugged => return Err(RecordError::INVALID_INDEX),
+            Subject::Real => identification(BlockType::REAL_IDENTIFICATION, here()).write(out),
+            Subject::Expected => {
+                let expected = self.ars.iter().flat_map(|ar| &ar.expected).map(expected).filter(in_scope);
+                identification(BlockType::EXPECTED_IDENTIFICATION, expected).write(out);
+            }
+            Subject::Diagnosis { .. } if !self.behaviour.tells_diagnoses => {}
+            Subject::Diagnosis { with_maintenance } => self.diagnoses.write(scope, with_maintenance, out),
+            Subject::ModuleDiff => {
+                let difference = connection.and_then(|ar| ar.difference.clone());
+                difference.unwrap_or(ModuleDiffBlock { apis: Vec::new() }).write(out);
+            }
+            Subject::Apis => {
+                let mut apis: Vec<u32> = self.plugged.all().iter().map(|plug| plug.api).collect();
+                apis.sort_unstable();
+                apis.dedup();
+                ApiData { apis }.write(out);
+            }
+            Subject::Im0Filter => {
+                let head = || self.plugged.all().iter().take(1).map(real);
+                identification(BlockType::IM0_FILTER_SUBMODULE, head()).write(out);
+                identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
+            }
+            Subject::Im(0) if !self.behaviour.serves_im0 => return Err(RecordError::INVALID_INDEX),
+            Subject::Im(0) => maintenance::write_im0(env.application.identity(), &mut self.kept, out),
+            Subject::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
+            Subject::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
+            Subject::Interface => self.interface().write(out),
+            Subject::Physical => self.physical().iter().for_each(|block| block.write(out)),
+            Subject::Im(number) => {
+                let text = self.kept.texts.get(env.application.identity(), number);
+                text.ok_or(RecordError::INVALID_INDEX)?.write(out);
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a record.
+    pub(super) fn write_record(&mut self, env: &mut Env<'_>, access: Access, data: &[u8]) -> Result<(), RecordError> {
+        let access = if record(access.index).is_none() { (self.behaviour.looks_up)(access) } else { access };
+        let place = Place { api: access.api, slot: access.slot, subslot: access.subslot };
+        match record(access.index) {
+            None => self.check_application(access.index, place)?,
+            Some(_) => self.check_place(place)?,
+        }
+        match record(access.index) {
+            None => match env.application.write_record(env.now, access, data) {
+                Err(RecordRefusal::InvalidIndex) if !self.behaviour.refuses_unknown_write => Ok(()),
+                result => result.map_err(error),
+            },
+            Some((_, Subject::Im(number))) if self.kept.texts.get(env.application.identity(), number).is_some() => {
+                let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;
+                if text.block().0 != BlockType::IM0.0 + number {
+                    return Err(RecordError::INVALID_PARAMETER);
+                }
+                if self.behaviour.keeps_texts {
+                    self.kept.texts.put(text);
+                }
+                Ok(())
+            }
+            Some((_, Subject::Im(1..))) if !self.behaviour.refuses_missing_im => Ok(()),
+            Some((_, Subject::Im(1..))) => Err(RecordError::INVALID_INDEX),
+            Some((_, Subject::Im(0))) if self.behaviour.im0_is_writable => {
+                self.kept.written_im0 = Some(Im0::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?);
+                Ok(())
+            }
+            Some(_) if !self.behaviour.refuses_read_only => Ok(()),
+            Some(_) => Err(RecordError::ACCESS_DENIED),
+        }
+    }
+
+    /// Whether the application may have a record `index` at `place`.
+    fn check_application(&self, index: u16, place: Place) -> Result<(), RecordError> {
+        if index >= WITHOUT_PLACE { Err(RecordError::INVALID_INDEX) } else { self.check_place(place) }
+    }
+
+    /// Whether there is something at `place`.
+    fn check_place(&self, place: Place) -> Result<(), RecordError> {
+        if self.plugged.at(place).is_some() {
+            Ok(())
+        } else if self.plugged.all().iter().any(|plug| plug.api == place.api) {
+            Err(RecordError::INVALID_SLOT)
+        } else {
+            Err(RecordError::INVALID_AREA)
+        }
+    }
+}
+
+fn error(refusal: RecordRefusal) -> RecordError {
+    RecordError(refusal.code1())
+}

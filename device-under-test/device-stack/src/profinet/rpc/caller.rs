@@ -1,0 +1,129 @@
+//! The call that the device makes: ApplicationReady, repeated until it is answered.
+
+use super::pdus;
+use crate::profinet::ArKey;
+use alloc::vec::Vec;
+use core::net::SocketAddrV4;
+use station::{Duration, Time};
+use wire::ethernet::Mac;
+use wire::octets::Order;
+use wire::profinet::blocks::control::{Control, ControlCommand};
+use wire::profinet::rpc::{
+    Assembled, Flags1, Header, NdrRequest, NdrResponse, Opnum, PacketType, Pdu, Reassembler, Uuid,
+};
+use wire::profinet::status::AbortReason;
+
+/// A call to a controller that is not answered yet.
+#[derive(Debug)]
+pub(in super::super) struct Call {
+    to: SocketAddrV4,
+    header: Header,
+    pdus: Vec<Vec<u8>>,
+    attempts_left: u8,
+    due: Time,
+    reassembler: Reassembler,
+}
+
+/// How a call is getting on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Progress {
+    /// It is not answered.
+    Open,
+    /// It was carried out.
+    Done,
+    /// It failed, and the connection with it.
+    Failed(AbortReason),
+}
+
+impl Call {
+    /// How long an answer may take before the call is repeated.
+    const TIMEOUT: Duration = Duration::from_secs(1);
+    /// How often the call is made.
+    const ATTEMPTS: u8 = 5;
+    /// Most octets of blocks that the device takes as an answer.
+    const LONGEST_ANSWER: usize = 4096;
+
+    /// The call of Control with `blocks` at the object `(interface, object)` of the station at `to`.
+    pub(in super::super) fn control(
+        now: Time,
+        (mac, key): (Mac, ArKey),
+        to: SocketAddrV4,
+        (interface, object): (Uuid, Uuid),
+        blocks: &Control,
+    ) -> Call {
+        let [k0, k1, k2, k3] = key.0.to_be_bytes();
+        let [m0, m1, m2, m3, m4, m5] = mac.0;
+        let header = Header {
+            flags1: Flags1::IDEMPOTENT,
+            object,
+            interface,
+            // A UUID of version 1 from the number of the connection and the address of the device.
+            activity: Uuid([k0, k1, k2, k3, 0, 0, 0x10, 0, 0x80, 0, m0, m1, m2, m3, m4, m5]),
+            opnum: Opnum::CONTROL,
+            ..Header::new(PacketType::REQUEST, Order::Big)
+        };
+        let body = NdrRequest::body(Order::Big, Call::LONGEST_ANSWER as u32, &blocks.to_vec());
+        Call {
+            to,
+            header,
+            pdus: pdus(&header, &body),
+            attempts_left: Call::ATTEMPTS,
+            due: now,
+            reassembler: Reassembler::new(1, Call::LONGEST_ANSWER + NdrResponse::LENGTH),
+        }
+    }
+
+    /// When the call is to be made the next time, or to be given up.
+    pub(in super::super) fn due(&self) -> Time {
+        self.due
+    }
+
+    /// Where the call goes.
+    pub(in super::super) fn to(&self) -> SocketAddrV4 {
+        self.to
+    }
+
+    /// How the call is getting on at `now`, and what is to be sent.
+    pub(in super::super) fn wake(&mut self, now: Time) -> (Progress, &[Vec<u8>]) {
+        if now < self.due {
+            return (Progress::Open, &[]);
+        }
+        if self.attempts_left == 0 {
+            return (Progress::Failed(AbortReason::RPC_CLIENT_CALL), &[]);
+        }
+        self.attempts_left -= 1;
+        self.due = now + Call::TIMEOUT;
+        (Progress::Open, &self.pdus)
+    }
+
+    /// Takes a PDU from `from`; what is no answer to this call is passed over.
+    pub(in super::super) fn take(&mut self, now: Time, payload: &[u8], from: SocketAddrV4) -> Progress {
+        let Ok(pdu) = Pdu::parse(payload) else { return Progress::Open };
+        let is_mine = (pdu.header.activity, pdu.header.sequence) == (self.header.activity, self.header.sequence);
+        if !is_mine || from.ip() != self.to.ip() {
+            return Progress::Open;
+        }
+        match pdu.header.packet_type {
+            PacketType::RESPONSE => match self.reassembler.take(&pdu) {
+                Assembled::Whole(body) => judge(pdu.header.order(), &body),
+                Assembled::Waiting { .. } | Assembled::Repeated | Assembled::Contradicts => Progress::Open,
+                Assembled::Refused => Progress::Failed(AbortReason::RPC_CLIENT_CALL),
+            },
+            PacketType::REJECT | PacketType::FAULT => Progress::Failed(AbortReason::RPC_CLIENT_CALL),
+            PacketType::WORKING => {
+                self.due = now + Call::TIMEOUT;
+                Progress::Open
+            }
+            _ => Progress::Open,
+        }
+    }
+}
+
+fn judge(order: Order, body: &[u8]) -> Progress {
+    let done = NdrResponse::parse(order, body).ok().filter(|(ndr, _)| ndr.status.is_ok());
+    let block = done.and_then(|(_, blocks)| Control::parse(blocks).ok());
+    match block {
+        Some(control) if control.block.control_command.has(ControlCommand::DONE) => Progress::Done,
+        Some(_) | None => Progress::Failed(AbortReason::RPC_CONTROL),
+    }
+}

@@ -1,0 +1,72 @@
+//! The endpoint mapper: the device has one interface registered, that of an IO device.
+
+use super::server::{Reply, Request};
+use crate::profinet::Identity;
+use alloc::format;
+use alloc::vec::Vec;
+use wire::octets::Order;
+use wire::profinet::rpc::{
+    self, Entry, InquiryType, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, RejectStatus, Tower, Uuid,
+};
+
+/// What the device registers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in super::super) struct Registered {
+    /// The object of the device.
+    pub object: Uuid,
+    /// How the device calls itself, 64 octets.
+    pub annotation: Vec<u8>,
+}
+
+impl Registered {
+    /// What a device with this identity registers.
+    ///
+    /// The annotation is the type (25 octets), the order number (20), the hardware revision (5) and the software
+    /// revision: a letter and three numbers of three digits; a blank in between, a zero at the end.
+    pub(in super::super) fn new(identity: &Identity) -> Registered {
+        let [prefix, functional, fix, internal] = identity.software_revision;
+        let (kind, order_id, hardware) = (identity.station_type, identity.order_id, identity.hardware_revision);
+        let prefix = char::from(prefix);
+        let text =
+            format!("{kind:<25.25} {order_id:<20.20} {hardware:>5} {prefix}{functional:>3}{fix:>3}{internal:>3}");
+        let mut annotation = text.into_bytes();
+        annotation.resize(63, b' ');
+        annotation.push(0);
+        let object = ObjectUuid { instance: 1, device_id: identity.device_id, vendor_id: identity.vendor_id };
+        Registered { object: object.into(), annotation }
+    }
+}
+
+/// Answers a lookup: the one entry to a nil handle, and then that nothing is left.
+pub(super) fn lookup(request: &Request, order: Order, registered: &Registered, address: [u8; 4]) -> Reply {
+    let Ok(lookup) = LookupRequest::parse(request.header.order(), &request.body) else {
+        return Reply::Fault(RejectStatus::FAULT_NDR);
+    };
+    let by_interface = lookup.interface.is_some_and(|(_, interface, ..)| interface == Uuid::DEVICE_INTERFACE);
+    let by_object = lookup.object.is_some_and(|(_, object)| object == registered.object);
+    let is_wanted = match lookup.inquiry_type {
+        InquiryType::ALL => true,
+        InquiryType::BY_INTERFACE => by_interface,
+        InquiryType::BY_OBJECT => by_object,
+        InquiryType::BY_BOTH => by_interface && by_object,
+        _ => false,
+    };
+    let mut response = LookupResponse {
+        handle: LookupHandle::default(),
+        max_entries: lookup.max_entries,
+        entries: Vec::new(),
+        status: LookupResponse::NOT_REGISTERED,
+    };
+    if is_wanted && lookup.handle.uuid.is_nil() && lookup.max_entries > 0 {
+        response.handle.uuid = registered.object;
+        response.status = 0;
+        response.entries.push(Entry {
+            object: registered.object,
+            tower: Some(Tower::udp(Uuid::DEVICE_INTERFACE, 1, 0, rpc::PORT, address)),
+            annotation: registered.annotation.clone(),
+        });
+    }
+    let mut body = Vec::new();
+    response.write(&mut body, order);
+    Reply::Response(body)
+}

@@ -1,0 +1,513 @@
+//! The stack while there is power: where frames go, what is due when, and how connections end.
+
+use super::alarm::Outcome;
+use super::ar::Ar;
+use super::cm::application_ready;
+use super::cyclic::State;
+use super::dcp::Desk;
+use super::diagnosis::Diagnoses;
+use super::ip::{Ip, Port, Received};
+use super::lldp::{Announcer, Macs, Neighbour};
+use super::maintenance::Texts;
+use super::phase::{Event, Phase};
+use super::plugged::{PORT_SUBSLOT, Plugged, Scope};
+use super::rpc::{Progress, Registered, Server, Taken};
+use super::{End, Past, StackBehaviour};
+use crate::profinet::{Application, ArKey, DiagnosisChange, Seen, StationData};
+use alloc::vec::Vec;
+use core::net::SocketAddrV4;
+use station::{Outbox, Time};
+use wire::datagram::arp::{Arp, Operation};
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::http::Request;
+use wire::profinet::alarm::{AlarmPriority, RtaPdu};
+use wire::profinet::blocks::im::Im0;
+use wire::profinet::rt::{FrameId, FrameKind};
+use wire::profinet::status::AbortReason;
+
+/// What every part of the stack is given: the time, the encoder, and where frames go.
+pub(super) struct Env<'a> {
+    /// What time it is.
+    pub now: Time,
+    /// The encoder.
+    pub application: &'a mut dyn Application,
+    /// Where frames go.
+    pub out: &'a mut Outbox,
+}
+
+/// What survives a loss of power, but for what the application stores.
+#[derive(Clone, Debug)]
+pub(super) struct Kept {
+    /// The address of the device.
+    pub mac: Mac,
+    /// The address that it was made with.
+    made_with: Mac,
+    /// How it behaves.
+    pub behaviour: StackBehaviour,
+    /// What a user has written about it.
+    pub texts: Texts,
+    /// I&M0 as it was written, where it can be.
+    pub written_im0: Option<Im0>,
+    /// What has happened to it.
+    pub past: Past,
+    connections: u32,
+}
+
+impl Kept {
+    /// A device fresh from the factory.
+    pub(super) fn new(made_with: Mac, behaviour: StackBehaviour) -> Kept {
+        let past = Past::default();
+        let mac = (behaviour.mac)(made_with, past);
+        Kept { mac, made_with, behaviour, texts: Texts::default(), written_im0: None, past, connections: 0 }
+    }
+
+    /// Whether there can be no further connection.
+    pub(super) fn is_worn_out(&self) -> bool {
+        self.connections >= self.behaviour.connections_ever
+    }
+
+    /// A number that no connection had before.
+    pub(super) fn next_key(&mut self) -> ArKey {
+        self.connections = self.connections.wrapping_add(1);
+        ArKey(self.connections)
+    }
+}
+
+/// The stack while there is power.
+pub(super) struct Stack {
+    /// What survives a loss of power.
+    pub kept: Kept,
+    /// How it behaves.
+    pub behaviour: StackBehaviour,
+    /// The name and the addresses in use.
+    pub station: StationData,
+    /// The name and the addresses after the next start.
+    pub stored: StationData,
+    name_at_start: Vec<u8>,
+    /// The name from before a reset, and when it is there again.
+    returning: Option<(Time, Vec<u8>)>,
+    is_silent: bool,
+    /// What is open in DCP.
+    pub desk: Desk,
+    /// What is plugged.
+    pub plugged: Plugged,
+    /// What is wrong.
+    pub diagnoses: Diagnoses,
+    /// The connections.
+    pub ars: Vec<Ar>,
+    ip: Ip,
+    server: Server,
+    lldp: Announcer,
+}
+
+impl Stack {
+    /// The stack as it starts at `now`.
+    pub(super) fn new(now: Time, application: &dyn Application, kept: Kept) -> Stack {
+        let stored = application.stored_station();
+        let mut station = stored.clone();
+        (kept.behaviour.at_start)(&mut station);
+        let mut ip = Ip::new(now, kept.mac);
+        ip.configure(&station, &kept.behaviour);
+        Stack {
+            behaviour: kept.behaviour,
+            name_at_start: station.name.clone(),
+            station,
+            stored,
+            returning: None,
+            is_silent: false,
+            desk: Desk::new(now),
+            plugged: Plugged::new(application.plugs(), application.identity(), kept.behaviour.plugs),
+            diagnoses: Diagnoses::default(),
+            ars: Vec::new(),
+            ip,
+            server: Server::new(now, Registered::new(application.identity())),
+            lldp: Announcer::new(now),
+            kept,
+        }
+    }
+
+    /// What is kept when the power goes.
+    pub(super) fn kept(&self) -> Kept {
+        self.kept.clone()
+    }
+
+    /// The cable was plugged: the neighbours are told who is here.
+    pub(super) fn announce(&mut self, now: Time) {
+        self.lldp.restart(now);
+        self.desk.announce(now);
+    }
+
+    /// Whether the light that DCP lets flash is flashing.
+    pub(super) fn is_signalling(&self, now: Time) -> bool {
+        self.desk.is_signalling(now)
+    }
+
+    /// Adds to what is `seen` of a device what its stack knows at `now`.
+    pub(super) fn seen(&self, now: Time, seen: Seen) -> Seen {
+        let exchanges = || self.ars.iter().filter_map(|ar| Some((ar, ar.exchange.as_ref()?)));
+        Seen {
+            has_connection: exchanges().next().is_some(),
+            exchanges_data: exchanges()
+                .any(|(ar, exchange)| ar.phase == Phase::Data && exchange.consumer.expires().is_some()),
+            module_differs: exchanges().any(|(ar, _)| self.plugged.differs(&ar.expected)),
+            is_signalling: self.is_signalling(now),
+            ..seen
+        }
+    }
+
+    /// The name of the device by its neighbour.
+    pub(super) fn alias(&self) -> Option<Vec<u8>> {
+        self.lldp.neighbour()?.alias()
+    }
+
+    /// Who is at the other end of the cable.
+    pub(super) fn neighbour(&self) -> Option<&Neighbour> {
+        self.lldp.neighbour()
+    }
+
+    /// Takes a frame.
+    pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
+        let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
+        let is_for_us = (self.behaviour.is_addressed)(self.kept.mac, header.destination);
+        if self.is_silent || self.sends_as(header.source) || !(is_for_us || header.destination.is_group()) {
+            return;
+        }
+        match header.ether_type {
+            EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_for_us),
+            EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => {
+                self.lldp.hear(header.source, payload, &self.behaviour);
+            }
+            EtherType::ARP if self.receive_arp(env, payload) => {}
+            other if Ip::takes(other) => {
+                self.serve_pages(env);
+                self.ip.receive(env.now, &header, payload, env.out);
+                self.receive_datagrams(env);
+                self.serve_pages(env);
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether frames of this device come from `mac`: the address of the device, or of one of its ports.
+    fn sends_as(&self, mac: Mac) -> bool {
+        mac == self.kept.mac || self.plugged.ports().any(|port| mac == self.port_mac(port.subslot))
+    }
+
+    /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over, or if it is to be
+    /// passed over; says whether it did.
+    fn receive_arp(&self, env: &mut Env<'_>, payload: &[u8]) -> bool {
+        let Ok(arp) = Arp::parse(payload) else { return false };
+        if !(self.behaviour.takes_arp)(&arp) {
+            return true;
+        }
+        let is_probe = arp.operation == Operation::REQUEST && arp.sender_ip.is_unspecified();
+        if is_probe && !arp.target_ip.is_unspecified() && arp.target_ip.octets() == self.station.ip {
+            env.out.push_with(|frame| arp.reply(self.kept.mac).write_frame(frame));
+        }
+        is_probe
+    }
+
+    fn receive_profinet(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
+        let Ok(frame_id) = FrameId::peek(payload) else { return };
+        match frame_id.kind() {
+            FrameKind::RtClass1 | FrameKind::RtClass2 if is_for_us => {
+                if header.tag.is_none() && !self.behaviour.takes_untagged {
+                    return;
+                }
+                self.receive_cyclic(env, header.source, frame_id, payload);
+            }
+            FrameKind::AlarmHigh if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::High, payload),
+            FrameKind::AlarmLow if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::Low, payload),
+            FrameKind::DcpIdentifyRequest | FrameKind::DcpGetSet => self.receive_dcp(env, header, payload, is_for_us),
+            FrameKind::RtClass1
+            | FrameKind::RtClass2
+            | FrameKind::AlarmHigh
+            | FrameKind::AlarmLow
+            | FrameKind::Ptcp
+            | FrameKind::RtClass3
+            | FrameKind::Rsi
+            | FrameKind::DcpHello
+            | FrameKind::DcpIdentifyResponse
+            | FrameKind::Fragment
+            | FrameKind::Reserved => {}
+        }
+    }
+
+    fn receive_cyclic(&mut self, env: &mut Env<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
+        let is_damaged = self.ars.iter().filter_map(|ar| ar.exchange.as_ref()).any(|exchange| {
+            exchange.consumer.expects(source, frame_id, &self.behaviour) && !exchange.consumer.is_whole(payload)
+        });
+        if is_damaged && !self.behaviour.survives_short_frames {
+            return self.end_all(env, AbortReason::ABORT_REQUEST);
+        }
+        for ar in &mut self.ars {
+            let is_ready = ar.phase.is_ready();
+            let Some(exchange) = &mut ar.exchange else { continue };
+            if exchange.consumer.expects(source, frame_id, &self.behaviour)
+                && exchange.consumer.receive(env.now, payload, is_ready, env.application, &self.behaviour)
+            {
+                ar.step(env.now, Event::OutputsCame);
+            }
+        }
+    }
+
+    fn receive_alarm(&mut self, env: &mut Env<'_>, source: Mac, priority: AlarmPriority, payload: &[u8]) {
+        let Some(Ok(pdu)) = payload.get(2..).map(RtaPdu::parse) else { return };
+        for at in 0..self.ars.len() {
+            let Some(exchange) = &mut self.ars[at].exchange else { continue };
+            if exchange.alarms.is_for(source, &pdu) || !self.behaviour.checks_alarm_endpoints {
+                match exchange.alarms.receive(priority, &pdu, env.out) {
+                    Outcome::GoesOn => {}
+                    Outcome::Ended => self.ended(env, at, End::Aborted),
+                    Outcome::End(reason) => self.end(env, at, Some(reason)),
+                }
+                return;
+            }
+        }
+    }
+
+    fn receive_datagrams(&mut self, env: &mut Env<'_>) {
+        while let Some(Received { port, from, payload }) = self.ip.next() {
+            match port {
+                Port::Server => {
+                    let address = self.station.ip;
+                    match self.server.take(&payload, from, address, &self.behaviour) {
+                        Taken::Damaged if !self.behaviour.survives_damaged_calls => {
+                            self.end_all(env, AbortReason::ABORT_REQUEST);
+                        }
+                        Taken::Damaged | Taken::Nothing => {}
+                        Taken::Say(pdus) => self.send(env, Port::Server, from, &pdus),
+                        Taken::Execute(request) => {
+                            let reply = self.execute(env, &request);
+                            self.server.reply(env.now, &request, &reply, &self.behaviour);
+                            self.send_replies(env);
+                        }
+                    }
+                }
+                Port::Client => {
+                    for at in 0..self.ars.len() {
+                        let Some(call) = &mut self.ars[at].call else { continue };
+                        let progress = call.take(env.now, &payload, from);
+                        if self.follow(env, at, progress) {
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn serve_pages(&mut self, env: &mut Env<'_>) {
+        let (now, is_open) = (env.now, env.application.serves_pages());
+        let mut pages = |request: &Request| env.application.page(now, request);
+        self.ip.serve(now, is_open, &self.behaviour, &mut pages, env.out);
+    }
+
+    /// Draws the conclusion from how ApplicationReady is getting on; says whether the call is over.
+    fn follow(&mut self, env: &mut Env<'_>, at: usize, progress: Progress) -> bool {
+        match progress {
+            Progress::Open => return false,
+            Progress::Failed(reason) => self.end(env, at, Some(reason)),
+            Progress::Done => {
+                let ar = &mut self.ars[at];
+                ar.call = None;
+                ar.step(env.now, Event::ReadyConfirmed);
+                let has_outputs = ar.exchange.as_ref().is_some_and(|exchange| exchange.consumer.expires().is_some());
+                if has_outputs {
+                    ar.step(env.now, Event::OutputsCame);
+                }
+                if self.behaviour.tells_pending_diagnoses {
+                    self.tell_pending(at);
+                }
+            }
+        }
+        true
+    }
+
+    fn tell_pending(&mut self, at: usize) {
+        let Ar { expected, exchange, .. } = &mut self.ars[at];
+        let Some(exchange) = exchange else { return };
+        let scope = Scope::Connection(expected);
+        for diagnosis in self.diagnoses.pending(scope) {
+            let change = DiagnosisChange { appears: true, diagnosis: *diagnosis };
+            if let Some(alarm) = self.diagnoses.alarm(&change, scope, &self.plugged) {
+                exchange.alarms.push(alarm);
+            }
+        }
+    }
+
+    fn send(&mut self, env: &mut Env<'_>, port: Port, to: SocketAddrV4, pdus: &[Vec<u8>]) {
+        for pdu in pdus {
+            self.ip.send(env.now, port, to, pdu, env.out);
+        }
+    }
+
+    fn send_replies(&mut self, env: &mut Env<'_>) {
+        while let Some((to, pdus)) = self.server.next_reply(env.now) {
+            self.send(env, Port::Server, to, &pdus);
+        }
+    }
+
+    /// Does what is due.
+    pub(super) fn wake(&mut self, env: &mut Env<'_>) {
+        let now = env.now;
+        let is_due = |due: Option<Time>| due.is_some_and(|due| due <= now);
+        if is_due(env.application.deadline()) {
+            env.application.advance(env.now);
+        }
+        self.wake_dcp(env);
+        if let Some((_, name)) = self.returning.take_if(|(due, _)| *due <= now) {
+            self.stored.name.clone_from(&name);
+            self.use_station(now, StationData { name, ..self.station.clone() });
+            env.application.set_station(now, &self.station, &self.stored);
+        }
+        let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
+        let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
+        self.lldp.wake(env.now, macs, name, &self.behaviour, env.out);
+        if is_due(self.ip.due()) {
+            self.ip.poll(env.now, env.out);
+            self.receive_datagrams(env);
+            self.serve_pages(env);
+        }
+        self.send_replies(env);
+        for at in (0..self.ars.len()).rev() {
+            self.wake_connection(env, at);
+        }
+    }
+
+    fn wake_connection(&mut self, env: &mut Env<'_>, at: usize) {
+        let has_problem = self.diagnoses.has_fault(self.ars[at].scope());
+        let ar = &mut self.ars[at];
+        if let Some(exchange) = &mut ar.exchange
+            && exchange.consumer.expires().is_some_and(|expires| expires <= env.now)
+        {
+            if self.behaviour.watches_outputs {
+                return self.end(env, at, Some(AbortReason::CONSUMER_TIMEOUT));
+            }
+            exchange.consumer.stop(env.now, env.application, &self.behaviour);
+        }
+        if ar.phase_due.is_some_and(|due| due <= env.now) {
+            match ar.phase {
+                Phase::Preparing => {
+                    ar.step(env.now, Event::ApplicationReady);
+                    ar.call = Some(application_ready(env.now, self.kept.mac, ar));
+                }
+                Phase::Parameters | Phase::Waiting | Phase::Access => {
+                    return self.end(env, at, Some(AbortReason::CMI_TIMEOUT));
+                }
+                Phase::Announcing | Phase::Data => ar.phase_due = None,
+            }
+        }
+        if let Some(exchange) = &mut ar.exchange {
+            let is_held_up = exchange.alarms.is_open() && !self.behaviour.sends_inputs_during_alarm;
+            let waits_for_outputs = !self.behaviour.inputs_go_on && exchange.consumer.has_bad_outputs();
+            let is_ready = ar.phase.is_ready() && !is_held_up;
+            let state = State { is_ready, has_problem, waits_for_outputs };
+            exchange.provider.wake(env, state, &self.behaviour);
+        }
+        if let Some(call) = &mut ar.call {
+            let to = call.to();
+            let (progress, pdus) = call.wake(env.now);
+            for pdu in pdus {
+                self.ip.send(env.now, Port::Client, to, pdu, env.out);
+            }
+            self.follow(env, at, progress);
+        }
+    }
+
+    /// After each input: takes what the application has to tell, and sends alarms that can be sent.
+    pub(super) fn settle(&mut self, env: &mut Env<'_>) {
+        while let Some(change) = env.application.next_diagnosis() {
+            self.diagnoses.note(&change);
+            for ar in self.ars.iter_mut().filter(|ar| ar.phase.has_alarms()) {
+                let alarm = self.diagnoses.alarm(&change, Scope::Connection(&ar.expected), &self.plugged);
+                if let (Some(alarm), Some(exchange)) = (alarm, &mut ar.exchange) {
+                    exchange.alarms.push(alarm);
+                }
+            }
+        }
+        for at in (0..self.ars.len()).rev() {
+            let Some(exchange) = &mut self.ars[at].exchange else { continue };
+            let is_due = exchange.alarms.due().is_some_and(|due| due <= env.now);
+            if is_due && let Outcome::End(reason) = exchange.alarms.wake(env.now, env.out, &self.behaviour) {
+                self.end(env, at, Some(reason));
+            }
+        }
+    }
+
+    /// Ends a connection; the other side is told if there is a reason and an alarm endpoint.
+    pub(super) fn end(&mut self, env: &mut Env<'_>, at: usize, reason: Option<AbortReason>) {
+        let mut ar = self.ars.remove(at);
+        if let Some(exchange) = &mut ar.exchange {
+            if let Some(reason) = reason {
+                exchange.alarms.abort(reason, env.out);
+            }
+            exchange.consumer.stop(env.now, env.application, &self.behaviour);
+        }
+        env.application.ended(env.now, ar.key);
+    }
+
+    /// Ends a connection that its controller has ended.
+    pub(super) fn ended(&mut self, env: &mut Env<'_>, at: usize, how: End) {
+        if (self.behaviour.frees_connections)(how) {
+            return self.end(env, at, None);
+        }
+        self.ars[at].has_ended = true;
+        if let Some(exchange) = &mut self.ars[at].exchange {
+            exchange.consumer.stop(env.now, env.application, &self.behaviour);
+        }
+    }
+
+    /// Ends all connections for `reason`.
+    pub(super) fn end_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
+        while !self.ars.is_empty() {
+            self.end(env, self.ars.len() - 1, Some(reason));
+        }
+    }
+
+    /// Uses `station` from now on; neighbours are told a new name at once.
+    pub(super) fn use_station(&mut self, now: Time, station: StationData) {
+        self.ip.configure(&station, &self.behaviour);
+        if station.name != self.station.name {
+            self.lldp.announce(now);
+        }
+        self.station = station;
+    }
+
+    /// Takes the stored station into use, after a reset of it.
+    pub(super) fn restart_station(&mut self, env: &mut Env<'_>) {
+        if self.behaviour.ends_with_reset {
+            self.end_all(env, AbortReason::RESET_TO_FACTORY);
+        }
+        self.kept.past.resets = self.kept.past.resets.wrapping_add(1);
+        self.is_silent = !self.behaviour.survives_reset;
+        let mac = (self.behaviour.mac)(self.kept.made_with, self.kept.past);
+        if mac != self.kept.mac {
+            self.kept.mac = mac;
+            self.ip = Ip::new(env.now, mac);
+        }
+        let name = core::mem::take(&mut self.station.name);
+        self.returning = self.behaviour.name_returns_after.map(|after| (env.now + after, name));
+        self.stored = env.application.stored_station();
+        let mut station = self.stored.clone();
+        (self.behaviour.at_start)(&mut station);
+        self.use_station(env.now, station);
+    }
+
+    /// Whether the outputs of a connection are watched for coming in time.
+    pub(super) fn is_watching(&self) -> bool {
+        let mut exchanges = self.ars.iter().filter_map(|ar| ar.exchange.as_ref());
+        exchanges.any(|exchange| exchange.consumer.expires().is_some())
+    }
+
+    /// When something is to be done without a frame, the application's own affairs apart.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        let connections = self.ars.iter().filter_map(Ar::due);
+        [self.desk.due(), Some(self.lldp.due()), self.ip.due(), self.server.due()]
+            .into_iter()
+            .flatten()
+            .chain(connections)
+            .chain(self.returning.as_ref().map(|(due, _)| *due))
+            .min()
+    }
+}

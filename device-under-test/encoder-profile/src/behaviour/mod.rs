@@ -1,0 +1,63 @@
+//! What an encoder does at the places where it can be told to do something else.
+//!
+//! A [`Behaviour`] is plain data: flags, numbers and functions, each read at one seam. The healthy one is its default. The
+//! knobs of one seam stand with that seam; those that the encoder object reads stand here. What only one model has stands
+//! with that model. This room must not know the bugs.
+
+mod control;
+mod diagnosis;
+mod leds;
+mod memory;
+mod names;
+mod records;
+mod reset;
+mod values;
+
+pub use control::{ByPlc, Control};
+pub use diagnosis::Diagnosis;
+pub use leds::{Leds, Lit};
+pub use memory::{Memory, PowerUp};
+pub use names::Names;
+pub use records::Records;
+pub use reset::Reset;
+pub use values::{Values, View, preset_units};
+
+use crate::encoder::{measuring, velocity};
+use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
+
+/// How an encoder behaves.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Behaviour {
+    /// Positions and presets.
+    pub measuring: measuring::Rules,
+    /// Velocity.
+    pub velocity: velocity::Rules,
+    /// Handshakes and errors of the sensor interface.
+    pub sensor: sensor::Rules,
+    /// Telegrams and their signals.
+    pub telegram: telegram::Rules,
+    /// The preset without a handshake.
+    pub mantel: mantel::Rules,
+    /// Signs of life.
+    pub life_sign: life_sign::Rules,
+    /// Parameter manager.
+    pub parameters: parameters::Rules,
+    /// User parameters of the start-up.
+    pub user_parameters: user_parameters::Rules,
+    /// Control by PLC.
+    pub control: Control,
+    /// Records of the encoder object.
+    pub records: Records,
+    /// Values of single parameters.
+    pub values: Values,
+    /// What goes to memory, and when.
+    pub memory: Memory,
+    /// What a factory reset does.
+    pub reset: Reset,
+    /// Diagnoses.
+    pub diagnosis: Diagnosis,
+    /// LEDs.
+    pub leds: Leds,
+    /// Station names.
+    pub names: Names,
+}

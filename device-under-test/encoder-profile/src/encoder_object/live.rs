@@ -1,0 +1,329 @@
+//! The encoder object at work: what it stores, what it holds while it has power, and what it does as time goes by.
+
+use super::Model;
+use super::diagnosis::without_fault;
+use super::places;
+use crate::behaviour::Behaviour;
+use crate::encoder::{Cell, Hardware, Measuring, Settings, Shaft, Velocity};
+use crate::facts::{Cause, Effect, ErrorFact, Facts, Submodule, Variant, WithoutRecord};
+use crate::profidrive::life_sign::{Given, Watch};
+use crate::profidrive::mantel::Trigger;
+use crate::profidrive::sensor::Sensor;
+use crate::profidrive::telegram::{Emitter, Image, Outputs, Telegram};
+use crate::profidrive::user_parameters::{OCTETS, UserParameters};
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+use device_stack::profinet::{ArKey, DiagnosisChange, Severity, StationData};
+use station::Time;
+
+/// What keeps its contents without power.
+pub struct Store {
+    /// The offset of all presets, stored with each preset.
+    pub offset: Cell<u64>,
+    /// P65000, stored by P971.
+    pub preset_value: Cell<u32>,
+    /// Name and addresses, stored by DCP.
+    pub station: Cell<StationData>,
+}
+
+impl Store {
+    /// Whether neither an offset nor a preset value was ever written.
+    pub fn is_empty(&self) -> bool {
+        self.offset.writes() + self.preset_value.writes() == 0
+    }
+}
+
+/// The faults that the stand has brought about, by name.
+#[derive(Clone, Debug, Default)]
+pub struct Faults(Vec<&'static str>);
+
+impl Faults {
+    /// Brings a fault about (`present`) or takes it away.
+    pub(super) fn set(&mut self, name: &'static str, present: bool) {
+        self.0.retain(|known| *known != name);
+        if present {
+            self.0.push(name);
+        }
+    }
+
+    /// Whether the fault of this name is there.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.contains(&name)
+    }
+
+    /// Whether there is none.
+    pub fn are_none(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether a fault is there that brings an error about.
+    pub fn cause(&self, error: &ErrorFact) -> bool {
+        !self.0.is_empty() && error.causes.iter().any(|cause| matches!(cause, Cause::Stand(name) if self.has(name)))
+    }
+
+    /// Whether a fault is there that has this effect.
+    pub fn have(&self, effect: Effect, facts: &Facts) -> bool {
+        !self.0.is_empty() && facts.errors.iter().any(|error| error.effect == effect && self.cause(error))
+    }
+}
+
+/// Where the start-up of the connection with cyclic data stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// There is no such connection.
+    Alone,
+    /// It sends its parameters.
+    Parameters(ArKey),
+    /// Data are exchanged.
+    Data(ArKey),
+}
+
+/// What is lost without power.
+pub struct Ram {
+    /// Where the start-up stands.
+    pub phase: Phase,
+    /// The submodules with data in use; there is at least one.
+    pub submodules: Vec<&'static Submodule>,
+    /// The user parameters in force.
+    pub user: UserParameters,
+    /// The parameters that take effect at the end of the start-up.
+    pub staged: UserParameters,
+    /// Whether a record of user parameters was taken since power-up.
+    pub was_parametrized: bool,
+    /// Whether this connection has brought a record of user parameters.
+    pub has_record: bool,
+    /// Since when data are exchanged, if they are.
+    pub(super) data_since: Option<Time>,
+    /// The record of user parameters that was written last.
+    pub record: [u8; OCTETS],
+    /// The settings at the end of the start-up.
+    pub(super) settings_at_start: Settings,
+    /// Whether this connection has brought a parameter request.
+    pub(super) has_request: bool,
+    /// Whether user parameters were written in data exchange.
+    pub(super) was_changed: bool,
+    /// Whether the memory could not be read at power-up.
+    pub was_unreadable: bool,
+    /// Whether the parameters in force ask for something impossible.
+    pub wrong_parameters: bool,
+    /// The warnings that are there.
+    pub(super) warnings: u32,
+    /// The numbers of the errors that may be there without a fault of the stand.
+    pub(super) without_fault: Vec<usize>,
+    /// P65000.
+    pub preset_value: u32,
+    /// The IP address in use.
+    pub address: [u8; 4],
+    /// The address before the last assignment.
+    pub address_before: [u8; 4],
+    /// Name and addresses in use.
+    pub station: StationData,
+    /// Whether no velocity is calculated.
+    pub velocity_is_off: bool,
+    /// Positions.
+    pub measuring: Measuring,
+    /// Velocity.
+    pub velocity: Velocity,
+    /// Handshakes and latched errors.
+    pub sensor: Sensor,
+    /// The telegram as octets.
+    pub emitter: Emitter,
+    /// What was taken from the controller; of each submodule none while its outputs are bad or missing.
+    pub outputs: Outputs,
+    /// Until when a parameter request holds up the signals of the telegram.
+    pub held_up_until: Time,
+    /// The watch over the controller.
+    pub watch: Watch,
+    /// The preset without a handshake.
+    pub(super) trigger: Trigger,
+    /// The signals at the moment when parking fixed them.
+    pub(super) frozen: Option<Image>,
+    /// The sign of life that the encoder gives.
+    pub(super) sign_of_life: Given,
+    /// Whether a save by P971 is running or has failed.
+    pub is_saving: bool,
+    /// Saves since power-up.
+    pub(super) saves: u32,
+    /// The offset that was in memory at power-up.
+    pub offset_at_power_up: u64,
+    /// The position when parking began.
+    pub(super) parked_at: u64,
+    /// The offset before the last preset.
+    pub(super) offset_before_preset: u64,
+    /// Whether there was a warning since power-up.
+    pub(super) had_warning: bool,
+    /// The submodules of the first connection since power-up, where they stay in use.
+    pub(super) latched: Vec<&'static Submodule>,
+    /// Since when the outputs are good; none while they are not.
+    pub(super) good_since: Option<Time>,
+    /// Whether Control by PLC was set in the last good outputs.
+    pub(super) last_control: bool,
+    /// Whether it was before the outputs were bad.
+    pub(super) had_control: bool,
+    /// Whether parking outlasts its request until there is another one.
+    pub stays_parked: bool,
+    /// Whether the last preset was asked for by G1_STW; none in this connection.
+    pub(super) last_preset: Option<bool>,
+    /// The preset that takes effect when its offset is stored.
+    pub(super) next_preset: Option<NextPreset>,
+    /// Error type and severity of the diagnoses that are there.
+    pub(super) diagnoses: Vec<(u16, Severity)>,
+    /// When diagnoses were told last.
+    pub(super) told_at: Time,
+    /// Diagnoses that came or went and were not fetched yet.
+    pub changes: VecDeque<DiagnosisChange>,
+}
+
+/// A preset that is being carried out.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NextPreset {
+    /// The offset that it gives.
+    pub offset: u64,
+    /// Whether G1_ZSW answers when it is carried out.
+    pub is_answered: bool,
+}
+
+impl Ram {
+    /// The telegram in use; of several submodules the first.
+    pub fn telegram(&self) -> &'static Telegram {
+        self.submodules[0].telegram
+    }
+
+    /// Memory after power-up: what is stored is read, unless the memory is faulty.
+    pub fn new(
+        now: Time,
+        facts: &'static Facts,
+        variant: &Variant,
+        behaviour: &Behaviour,
+        shaft: &Shaft,
+        store: &Store,
+        faults: &Faults,
+    ) -> Ram {
+        let hardware = variant.hardware;
+        let is_unreadable = faults.have(Effect::NoMemory, facts);
+        let user = (behaviour.user_parameters.default)((facts.default_record)(&hardware), &hardware);
+        let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), behaviour.measuring);
+        measuring.settings = user.settings(&hardware, &behaviour.user_parameters);
+        let unit = user.velocity_unit(&behaviour.user_parameters);
+        measuring.offset = if is_unreadable { 0 } else { *store.offset.stored() };
+        Ram {
+            phase: Phase::Alone,
+            submodules: places::in_use(facts, &[]),
+            user,
+            staged: user,
+            was_parametrized: false,
+            has_record: false,
+            data_since: None,
+            record: [0; OCTETS],
+            settings_at_start: Settings::hardware(&hardware),
+            has_request: false,
+            was_changed: false,
+            was_unreadable: is_unreadable,
+            wrong_parameters: false,
+            warnings: 0,
+            without_fault: without_fault(facts),
+            preset_value: if is_unreadable {
+                0
+            } else {
+                (behaviour.memory.preset_value_begins)(*store.preset_value.stored())
+            },
+            address: store.station.stored().ip,
+            address_before: [0; 4],
+            station: store.station.stored().clone(),
+            velocity_is_off: false,
+            measuring,
+            velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity),
+            sensor: Sensor::new(behaviour.sensor),
+            emitter: Emitter::new(behaviour.telegram),
+            outputs: Outputs::default(),
+            held_up_until: now,
+            watch: Watch::default(),
+            trigger: Trigger::new(behaviour.mantel),
+            frozen: None,
+            sign_of_life: Given::default(),
+            is_saving: false,
+            saves: 0,
+            offset_at_power_up: *store.offset.stored(),
+            parked_at: 0,
+            offset_before_preset: 0,
+            had_warning: false,
+            latched: Vec::new(),
+            good_since: None,
+            last_control: false,
+            had_control: false,
+            stays_parked: false,
+            last_preset: None,
+            next_preset: None,
+            diagnoses: Vec::new(),
+            told_at: now,
+            changes: VecDeque::new(),
+        }
+    }
+}
+
+/// The encoder at one instant, with power.
+pub struct Live<'a, M: Model> {
+    /// Now.
+    pub now: Time,
+    /// What the manual says.
+    pub facts: &'static Facts,
+    /// Which encoder of the manual it is.
+    pub variant: &'static Variant,
+    /// What its sensor tells apart.
+    pub hardware: Hardware,
+    /// How it behaves.
+    pub behaviour: &'a Behaviour,
+    /// How it behaves in what is the model's own.
+    pub rules: &'a M::Rules,
+    /// Its shaft.
+    pub shaft: &'a Shaft,
+    /// What the stand has brought about.
+    pub faults: &'a Faults,
+    /// What it has stored.
+    pub store: &'a mut Store,
+    /// What it would lose without power.
+    pub ram: &'a mut Ram,
+    /// What is the model's own.
+    pub model: &'a mut M,
+}
+
+impl<M: Model> Live<'_, M> {
+    /// Looks at the sensor, ends what is done and raises errors.
+    pub fn advance(&mut self) {
+        self.ram.velocity.advance(self.now, self.shaft);
+        let should = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
+        let stands_still = self.ram.measuring.holds(should);
+        if !self.faults.have(Effect::NoReading, self.facts) && !stands_still {
+            let place = M::place(self);
+            self.ram.measuring.sample(self.hardware.sense(place));
+        }
+        self.settle();
+        M::advance(self);
+        self.look_for_errors();
+    }
+
+    /// Raises the errors whose cause is there, and brings the diagnoses in line with them.
+    pub fn look_for_errors(&mut self) {
+        self.ram.sensor.watch(&self.causes());
+        self.look_for_warnings();
+        self.diagnose();
+    }
+
+    /// Takes the user parameters that were staged into force.
+    pub fn parametrize(&mut self) {
+        let rules = &self.behaviour.user_parameters;
+        let before = self.ram.user;
+        let user = (rules.understand)(before, self.ram.staged);
+        self.ram.user = user;
+        let is_right = (rules.without_record)(self.facts.without_record == WithoutRecord::Default);
+        let default = (self.facts.default_record)(&self.hardware);
+        let is_missing = !self.ram.has_record && !is_right;
+        let stays_wrong = self.ram.wrong_parameters && rules.stays_wrong;
+        self.ram.wrong_parameters =
+            stays_wrong || is_missing || user.are_wrong(&self.hardware, self.ram.telegram(), &default, rules);
+        let settings = (rules.measures_by)(before, user).settings(&self.hardware, rules);
+        self.ram.measuring.settings = M::settings(self, settings);
+        self.ram.velocity.unit = user.velocity_unit(rules);
+        M::parametrized(self);
+    }
+}

@@ -1,0 +1,60 @@
+//! Where the submodules of an encoder are plugged.
+
+use crate::facts::{Facts, Submodule, Variant};
+use crate::profidrive::telegram;
+use alloc::vec::Vec;
+use device_stack::profinet::Plug;
+
+/// API of the encoder profile.
+pub const ENCODER_API: u32 = 0x3D00;
+/// Slot of the encoder object.
+pub const ENCODER_SLOT: u16 = 1;
+/// Subslot of the parameter access point.
+pub const ACCESS_POINT_SUBSLOT: u16 = 1;
+/// Ident of the submodule in slot 0; no manual prints it.
+const SUBMODULE_OF_SLOT_0: u32 = 1;
+
+/// Every submodule that can be plugged, those of one subslot one after the other.
+pub(super) fn plugs(facts: &Facts, variant: &Variant, rules: &telegram::Rules) -> Vec<Plug> {
+    let fixed = |api, slot, module_ident, submodule_ident| Plug {
+        api,
+        slot,
+        module_ident,
+        subslot: 1,
+        submodule_ident,
+        input_octets: 0,
+        output_octets: 0,
+    };
+    let mut plugs = Vec::from([fixed(0, 0, variant.access_point, SUBMODULE_OF_SLOT_0)]);
+    plugs
+        .extend(facts.modules.iter().map(|module| fixed(ENCODER_API, ENCODER_SLOT, module.ident, module.access_point)));
+    let submodules = facts.modules.iter().flat_map(|module| module.submodules.iter().map(|one| (module.ident, one)));
+    let mut with_data: Vec<Plug> = submodules
+        .map(|(module_ident, submodule)| Plug {
+            api: ENCODER_API,
+            slot: ENCODER_SLOT,
+            module_ident,
+            subslot: submodule.subslot,
+            submodule_ident: submodule.ident,
+            input_octets: (rules.input_octets)(submodule.telegram),
+            output_octets: submodule.telegram.output_octets,
+        })
+        .collect();
+    with_data.sort_by_key(|plug| plug.subslot);
+    plugs.extend(with_data);
+    plugs
+}
+
+/// The submodules with data among what is plugged; where there is none, the one that is the default.
+pub(super) fn in_use(facts: &'static Facts, plugged: &[Plug]) -> Vec<&'static Submodule> {
+    let of_encoder = plugged.iter().filter(|plug| (plug.api, plug.slot) == (ENCODER_API, ENCODER_SLOT));
+    let known = of_encoder.filter_map(|plug| {
+        let module = facts.modules.iter().find(|module| module.ident == plug.module_ident)?;
+        module.submodules.iter().find(|one| (one.subslot, one.ident) == (plug.subslot, plug.submodule_ident))
+    });
+    let mut in_use: Vec<&'static Submodule> = known.collect();
+    if in_use.is_empty() {
+        in_use.extend(facts.modules.iter().flat_map(|module| module.submodules).next());
+    }
+    in_use
+}

@@ -1,0 +1,18 @@
+//! What encoders of the encoder profile share, whatever their manual and whichever their bus.
+//!
+//! From the shaft outwards: [`encoder`] measures, [`profidrive`] speaks the encoder profile, [`facts`] are what a manual says
+//! in words and numbers, [`behaviour`] is what an encoder does where manuals or bugs differ, and [`encoder_object`] is the
+//! measuring task as a device stack sees it. A model gives its facts, and hooks for what no other has.
+//!
+//! This crate must not know any model, and of the stacks only the traits behind which an application stands.
+#![no_std]
+
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+pub mod behaviour;
+pub mod encoder;
+pub mod encoder_object;
+pub mod facts;
+pub mod profidrive;

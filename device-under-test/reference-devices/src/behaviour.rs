@@ -1,0 +1,31 @@
+//! How a reference device behaves: the parts of its stack, of the encoder, and of each model that has some of its own.
+//!
+//! This room must not know the bugs.
+
+use crate::models::{datalogic_amt58, lika_xac77, plain, sick, sick_a3m60, sick_afx60};
+use device_stack::profibus::SlaveBehaviour;
+use device_stack::profinet::StackBehaviour;
+use encoder_profile::behaviour;
+
+/// How a reference device behaves; the default is the profile, and healthy where a manual says nothing else.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Behaviour {
+    /// The encoder.
+    pub encoder: behaviour::Behaviour,
+    /// The PROFINET stack.
+    pub stack: StackBehaviour,
+    /// The PROFIBUS slave.
+    pub slave: SlaveBehaviour,
+    /// The web server of the XAC77.
+    pub web: lika_xac77::knobs::Web,
+    /// What the encoders of SICK share.
+    pub sick: sick::knobs::Rules,
+    /// What is the own of the A3M60.
+    pub a3m60: sick_a3m60::knobs::Rules,
+    /// What is the own of the AFS60 and AFM60.
+    pub afx60: sick_afx60::knobs::Rules,
+    /// What is the own of the AMT58.
+    pub amt58: datalogic_amt58::knobs::Rules,
+    /// The device after no manual.
+    pub plain: plain::Rules,
+}

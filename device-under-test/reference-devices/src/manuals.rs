@@ -1,0 +1,119 @@
+//! Which manuals there are, and how the devices of each are put together.
+//!
+//! What a manual says stands with its model; here a model meets its stack, and its own part of a behaviour is given to it.
+
+use crate::manual::{Bus, Manual, Profibus, Profinet, encoder};
+use crate::models::{datalogic_amt58, kuebler_sendix58xx, lika_xac77, plain, sick_a3m60, sick_afx60};
+use alloc::boxed::Box;
+use device_stack::profinet::StationData;
+use device_stack::{profibus, profinet};
+use encoder_profile::behaviour::Behaviour;
+use wire::ethernet::Mac;
+
+/// The manuals that there is a reference device for.
+pub static MANUALS: &[&Manual] =
+    &[&LIKA_XAC77, &KUEBLER_SENDIX58XX, &SICK_AFX60, &SICK_A3M60, &DATALOGIC_AMT58, &PROFINET_IO];
+
+/// That of the Lika XAC77.
+pub static LIKA_XAC77: Manual = Manual {
+    name: "lika-xac77-profinet",
+    title: "Lika XAC77 absolute encoder",
+    variants: &[lika_xac77::FACTS.variants[0].name, lika_xac77::FACTS.variants[1].name],
+    healthy: Behaviour::default,
+    bus: Bus::Profinet(Profinet {
+        // Manual, 7.3.
+        oui: Some([0x10, 0xB9, 0xFE]),
+        delivered: |_| StationData::default(),
+        build: |variant, behaviour, piece| {
+            let model = (lika_xac77::State::default(), behaviour.web);
+            encoder(&lika_xac77::FACTS, model, variant, behaviour, piece)
+        },
+    }),
+};
+
+/// That of the Kübler Sendix 58xx.
+pub static KUEBLER_SENDIX58XX: Manual = Manual {
+    name: "kuebler-sendix58xx-profinet",
+    title: "Kübler Sendix 58xx absolute encoder",
+    variants: &[kuebler_sendix58xx::FACTS.variants[0].name, kuebler_sendix58xx::FACTS.variants[1].name],
+    healthy: kuebler_sendix58xx::healthy,
+    bus: Bus::Profinet(Profinet {
+        oui: None,
+        delivered: |_| StationData::default(),
+        build: |variant, behaviour, piece| {
+            let model = (kuebler_sendix58xx::Sendix, ());
+            encoder(&kuebler_sendix58xx::FACTS, model, variant, behaviour, piece)
+        },
+    }),
+};
+
+/// That of the SICK AFS60 and AFM60.
+pub static SICK_AFX60: Manual = Manual {
+    name: "sick-afx60-profinet",
+    title: "SICK AFS60/AFM60 absolute encoders",
+    variants: &[sick_afx60::FACTS.variants[0].name, sick_afx60::FACTS.variants[1].name],
+    healthy: sick_afx60::healthy,
+    bus: Bus::Profinet(Profinet {
+        oui: None,
+        delivered: sick_afx60::delivered,
+        build: |variant, behaviour, piece| {
+            let rules = sick_afx60::knobs::Knobs { sick: behaviour.sick, own: behaviour.afx60 };
+            let model = (sick_afx60::State::new(piece.mac), rules);
+            encoder(&sick_afx60::FACTS, model, variant, behaviour, piece)
+        },
+    }),
+};
+
+/// That of the SICK A3M60.
+pub static SICK_A3M60: Manual = Manual {
+    name: "sick-a3m60-profibus",
+    title: "SICK A3M60 Advanced PROFIBUS absolute encoder",
+    variants: &[sick_a3m60::FACTS.variants[0].name],
+    healthy: sick_a3m60::healthy,
+    bus: Bus::Profibus(Profibus {
+        delivered: sick_a3m60::ADDRESS,
+        build: |variant, behaviour, shaft, line| {
+            let variant = sick_a3m60::FACTS.variants.iter().find(|known| known.name == variant)?;
+            let rules = sick_a3m60::knobs::Knobs { sick: behaviour.sick, own: behaviour.a3m60 };
+            let encoder = sick_a3m60::Encoder::new(variant, behaviour.encoder, rules, shaft, line.address);
+            Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave)))
+        },
+    }),
+};
+
+/// That of the Datalogic AMT58.
+pub static DATALOGIC_AMT58: Manual = Manual {
+    name: "datalogic-amt58-profibus",
+    title: "Datalogic AMT58 PROFIBUS-DP absolute encoder",
+    variants: &[datalogic_amt58::VARIANTS[0].0, datalogic_amt58::VARIANTS[1].0],
+    healthy: datalogic_amt58::healthy,
+    bus: Bus::Profibus(Profibus {
+        delivered: datalogic_amt58::ADDRESS,
+        build: |variant, behaviour, shaft, line| {
+            let (_, hardware) = datalogic_amt58::VARIANTS.iter().find(|(name, _)| *name == variant)?;
+            let (shared, rules) = (behaviour.encoder, behaviour.amt58);
+            let encoder = datalogic_amt58::Amt58::new(*hardware, shared, rules, shaft, line.address);
+            Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave)))
+        },
+    }),
+};
+
+/// That of the device after no manual.
+pub static PROFINET_IO: Manual = Manual {
+    name: "profinet-io",
+    title: "Any PROFINET IO device",
+    variants: &["plain"],
+    healthy: Behaviour::default,
+    bus: Bus::Profinet(Profinet {
+        oui: None,
+        delivered: |_| StationData::default(),
+        build: |variant, behaviour, piece| {
+            let mac = Mac(piece.mac);
+            let device = plain::Plain::new(behaviour.plain, piece.mac, piece.station);
+            PROFINET_IO
+                .variants
+                .contains(&variant)
+                .then(|| Box::new(profinet::Device::new(device, mac, behaviour.stack)) as _)
+        },
+    }),
+};

@@ -1,0 +1,56 @@
+//! An AMT58 behind its slave with a master made of frames; the test of the bugs has it too.
+
+use encoder_profile::encoder_object::Piece;
+use reference_devices::behaviour::Behaviour;
+use reference_devices::manuals::DATALOGIC_AMT58;
+use reference_devices::{Line, ReferenceDevice};
+use slave::Bench;
+use station::{Outbox, StandAction, Station, Time};
+use std::boxed::Box;
+use std::vec::Vec;
+use wire::profibus::fdl::BaudRate;
+
+#[path = "../../../../../device-stack/src/profibus/tests/bench.rs"]
+#[allow(dead_code, reason = "the tests of the slave use the rest")]
+pub mod slave;
+
+/// A device whose kind was forgotten.
+pub struct Any(pub Box<dyn ReferenceDevice>);
+
+impl Station for Any {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.0.receive(now, frame, out);
+    }
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.0.wake(now, out);
+    }
+    fn deadline(&self) -> Option<Time> {
+        self.0.deadline()
+    }
+}
+
+pub const HS: &str = "hs5818";
+pub const HM: &str = "hm5816-16384";
+
+/// One at address 5, healthy unless it is said how it behaves.
+pub fn bench_with(variant: &str, shaft: u64, behaviour: Option<&Behaviour>) -> Bench<Any> {
+    let line = Line { address: 5, baud: BaudRate(1_500_000) };
+    let healthy = DATALOGIC_AMT58.behaviour();
+    let piece = Piece { shaft, ..Piece::default() };
+    let device = DATALOGIC_AMT58.build(variant, behaviour.unwrap_or(&healthy), piece, line);
+    Bench::new(Any(device.expect("the variant is known")), 5)
+}
+
+pub fn act(bench: &mut Bench<Any>, action: StandAction<'_>) {
+    let done = bench.device.0.act(bench.now, &action).expect("the stand has the means");
+    bench.wait(done.since(bench.now));
+}
+
+/// Set_Prm: watchdog 1 s, min TSDR 11, ident 1655h, octets of DP-V1, then octets 10 to 20.
+pub fn parameters(operating: u8, units: u32, range: u32, unit: u8) -> Vec<u8> {
+    let mut octets = Vec::from([0x88, 0x14, 0x05, 0x0B, 0x16, 0x55, 0, 0, 0, 0, operating]);
+    octets.extend_from_slice(&units.to_be_bytes());
+    octets.extend_from_slice(&range.to_be_bytes());
+    octets.extend_from_slice(&[unit, 0]);
+    octets
+}

@@ -1,0 +1,221 @@
+//! Kübler Sendix 58xx absolute encoders, singleturn and multiturn, with PROFINET, from their manual for firmware 3.0.
+//!
+//! What the manual does not print is said to be invented. Readings, where it is silent or contradicts itself:
+//!
+//! - Errors are the present state: nothing is latched and nothing is acknowledged; bit 11 of G1_ZSW repeats the attempt.
+//!   The sensor comes before the memory where both are there.
+//! - A preset is carried out within 40 ms; the position stands still until then. With class 4 off it is not answered.
+//! - Parking fixes all positions, not the velocity. It is never refused, also while the shaft turns.
+//! - A record 0xBF00 is taken in data exchange too and in force at once; one of another length is refused, and what is
+//!   wrong in one of the right length is reported (0x1002), as a start without any is. Then the resolution of the
+//!   hardware stands in for the scaling.
+//! - Total range and units have to be in the ratio of a power of two, unless preset control of G1_XIST1 is off: then
+//!   positions beyond the range stand at its last value, and G1_XIST1 goes on over all revolutions.
+//! - Compatibility mode is not supported: bits 4 and 5 and octet 17 are shown and do nothing.
+//! - Any DO-ID is answered: a placeholder stands for it in the example.
+//! - Parameter requests come in the order of PROFIdrive; the printed example exchanges the octets of each pair.
+//! - A preset value is refused (0x02) where neither it nor its complement is in the range; what is still beyond the range
+//!   when the preset comes is limited to it.
+//! - The factory reset is that of the PROFINET interface: the offset stays.
+
+mod leds;
+mod modules;
+mod records;
+#[cfg(test)]
+mod tests;
+
+use alloc::vec::Vec;
+use core::time::Duration;
+use device_stack::profinet::{Access, RecordRefusal, ResetScope, Seen, Severity};
+use encoder_profile::behaviour::Behaviour;
+use encoder_profile::encoder::{Hardware, Scaling, Settings};
+use encoder_profile::encoder_object::{Live, Model};
+use encoder_profile::facts::{
+    Cause, Effect, ErrorFact, Facts, Identification, InExchange, NO_DIAGNOSIS, Reset, Timing, Variant, WarningFact,
+    WithoutRecord,
+};
+use encoder_profile::profidrive::sensor::{Answers, Parks, Transfers};
+use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
+use wire::profidrive::ErrorNumber;
+
+/// What the manual says in words and numbers.
+pub static FACTS: Facts = Facts {
+    variants: &[
+        Variant {
+            name: "sendix-singleturn",
+            hardware: Hardware { steps_per_revolution: 65536, revolutions: 1 },
+            ..SENDIX
+        },
+        Variant {
+            name: "sendix-multiturn",
+            hardware: Hardware { steps_per_revolution: 65536, revolutions: 4096 },
+            ..SENDIX
+        },
+    ],
+    identity: Identification {
+        vendor_id: 0x0198,
+        device_id: 0x0001,
+        ports: 2,
+        hardware_revision: 2,
+        software_revision: [b'V', 3, 0, 0],
+        im_supported: 0,
+    },
+    // 40 ms are printed as the longest preset and 1 s as the window of the velocity; the rest is invented.
+    timing: Timing {
+        boot: Duration::from_secs(2),
+        ready: Duration::from_millis(5),
+        preset: Duration::from_millis(30),
+        save: Duration::from_millis(200),
+        velocity: Duration::from_secs(1),
+    },
+    // There is no parameter that tells them.
+    software: [300, 0, 0],
+    unit_type: 0,
+    object_class: &[],
+    sensor_format: |_| [0; 6],
+    // The manual prints the number of the preset value; that of the operating status is of the profile.
+    parameters: &[65000, 65001],
+    listed: &[],
+    status_header: 0x000B_0101,
+    errors: ERRORS,
+    supported_faults: 0x21,
+    warnings: WARNINGS,
+    supported_warnings: 0x07,
+    default_record,
+    without_record: WithoutRecord::Error,
+    record_in_exchange: InExchange::InForce,
+    stands_still_in_preset: true,
+    watches_controller: false,
+    modules: modules::MODULES,
+    resets: |scope| match scope {
+        ResetScope::Factory | ResetScope::Communication | ResetScope::AllData | ResetScope::Device => {
+            Some(Reset { application: false, station: true })
+        }
+        ResetScope::ApplicationData | ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => None,
+    },
+};
+
+const SENDIX: Variant = Variant {
+    name: "",
+    station_type: "KUEBLER",
+    // The pattern is printed, its digits are not.
+    order_id: "8.58X8.XXCX.C2XX",
+    access_point: 3,
+    hardware: Hardware { steps_per_revolution: 65536, revolutions: 1 },
+    shift: 0,
+};
+
+/// Codes of chapter 8.2, fault bits of chapter 9.3.
+const ERRORS: &[ErrorFact] = &[
+    ErrorFact {
+        causes: &[Cause::Stand("sensor")],
+        code: Some(0x0001),
+        fault_bits: 1,
+        effect: Effect::NoReading,
+        ..NO_DIAGNOSIS
+    },
+    ErrorFact {
+        causes: &[Cause::Stand("memory")],
+        code: Some(0x0020),
+        fault_bits: 1 << 5,
+        effect: Effect::NoMemory,
+        ..NO_DIAGNOSIS
+    },
+    ErrorFact { causes: &[Cause::WrongParameters], code: Some(0x1002), ..NO_DIAGNOSIS },
+    // It is not watched, and this would be the code of the profile.
+    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
+];
+
+/// Bit of the warning of the speed, which the model knows by itself.
+const SPEED: u32 = 1;
+/// Revolutions per minute above which there is a warning.
+const HIGHEST_SPEED: u64 = 9000;
+
+const WARNINGS: &[WarningFact] =
+    &[warning(None, SPEED), warning(Some("temperature"), 1 << 1), warning(Some("led_current"), 1 << 2)];
+
+const fn warning(cause: Option<&'static str>, bit: u32) -> WarningFact {
+    WarningFact { cause, bit, error_type: None, severity: Severity::MaintenanceRequired }
+}
+
+/// Singleturn with 8192 units, as the manual prints it; the rest is its example 0x2A, and the velocity unit is invented.
+fn default_record(_: &Hardware) -> UserParameters {
+    UserParameters::of(0x2A, Scaling { units_per_revolution: 8192, range: 8192 }, 1, 0)
+}
+
+/// The profile, and what is right in this manual where it says otherwise.
+pub fn healthy() -> Behaviour {
+    let mut healthy = Behaviour::default();
+    let sensor = &mut healthy.sensor;
+    sensor.transfers = Transfers::Always;
+    sensor.parks = Parks::Freezes;
+    sensor.answers = Answers::Echo;
+    sensor.latches = false;
+    sensor.raises_while_parked = |_| true;
+    sensor.acknowledges_while_parked = true;
+    sensor.parking_clears_errors = false;
+    sensor.parking_stops_velocity = false;
+    sensor.parking_ends_preset = false;
+    sensor.refuses_to_park = |_, _| false;
+    sensor.answers_blocked_preset = false;
+    healthy.control.is_valid = |by_plc| by_plc.now;
+    healthy.control.is_requested = |_| true;
+    healthy.control.fault_present = |faults| faults != 0;
+    // One step per send clock of 1 ms, whatever the update time.
+    healthy.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 1000 + 1;
+    healthy.values.preset_value_fits = records::fits;
+    healthy.values.preset_units = records::preset_units;
+    healthy.parameters.axis = |_| true;
+    let rules = &mut healthy.user_parameters;
+    rules.is_cyclic = |user| user.preset_acts_on_xist1;
+    rules.serves = serves;
+    rules.are_wrong = |_, _, _| false;
+    healthy
+}
+
+/// Whether the hardware can serve a scaling: chapter 7.
+fn serves(asked: &Asked) -> bool {
+    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, is_cyclic } = *asked;
+    (1..=hardware.steps_per_revolution).contains(&units)
+        && (1..=hardware.range()).contains(&range)
+        && range <= units * hardware.revolutions
+        && (!is_cyclic || is_cyclic_ratio(units, range))
+}
+
+/// Whether one is the other, doubled any number of times.
+fn is_cyclic_ratio(units: u64, range: u64) -> bool {
+    let (small, great) = (units.min(range).max(1), units.max(range));
+    great % small == 0 && (great / small).is_power_of_two()
+}
+
+/// What is the Sendix' own.
+pub struct Sendix;
+
+impl Model for Sendix {
+    type Rules = ();
+
+    fn write(live: &mut Live<'_, Self>, number: u16, _: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
+        records::write(live, number, values)
+    }
+
+    fn read_record(live: &mut Live<'_, Self>, access: Access, out: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
+        records::read(live, access, out)
+    }
+
+    fn warnings(live: &Live<'_, Self>) -> u32 {
+        let rpm = live.shaft.rounded_rpm(live.now);
+        let is_above = rpm.unsigned_abs() > HIGHEST_SPEED;
+        if (live.behaviour.diagnosis.is_too_fast)(rpm, is_above) { SPEED } else { 0 }
+    }
+
+    fn settings(live: &Live<'_, Self>, settings: Settings) -> Settings {
+        let Scaling { units_per_revolution: units, range } = settings.scaling;
+        let stands = !live.ram.user.preset_acts_on_xist1 && !is_cyclic_ratio(units, range);
+        let stands = (live.behaviour.user_parameters.stands)(stands);
+        Settings { saturates_at: stands.then_some(range), ..settings }
+    }
+
+    fn led(live: &Live<'_, Self>, name: &str, seen: &Seen) -> Option<&'static str> {
+        leds::led(live, name, seen)
+    }
+}

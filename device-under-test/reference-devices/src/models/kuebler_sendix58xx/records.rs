@@ -1,0 +1,53 @@
+//! The records: the operating status in 0xBF00 and the preset value in 0xB02E, chapter 9.
+
+use super::Sendix;
+use alloc::vec::Vec;
+use device_stack::profinet::{Access, RecordRefusal};
+use encoder_profile::behaviour;
+use encoder_profile::encoder::PresetMode;
+use encoder_profile::encoder_object::Live;
+use encoder_profile::profidrive::user_parameters::{Rules, UserParameters};
+use wire::profidrive::ErrorNumber;
+
+/// Written it is the user parameters, read the operating status.
+const STATUS: u16 = 0xBF00;
+const PRESET_VALUE: u16 = 65000;
+
+/// Reads 0xBF00: double words, most significant octet first.
+pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
+    if access.index != STATUS || !live.is_here(&access) {
+        return None;
+    }
+    let octets = live.shown_status().into_iter().flat_map(|word| (word as u32).to_be_bytes()).collect();
+    out.extend((live.behaviour.records.status)(octets, &live.ram.record));
+    Some(Ok(()))
+}
+
+/// Writes the preset value, if its amount is below the range that will be in force.
+pub fn write(live: &mut Live<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
+    let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
+    let range = range(live, &live.behaviour.user_parameters);
+    match (live.behaviour.values.preset_value_fits)(value, range) {
+        true => None,
+        false => Some(Err(ErrorNumber::LIMIT)),
+    }
+}
+
+/// The range of the parameters that this connection has brought last.
+fn range(live: &Live<'_, Sendix>, rules: &Rules) -> u64 {
+    let staged: &UserParameters = &live.ram.staged;
+    staged.settings(&live.hardware, rules).scaling.range
+}
+
+/// Whether a preset value, or what is left of the range beyond a negative one, is below the range: chapter 7.
+pub fn fits(value: u32, range: u64) -> bool {
+    u64::from((value as i32).unsigned_abs()) < range
+}
+
+/// The units of a preset, from a preset value that may be beyond the range by now: an absolute one is limited.
+pub fn preset_units(mode: PresetMode, value: u32, range: u64) -> u64 {
+    match mode {
+        PresetMode::Absolute => i64::from(value as i32).clamp(0, range as i64 - 1) as u64,
+        PresetMode::Relative => behaviour::preset_units(mode, value, range),
+    }
+}

@@ -1,0 +1,77 @@
+//! The records of chapter 9.
+
+use super::*;
+use device_stack::profinet::RecordRefusal::{InvalidIndex, WriteLength};
+use rstest::rstest;
+
+// The printed example with the twelfth zero that the table demands, and what it reads as.
+#[test]
+fn the_example() {
+    let mut example = record(0x2A, 0x2000, 0x8000);
+    example[18] = 3;
+    let mut bench = Bench::connected(MULTITURN, 0, &example);
+    let read = [0x000B_0101, 0x2A, 0, 0x21, 0, 7, 0x401, 0xFFFF_FFFF, 0, 0x2000, 0x8000, 3];
+    assert_eq!(bench.status(), read);
+}
+
+// Ratios are powers of two unless preset control is off (bit 2); 4096 revolutions at most, one for singleturn.
+#[rstest]
+#[case(MULTITURN, 0x2A, 8192, 8192 * 4096, true)]
+#[case(MULTITURN, 0x2A, 8192, 8192 * 8192, false)]
+#[case(MULTITURN, 0x2A, 8192, 2048, true)]
+#[case(MULTITURN, 0x2A, 1, 1, true)]
+#[case(MULTITURN, 0x2A, 0, 8192, false)]
+#[case(MULTITURN, 0x2A, 8192, 0, false)]
+#[case(MULTITURN, 0x2A, 65537, 65537, false)]
+#[case(MULTITURN, 0x2A, 8192, 24576, false)]
+#[case(MULTITURN, 0x2A, 100, 5000, false)]
+#[case(MULTITURN, 0x2E, 100, 5000, true)]
+#[case(MULTITURN, 0x2A, 1 << 32 | 8192, 8192, false)]
+#[case(SINGLETURN, 0x2A, 65536, 65536, true)]
+#[case(SINGLETURN, 0x2A, 8192, 16384, false)]
+fn limits(#[case] variant: usize, #[case] bits: u8, #[case] units: u64, #[case] range: u64, #[case] right: bool) {
+    let mut bench = Bench::connected(variant, 0, &record(bits, units, range));
+    let frame = bench.settled();
+    assert_eq!((frame.g1_zsw, frame.xist2), if right { (0x2000, 0) } else { (0x8000, 0x1002) });
+}
+
+// A start without a record is reported, and a record in data exchange is in force at once.
+#[test]
+fn a_record_that_comes_later() {
+    let mut bench = Bench::alone(MULTITURN, 32768);
+    bench.connect(None).expect("nothing was written");
+    let frame = bench.settled();
+    assert_eq!((frame.g1_zsw, frame.xist2, frame.zsw2_enc & 0x0FFF), (0x8000, 0x1002, 0x0200));
+    let now = bench.now;
+    assert_eq!(bench.encoder.write_record(now, access(0xBF00), &standard()), Ok(()));
+    assert_eq!(bench.settled().xist2, 4096);
+    assert_eq!(bench.encoder.write_record(now, access(0xBF00), &record(0x2A, 4096, 4096)), Ok(()));
+    assert_eq!((bench.settled().xist2, bench.status()[9]), (2048, 4096));
+}
+
+#[test]
+fn records_that_are_refused() {
+    let mut bench = Bench::connected(MULTITURN, 0, &standard());
+    let now = bench.now;
+    for octets in [30, 32] {
+        let record = alloc::vec![0x2A; octets];
+        assert_eq!(bench.encoder.write_record(now, access(0xBF00), &record), Err(WriteLength));
+    }
+    let at_subslot_2 = Access { subslot: 2, ..access(0xBF00) };
+    assert_eq!(bench.encoder.read_record(now, at_subslot_2, &mut Vec::new()), Err(InvalidIndex));
+    assert_eq!(bench.encoder.read_record(now, access(0xBF01), &mut Vec::new()), Err(InvalidIndex));
+}
+
+// Above 9000 rpm, in both directions, as long as it lasts; warnings stand beside each other.
+#[test]
+fn warnings() {
+    let mut bench = Bench::connected(MULTITURN, 0, &standard());
+    for (rpm, warnings) in [(9000.0, 0), (9001.0, 1), (-9001.0, 1), (-9000.0, 0), (0.0, 0)] {
+        bench.act(StandAction::ShaftSpeed(rpm));
+        bench.settled();
+        assert_eq!(bench.status()[4], warnings, "{rpm}");
+    }
+    bench.fault("temperature", true);
+    let frame = bench.fault("led_current", true);
+    assert_eq!((bench.status()[4], frame.g1_zsw, frame.zsw2_enc & 8), (6, 0x2000, 0));
+}

@@ -1,0 +1,140 @@
+//! Lika XAC7718/1PT and XAC7716/16384PT with PROFINET, from the user guide MAN XAC77 PT E 1.3.
+//!
+//! Readings, where the manual is silent or contradicts itself; what is said of the profile is in the profile's rooms:
+//!
+//! - A record 0xBF00 of another length is refused and nothing changes. One of the right length is accepted; what is
+//!   wrong in it is reported as a parametrization fault (0x1002, P65001, diagnosis 0x9011), and where its scaling is
+//!   wrong the hardware resolution stands in for it. It belongs to the start-up: in data exchange it is refused.
+//! - Each connection begins with the default parameters; the record of this start wins over them.
+//! - A preset is carried out when its offset is safe in memory: then, in one frame, the position is shifted and bit 12
+//!   is set. With class 4 off the handshake runs and nothing is shifted. The offset is a number on the circle of
+//!   the range, 0 to range - 1. Presets work during an alarm.
+//! - With G1_XIST1 preset control off, G1_XIST1 is the position without any offset.
+//! - While parked, G1_XIST3 and the velocity are 0 as the other positions are. A preset request that is held through
+//!   parking is no new request. Parking is refused (0x0003) while the shaft turns.
+//! - Withdrawing Control by PLC voids all requests of G1_STW, parking included; positions go on.
+//! - A failed save leaves P971 at 1. P971 takes 0 and 1.
+//! - The factory reset of the manual is suboption 5; of suboption 6, modes 1, 2, 4 and 8 reset the part they name.
+//! - P979 has elements of 32 bits, as its values demand; its resolution and revolutions are those of the hardware.
+//! - P925 is not there, for P980 does not list it. LEDs are not described.
+
+pub mod knobs;
+#[cfg(test)]
+mod tests;
+mod web;
+
+pub use web::State;
+
+use core::time::Duration;
+use encoder_profile::encoder::{Hardware, Scaling};
+use encoder_profile::facts::{
+    Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Reset, Submodule, Timing,
+    Variant, WithoutRecord,
+};
+use encoder_profile::profidrive::telegram::STANDARD;
+use encoder_profile::profidrive::user_parameters::UserParameters;
+
+/// What the manual says in words and numbers.
+pub static FACTS: Facts = Facts {
+    variants: &[
+        Variant {
+            name: "xac7718",
+            station_type: "LIKA ROTACOD",
+            order_id: "XAC7718/1PT",
+            access_point: 2,
+            hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
+            shift: 0,
+        },
+        Variant {
+            name: "xac7716-16384",
+            station_type: "LIKA ROTACOD",
+            order_id: "XAC7716/16384PT",
+            access_point: 3,
+            hardware: Hardware { steps_per_revolution: 1 << 16, revolutions: 1 << 14 },
+            shift: 0,
+        },
+    ],
+    // The device ID is not printed in the manual: invented for our reference device.
+    identity: Identification {
+        vendor_id: 0x0239,
+        device_id: 1,
+        ports: 1,
+        hardware_revision: 1,
+        software_revision: [b'V', 1, 1, 0],
+        im_supported: 0,
+    },
+    // The manual says 100 ms for the velocity (10.1) and nothing of the rest.
+    timing: Timing {
+        boot: Duration::from_secs(2),
+        ready: Duration::from_millis(5),
+        preset: Duration::from_millis(40),
+        save: Duration::from_millis(200),
+        velocity: Duration::from_millis(100),
+    },
+    // Software 1.10 of 24 October 2013: version table on p. 43, date of the first description file.
+    software: [110, 2013, 2410],
+    unit_type: 1,
+    // Encoder interface, class 4, number of this object.
+    object_class: &[5, 0x8000, 1],
+    // Rotary and valid.
+    sensor_format: |variant| {
+        let Hardware { steps_per_revolution, revolutions } = variant.hardware;
+        [0x5011, 0x8000_0000, steps_per_revolution, 0, 0, revolutions]
+    },
+    parameters: &[922, 964, 965, 971, 975, 979, 980, 61001, 65000, 65001],
+    listed: &[922, 964, 965, 971, 975, 979, 61001, 65000, 65001],
+    status_header: 0x000C_0101,
+    errors: ERRORS,
+    supported_faults: MEMORY | COMMISSIONING,
+    warnings: &[],
+    supported_warnings: 0,
+    default_record,
+    without_record: WithoutRecord::Default,
+    record_in_exchange: InExchange::Refused,
+    stands_still_in_preset: false,
+    watches_controller: true,
+    modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],
+    resets: Reset::of,
+};
+
+/// Fault bit of the memory.
+const MEMORY: u32 = 1 << 5;
+/// Fault bit of the parametrization.
+const COMMISSIONING: u32 = 1 << 4;
+
+/// Codes: manual, 16.4; error types: 12.2.1. The code of the profile for the sensor, for the manual names none.
+const ERRORS: &[ErrorFact] = &[
+    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..NO_DIAGNOSIS },
+    ErrorFact {
+        causes: &[Cause::Stand("memory")],
+        code: Some(0x1001),
+        fault_bits: MEMORY,
+        error_type: Some(0x9000),
+        is_persistent: true,
+        effect: Effect::NoMemory,
+        ..NO_DIAGNOSIS
+    },
+    ErrorFact { causes: &[Cause::Stand("sensor")], code: Some(0x0001), effect: Effect::NoReading, ..NO_DIAGNOSIS },
+    ErrorFact {
+        causes: &[Cause::Stand("commissioning"), Cause::WrongParameters],
+        code: Some(0x1002),
+        fault_bits: COMMISSIONING,
+        error_type: Some(0x9011),
+        is_persistent: true,
+        ..NO_DIAGNOSIS
+    },
+];
+
+/// Idents are not printed in the manual but for the numbers of the access points, which stand here for their idents; they
+/// and the API of slot 0 are invented for our reference device.
+const SUBMODULES: &[Submodule] = &[
+    Submodule { subslot: 2, ident: 81, telegram: &STANDARD[0] },
+    Submodule { subslot: 2, ident: 82, telegram: &STANDARD[1] },
+    Submodule { subslot: 2, ident: 83, telegram: &STANDARD[2] },
+    Submodule { subslot: 2, ident: 84, telegram: &STANDARD[3] },
+];
+
+/// The user parameters by default for this hardware (manual, chapter 18): octet 0 is 0x22.
+fn default_record(hardware: &Hardware) -> UserParameters {
+    UserParameters::of(0x22, Scaling::hardware(hardware), 1, 0)
+}

@@ -1,0 +1,202 @@
+//! An XAC77 with a controller whose sign of life counts; the walk of the bugs has it too.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal};
+use encoder_profile::encoder_object::{EncoderObject, Piece};
+use reference_devices::behaviour::Behaviour;
+use reference_devices::manuals::LIKA_XAC77;
+use reference_devices::models::lika_xac77::{FACTS, State};
+use station::{StandAction, Time};
+use wire::http;
+use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
+
+pub const AR: ArKey = ArKey(1);
+pub const CYCLE: Duration = Duration::from_millis(2);
+pub const CONTROL: u16 = 0x0400;
+
+pub const HOME: u16 = 0x1000;
+pub const RELATIVE: u16 = 0x0800;
+pub const ABSOLUTE: u16 = 0x2000;
+pub const PARK: u16 = 0x4000;
+pub const ACKNOWLEDGE: u16 = 0x8000;
+
+/// The signals of one frame from the encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    pub zsw2_enc: u16,
+    pub g1_zsw: u16,
+    pub xist1: u32,
+    pub xist2: u32,
+}
+
+/// An encoder with a controller whose sign of life counts.
+pub struct Bench {
+    pub encoder: EncoderObject<State>,
+    pub now: Time,
+    pub telegram: Plug,
+    pub sign_of_life: u8,
+    pub stw2_enc: u16,
+    pub g1_stw: u16,
+    /// Whether the last inputs were good.
+    pub good: bool,
+}
+
+pub const SINGLETURN: usize = 0;
+pub const MULTITURN: usize = 1;
+
+impl Bench {
+    /// An encoder that is alone, healthy unless it is said how it behaves; its shaft stands at `shaft`.
+    pub fn alone(variant: usize, behaviour: Option<&Behaviour>, shaft: u64) -> Bench {
+        let healthy = LIKA_XAC77.behaviour();
+        let behaviour = behaviour.unwrap_or(&healthy);
+        let mac = [2, 0, 0, 0, 1, 0];
+        let piece = Piece { mac, shaft, ..Piece::default() };
+        let variant = &FACTS.variants[variant];
+        let encoder = EncoderObject::new(&FACTS, State::default(), variant, behaviour.encoder, behaviour.web, piece);
+        let telegram = encoder.plugs()[2];
+        Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
+    }
+
+    /// A multiturn encoder with telegram 81, default parameters and its shaft at `shaft`.
+    pub fn connected(behaviour: Option<&Behaviour>, shaft: u64) -> Bench {
+        let mut bench = Bench::alone(MULTITURN, behaviour, shaft);
+        let written = bench.connect(81, &record(0x22, 65536, 1 << 30));
+        assert!(written.is_ok() || behaviour.is_some(), "the default record is right: {written:?}");
+        bench
+    }
+
+    pub fn connect(&mut self, telegram: u32, record: &[u8]) -> Result<(), RecordRefusal> {
+        self.telegram = *self.encoder.plugs().iter().find(|plug| plug.submodule_ident == telegram).expect("a telegram");
+        self.encoder.started(self.now, AR, &[self.telegram]);
+        let written = self.encoder.write_record(self.now, access(0xBF00), record);
+        self.now = self.encoder.parameter_end(self.now, AR);
+        self.sign_of_life = 1;
+        self.frame();
+        written
+    }
+
+    /// Sends a frame and gives the octets of the next one from the encoder.
+    pub fn octets(&mut self) -> Vec<u8> {
+        self.now += CYCLE;
+        let stw2_enc = self.stw2_enc | u16::from(self.sign_of_life) << 12;
+        let [a, b] = stw2_enc.to_be_bytes();
+        let [c, d] = self.g1_stw.to_be_bytes();
+        self.encoder.outputs(self.now, 1, 2, Some(&[a, b, c, d]));
+        if self.sign_of_life != 0 {
+            self.sign_of_life = self.sign_of_life % 15 + 1;
+        }
+        let mut inputs = alloc::vec![0xAA; self.telegram.input_octets.into()];
+        self.encoder.frame(self.now);
+        self.good = self.encoder.inputs(self.now, 1, 2, &mut inputs);
+        inputs
+    }
+
+    /// The same, telegram 81 read out.
+    pub fn frame(&mut self) -> Frame {
+        let octets = self.octets();
+        let word = |at: usize| u16::from_be_bytes([octets[at], octets[at + 1]]);
+        let double = |at: usize| u32::from(word(at)) << 16 | u32::from(word(at + 2));
+        Frame { zsw2_enc: word(0), g1_zsw: word(2), xist1: double(4), xist2: double(8) }
+    }
+
+    /// Sets G1_STW and exchanges frames until the encoder has had time for everything.
+    pub fn set(&mut self, g1_stw: u16) -> Frame {
+        self.g1_stw = g1_stw;
+        (0..50).map(|_| self.frame()).last().expect("frames")
+    }
+
+    pub fn wait(&mut self, millis: u64) {
+        self.now += Duration::from_millis(millis);
+        self.encoder.advance(self.now);
+    }
+
+    pub fn act(&mut self, action: StandAction<'_>) {
+        self.now = self.encoder.act(self.now, &action).expect("the stand can do it");
+    }
+
+    pub fn fault(&mut self, name: &str, present: bool) {
+        self.act(StandAction::Fault(name, present));
+    }
+
+    /// A preset with its whole handshake.
+    pub fn preset(&mut self, value: u32, mode: u16) -> Frame {
+        self.write(65000, value.into()).expect("P65000 is written");
+        self.set(mode | HOME);
+        self.set(0)
+    }
+
+    pub fn power_cycle(&mut self) {
+        self.encoder.power_down(self.now);
+        self.wait(1000);
+        self.encoder.power_up(self.now);
+    }
+
+    /// The response to a request, or the code of the channel that is not open or gives no whole response.
+    pub fn request(&mut self, request: &Request) -> Result<Response, u16> {
+        let code = |refusal: RecordRefusal| u16::from(refusal.code1());
+        let (mut octets, mut answer) = (Vec::new(), Vec::new());
+        request.write(&mut octets);
+        self.encoder.write_record(self.now, access(0xB02E), &octets).map_err(code)?;
+        self.encoder.read_record(self.now, access(0xB02E), &mut answer).map_err(code)?;
+        Response::parse(&answer).map_err(|_| code(RecordRefusal::StateConflict))
+    }
+
+    /// Elements of a parameter, or the number of the error, or the code of the channel that is not open.
+    pub fn read(&mut self, number: u16, subindex: u16, count: u8) -> Result<Vec<u64>, u16> {
+        let request = Request::read_values(7, 1, [ParameterAddress::elements(number, subindex, count)].to_vec());
+        let response = self.request(&request)?;
+        match response.values.first().map(|value| (value.error(), value.to_numbers())) {
+            Some((Some(error), _)) => Err(error.number.0),
+            Some((None, numbers)) => Ok(numbers.unwrap_or_default()),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    pub fn value(&mut self, number: u16, subindex: u16) -> u64 {
+        self.read(number, subindex, 1).expect("a value")[0]
+    }
+
+    pub fn write(&mut self, number: u16, value: u64) -> Result<(), u16> {
+        let format = if number == 971 { Format::WORD } else { Format::DOUBLE_WORD };
+        let value = ParameterValue::numbers(format, &[value]);
+        let request = Request::change_values(7, 1, [(ParameterAddress::value(number, 0), value)].to_vec());
+        let response = self.request(&request)?;
+        response.values.first().and_then(ParameterValue::error).map_or(Ok(()), |error| Err(error.number.0))
+    }
+
+    /// The diagnoses that came (`true`) and went since the last call.
+    pub fn diagnoses(&mut self) -> Vec<(bool, u16)> {
+        core::iter::from_fn(|| self.encoder.next_diagnosis()).map(|c| (c.appears, c.diagnosis.error_type)).collect()
+    }
+
+    pub fn page(&mut self, path: &str) -> (u16, String) {
+        let response = self.encoder.page(self.now, &http::Request::get(path));
+        (response.status, String::from_utf8(response.body).expect("a text"))
+    }
+
+    pub fn send(&mut self, path: &str, field: &str, text: &str) -> String {
+        let response = self.encoder.page(self.now, &http::Request::post(path, &[(field, text)]));
+        assert_eq!(response.status, 200);
+        String::from_utf8(response.body).expect("a text")
+    }
+
+    pub fn enter(&mut self, value: &str) -> String {
+        self.send("/preset.htm", "value", value)
+    }
+}
+
+pub fn access(index: u16) -> Access {
+    Access { ar: Some(AR), api: 0x3D00, slot: 1, subslot: 1, index }
+}
+
+/// A record 0xBF00 with one tolerated failure and steps per second.
+pub fn record(bits: u8, units: u64, range: u64) -> Vec<u8> {
+    let mut record = alloc::vec![bits];
+    record.extend(units.to_be_bytes());
+    record.extend(range.to_be_bytes());
+    record.extend([1, 0]);
+    record.resize(31, 0);
+    record
+}

@@ -1,0 +1,15 @@
+//! The XAC77 as an application, driven as a stack drives it: one call per frame, two milliseconds apart.
+
+mod bench;
+mod faults;
+mod handshakes;
+mod memory;
+mod start_up;
+mod starts;
+mod web;
+
+use self::bench::*;
+use alloc::vec::Vec;
+use device_stack::profinet::{Access, Application, ArKey, RecordRefusal, StationData};
+use station::StandAction;
+use wire::http;

@@ -1,0 +1,293 @@
+//! A plain PROFINET IO device after no manual: what it is given by the controller it gives back.
+//!
+//! It is the reference for what holds for every PROFINET IO device. Slot 1 takes four octets and sends them back, four
+//! times 0 while it is given none that are good; slot 2 sends how many frames it has sent. It has I&M0 to I&M3, no
+//! parameters, and two faults that are told as channel diagnoses. Vendor, device and ident numbers are invented.
+//!
+//! This room must not know encoders.
+
+use alloc::collections::VecDeque;
+use alloc::format;
+use core::time::Duration;
+use device_stack::profinet::{
+    Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
+    StationData,
+};
+use station::{StandAction, Time};
+use wire::profinet::dcp::station_name;
+
+/// How long it is silent after power-up.
+const BOOT: Duration = Duration::from_secs(1);
+/// How long it takes from the end of the parameters to the first good data.
+const READY: Duration = Duration::from_millis(5);
+/// Slot of what comes back.
+const MIRROR: u16 = 1;
+/// Slot of the counter.
+const COUNTER: u16 = 2;
+/// The faults: what the stand calls each, and its ChannelErrorType.
+const FAULTS: [(&str, u16); 2] = [("passing", 0x0001), ("standing", 0x0006)];
+
+const PLUGS: [Plug; 3] =
+    [plug(0, 0x0001, 0x0001, 0, 0), plug(MIRROR, 0x0020, 0x0021, 4, 4), plug(COUNTER, 0x0030, 0x0031, 2, 0)];
+
+const fn plug(slot: u16, module_ident: u32, submodule_ident: u32, input_octets: u16, output_octets: u16) -> Plug {
+    Plug { api: 0, slot, module_ident, subslot: 1, submodule_ident, input_octets, output_octets }
+}
+
+/// What a plain device does with what it is given; the default is healthy.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules {
+    /// What is sent back, from what was taken.
+    pub mirror: fn([u8; 4]) -> [u8; 4],
+    /// What is taken as name: whether a name by the rules of PROFINET may be given.
+    pub takes_name: fn(bool) -> bool,
+    /// Whether a name is stored.
+    pub stores_name: bool,
+    /// Whether a diagnosis goes with its fault.
+    pub withdraws: bool,
+    /// How bad a fault is.
+    pub severity: Severity,
+    /// The slot that a diagnosis is about.
+    pub diagnosed: u16,
+}
+
+impl Default for Rules {
+    fn default() -> Rules {
+        Rules {
+            mirror: |octets| octets,
+            takes_name: |is_right| is_right,
+            stores_name: true,
+            withdraws: true,
+            severity: Severity::Fault,
+            diagnosed: MIRROR,
+        }
+    }
+}
+
+/// A plain device behind its PROFINET stack.
+pub struct Plain {
+    rules: Rules,
+    identity: Identity,
+    stored: StationData,
+    outputs: [u8; 4],
+    sent: u16,
+    faults: [bool; FAULTS.len()],
+    changes: VecDeque<DiagnosisChange>,
+}
+
+impl Plain {
+    /// A device fresh from the factory but for its station; the serial number is made of `mac`.
+    pub fn new(rules: Rules, mac: [u8; 6], station: StationData) -> Plain {
+        let [.., a, b, c] = mac;
+        let identity = Identity {
+            vendor_id: 0xFEED,
+            device_id: 0x00D0,
+            station_type: "PLAIN IO",
+            order_id: "PLAIN-1",
+            serial_number: format!("{a:02X}{b:02X}{c:02X}"),
+            ports: 2,
+            hardware_revision: 1,
+            software_revision: [b'V', 1, 0, 0],
+            revision_counter: 0,
+            profile_id: 0,
+            profile_specific_type: 0,
+            im_version: [1, 1],
+            im_supported: 0b1110,
+            boot_time: BOOT,
+        };
+        Plain {
+            rules,
+            identity,
+            stored: station,
+            outputs: [0; 4],
+            sent: 0,
+            faults: [false; FAULTS.len()],
+            changes: VecDeque::new(),
+        }
+    }
+
+    fn tell(&mut self, fault: usize, appears: bool) {
+        let Some((_, error_type)) = FAULTS.get(fault) else { return };
+        if appears || self.rules.withdraws {
+            let diagnosis = Diagnosis {
+                api: 0,
+                slot: self.rules.diagnosed,
+                subslot: 1,
+                channel: 0,
+                error_type: *error_type,
+                extended: None,
+                severity: self.rules.severity,
+            };
+            self.changes.push_back(DiagnosisChange { appears, diagnosis });
+        }
+    }
+}
+
+impl Application for Plain {
+    fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    fn plugs(&self) -> &[Plug] {
+        &PLUGS
+    }
+
+    fn stored_station(&self) -> StationData {
+        self.stored.clone()
+    }
+
+    fn set_station(&mut self, _: Time, _: &StationData, stored: &StationData) {
+        self.stored = stored.clone();
+        if !self.rules.stores_name {
+            self.stored.name.clear();
+        }
+    }
+
+    fn accepts_name(&self, name: &[u8]) -> bool {
+        (self.rules.takes_name)(name.is_empty() || station_name::check(name).is_ok())
+    }
+
+    fn factory_reset(&mut self, _: Time, scope: ResetScope) -> bool {
+        match scope {
+            ResetScope::Factory | ResetScope::AllData | ResetScope::Device | ResetScope::Communication => {
+                self.stored = StationData::default();
+                true
+            }
+            ResetScope::ApplicationData => true,
+            ResetScope::Engineering | ResetScope::FactoryImage | ResetScope::Other(_) => false,
+        }
+    }
+
+    fn power_up(&mut self, _: Time) {
+        self.outputs = [0; 4];
+        self.sent = 0;
+        for fault in 0..FAULTS.len() {
+            if self.faults[fault] {
+                self.tell(fault, true);
+            }
+        }
+    }
+
+    fn power_down(&mut self, _: Time) {
+        self.changes.clear();
+    }
+
+    fn started(&mut self, _: Time, _: ArKey, _: &[Plug]) {
+        self.outputs = [0; 4];
+    }
+
+    fn parameter_end(&mut self, now: Time, _: ArKey) -> Time {
+        now + READY
+    }
+
+    fn ended(&mut self, _: Time, _: ArKey) {
+        self.outputs = [0; 4];
+    }
+
+    fn write_record(&mut self, _: Time, _: Access, _: &[u8]) -> Result<(), RecordRefusal> {
+        Err(RecordRefusal::InvalidIndex)
+    }
+
+    fn read_record(&mut self, _: Time, _: Access, _: &mut alloc::vec::Vec<u8>) -> Result<(), RecordRefusal> {
+        Err(RecordRefusal::InvalidIndex)
+    }
+
+    fn outputs(&mut self, _: Time, slot: u16, _: u16, data: Option<&[u8]>) {
+        if slot == MIRROR {
+            self.outputs = data.and_then(|data| data.try_into().ok()).unwrap_or_default();
+        }
+    }
+
+    fn inputs(&mut self, _: Time, slot: u16, _: u16, data: &mut [u8]) -> bool {
+        if slot == COUNTER {
+            self.sent = self.sent.wrapping_add(1);
+        }
+        match (slot, data.len()) {
+            (MIRROR, 4) => data.copy_from_slice(&(self.rules.mirror)(self.outputs)),
+            (COUNTER, 2) => data.copy_from_slice(&self.sent.to_be_bytes()),
+            _ => data.fill(0),
+        }
+        true
+    }
+
+    fn next_diagnosis(&mut self) -> Option<DiagnosisChange> {
+        self.changes.pop_front()
+    }
+
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
+        let StandAction::Fault(name, present) = *action else { return None };
+        let fault = FAULTS.iter().position(|(known, _)| *known == name)?;
+        if self.faults[fault] != present {
+            self.faults[fault] = present;
+            self.tell(fault, present);
+        }
+        Some(now)
+    }
+
+    fn led(&mut self, _: Time, _: &str, _: &Seen) -> Option<&'static str> {
+        None
+    }
+
+    fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
+        None
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
+
+    fn advance(&mut self, _: Time) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    fn device(rules: Rules) -> Plain {
+        Plain::new(rules, [2, 0, 0, 0, 1, 0], StationData::default())
+    }
+
+    fn sent(device: &mut Plain) -> [u8; 4] {
+        let mut octets = [0xFF; 4];
+        assert!(device.inputs(Time::ZERO, MIRROR, 1, &mut octets));
+        octets
+    }
+
+    #[test]
+    fn what_is_given_comes_back_until_it_is_bad() {
+        let mut device = device(Rules::default());
+        assert_eq!(sent(&mut device), [0; 4]);
+        device.outputs(Time::ZERO, MIRROR, 1, Some(&[1, 2, 3, 4]));
+        assert_eq!(sent(&mut device), [1, 2, 3, 4]);
+        device.outputs(Time::ZERO, MIRROR, 1, None);
+        assert_eq!(sent(&mut device), [0; 4]);
+    }
+
+    #[test]
+    fn the_counter_counts_frames() {
+        let mut device = device(Rules::default());
+        for count in 1..=3 {
+            let mut octets = [0; 2];
+            assert!(device.inputs(Time::ZERO, COUNTER, 1, &mut octets));
+            assert_eq!(octets, [0, count]);
+        }
+    }
+
+    #[test]
+    fn a_fault_comes_and_goes_once_and_comes_again_with_the_power() {
+        let mut device = device(Rules::default());
+        for (present, told) in [(true, Some(true)), (true, None), (false, Some(false)), (false, None)] {
+            assert_eq!(device.act(Time::ZERO, &StandAction::Fault("passing", present)), Some(Time::ZERO));
+            assert_eq!(device.next_diagnosis().map(|change| change.appears), told);
+        }
+        assert_eq!(device.act(Time::ZERO, &StandAction::Fault("memory", true)), None);
+        assert_eq!(device.act(Time::ZERO, &StandAction::Fault("standing", true)), Some(Time::ZERO));
+        device.power_down(Time::ZERO);
+        assert_eq!(device.next_diagnosis(), None);
+        device.power_up(Time::ZERO);
+        let told: Vec<u16> =
+            core::iter::from_fn(|| device.next_diagnosis()).map(|of| of.diagnosis.error_type).collect();
+        assert_eq!(told, [0x0006]);
+    }
+}

@@ -1,0 +1,180 @@
+//! SICK A3M60 with PROFIBUS, from its operating instructions.
+//!
+//! What the manual does not print is said to be invented: the octets of Set_Prm and of the configuration, times, the version
+//! of the firmware. Readings, where it is silent or contradicts itself:
+//!
+//! - Positions have 31 bits, as the resolution says everywhere but once.
+//! - Errors in G1_XIST2 are latched until they are acknowledged; everything else follows the cause.
+//! - A preset is in force at once and stored afterwards; a value beyond the range is reduced to it.
+//! - The telegrams of the vendor have the same round axis, diagnosis and isochronous operation as those of the profile.
+
+mod clock;
+mod device;
+pub mod knobs;
+mod own;
+mod parameters;
+mod presets;
+mod samples;
+mod start;
+mod station;
+mod status;
+#[cfg(test)]
+mod tests;
+
+pub use clock::Wrong;
+pub use device::Encoder;
+
+use self::own::State;
+use crate::models::sick::settings;
+use core::time::Duration;
+use device_stack::profinet::Severity;
+use encoder_profile::behaviour::Behaviour;
+use encoder_profile::encoder::Hardware;
+use encoder_profile::encoder_object::Live;
+use encoder_profile::facts::{
+    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Submodule, Timing, Variant, WarningFact,
+    WithoutRecord,
+};
+use encoder_profile::profidrive::mantel::{self, Cleared, TRIGGER};
+use encoder_profile::profidrive::telegram::{Control, STANDARD, Signal, Telegram};
+
+/// The address at delivery: manual, 4.3.
+pub const ADDRESS: u8 = 2;
+
+/// What is right in this manual where it says otherwise than the profile.
+pub fn healthy() -> Behaviour {
+    let mut right = Behaviour::default();
+    right.control.is_requested = |_| true;
+    right.sensor.refuses_to_park = |_, _| false;
+    // Without a word before there is no edge; what was cleared by the master counts as 0.
+    right.mantel.begins = |before, now| before.is_some_and(|before| mantel::begins(Some(before), now));
+    right.mantel.value = |word, known| u64::from(word & !TRIGGER) % known.range;
+    right.mantel.clears = |cleared| cleared == Cleared::End;
+    right.memory.waits_for_store = false;
+    // Manual, 3.6.9 and 3.6.10.
+    right.user_parameters.serves = settings::serves;
+    right.user_parameters.unit = |number| settings::unit(number.into());
+    // Manual, 3.6.11.
+    right.user_parameters.are_wrong = |user, _, _| user.compatible && !(1..=15).contains(&user.life_sign_failures);
+    right
+}
+
+/// What the sensor tells apart.
+const HARDWARE: Hardware = Hardware { steps_per_revolution: 1 << 14, revolutions: 1 << 17 };
+/// The highest speed in revolutions per minute: manual, table 37.
+const HIGHEST_SPEED: i64 = 9000;
+
+/// What the manual says in words and numbers.
+pub static FACTS: Facts = Facts {
+    variants: &[Variant {
+        name: "a3m60",
+        station_type: "A3M60A",
+        order_id: "A3M60A-xxPB014X17",
+        access_point: 0,
+        hardware: HARDWARE,
+        shift: 1,
+    }],
+    identity: Identification {
+        vendor_id: 0x0101,
+        device_id: 0,
+        ports: 0,
+        hardware_revision: 1,
+        software_revision: [b'V', 1, 3, 0],
+        im_supported: 0,
+    },
+    // Of these only the velocity is printed.
+    timing: Timing {
+        boot: Duration::from_secs(1),
+        ready: Duration::ZERO,
+        preset: Duration::from_millis(20),
+        save: Duration::from_millis(20),
+        velocity: Duration::from_secs(1),
+    },
+    // Invented.
+    software: [0x0103, 2012, 1508],
+    unit_type: 0x00FF,
+    // Encoder, classes 4 and 3.
+    object_class: &[5, 0xC000],
+    sensor_format: |variant| {
+        let Hardware { steps_per_revolution, revolutions } = variant.hardware;
+        [0x5111, 0x8000_0002, steps_per_revolution, variant.shift.into(), 0, revolutions]
+    },
+    parameters: &[922, 964, 975, 979, 65000],
+    listed: &[],
+    status_header: 0x000B_0101,
+    errors: ERRORS,
+    supported_faults: 0x37,
+    warnings: &[WarningFact {
+        cause: None,
+        bit: FREQUENCY,
+        error_type: Some(0x30),
+        severity: Severity::MaintenanceRequired,
+    }],
+    supported_warnings: 0x03,
+    default_record: |_| start::delivered(),
+    without_record: WithoutRecord::Default,
+    record_in_exchange: InExchange::Refused,
+    stands_still_in_preset: false,
+    watches_controller: true,
+    modules: &[Module { ident: 1, access_point: 1, submodules: SUBMODULES }],
+    resets: |_| None,
+};
+
+/// Where the encoder object looks for data.
+const SUBSLOT: u16 = 2;
+
+const SUBMODULES: &[Submodule] = &[
+    Submodule { subslot: SUBSLOT, ident: 4, telegram: &IO_04 },
+    Submodule { subslot: SUBSLOT, ident: 8, telegram: &IO_08 },
+    Submodule { subslot: SUBSLOT, ident: 81, telegram: &STANDARD[0] },
+    Submodule { subslot: SUBSLOT, ident: 83, telegram: &STANDARD[2] },
+];
+
+/// The identifiers of each of them; invented.
+const CONFIGURATIONS: [&[u8]; 4] =
+    [&[0xF1], &[0xF3], &[0xC3, 0xC1, 0xC5, 0xFD, 0x00, 0x51], &[0xC3, 0xC1, 0xC7, 0xFD, 0x00, 0x53]];
+
+/// Tables 4 and 5.
+static IO_04: Telegram =
+    Telegram { number: 0, inputs: &[Signal::Position], input_octets: 4, outputs: &[Control::Preset], output_octets: 4 };
+
+/// Tables 6 and 7.
+static IO_08: Telegram = Telegram {
+    number: 0,
+    inputs: &[Signal::Position, Signal::NistA, Signal::TimeStamp],
+    input_octets: 8,
+    outputs: &[Control::Preset, Control::Unused],
+    output_octets: 8,
+};
+
+/// Whether a telegram is one of the vendor and none of the profile.
+fn is_of_vendor(telegram: &Telegram) -> bool {
+    telegram.number == 0
+}
+
+const ERRORS: &[ErrorFact] = &[
+    ErrorFact { causes: &[Cause::Stand("amplitude"), Cause::Model], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("amplitude_cosine")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("vector_length")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("vector_length_long")], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("synchronization_large")], code: Some(0x0002), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("linearization")], code: Some(0x0004), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("synchronization_shutdown")], code: Some(0x0004), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("synchronization_start")], code: Some(0x0004), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("fram")], code: Some(0x0008), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("flash")], code: Some(0x1001), ..MEMORY },
+    ErrorFact { causes: &[Cause::Stand("eeprom_checksum")], code: Some(0x1001), ..MEMORY },
+    ErrorFact { causes: &[Cause::Stand("eeprom")], code: Some(0x1002), fault_bits: 1 << 5 | 1, ..MEMORY },
+    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), error_type: Some(0x3B), ..LASTING },
+    ErrorFact { causes: &[Cause::Model], code: Some(CLOCK_DEVIATES), error_type: Some(0x3D), ..LASTING },
+    ErrorFact { causes: &[Cause::Model], code: Some(NO_CLOCK), error_type: Some(0x3C), ..LASTING },
+];
+
+const LASTING: ErrorFact = ErrorFact { is_persistent: true, ..NO_DIAGNOSIS };
+const POSITION: ErrorFact = ErrorFact { fault_bits: 1, error_type: Some(0x36), ..LASTING };
+const MEMORY: ErrorFact = ErrorFact { fault_bits: 1 << 5, error_type: Some(0x38), ..LASTING };
+const ENCODER_SIGNAL: u16 = 0x0001;
+const CLOCK_DEVIATES: u16 = 0x0F03;
+const NO_CLOCK: u16 = 0x0F04;
+/// Bit of the warnings.
+const FREQUENCY: u32 = 1;

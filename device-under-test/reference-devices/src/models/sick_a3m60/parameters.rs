@@ -1,0 +1,250 @@
+//! Which parameters of the station, the profile and the vendor there are. Manual, tables 23 to 25.
+//!
+//! Readings: P971 takes any value and reads 0; P1007 has no effect; P1008 lasts as long as there is power and is in force at
+//! once; P1009 shows what the start brought, in force or not; its range offset is what laps make of the position.
+
+use super::own;
+use super::status;
+use super::{Live, State, station};
+use crate::models::sick::axis::{self, RANGE_OFFSETS};
+use crate::models::sick::knobs::Entries;
+use crate::models::sick::settings::elements;
+use core::time::Duration;
+use encoder_profile::encoder::{Sampling, velocity};
+use encoder_profile::encoder_object::{double_words, word, words};
+use encoder_profile::profidrive::parameters::Parameter;
+use wire::profidrive::ErrorNumber;
+
+/// Seconds of a unit of the operating time in P65001: 0.1 h.
+const OPERATING_TIME_UNIT: u64 = 360;
+/// Bit of the alarm channel in the operating status, and of V4.1 of the profile.
+const ALARM_CHANNEL: u64 = 1 << 4;
+const NOT_COMPATIBLE: u64 = 1 << 5;
+
+/// P1008: how the speed is calculated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Speed {
+    /// P1 in milliseconds, how many of it make a mean, and how many cycles of the clock do.
+    values: [u16; 3],
+}
+
+impl Default for Speed {
+    fn default() -> Speed {
+        Speed { values: [5, 200, 10] }
+    }
+}
+
+impl Speed {
+    /// What is left of it after a loss of power.
+    pub fn power_up(&mut self, keeps: fn(usize) -> bool) {
+        let kept = self.values;
+        *self = Speed::default();
+        self.values
+            .iter_mut()
+            .zip(kept)
+            .enumerate()
+            .filter(|(at, _)| keeps(*at))
+            .for_each(|(_, (new, old))| *new = old);
+    }
+
+    /// When the speed is measured, freely or with a clock of this cycle.
+    pub fn sampling(&self, cycle: Option<Duration>) -> Sampling {
+        let [every, of, clocks] = self.values;
+        match cycle {
+            Some(cycle) => Sampling { every: cycle, of: clocks.max(1).into() },
+            None => Sampling { every: Duration::from_millis(every.max(1).into()), of: of.max(1).into() },
+        }
+    }
+}
+
+/// A parameter that the encoder object does not know, or not so.
+pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+    Some(match number {
+        964 | 975 | 979 if live.rules.own.constants_are_writable => constants_parameter(live, number)?,
+        918 => word(live.model.hands.address().unwrap_or(station::NOWHERE).into()),
+        922 => {
+            let telegram = live.ram.telegram().number;
+            word((live.rules.own.telegram)(live.model.telegram_before, telegram).into())
+        }
+        925 => word(tolerated(live).into()),
+        // Profile 3Dh, version 41.
+        965 => word(0x3D29),
+        971 => word(0).writable(),
+        1000 => word((live.rules.own.words)(&status::known(live)).a.into()),
+        1001 => word((live.rules.own.words)(&status::known(live)).b.into()),
+        1002 => log_parameter(live),
+        1007 => double_words(live.model.test.map(u64::from).to_vec()).writable(),
+        1008 => words([0].into_iter().chain(live.model.speed.values).map(u64::from).collect()).writable(),
+        1009 => axis_parameter(live),
+        65001 => double_words(status(live).to_vec()),
+        _ => return None,
+    })
+}
+
+/// The failures of the sign of life that are tolerated.
+fn tolerated(live: &Live<'_, State>) -> u8 {
+    let user = &live.ram.user;
+    match user.compatible {
+        true => user.life_sign_failures,
+        false => (live.behaviour.life_sign.tolerated_without_compatibility)(user.life_sign_failures),
+    }
+}
+
+/// P65001.
+fn status(live: &Live<'_, State>) -> [u64; 12] {
+    let mut status = live.operating_status();
+    let known = status::known(live);
+    let words = known.words;
+    let [low, high] = live.model.fields.switches.map(u64::from);
+    status[1] = high << 8 | low;
+    if status[1] & NOT_COMPATIBLE != 0 {
+        status[1] |= ALARM_CHANNEL;
+    }
+    let bit = |n: u32, set: bool| u64::from(set) << n;
+    let faults = bit(0, words.a & super::status::POSITION != 0) | bit(5, words.a & super::status::MEMORY != 0);
+    status[2] = (live.rules.own.faults)(&known, faults);
+    status[4] = (live.rules.own.warnings)(&known, bit(0, words.a & 1 << 5 != 0));
+    status[7] = live.model.log.operating.as_secs() / OPERATING_TIME_UNIT;
+    status
+}
+
+fn log_parameter(live: &Live<'_, State>) -> Parameter {
+    let log = &live.model.log;
+    let mut right = [0; 13];
+    let shown = [log.power_ups, log.motion.as_secs() as u32, log.highest_speed, log.forward, log.reverse];
+    right.iter_mut().zip(shown).for_each(|(entry, shown)| *entry = shown.into());
+    let entries = Entries {
+        number: 1002,
+        rpm: rpm(live),
+        operating: log.operating,
+        millivolts: live.model.hands.millivolts(),
+        right,
+    };
+    double_words((live.rules.sick.log)(&entries)[..shown.len()].to_vec())
+}
+
+fn axis_parameter(live: &Live<'_, State>) -> Parameter {
+    let fields = &live.model.fields;
+    let gear = fields.gear();
+    let inputs = [gear.nominator, gear.divisor, gear.range];
+    let offset = axis::range_of_laps(&gear, &live.hardware, live.ram.measuring.laps) % RANGE_OFFSETS;
+    let mode = u64::from(fields.has_axis());
+    let all = [mode].into_iter().chain(inputs).chain([offset, live.ram.measuring.offset]).chain(inputs);
+    let mut elements = [0; 11];
+    let all = all.chain(axis::units_per_revolution(&gear));
+    elements.iter_mut().zip(all).for_each(|(element, value)| *element = value);
+    let parameter = double_words((live.rules.own.axis)(elements).to_vec());
+    Parameter { writable: if live.rules.sick.outputs_are_writable { 0..11 } else { 0..0 }, ..parameter }
+}
+
+/// Writes a parameter that the encoder object does not know, or that does more here.
+pub fn write_own(
+    live: &mut Live<'_, State>,
+    number: u16,
+    subindex: u16,
+    values: &[u64],
+) -> Option<Result<(), ErrorNumber>> {
+    match number {
+        971 => {
+            (live.rules.own.saved)(values.first().copied().unwrap_or(0), live.store, live.ram);
+            Some(Ok(()))
+        }
+        1007 => {
+            let test = &mut live.model.test;
+            elements(subindex, values).into_iter().for_each(|(at, value)| test[at.min(4)] = value as u32);
+            live.model.disturbed_at = Some(live.now);
+            Some(Ok(()))
+        }
+        964 | 975 | 979 => {
+            let written = elements(subindex, values).into_iter().map(|(at, value)| (number, at, value));
+            live.model.constants.extend(written);
+            Some(Ok(()))
+        }
+        1008 => Some(write_speed(live, subindex, values)),
+        1009 => Some(write_axis(live, subindex, values)),
+        65000 => {
+            let value = (live.behaviour.values.preset_value)(values.first().copied().unwrap_or(0) as u32);
+            if (live.behaviour.values.preset_value_fits)(value, live.positions()) {
+                live.set_preset_value(value);
+                if live.rules.own.stores_preset_value {
+                    live.store.preset_value.write(live.now, value, live.facts.timing.save);
+                }
+                Some(Ok(()))
+            } else {
+                Some(Err(ErrorNumber::LIMIT))
+            }
+        }
+        _ => None,
+    }
+}
+
+fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+    let rules = &live.rules.sick;
+    let mut speed = live.model.speed;
+    for (at, value) in elements(subindex, values) {
+        let value = (rules.settled)((1008, at), value, &live.hardware);
+        let range = match at {
+            0 if live.rules.own.has_hidden_switch => 0..=1,
+            0 => 0..=0,
+            1 => 1..=100,
+            _ => 1..=200,
+        };
+        if !(rules.takes)((1008, at), value as i64, range.contains(&value)) {
+            return Err(ErrorNumber::LIMIT);
+        }
+        let at = (live.rules.own.setting)(at);
+        if let Some(setting) = at.checked_sub(1).and_then(|at| speed.values.get_mut(at)) {
+            *setting = value as u16;
+        }
+        if at == 0 && value != 0 {
+            speed.values[0] = 1;
+        }
+    }
+    if rules.keeps_settings {
+        live.model.speed = speed;
+        measure_speed(live);
+    }
+    Ok(())
+}
+
+/// P964, P975 and P979 with what was written to them, where that can be.
+fn constants_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+    let mut parameter = live.shared_parameter(number)?.writable();
+    let written = live.model.constants.iter().filter(|(of, _, _)| *of == number);
+    written.for_each(|(_, at, value)| parameter.values[*at] = *value);
+    Some(parameter)
+}
+
+/// Only where it can be written against the manual.
+fn write_axis(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
+    let fields = &mut live.model.fields;
+    for (at, value) in elements(subindex, values) {
+        match at {
+            1 => fields.nominator = value as u32,
+            2 => fields.divisor = value as u32,
+            3 => fields.range = value as u32,
+            _ => {}
+        }
+    }
+    let settings = live.ram.user.settings(&live.hardware, &live.behaviour.user_parameters);
+    live.ram.measuring.settings = own::with_axis(live, settings);
+    Ok(())
+}
+
+/// Brings the calculation of the speed in line with P1008, the clock and the start.
+pub fn measure_speed(live: &mut Live<'_, State>) {
+    let cycle = live.model.clock.times().map(|times| times.cycle);
+    let cycle = cycle.filter(|_| live.rules.own.measures_speed_with_clock);
+    let speed = if live.rules.own.speed_is_used { live.model.speed } else { Speed::default() };
+    live.ram.velocity.sample(speed.sampling(cycle), live.now, live.shaft);
+    let measures = (live.rules.own.measures_speed)(live.model.fields.measures_speed());
+    live.ram.velocity_is_off = !measures;
+}
+
+/// The speed in revolutions per minute, measured fast enough for what the encoder itself looks at.
+pub fn rpm(live: &Live<'_, State>) -> i64 {
+    live.model.meter.as_ref().map_or(0, velocity::Velocity::rounded_rpm)
+}
+
+/// Elements of P1007.
+pub type Test = [u32; 5];

@@ -1,0 +1,220 @@
+//! What Set_Prm brings: the user octets, and the times of isochronous operation.
+//!
+//! No manual prints the layout; it is invented, and follows the record of the profile where that has the same. Behind the
+//! three octets of DP-V1: octets 0 and 1 switches, 2-5 steps per revolution, 6-9 total range, 10 tolerated failures of the
+//! sign of life, 11 unit of the speed, 12-15 nominator, 16-19 divisor, 20 samples, 21-23 reserved.
+//!
+//! Readings: only what is in force is looked at. With a value out of its limits the parameters are refused, and nothing of
+//! them is applied. A round axis needs class 2/4, as scaling does, and not scaling.
+
+use super::knobs::Rules;
+use super::{HARDWARE, State};
+use crate::models::sick::axis::{LARGEST_FRACTION, LARGEST_RANGE};
+use alloc::vec::Vec;
+use core::ops::RangeInclusive;
+use core::time::Duration;
+use encoder_profile::encoder::Gear;
+use encoder_profile::encoder_object::Live;
+use encoder_profile::profidrive::telegram::STANDARD;
+use encoder_profile::profidrive::user_parameters::{self, UserParameters};
+use wire::octets::{Append, Reader};
+use wire::profibus::prm::{Dpv1Status3, Isochronous, PrmBlock, PrmBlockType, SetPrm};
+
+/// How many user octets there are.
+pub const OCTETS: usize = 24;
+/// From one clock to the next: manual, table 24, P1008.3.
+const CYCLES: RangeInclusive<u64> = 1_000_000..=32_000_000;
+
+/// The user octets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fields {
+    /// Octets 0 and 1. Octet 0 is that of the profile: bit 0 code sequence, 1 class 2/4, 2 preset control (0 is active), 3
+    /// scaling, 4 alarm channel, 5 compatibility mode (0 is enabled). Octet 1: bit 0 round axis, 1 the clock is simulated, 2
+    /// fault codes are shown, 3 the speed is calculated.
+    pub switches: [u8; 2],
+    /// Steps per revolution.
+    pub units: u32,
+    /// Total resolution.
+    pub range: u32,
+    /// Tolerated failures of the sign of life.
+    pub failures: u8,
+    /// Unit of the speed.
+    pub speed_unit: u8,
+    /// CNR_N.
+    pub nominator: u32,
+    /// CNR_D.
+    pub divisor: u32,
+    /// How many samples make a position.
+    pub samples: u8,
+}
+
+/// Bits of octet 0.
+const CLASS_4: u8 = 1 << 1;
+const SCALING: u8 = 1 << 3;
+/// Bits of octet 1.
+const ROUND_AXIS: u8 = 1;
+const SIMULATED: u8 = 1 << 1;
+const FAULT_CODES: u8 = 1 << 2;
+const SPEED: u8 = 1 << 3;
+
+impl Fields {
+    /// At delivery: manual, 4.4.5.
+    pub const DELIVERED: Fields = Fields {
+        switches: [CLASS_4, FAULT_CODES | SPEED],
+        units: 16384,
+        range: 1 << 31,
+        failures: 1,
+        speed_unit: 3,
+        nominator: 4096,
+        divisor: 1,
+        samples: 8,
+    };
+
+    /// Reads the octets; none if there are too few.
+    pub fn parse(octets: &[u8]) -> Option<Fields> {
+        let mut reader = Reader::new("user octets", octets);
+        let switches = reader.array().ok()?;
+        let (units, range) = (reader.u32().ok()?, reader.u32().ok()?);
+        let [failures, speed_unit] = reader.array().ok()?;
+        let (nominator, divisor) = (reader.u32().ok()?, reader.u32().ok()?);
+        let samples = reader.u8().ok()?;
+        Some(Fields { switches, units, range, failures, speed_unit, nominator, divisor, samples })
+    }
+
+    fn has(&self, octet: usize, bit: u8) -> bool {
+        self.switches[octet] & bit != 0
+    }
+
+    /// Whether the round axis is in force.
+    pub fn has_axis(&self) -> bool {
+        self.has(0, CLASS_4) && self.has(1, ROUND_AXIS)
+    }
+
+    /// Whether the clock of the bus is simulated.
+    pub fn simulates(&self) -> bool {
+        self.has(1, SIMULATED)
+    }
+
+    /// Whether a fault code takes the place of the position in the telegrams of the vendor.
+    pub fn shows_codes(&self) -> bool {
+        self.has(1, FAULT_CODES)
+    }
+
+    /// Whether the speed is calculated.
+    pub fn measures_speed(&self) -> bool {
+        self.has(1, SPEED)
+    }
+
+    /// The gear of the round axis, in force or not.
+    pub fn gear(&self) -> Gear {
+        Gear { nominator: self.nominator.into(), divisor: self.divisor.into(), range: self.range.into() }
+    }
+
+    /// The record of the profile that says the same; a round axis is counted without scaling.
+    pub fn record(&self) -> [u8; user_parameters::OCTETS] {
+        let [bits, _] = self.switches;
+        let mut record = Vec::with_capacity(user_parameters::OCTETS);
+        record.put_u8(if self.has_axis() { bits & !SCALING } else { bits });
+        record.put(&u64::from(self.units).to_be_bytes());
+        record.put(&u64::from(self.range).to_be_bytes());
+        record.put(&[self.failures, self.speed_unit]);
+        let mut octets = [0; user_parameters::OCTETS];
+        octets.iter_mut().zip(record).for_each(|(octet, set)| *octet = set);
+        octets
+    }
+}
+
+/// The octets of [`Fields::DELIVERED`].
+pub const DELIVERED: [u8; OCTETS] =
+    [0x02, 0x0C, 0, 0, 0x40, 0, 0x80, 0, 0, 0, 1, 3, 0, 0, 0x10, 0, 0, 0, 0, 1, 8, 0, 0, 0];
+
+/// What the record of the profile is at delivery.
+pub fn delivered() -> UserParameters {
+    let Fields { switches: [bits, _], units, range, failures, speed_unit, .. } = Fields::DELIVERED;
+    let scaling = encoder_profile::encoder::Scaling { units_per_revolution: units.into(), range: range.into() };
+    UserParameters::of(bits, scaling, failures, speed_unit)
+}
+
+/// What a Set_Prm brings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Brought {
+    /// The user octets.
+    pub fields: Fields,
+    /// The times of isochronous operation.
+    pub isochronous: Option<Isochronous>,
+}
+
+impl Brought {
+    /// Takes a Set_Prm apart; none if octets are missing or too many.
+    ///
+    /// Both forms are taken: structured blocks for user octets and times, and the user octets as they are with the block of
+    /// the times behind them. `before` are the user octets of the Set_Prm before.
+    fn read(parameters: &SetPrm, before: &[u8; OCTETS], rules: &Rules) -> Option<([u8; OCTETS], Option<Isochronous>)> {
+        let head = parameters.dpv1()?;
+        let behind = parameters.behind_dpv1();
+        let structured =
+            head.status_3.has(Dpv1Status3::PRM_STRUCTURE).then(|| PrmBlock::parse_all(behind).ok()).flatten();
+        let of =
+            |blocks: &[PrmBlock], kind| blocks.iter().find(|block| block.kind == kind).map(|block| block.data.clone());
+        let wrapped = structured.and_then(|blocks| Some((of(&blocks, PrmBlockType::USER_PRM_DATA)?, blocks)));
+        let (user, blocks) = match wrapped {
+            Some(wrapped) => wrapped,
+            None => {
+                let (user, blocks) = behind.split_at(behind.len().min(OCTETS));
+                let is_long = !blocks.is_empty() && (rules.takes_length)(behind.len());
+                (user.to_vec(), PrmBlock::parse_all(blocks).ok().or_else(|| is_long.then(Vec::new))?)
+            }
+        };
+        if !(rules.takes_length)(user.len()) {
+            return None;
+        }
+        let times = of(&blocks, PrmBlockType::ISOCHRONOUS).map(|data| Isochronous::parse(&data));
+        let mut octets = if rules.fills_missing { *before } else { [0; OCTETS] };
+        octets.iter_mut().zip((rules.octets)(user)).for_each(|(octet, sent)| *octet = sent);
+        Some((octets, times.transpose().ok()?))
+    }
+}
+
+/// What the parameters of a Set_Prm come to: none if they are wrong.
+pub fn judge(live: &mut Live<'_, State>, parameters: &SetPrm) -> Option<Brought> {
+    let rules = &live.rules.own;
+    let (octets, isochronous) = Brought::read(parameters, &live.model.octets, rules)?;
+    live.model.octets = octets;
+    let fields = (rules.understands)(Fields::parse(&octets)?);
+    let right = are_right(live, &fields, isochronous.as_ref());
+    (rules.judges)(right, &fields).then_some(Brought { fields, isochronous })
+}
+
+fn are_right(live: &Live<'_, State>, fields: &Fields, isochronous: Option<&Isochronous>) -> bool {
+    let rules = &live.behaviour.user_parameters;
+    let mut record = fields.record();
+    (rules.octets)(&mut record);
+    let Some(user) = UserParameters::parse(&record) else { return false };
+    let user = (rules.understand)(live.ram.user, user);
+    let is_served = !user.are_wrong(&live.hardware, &STANDARD[0], &delivered(), rules);
+    let axis = !fields.has_axis() || axis_is_right(live, fields, &user);
+    let is_timed = isochronous.is_none_or(|times| CYCLES.contains(&times.cycle_nanoseconds()));
+    (rules.accepts)(&user, &live.hardware)
+        && is_served
+        && axis
+        && (live.rules.own.judges_samples)(matches!(fields.samples, 1 | 2 | 4 | 8), fields.samples)
+        && (live.rules.own.judges_cycle)(is_timed)
+}
+
+/// Whether the encoder can serve a round axis: manual, 3.6.14 to 3.6.16. Its steps per revolution are at most those of the
+/// hardware.
+fn axis_is_right(live: &Live<'_, State>, fields: &Fields, user: &UserParameters) -> bool {
+    let Gear { nominator, divisor, range } = fields.gear();
+    let fraction = 1..=LARGEST_FRACTION;
+    let is_fine = range * divisor <= HARDWARE.steps_per_revolution * nominator;
+    let sick = &live.rules.sick;
+    let takes = |at, value: u64, right| (sick.takes)((1009, at), value as i64, right);
+    takes(1, nominator, fraction.contains(&nominator))
+        && takes(2, divisor, fraction.contains(&divisor))
+        && (sick.judges_axis)((1..=LARGEST_RANGE).contains(&range) && is_fine, user)
+}
+
+/// The time from one clock to the next.
+pub fn cycle(times: &Isochronous) -> Duration {
+    Duration::from_nanos(times.cycle_nanoseconds())
+}

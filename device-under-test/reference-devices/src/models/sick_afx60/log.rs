@@ -1,0 +1,195 @@
+//! The service log: P1002 since delivery, P1003 since it was reset, and P1004, how often each bit of S_STAT_A came.
+//! Manual, tables 34 and 44.
+//!
+//! Readings: P1003 is reset by writing 0 to any of its elements, and nothing else can be written. A turn counts when it
+//! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
+
+use super::status;
+use super::{Live, State};
+use crate::models::sick::knobs::{Entries, Rules};
+use crate::models::sick::log::{Log, Look, Recorder};
+use core::time::Duration;
+use encoder_profile::encoder::velocity::{self, Sampling, Unit, Velocity};
+use encoder_profile::encoder_object::{double_words, words};
+use encoder_profile::profidrive::parameters::Parameter;
+use station::Time;
+use wire::profidrive::ErrorNumber;
+
+/// The slowest turn that is motion, in revolutions per minute.
+const MOTION: u64 = 6;
+/// Current of the LED of the sensor in microamperes, and what it is when it is critical; both are invented.
+const LED_CURRENT: [u32; 2] = [10_000, 25_000];
+/// How long it takes to save diagnostic data; invented.
+const SAVE: Duration = Duration::from_millis(50);
+const HIGHEST_COUNT: u16 = 255;
+/// How the acceleration is measured, so finely that a step more or less is none; invented.
+const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
+
+/// One of the two logs.
+#[derive(Clone, Copy, Debug, Default)]
+struct Book {
+    log: Log,
+    extremes: Option<Extremes>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Extremes {
+    led: [u32; 2],
+    volts: u32,
+    celsius: [i32; 2],
+}
+
+/// What the log is made of.
+#[derive(Clone, Debug)]
+pub struct Service {
+    absolute: Book,
+    relative: Book,
+    counters: [u16; 16],
+    /// S_STAT_A when last looked at.
+    status: u16,
+    recorder: Recorder,
+    /// Measures the acceleration.
+    meter: Option<Velocity>,
+}
+
+impl Default for Service {
+    fn default() -> Service {
+        let new = Book { log: Log::new(), extremes: None };
+        let recorder = Recorder::default();
+        Service { absolute: new, relative: new, counters: [0; 16], status: 0, recorder, meter: None }
+    }
+}
+
+impl Service {
+    /// The supply has come.
+    pub fn power_up(&mut self, now: Time, rules: &Rules) {
+        if !rules.log_survives {
+            self.both(|book| book.extremes = None);
+            self.counters = [0; 16];
+        }
+        self.both(|book| book.log.power_up(rules));
+        self.recorder.power_up(now);
+        (self.status, self.meter) = (0, None);
+    }
+
+    fn both(&mut self, change: impl Fn(&mut Book)) {
+        change(&mut self.absolute);
+        change(&mut self.relative);
+    }
+
+    /// Forgets all, the present start included.
+    pub fn begin_anew(&mut self) {
+        *self = Service::default();
+        self.both(|book| book.log.power_ups = 0);
+    }
+
+    /// Seconds since delivery during which there was supply.
+    pub fn operating_seconds(&self) -> u64 {
+        self.absolute.log.operating.as_secs()
+    }
+}
+
+/// Writes the log up to now.
+pub fn log(live: &mut Live<'_, State>) {
+    log_motion(live);
+    let meter = &mut live.model.service.meter;
+    let meter = meter.get_or_insert_with(|| {
+        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, velocity::Rules::default())
+    });
+    meter.advance(live.now, live.shaft);
+    let critical = usize::from(live.faults.has("led_current"));
+    let (led, volts) = (LED_CURRENT[critical], (live.model.around.volts + 0.5).max(0.0) as u32);
+    let degrees = live.model.around.degrees() as i32;
+    live.model.service.both(|book| {
+        let seen = book.extremes.unwrap_or(Extremes { led: [led; 2], volts, celsius: [degrees; 2] });
+        book.extremes = Some(Extremes {
+            led: [seen.led[0].max(led), seen.led[1].min(led)],
+            volts: seen.volts.max(volts),
+            celsius: [seen.celsius[0].max(degrees), seen.celsius[1].min(degrees)],
+        });
+    });
+    count(live);
+}
+
+fn log_motion(live: &mut Live<'_, State>) {
+    let look = Look {
+        now: live.now,
+        rpm: live.ram.velocity.rounded_rpm(),
+        sense: live.ram.velocity.steps().signum(),
+        place: live.shaft.place(live.now),
+        steps_per_revolution: live.hardware.steps_per_revolution,
+        slowest: MOTION,
+    };
+    let service = &mut live.model.service;
+    let news = service.recorder.look(&look, &live.rules.sick);
+    service.both(|book| book.log.take(&news));
+}
+
+fn count(live: &mut Live<'_, State>) {
+    let status = status::status_a(live);
+    let rules = &live.rules.own;
+    let service = &mut live.model.service;
+    let came = status & !core::mem::replace(&mut service.status, status);
+    for (bit, counter) in service.counters.iter_mut().enumerate().skip(1) {
+        if came >> bit & 1 != 0 {
+            *counter = (rules.counted)(*counter + 1, HIGHEST_COUNT);
+        }
+    }
+    if came != 0 {
+        live.model.status.diagnosis_saved_at = Some(live.now + SAVE);
+    }
+}
+
+/// P1002 or P1003.
+pub fn log_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
+    let service = &live.model.service;
+    let book = if number == 1002 || !live.rules.own.resets_log { service.absolute } else { service.relative };
+    let Book { log, extremes } = book;
+    let seen = extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
+    let right = [
+        log.power_ups,
+        log.operating.as_secs() as u32,
+        log.highest_speed,
+        log.forward,
+        log.reverse,
+        log.direction_changes,
+        log.motion.as_secs() as u32,
+        service.meter.as_ref().map_or(0, Velocity::acceleration) as u32,
+        seen.led[0],
+        seen.led[1],
+        seen.volts,
+        seen.celsius[0] as u32,
+        seen.celsius[1] as u32,
+    ]
+    .map(u64::from);
+    let entries = Entries {
+        number,
+        rpm: live.ram.velocity.rounded_rpm(),
+        operating: log.operating,
+        millivolts: live.model.around.millivolts(),
+        right,
+    };
+    let parameter = double_words((live.rules.sick.log)(&entries).to_vec());
+    if number == 1003 { parameter.writable() } else { parameter }
+}
+
+/// Resets P1003.
+pub fn reset_log(live: &mut Live<'_, State>, values: &[u64]) -> Result<(), ErrorNumber> {
+    if values.iter().any(|value| *value != 0) {
+        return Err(ErrorNumber::RESET_ONLY);
+    }
+    let rules = &live.rules.own;
+    if rules.resets_log {
+        live.model.service.relative = Book::default();
+    }
+    if rules.resets_both_logs {
+        live.model.service.absolute = Book::default();
+    }
+    log(live);
+    Ok(())
+}
+
+/// P1004.
+pub fn counters_parameter(live: &Live<'_, State>) -> Parameter {
+    words((live.rules.own.counters)(live.model.service.counters).map(u64::from).to_vec())
+}

@@ -1,0 +1,222 @@
+//! SICK AFS60 and AFM60 with PROFINET, from their operating instructions.
+//!
+//! What the manual does not print is said to be invented. Readings, where it is silent or contradicts itself:
+//!
+//! - Errors are latched until they are acknowledged; warnings follow their cause.
+//! - The reset by DCP is not described; modes 1, 2, 4 and 8 reset the part they name.
+//! - Parameters of the form of the profile are those of the encoder object; what is this encoder's own has a room here.
+
+mod axis;
+pub mod knobs;
+mod limits;
+mod log;
+mod own;
+mod parameters;
+mod start;
+mod station;
+mod status;
+#[cfg(test)]
+mod tests;
+
+pub use self::own::State;
+
+use crate::models::sick::settings::serves;
+use alloc::vec::Vec;
+use core::time::Duration;
+use device_stack::profinet::{Severity, StationData};
+use encoder_profile::behaviour::Behaviour;
+use encoder_profile::encoder::{Hardware, Scaling};
+use encoder_profile::encoder_object::Live;
+use encoder_profile::facts::{
+    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Reset, Submodule, Timing, Variant,
+    WarningFact, WithoutRecord,
+};
+use encoder_profile::profidrive::telegram::STANDARD;
+use encoder_profile::profidrive::user_parameters::UserParameters;
+
+/// Name and addresses at delivery: the name is printed, in capitals, which names of PROFINET do not have.
+pub fn delivered(variant: &str) -> StationData {
+    let name = match variant {
+        "afs60" => "afs60a",
+        _ => "afm60a",
+    };
+    StationData { name: Vec::from(name), ..StationData::default() }
+}
+
+/// What is right in this manual where it says otherwise than the profile.
+pub fn healthy() -> Behaviour {
+    let mut right = Behaviour::default();
+    right.control.is_requested = |by_plc| !by_plc.compatible;
+    right.control.takes_held = false;
+    right.control.takes_held_acknowledgement = true;
+    right.sensor.refuses_to_park = |_, _| false;
+    right.sensor.parking_clears_errors = false;
+    right.sensor.acknowledges_while_parked = true;
+    right.sensor.raises_while_parked = |_| true;
+    right.parameters.axis = |_| true;
+    right.values.preset_units = |_, value, _| value.into();
+    // Manual, 3.6.7 and 3.6.8.
+    right.user_parameters.serves = serves;
+    right.user_parameters.are_wrong = |_, _, _| false;
+    right
+}
+
+/// What the manual says in words and numbers.
+pub static FACTS: Facts = Facts {
+    variants: &[
+        Variant {
+            name: "afs60",
+            station_type: "AFx60A",
+            order_id: "AFS60A-xxNx262144",
+            access_point: 2,
+            hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 },
+            shift: 14,
+        },
+        Variant {
+            name: "afm60",
+            station_type: "AFx60A",
+            order_id: "AFM60A-xxNx018x12",
+            access_point: 3,
+            hardware: Hardware { steps_per_revolution: 1 << 18, revolutions: 1 << 12 },
+            shift: 2,
+        },
+    ],
+    // Vendor, device and number of ports are printed; revisions are invented.
+    identity: Identification {
+        vendor_id: 0x0101,
+        device_id: 0x7701,
+        ports: 2,
+        hardware_revision: 1,
+        software_revision: [b'V', 1, 4, 0],
+        im_supported: 0,
+    },
+    // None of these is printed.
+    timing: Timing {
+        boot: Duration::from_secs(2),
+        ready: Duration::from_millis(5),
+        preset: Duration::from_millis(40),
+        save: Duration::from_millis(200),
+        velocity: Duration::from_millis(20),
+    },
+    // Invented.
+    software: [0x0104, 2017, 1503],
+    unit_type: 0x4146,
+    // Encoder interface, class 3.
+    object_class: &[5, 0x4000],
+    sensor_format: |variant| {
+        let Hardware { steps_per_revolution, revolutions } = variant.hardware;
+        [0x5111, 0x8000_0002, steps_per_revolution, variant.shift.into(), 0, revolutions]
+    },
+    parameters: &[922, 964, 971, 975, 979, 980, 61001, 65000, 65001],
+    listed: &[
+        922, 964, 965, 971, 975, 979, 1000, 1001, 1002, 1003, 1004, 1005, 1006, 1007, 1009, 1010, 1011, 1012, 1013,
+        1014, 61000, 61001, 61002, 61003, 61004, 65000, 65001, 0,
+    ],
+    status_header: 0x000B_0101,
+    errors: ERRORS,
+    supported_faults: 0x37,
+    warnings: WARNINGS,
+    supported_warnings: 0x07,
+    default_record,
+    without_record: WithoutRecord::Default,
+    record_in_exchange: InExchange::Refused,
+    stands_still_in_preset: false,
+    watches_controller: false,
+    // Idents are invented but for the numbers of the telegrams and FFFFh.
+    modules: &[Module { ident: 1, access_point: 0xFFFF, submodules: SUBMODULES }],
+    resets: Reset::of,
+};
+
+const SUBMODULES: &[Submodule] = &[
+    Submodule { subslot: 2, ident: 81, telegram: &STANDARD[0] },
+    Submodule { subslot: 2, ident: 82, telegram: &STANDARD[1] },
+    Submodule { subslot: 2, ident: 83, telegram: &STANDARD[2] },
+    Submodule { subslot: 2, ident: 84, telegram: &STANDARD[3] },
+];
+
+/// Fault bits that the red light of the encoder tells.
+const POSITION_OR_MEMORY: u32 = 1 | 1 << 5;
+
+/// What brings about the codes of supply and temperature the model knows by itself.
+const ERRORS: &[ErrorFact] = &[
+    ErrorFact {
+        causes: &[
+            Cause::Stand("sensor_module"),
+            Cause::Stand("multiturn_update"),
+            Cause::Stand("multiturn_synchronization"),
+            Cause::Stand("singleturn_calculation"),
+            Cause::Stand("vector_multiturn"),
+            Cause::Stand("vector_singleturn"),
+            Cause::Stand("amplitude_singleturn"),
+            Cause::Stand("amplitude_multiturn"),
+            Cause::Stand("main_unit"),
+            Cause::Model,
+        ],
+        code: Some(POSITION),
+        fault_bits: 1,
+        error_type: Some(0x900A),
+        ..LASTING
+    },
+    ErrorFact {
+        causes: &[
+            Cause::Stand("eeprom_checksum"),
+            Cause::Stand("main_unit"),
+            Cause::Stand("area_sensor"),
+            Cause::Stand("area_device"),
+            Cause::Stand("area_process"),
+            Cause::Stand("area_service"),
+            Cause::Stand("area_communication"),
+            Cause::Stand("area_basic"),
+        ],
+        code: Some(0x1001),
+        fault_bits: 1 << 5,
+        error_type: Some(0x9000),
+        ..LASTING
+    },
+    ErrorFact {
+        causes: &[Cause::Model],
+        code: Some(UNDERVOLTAGE),
+        fault_bits: 1 << 1,
+        error_type: Some(0x9002),
+        ..LASTING
+    },
+    ErrorFact {
+        causes: &[Cause::Model],
+        code: Some(OVERVOLTAGE),
+        fault_bits: 1 << 2,
+        error_type: Some(0x9001),
+        ..LASTING
+    },
+    // The alarm channel knows it as a warning only.
+    ErrorFact { causes: &[Cause::Model], code: Some(HOT), ..LASTING },
+    // Not of the manual, and never there unless the sign of life is watched against it.
+    ErrorFact { causes: &[Cause::LifeSign], code: Some(0x0F02), ..LASTING },
+    ErrorFact { causes: &[Cause::Stand("unsupported_command")], code: Some(0x0F01), ..LASTING },
+    ErrorFact { causes: &[Cause::Stand("commissioning")], fault_bits: 1 << 4, error_type: Some(0x9011), ..LASTING },
+];
+
+const LASTING: ErrorFact = ErrorFact { is_persistent: true, ..NO_DIAGNOSIS };
+const POSITION: u16 = 0x0001;
+const UNDERVOLTAGE: u16 = 0x1003;
+const OVERVOLTAGE: u16 = 0x1004;
+const HOT: u16 = 0x0F05;
+
+/// Bits of the warnings that the model knows by itself.
+const FREQUENCY: u32 = 1;
+const TEMPERATURE: u32 = 1 << 1;
+
+const WARNINGS: &[WarningFact] = &[
+    WarningFact { cause: None, bit: FREQUENCY, error_type: Some(0x9010), severity: Severity::MaintenanceRequired },
+    WarningFact { cause: None, bit: TEMPERATURE, error_type: Some(0x9005), severity: Severity::MaintenanceRequired },
+    WarningFact {
+        cause: Some("led_current"),
+        bit: 1 << 2,
+        error_type: Some(0x9006),
+        severity: Severity::MaintenanceRequired,
+    },
+];
+
+/// 0x36 with 262144 units a revolution; the unit is revolutions a minute (figure 13).
+fn default_record(hardware: &Hardware) -> UserParameters {
+    UserParameters::of(0x36, Scaling::hardware(hardware), 1, 3)
+}

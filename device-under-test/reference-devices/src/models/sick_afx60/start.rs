@@ -1,0 +1,103 @@
+//! The vendor specific record of the start-up, 0x1000. Manual, 3.6.10 to 3.6.17; its layout is lost with a figure and
+//! invented: octet 0 save mode (0 automatic, 1 by P971), 1 whether the preset value is transmitted, 2 round axis (1
+//! off, 2 on), 3 sampling interval in ms, 4 number of measurements, 5-8 nominator, 9-12 divisor, 13-16 preset value.
+//!
+//! Readings: like record 0xBF00 it belongs to the start-up. With a value out of its limits nothing of it is applied,
+//! and an invalid parameter is told. Without it what is so at delivery is in force.
+
+use super::axis;
+use super::axis::{OFF, ON};
+use super::limits;
+use super::{Live, State};
+use device_stack::profinet::{Access, RecordRefusal};
+use encoder_profile::encoder::PresetMode;
+use encoder_profile::encoder_object::Phase;
+use wire::octets::Reader;
+
+/// Index of the record.
+pub const RECORD: u16 = 0x1000;
+const OCTETS: usize = 17;
+
+/// The fields of the record, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fields {
+    /// 0 automatic, 1 by P971.
+    pub save_mode: u8,
+    /// Whether the preset value is transmitted.
+    pub transmits: u8,
+    /// 1 off, 2 on.
+    pub axis: u8,
+    /// T1 in milliseconds.
+    pub interval: u8,
+    /// T2.
+    pub measurements: u8,
+    /// CNR_N.
+    pub nominator: u32,
+    /// CNR_D.
+    pub divisor: u32,
+    /// The preset value.
+    pub preset_value: u32,
+}
+
+impl Fields {
+    fn parse(octets: &[u8]) -> wire::Result<Fields> {
+        let mut reader = Reader::new("vendor specific parameter data", octets);
+        let [save_mode, transmits, axis, interval, measurements] = reader.array()?;
+        let (nominator, divisor, preset_value) = (reader.u32()?, reader.u32()?, reader.u32()?);
+        Ok(Fields { save_mode, transmits, axis, interval, measurements, nominator, divisor, preset_value })
+    }
+
+    fn is_right(&self) -> bool {
+        self.save_mode <= 1
+            && self.transmits <= 1
+            && (OFF..=ON).contains(&self.axis.into())
+            && (1..=100).contains(&self.interval)
+            && (1..=200).contains(&self.measurements)
+            && (1..=2048).contains(&self.nominator)
+            && (1..=65535).contains(&self.divisor)
+    }
+
+    fn has_axis(&self) -> bool {
+        u32::from(self.axis) == ON
+    }
+}
+
+/// Takes the record.
+pub fn write_start_record(live: &mut Live<'_, State>, access: Access, octets: &[u8]) -> Result<(), RecordRefusal> {
+    if !live.is_here(&access) {
+        return Err(RecordRefusal::InvalidIndex);
+    }
+    if octets.len() != OCTETS {
+        return Err(RecordRefusal::WriteLength);
+    }
+    if !access.ar.is_some_and(|ar| live.ram.phase == Phase::Parameters(ar)) {
+        return Err(RecordRefusal::StateConflict);
+    }
+    let rules = &live.rules.own;
+    if !rules.takes_start_record {
+        return Ok(());
+    }
+    let fields = (rules.understands)(Fields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?);
+    let is_right = fields.is_right() && (!fields.has_axis() || axis::can_have_axis(live));
+    if !(rules.judges_start_record)(is_right, &fields) {
+        live.model.record_is_wrong = true;
+        return Ok(());
+    }
+    live.model.saves_each_change = fields.save_mode == 0;
+    live.model.transmits = fields.transmits == 1;
+    let is_stored = live.store.preset_value.writes() > 0;
+    if let Some(value) = (rules.start_preset)(live.model.transmits, is_stored, fields.preset_value) {
+        live.set_preset_value(value);
+        if rules.start_presets {
+            live.ram.measuring.offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
+        }
+    }
+    let speed = &mut live.model.limits.speed;
+    (speed.refresh_time, speed.measurements) = (fields.interval.into(), fields.measurements.into());
+    let settled = |at, value: u32| (live.rules.sick.settled)((1009, at), value.into(), &live.hardware) as u32;
+    let axis = &mut live.model.axis;
+    axis.set_mode(fields.has_axis());
+    (axis.nominator, axis.divisor) = (settled(1, fields.nominator), settled(2, fields.divisor));
+    limits::measure_speed(live);
+    Ok(())
+}

@@ -1,0 +1,184 @@
+//! What is under the screw cover and what shines: preset push-button, address switches, LEDs; and supply and
+//! temperature. Manual, 3.7, 4.2, 5.3.1 and 5.5.
+//!
+//! Readings: a short press (below 3 s, invented) is an absolute preset unless the switches ask for the reset; any
+//! longer one does nothing but the reset. Steady and flashing are lost in the print: flashing is what the text calls
+//! so.
+
+use super::limits;
+use super::{Live, State};
+use core::time::Duration;
+use device_stack::profinet::Seen;
+use encoder_profile::encoder::PresetMode;
+use encoder_profile::encoder_object::Source;
+use station::{StandAction, Time};
+
+/// For how long the button is held for the reset: manual, 5.5.
+const RESET_TAKES: Duration = Duration::from_secs(5);
+/// What is still a short press.
+const SHORT_PRESS: Duration = Duration::from_secs(3);
+/// Below this voltage the encoder goes down; invented.
+const LOWEST_SUPPLY: f64 = 7.0;
+/// Above this temperature the encoder has an error, wherever the limits of the warning stand; invented.
+pub const HIGHEST_TEMPERATURE: f64 = 120.0;
+
+/// The encoder in the hands of the stand.
+#[derive(Clone, Debug)]
+pub struct Surroundings {
+    /// Supply voltage in volts.
+    pub volts: f64,
+    /// Temperature in degrees Celsius.
+    pub celsius: f64,
+    /// Whether an error was found while starting.
+    pub has_start_up_error: bool,
+    has_power: bool,
+    /// Whether the supply has come back from below its limit: then the encoder starts anew. Manual, table 53.
+    pub comes_back: bool,
+    /// Whether undervoltage stays although the supply is back.
+    pub stays_low: bool,
+    switches: [u32; 3],
+    pressed_since: Option<Time>,
+    /// Whether the next start begins with the factory settings.
+    pub reset_is_due: bool,
+}
+
+impl Default for Surroundings {
+    fn default() -> Surroundings {
+        Surroundings {
+            volts: 24.0,
+            celsius: 25.0,
+            has_start_up_error: false,
+            has_power: true,
+            comes_back: false,
+            stays_low: false,
+            switches: [0; 3],
+            pressed_since: None,
+            reset_is_due: false,
+        }
+    }
+}
+
+impl Surroundings {
+    /// Whether there is enough supply for the encoder to work.
+    pub fn is_alive(&self) -> bool {
+        self.volts >= LOWEST_SUPPLY && !self.comes_back
+    }
+
+    /// The supply voltage in whole millivolts.
+    pub fn millivolts(&self) -> u64 {
+        (self.volts * 1000.0 + 0.5).max(0.0) as u64
+    }
+
+    /// The temperature in whole degrees.
+    pub fn degrees(&self) -> i64 {
+        (self.celsius + if self.celsius < 0.0 { -0.5 } else { 0.5 }) as i64
+    }
+
+    /// When the button will have been held for so long.
+    fn held(&self, takes: Duration) -> Option<Time> {
+        self.pressed_since.filter(|_| self.has_power && !self.reset_is_due).map(|since| since + takes)
+    }
+
+    /// When the button will have been held for long enough.
+    pub fn deadline(&self) -> Option<Time> {
+        self.held(RESET_TAKES)
+    }
+
+    /// The supply has come or gone.
+    pub fn power(&mut self, has_power: bool) {
+        (self.has_power, self.pressed_since, self.comes_back, self.stays_low) = (has_power, None, false, false);
+    }
+}
+
+/// Does what the stand does to supply, temperature, switches and button.
+pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+    let [was_low, _] = limits::voltage_is_outside(live);
+    let rules = &live.rules.own;
+    let around = &mut live.model.around;
+    match *action {
+        StandAction::SupplyVoltage(volts) => {
+            around.volts = volts;
+            let [is_low, _] = limits::voltage_is_outside(live);
+            let around = &mut live.model.around;
+            around.comes_back = around.has_power && was_low && !is_low && rules.restarts;
+            around.stays_low |= was_low && !rules.restarts;
+        }
+        StandAction::Fault("start_up", present) => around.has_start_up_error = present,
+        StandAction::Temperature(celsius) => around.celsius = celsius,
+        StandAction::Switch(name, place) => {
+            let at = ["hundreds", "tens", "ones"].iter().position(|known| *known == name)?;
+            around.switches[at] = place;
+        }
+        StandAction::Button("preset", true) => around.pressed_since = Some(live.now),
+        StandAction::Button("preset", false) => {
+            let pressed = around.pressed_since.take().filter(|_| around.has_power);
+            let asks_for_reset = (rules.asks_for_reset)(around.switches);
+            if let Some(since) = pressed
+                && !asks_for_reset
+                && live.now.since(since) < SHORT_PRESS
+            {
+                press(live);
+            }
+        }
+        _ => return None,
+    }
+    Some(live.now)
+}
+
+/// Looks at how long the button has been held.
+pub fn watch_button(live: &mut Live<'_, State>) {
+    let rules = &live.rules.own;
+    let around = &mut live.model.around;
+    let is_done = around.held((rules.reset_takes)(RESET_TAKES)).is_some_and(|done| done <= live.now);
+    if is_done && (rules.asks_for_reset)(around.switches) {
+        around.reset_is_due = true;
+        // A reset that does not wait for the supply brings a start of its own.
+        around.comes_back = rules.resets_at_once;
+    }
+}
+
+/// A short press: an absolute preset.
+fn press(live: &mut Live<'_, State>) {
+    let rules = &live.rules.sick;
+    let Some(value) = (rules.button)(live.ram.preset_value) else { return };
+    if !rules.button_needs_class_4 && !live.ram.user.class_4 {
+        let offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
+        live.ram.measuring.offset = offset;
+        live.ram.measuring.settings.offset_acts = true;
+        return;
+    }
+    live.preset(Source::Value(PresetMode::Absolute, value));
+}
+
+/// What an LED shows.
+pub fn light(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+    let light = match name {
+        "sf" if seen.is_signalling => "red_flashing",
+        "sf" if live.errors().iter().any(|error| error.code.is_some()) => "red",
+        "sf" => "dark",
+        "bf" if seen.exchanges_data => "dark",
+        "bf" if seen.is_booting || seen.has_connection => "green",
+        "bf" => "red",
+        "encoder" => encoder_light(live, seen),
+        "la1" if !seen.is_linked => "dark",
+        "la1" if seen.exchanges_data => "orange",
+        "la1" => "green",
+        // The bench has no cable for the second port.
+        "la2" => "dark",
+        _ => return None,
+    };
+    Some(if seen.has_supply { light } else { "dark" })
+}
+
+fn encoder_light(live: &Live<'_, State>, seen: &Seen) -> &'static str {
+    let errors = live.errors();
+    let is_wrong = live.model.status.has_invalid_preset || live.model.status.has_invalid_parameter;
+    match () {
+        () if seen.is_booting => "red_green",
+        () if live.model.around.reset_is_due => "green_flashing",
+        () if errors.iter().any(|error| error.fault_bits & super::POSITION_OR_MEMORY != 0) => "red",
+        () if limits::is_beyond_limits(live) => "red_green",
+        () if is_wrong => "orange",
+        () => "green",
+    }
+}

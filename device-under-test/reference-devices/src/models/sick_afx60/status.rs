@@ -1,0 +1,132 @@
+//! The sensor status in P1000 and P1001 and what is behind it. Manual, 5.4.1.
+//!
+//! Readings: a bit follows its cause, whatever of it is latched as an error elsewhere. An invalid preset and an accepted one
+//! are told until the next preset or the next start, an invalid parameter until the next start.
+
+use super::limits;
+use super::{Live, State};
+use encoder_profile::encoder::PresetMode;
+use station::Time;
+
+/// The faults of the stand that bits of S_STAT_A tell, by bit.
+pub const FAULTS_A: &[(&str, u32)] = &[
+    ("led_current", 2),
+    ("amplitude_multiturn", 4),
+    ("amplitude_singleturn", 6),
+    ("main_unit", 7),
+    ("vector_singleturn", 8),
+    ("vector_multiturn", 9),
+    ("singleturn_calculation", 10),
+    ("multiturn_synchronization", 11),
+    ("multiturn_update", 12),
+    ("sensor_module", 14),
+    ("eeprom_checksum", 15),
+];
+
+/// The faults of the stand that bits of S_STAT_B tell, by bit.
+const FAULTS_B: &[(&str, u32)] = &[
+    ("area_basic", 8),
+    ("area_communication", 11),
+    ("area_service", 12),
+    ("area_process", 13),
+    ("area_device", 14),
+    ("area_sensor", 15),
+];
+
+/// What a save has come to, as bits 1 and 0 of S_STAT_C tell it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Saving {
+    /// There was none.
+    #[default]
+    None,
+    /// It goes on.
+    Running,
+    /// It is complete.
+    Complete,
+}
+
+impl Saving {
+    /// Bits 1 and 0.
+    pub fn bits(self) -> u16 {
+        match self {
+            Saving::None => 0,
+            Saving::Running => 1,
+            Saving::Complete => 2,
+        }
+    }
+}
+
+/// What the status tells that is neither a fault nor a limit.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Status {
+    /// Whether the start-up brought parameters that cannot be served.
+    pub has_invalid_parameter: bool,
+    /// Whether the value of the last preset was outside the measuring range.
+    pub has_invalid_preset: bool,
+    /// Whether the last preset was accepted.
+    pub has_accepted_preset: bool,
+    /// The fault bits that were there since the connection began.
+    pub faults_seen: u64,
+    /// The save by P971.
+    pub saving: Saving,
+    /// The save of the diagnostic data: when it is done.
+    pub diagnosis_saved_at: Option<Time>,
+}
+
+/// S_STAT_A.
+pub fn status_a(live: &Live<'_, State>) -> u16 {
+    let bit = |n: u32, set: bool| u16::from(set) << n;
+    faults_in(live, FAULTS_A)
+        | bit(0, live.model.around.has_start_up_error)
+        | bit(1, limits::temperature_is_outside(live))
+        | bit(3, limits::voltage_is_outside(live).contains(&true))
+        | bit(5, limits::speed_is_outside(live))
+}
+
+/// S_STAT_B.
+pub fn status_b(live: &Live<'_, State>) -> u16 {
+    let bit = |n: u32, set: bool| u16::from(set) << n;
+    let status = &live.model.status;
+    faults_in(live, FAULTS_B)
+        | bit(1, status.has_invalid_parameter)
+        | bit(4, status.has_invalid_preset)
+        | bit(5, limits::is_too_fast(live) || live.rules.own.tells_low_frequency && limits::is_too_slow(live))
+}
+
+/// S_STAT_C: there is no synchronous operation.
+pub fn status_c(live: &Live<'_, State>) -> u16 {
+    let status = &live.model.status;
+    let diagnosis = match status.diagnosis_saved_at {
+        None => Saving::None,
+        Some(done) if done > live.now => Saving::Running,
+        Some(_) => Saving::Complete,
+    };
+    1 << 14 | u16::from(status.has_accepted_preset) << 12 | diagnosis.bits() << 2 | status.saving.bits()
+}
+
+/// The three words as they are shown.
+pub fn status_words(live: &Live<'_, State>) -> [u16; 3] {
+    let right = [status_a(live), status_b(live), status_c(live)];
+    (live.rules.own.words)(right, live.operating_status()[2])
+}
+
+fn faults_in(live: &Live<'_, State>, faults: &[(&str, u32)]) -> u16 {
+    faults.iter().filter(|(name, _)| live.faults.has(name)).fold(0, |bits, (_, bit)| bits | 1 << bit)
+}
+
+/// Whether a preset is carried out with this value: it is in the measuring range.
+pub fn judge_preset(live: &mut Live<'_, State>, _: PresetMode, value: u64) -> bool {
+    let is_right = (live.rules.own.takes_preset)(value, live.positions(), &live.hardware);
+    let status = &mut live.model.status;
+    (status.has_invalid_preset, status.has_accepted_preset) = (!is_right, is_right);
+    is_right
+}
+
+/// Ends the saves that are done.
+pub fn end_saves(live: &mut Live<'_, State>) {
+    live.model.limits.memory.settle(live.now, false);
+    let is_writing = live.store.preset_value.deadline().is_some() || live.model.limits.memory.deadline().is_some();
+    if live.model.status.saving == Saving::Running && !is_writing {
+        live.model.status.saving = Saving::Complete;
+    }
+}
