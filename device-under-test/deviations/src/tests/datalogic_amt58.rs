@@ -4,6 +4,7 @@
 mod bench;
 
 use self::bench::{HM, HS, act, bench_with, parameters};
+use super::slave::bench as slave;
 use crate::subject;
 use core::time::Duration;
 use station::StandAction;

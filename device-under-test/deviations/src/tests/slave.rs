@@ -2,7 +2,7 @@
 
 #[path = "../../../device-stack/src/profibus/tests/bench.rs"]
 #[allow(dead_code, reason = "the tests of the slave use the rest")]
-mod bench;
+pub mod bench;
 #[path = "../../../device-stack/src/profibus/tests/toy.rs"]
 #[allow(dead_code, reason = "the tests of the slave use the rest")]
 mod toy;

@@ -1,18 +1,14 @@
 //! An AMT58 behind its slave with a master made of frames; the test of the bugs has it too.
 
+use super::slave::Bench;
 use encoder_profile::encoder_object::Piece;
 use reference_devices::behaviour::Behaviour;
 use reference_devices::manuals::DATALOGIC_AMT58;
 use reference_devices::{Line, ReferenceDevice};
-use slave::Bench;
 use station::{Outbox, StandAction, Station, Time};
 use std::boxed::Box;
 use std::vec::Vec;
 use wire::profibus::fdl::BaudRate;
-
-#[path = "../../../../../device-stack/src/profibus/tests/bench.rs"]
-#[allow(dead_code, reason = "the tests of the slave use the rest")]
-pub mod slave;
 
 /// A device whose kind was forgotten.
 pub struct Any(pub Box<dyn ReferenceDevice>);

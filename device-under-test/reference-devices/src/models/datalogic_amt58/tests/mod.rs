@@ -1,9 +1,12 @@
 //! The AMT58 against its manual, through its slave.
 
 mod bench;
+#[path = "../../../../../device-stack/src/profibus/tests/bench.rs"]
+#[allow(dead_code, reason = "the tests of the slave use the rest")]
+mod slave;
 
-use self::bench::slave::{Answer, Bench, RS};
 use self::bench::{Any, HM, HS, act, bench_with, parameters};
+use self::slave::{Answer, Bench, RS};
 use core::time::Duration;
 use rstest::rstest;
 use station::StandAction;
