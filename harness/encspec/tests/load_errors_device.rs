@@ -133,7 +133,8 @@ fn records_of_the_start_up() {
     assert_eq!(fields(first.expect("it connects")), wanted);
     let short = load(&sources(), None).expect("it loads");
     let second = short[0].variants[0].trials.iter().find(|trial| trial.id == "topic/second").expect("it is there");
-    let Some(encspec::suite::model::Verb::Connect { start, .. }) = second.how().steps.first().map(|step| &step.verb) else {
+    let Some(encspec::suite::model::Verb::Connect { start, .. }) = second.how().steps.first().map(|step| &step.verb)
+    else {
         panic!("it connects first")
     };
     assert_eq!(

@@ -24,19 +24,13 @@
 
 mod arithmetic;
 mod ast;
-mod check;
+mod circle;
 mod compare;
 mod error;
-mod eval;
-mod explain;
-mod fits;
-mod fold;
-mod functions;
 mod lexer;
 mod literal;
 mod names;
 mod number;
-mod operand;
 mod parse;
 mod pattern;
 pub mod pool;
@@ -47,13 +41,13 @@ mod value;
 #[cfg(test)]
 mod tests;
 
+pub use circle::Circle;
 pub use compare::{Order, equal, order};
 pub use error::ExprError;
-pub use explain::{Operand, Part};
 pub use literal::{Span, address, bytes, duration, literal, number, pattern};
-pub use names::{Allow, Circle, Env, Found, NameId, Scope};
+pub use names::{Allow, Env, Found, NameId, Scope};
 pub use number::Number;
 pub use pattern::BytePattern;
-pub use program::{Program, State, Target};
+pub use program::{Operand, Part, Program, State, Target};
 pub use types::{NumberType, Type, WordTable};
 pub use value::{Place, Shown, Value};

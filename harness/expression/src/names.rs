@@ -8,12 +8,6 @@ use station::Time;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, Serialize)]
 pub struct NameId(pub u32);
 
-/// A circle on which places lie; two signals with the same `position_in` share it.
-///
-/// Places of different circles are never compared or subtracted: that is an error when the expression is compiled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub struct Circle(pub u32);
-
 /// What a name turned out to be when an expression is compiled.
 #[derive(Clone, Debug)]
 pub enum Found {

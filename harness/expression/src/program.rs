@@ -1,9 +1,19 @@
 //! Compiled expressions and the history that some of them need.
 
-use super::check::Checked;
-use super::eval::{Expr, Machine, Tolerance};
-use super::explain::Note;
-use super::{Allow, Env, ExprError, NameId, Scope, Shown, Type, Value};
+mod check;
+mod eval;
+mod explain;
+mod fits;
+mod fold;
+mod functions;
+mod operand;
+
+pub use explain::{Operand, Part};
+
+use crate::{Allow, Env, ExprError, NameId, Scope, Shown, Type, Value};
+use check::Checked;
+use eval::{Expr, Machine, Tolerance};
+use explain::Note;
 use serde::{Deserialize, Serialize};
 use station::Time;
 
@@ -11,18 +21,18 @@ use station::Time;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Program {
     pub(super) text: Box<str>,
-    pub(super) root: Expr,
+    root: Expr,
     pub(super) ty: Type,
     pub(super) slots: Box<[Slot]>,
     pub(super) names: Box<[NameId]>,
-    pub(super) notes: Box<[Note]>,
+    notes: Box<[Note]>,
 }
 
 /// A use of a function that looks back, with its argument; an outer one stands before those inside it.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(super) struct Slot {
     pub(super) function: History,
-    pub(super) argument: Expr,
+    argument: Expr,
     /// The names of the argument: `prev` moves on when one of them is fresh.
     pub(super) names: Box<[NameId]>,
     /// Whether the argument is a place, so that the bench's noise is no change.
@@ -115,7 +125,7 @@ impl Program {
         self.constant().is_some()
     }
 
-    pub(super) fn machine<'a>(&'a self, env: &'a dyn Env, state: &'a State) -> Machine<'a> {
+    fn machine<'a>(&'a self, env: &'a dyn Env, state: &'a State) -> Machine<'a> {
         Machine { env, cells: &state.cells, slots: &self.slots }
     }
 }

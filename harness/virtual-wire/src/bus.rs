@@ -7,8 +7,9 @@ use std::collections::VecDeque;
 use station::{Duration, Outbox, Station, Time};
 use wire::profibus::fdl::{BaudRate, BitTimes, Frame, LONGEST};
 
+use crate::violation::Violation;
 use crate::wakes::{Objections, Wakes};
-use crate::wire::{Seen, Step, Violation};
+use crate::wire::{Seen, Step};
 
 /// How far ahead of the clock the frames that a port has queued may reach.
 const BACKLOG: Duration = Duration::from_millis(500);

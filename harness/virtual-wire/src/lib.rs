@@ -14,6 +14,7 @@ pub mod null;
 pub mod record;
 mod shared;
 mod trace;
+mod violation;
 mod wakes;
 mod wire;
 
@@ -21,4 +22,5 @@ pub use bus::VirtualBus;
 pub use capture::{CaptureReader, PcapngWriter};
 pub use shared::{shared, shared_file};
 pub use trace::{Frame, Trace};
-pub use wire::{Seen, Step, Violation, VirtualWire};
+pub use violation::Violation;
+pub use wire::{Seen, Step, VirtualWire};

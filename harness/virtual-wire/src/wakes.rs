@@ -2,7 +2,7 @@
 
 use station::{Station, Time};
 
-use crate::wire::Violation;
+use crate::violation::Violation;
 
 /// How often a station may be woken at one instant.
 const WAKES_AT_ONE_INSTANT: u32 = 1_000;

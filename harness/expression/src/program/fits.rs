@@ -2,8 +2,8 @@
 
 use super::check::Typed;
 use super::eval::Expr;
-use super::literal::outside;
-use super::{ExprError, NameId, Type};
+use crate::literal::outside;
+use crate::{ExprError, NameId, Type};
 
 /// Whether `left` can be compared with `right`, in order or only for equality.
 pub(super) fn comparable(left: &Typed, right: &Typed, ordered: bool) -> Result<(), ExprError> {

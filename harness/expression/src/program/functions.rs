@@ -1,12 +1,12 @@
 //! Calls of functions: those of one observation, and those that look back.
 
-use super::arithmetic::{Function, function_type};
-use super::ast::Ast;
 use super::check::{Checked, Typed};
 use super::eval::Expr;
-use super::program::{History, Slot};
-use super::types::NumberType;
-use super::{ExprError, Type, Value};
+use super::{History, Slot};
+use crate::arithmetic::{Function, function_type};
+use crate::ast::Ast;
+use crate::types::NumberType;
+use crate::{ExprError, Type, Value};
 use plain_text::nearest;
 use std::ops::Range;
 

@@ -1,11 +1,11 @@
 //! Names and words: what a name standing alone means depends on what it stands beside.
 
-use super::ast::{Ast, Node};
 use super::check::{Checked, Typed};
 use super::eval::Expr;
 use super::explain::Leaf;
-use super::literal::bytes_or_pattern;
-use super::{ExprError, Found, Number, Type, Value, WordTable, address, pattern};
+use crate::ast::{Ast, Node};
+use crate::literal::bytes_or_pattern;
+use crate::{ExprError, Found, Number, Type, Value, WordTable, address, pattern};
 use plain_text::Nearest;
 use plain_text::nearest;
 use std::ops::Range;

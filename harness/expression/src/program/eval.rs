@@ -1,10 +1,10 @@
 //! Evaluation: compiled expressions over the values of one observation. It cannot fail; what is not known stays so.
 
-use super::arithmetic::{Function, binary_value, function_value};
-use super::ast::Binary;
-use super::compare::{Order, equal, order};
-use super::program::{Cell, History, Slot};
-use super::{Env, NameId, Number, Value};
+use super::{Cell, History, Slot};
+use crate::arithmetic::{Function, binary_value, function_value};
+use crate::ast::Binary;
+use crate::compare::{Order, equal, order};
+use crate::{Env, NameId, Number, Value};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -56,7 +56,7 @@ pub(super) struct Among {
 
 /// What stands after `+/-`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub(super) struct Tolerance {
+pub(crate) struct Tolerance {
     pub(super) amount: Expr,
     pub(super) percent: bool,
 }
@@ -204,7 +204,7 @@ impl<'a> Machine<'a> {
                 _ => Cow::Borrowed(before),
             },
             Cell::Last(Some(last)) => {
-                Cow::Owned(Value::nanos(i128::from(super::number::nanos(self.env.now().since(*last)))))
+                Cow::Owned(Value::nanos(i128::from(crate::number::nanos(self.env.now().since(*last)))))
             }
             Cell::Last(None) => unknown,
         }

@@ -1,7 +1,7 @@
 //! What a condition came to, part by part, for the report of a failure.
 
 use super::eval::{Expr, Machine};
-use super::{Env, Program, Shown, State, Type, Value};
+use crate::{Env, Program, Shown, State, Type, Value};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 

@@ -1,15 +1,15 @@
 //! From the tree to a program: names are looked up, types proved to fit, constants folded.
 
-use super::arithmetic::binary_type;
-use super::ast::{Ast, Binary, Comparison, Deviation, Node};
-use super::compare::Order;
+use super::Slot;
 use super::eval::{Among, Equality, Expr, Ordered, Tolerance};
 use super::explain::{Leaf, Note};
 use super::fits::{comparable, fits};
 use super::fold::{folded, joined};
-use super::parse;
-use super::program::Slot;
-use super::{Allow, ExprError, NameId, Number, NumberType, Program, Scope, Target, Type, Value};
+use crate::arithmetic::binary_type;
+use crate::ast::{Ast, Binary, Comparison, Deviation, Node};
+use crate::compare::Order;
+use crate::parse;
+use crate::{Allow, ExprError, NameId, Number, NumberType, Program, Scope, Target, Type, Value};
 use std::ops::Range;
 
 /// An expression under construction.

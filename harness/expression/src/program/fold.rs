@@ -2,8 +2,8 @@
 
 use super::check::Typed;
 use super::eval::{Expr, Machine};
-use super::types::NumberType;
-use super::{Env, ExprError, NameId, Type, Value};
+use crate::types::NumberType;
+use crate::{Env, ExprError, NameId, Type, Value};
 use std::ops::Range;
 
 /// Conditions joined with `and`, or with `or`: those that say nothing are left out, one that decides stands for all.
