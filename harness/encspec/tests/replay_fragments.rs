@@ -158,7 +158,7 @@ fn what_is_put_together_is_judged_as_if_it_had_been_sent_in_one(
             in_fragments.push((time, piece));
         }
     }
-    assert!(with_fragments >= 5, "only {with_fragments} datagrams were cut");
+    assert!(with_fragments >= 3, "only {with_fragments} datagrams were cut");
     let (mut whole, mut in_fragments) = (replay(&whole), replay(&in_fragments));
     assert!(whole.findings.iter().any(|finding| finding.text.contains("0xB000")), "{:#?}", whole.findings);
     assert_eq!(unreadable(&in_fragments), [] as [&Event; 0]);
