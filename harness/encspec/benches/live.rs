@@ -9,12 +9,13 @@
 //! What is measured of all senders alike is the distance of their frames from one another against the cycle, by the kernel's
 //! time of arrival, for our own frames by the clock at the moment of sending.
 
-#[path = "../tests/served/mod.rs"]
-mod served;
+#[path = "../tests/common/mod.rs"]
+mod common;
 
+use common::program::Serving;
+use common::served::{MASK, MODEL, ask, connection, controller, private_network, run, started};
 use controllers::profinet_io::{ArEnd, Connection, Controller, DeviceAddress, Request, Submodule};
 use link::{Histogram, Nic, Wire, namespace, realtime};
-use served::{MASK, MODEL, Serving, ask, connection, controller, private_network, run, started};
 use station::{Duration, Time};
 use std::collections::HashMap;
 use std::fs;

@@ -5,13 +5,13 @@
 //! Two million frames of eight encoders, of which four turn, so that their positions are others in each frame. Beside it, in the
 //! same run: nothing but the records of the file by `pcap-parser`, and `tshark -q -z io,stat,0` where there is one.
 
-#[path = "../tests/made/mod.rs"]
-mod made;
+#[path = "../tests/common/mod.rs"]
+mod common;
 
+use common::made::{self, Line, Submodule};
 use encspec::observe::{Observation, Tracker};
 use encspec::replay::capture;
 use encspec::suite::load;
-use made::{Line, Submodule};
 use pcap_parser::traits::PcapReaderIterator;
 use pcap_parser::{PcapBlockOwned, PcapError, PcapNGReader};
 use station::Duration;

@@ -12,7 +12,6 @@ pub mod capture;
 pub mod damage;
 pub mod null;
 pub mod record;
-mod shared;
 mod trace;
 mod violation;
 mod wakes;
@@ -20,7 +19,6 @@ mod wire;
 
 pub use bus::VirtualBus;
 pub use capture::{CaptureReader, PcapngWriter};
-pub use shared::{shared, shared_file};
 pub use trace::{Frame, Trace};
 pub use violation::Violation;
 pub use wire::{Seen, Step, VirtualWire};

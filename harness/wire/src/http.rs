@@ -286,7 +286,7 @@ fn decoded(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::torture::every_prefix_and_flip;
+    use testing::every_prefix_and_flip;
 
     #[test]
     fn readers_survive_whatever_comes() {

@@ -22,7 +22,4 @@ pub mod profibus;
 pub mod profidrive;
 pub mod profinet;
 
-#[cfg(test)]
-mod torture;
-
 pub use error::{Result, WireError};

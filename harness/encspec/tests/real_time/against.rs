@@ -2,8 +2,7 @@
 //!
 //! The machine may stall whenever it likes: what came of that is told as inconclusive, and then it is tried again.
 
-use crate::patience;
-use crate::served::{Serving, socket_path};
+use crate::common::program::{self, Serving};
 use crate::table;
 use encspec::compare::drive::Bench as Drive;
 use encspec::engine::{DutKind, DutSpec};
@@ -11,8 +10,8 @@ use encspec::suite::load;
 use encspec::verdict::Verdict;
 use libtest_mimic::Trial;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
+use testing::{Folder, patience};
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = table![a_live_device_is_driven_as_the_recorded_one:
@@ -51,14 +50,13 @@ const AMT58: Served =
 
 /// A folder of its own with captures, a bench file and the name of a line in it.
 struct Bench {
-    folder: PathBuf,
+    folder: Folder,
     of: Served,
 }
 
 impl Bench {
     fn new(of: Served) -> Bench {
-        let folder = socket_path("against").with_extension("d");
-        std::fs::create_dir_all(&folder).expect("a folder");
+        let folder = Folder::new("against");
         Bench { folder, of }
     }
 
@@ -71,7 +69,7 @@ impl Bench {
         let line = self.folder.join("line").display().to_string();
         let _ = std::fs::remove_file(&line);
         let model = self.model();
-        let suite = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites").join(self.of.manual);
+        let suite = testing::workspace().join("suites").join(self.of.manual);
         let [kind, file] = self.of.description;
         let (place, link) = match kind {
             "gsd" => (["--pty".to_owned(), line.clone()], format!("serial:{line}")),
@@ -91,14 +89,8 @@ impl Bench {
     }
 
     fn call(&self, arguments: &[&str]) -> (Option<i32>, String) {
-        let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
-            .args(arguments)
-            .current_dir(&self.folder)
-            .stdin(Stdio::null())
-            .output()
-            .expect("the binary");
-        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        (output.status.code(), said)
+        let said = program::encspec(&self.folder, arguments);
+        (said.status, said.all())
     }
 
     /// The capture of one case on the virtual bus.
@@ -129,12 +121,6 @@ impl Bench {
             assert_eq!(against["differences"], Value::Array(Vec::new()), "nothing is said against a device: {said}");
         }
         None
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 

@@ -5,19 +5,17 @@
 //! there are. What takes longest comes first.
 
 mod against;
+#[path = "../common/mod.rs"]
+mod common;
 mod line;
 mod nic;
-#[path = "../patience/mod.rs"]
-mod patience;
 mod profirust;
 mod serial;
 mod serve;
-#[path = "../served/mod.rs"]
-mod served;
 
 use libtest_mimic::{Arguments, Trial};
-use patience::patiently;
 use std::process::ExitCode;
+use testing::patience::patiently;
 
 /// So many tests wait at the same time.
 const AT_ONCE: usize = 16;

@@ -1,7 +1,8 @@
 //! `encspec run` against a live device, as a user calls it: what is tested, what is left alone, what is put back.
 
-use crate::patience::wait_for;
-use crate::served::{self, MODEL, Serving, ask, assert_standing, connection, controller, private_network, socket_path};
+use crate::common::program::{Said, Serving};
+use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network};
+use crate::common::{program, served};
 use crate::{table, tests};
 use controllers::profinet_io::{Controller, Request};
 use libtest_mimic::Trial;
@@ -9,10 +10,11 @@ use link::{Clock, Nic, Port, Wire};
 use serde_json::Value;
 use station::Duration;
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
 use std::net::Ipv4Addr;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use testing::patience::wait_for;
+use testing::{Folder, unused_path};
 use wire::ethernet::Mac;
 
 const DEVICE: Mac = Mac([0x10, 0xB9, 0xFE, 0, 1, 0]);
@@ -51,15 +53,14 @@ pub fn trials() -> Vec<Trial> {
 
 /// A folder of its own, with a bench file in it.
 struct Bench {
-    folder: PathBuf,
+    folder: Folder,
 }
 
 impl Bench {
     /// A bench at `link` with further lines.
     fn new(name: &str, link: &str, more: &str) -> Bench {
-        let folder = socket_path(name).with_extension("d");
-        std::fs::create_dir_all(&folder).expect("a folder");
-        let gsdml = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites/lika-xac77-profinet");
+        let folder = Folder::new(name);
+        let gsdml = testing::workspace().join("suites/lika-xac77-profinet");
         let gsdml = gsdml.join("GSDML-V2.43-encspec-XAC7718-20261121.xml");
         let text = format!(
             "device: lika-xac77-profinet/xac7718\nlink: {link}\nip: 192.168.0.10\nwatchdog: 200ms\ngsdml: {}\n{more}\n",
@@ -70,13 +71,11 @@ impl Bench {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_encspec"));
-        command.args(arguments).current_dir(&self.folder).stdin(Stdio::null());
-        command
+        program::command(&self.folder, arguments)
     }
 
-    fn call(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().expect("the binary")
+    fn call(&self, arguments: &[&str]) -> Said {
+        program::encspec(&self.folder, arguments)
     }
 
     /// Runs the cases of `filter` and gives what each came to, with the reason.
@@ -84,23 +83,13 @@ impl Bench {
         let arguments = ["run", "--dut", "bench.yaml", "--report", "json=run.json", "--no-evidence", filter];
         let output = self.call(&arguments);
         let text = std::fs::read_to_string(self.folder.join("run.json")).expect("a report");
-        let report: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {}", said(&output)));
+        let report: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {}", output.all()));
         let cases = report["runs"][0]["cases"].as_array().expect("cases").iter().map(|case| {
             let of = |key: &str| case[key].as_str().unwrap_or_default().to_owned();
             (of("id"), (of("verdict"), of("reason")))
         });
-        (output.status.code(), cases.collect())
+        (output.status, cases.collect())
     }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.folder);
-    }
-}
-
-fn said(output: &Output) -> String {
-    format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
 }
 
 /// Everything that may be done, with a stand that can do everything.
@@ -126,7 +115,7 @@ fn web_pages_are_asked_for_if_the_bench_knows_them() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let pages = "pages: { information: {}, parameters: {}, position: {}, preset: {}, upgrade: {} }";
     let bench = Bench::new("web", "nic:ours", &format!("{pages}\n{}", free(&control)));
@@ -143,7 +132,7 @@ fn without_a_word_about_its_pages_only_the_one_is_asked_for_whose_place_is_print
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let bench = Bench::new("web-unknown", "nic:ours", &free(&control));
     let (status, cases) = bench.run("web/");
@@ -157,7 +146,7 @@ fn a_device_at_an_interface_is_tested_and_put_back() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let bench = Bench::new("nic", "nic:ours", &free(&control));
     let (status, cases) = bench.run("station/good-names");
@@ -171,7 +160,7 @@ fn a_device_at_an_interface_is_tested_and_put_back() {
     assert_eq!(journal.last().map(String::as_str), Some("\"restored\""));
     // It has its name and its address back.
     let found = bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]);
-    let found = said(&found);
+    let found = found.all();
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
 }
 
@@ -179,7 +168,7 @@ fn what_has_no_consent_is_not_done(filter: &str, reason: &str) {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs"]);
     let bench = Bench::new("consent", "nic:ours", "consent: { alone: true }");
     let (status, cases) = bench.run(filter);
@@ -198,7 +187,7 @@ fn frames_go_to_the_device_under_test_only() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let arguments = ["--nic", "theirs", "--count", "2", "--name", "encoder", "--ip", "192.168.0.10"];
     let _serving = serve(&control, &arguments);
     let bench = Bench::new("alone", "nic:ours", &format!("station_name: encoder-1\nconsent: {EVERYTHING}"));
@@ -227,7 +216,7 @@ fn beside_others_only_what_reads_is_run() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--count", "2", "--name", "encoder", "--ip", "192.168.0.10"]);
     let more = format!("station_name: encoder-1\nconsent: {}", EVERYTHING.replace(", alone: true", ""));
     let bench = Bench::new("others", "nic:ours", &more);
@@ -241,7 +230,7 @@ fn beside_others_only_what_reads_is_run() {
 
 /// The device ends in the middle of a run: verdicts, no hang.
 fn a_vanished_peer_ends_in_verdicts() {
-    let path = socket_path("wire");
+    let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
     let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
     let bench = Bench::new("vanished", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
@@ -250,8 +239,8 @@ fn a_vanished_peer_ends_in_verdicts() {
     let run = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
     serving.end();
-    let output = run.wait_with_output().expect("its end");
-    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let output = Said::of(&run.wait_with_output().expect("its end"));
+    assert_eq!(output.status, Some(1), "{}", output.all());
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("a report");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     let cases = report["runs"][0]["cases"].as_array().expect("cases");
@@ -263,7 +252,7 @@ fn a_vanished_peer_ends_in_verdicts() {
 
 /// A bug that only this persona shows makes the same case fail that passes without it.
 fn a_persona_meets_the_device_over_a_socket(bug: &[&str], expected: &str) {
-    let path = socket_path("wire");
+    let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
     let arguments: Vec<&str> = [MODEL, "--socket", &listen].into_iter().chain(bug.iter().copied()).collect();
     let _serving = Serving::start(&arguments);
@@ -276,7 +265,7 @@ fn a_persona_meets_the_device_over_a_socket(bug: &[&str], expected: &str) {
 
 /// The peer ends in the middle of a run and is there again: what came between is inconclusive, what comes after is tested.
 fn a_peer_that_comes_back_is_tested_on() {
-    let path = socket_path("wire");
+    let path = unused_path("wire");
     let listen = format!("listen:{}", path.display());
     let mut serving = Serving::start(&[MODEL, "--socket", &listen]);
     let bench = Bench::new("back", &format!("socket:{}", path.display()), &format!("consent: {EVERYTHING}"));
@@ -285,8 +274,8 @@ fn a_peer_that_comes_back_is_tested_on() {
     wait_for_verdict(&bench);
     serving.end();
     let _again = Serving::start(&[MODEL, "--socket", &listen]);
-    let output = run.wait_with_output().expect("its end");
-    let text = std::fs::read_to_string(bench.folder.join("run.json")).unwrap_or_else(|_| panic!("{}", said(&output)));
+    let output = Said::of(&run.wait_with_output().expect("its end"));
+    let text = std::fs::read_to_string(bench.folder.join("run.json")).unwrap_or_else(|_| panic!("{}", output.all()));
     let report: Value = serde_json::from_str(&text).expect("JSON");
     let cases = report["runs"][0]["cases"].as_array().expect("cases").iter().filter(|case| case["kind"] != "rule");
     let verdicts: Vec<&str> = cases.map(|case| case["verdict"].as_str().unwrap_or_default()).collect();
@@ -299,7 +288,7 @@ fn a_connection_of_somebody_else_is_not_touched() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.10"]);
     let mut wire = Wire::new(Box::new(Nic::open("ours").expect("the interface")));
     let mut controllers = [controller(0)];
@@ -329,7 +318,7 @@ fn wrong_claims_of_the_bench_are_findings() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs"]);
     let claims = "telegrams: [telegram_81, telegram_83, telegram_84]\nlacks: [P65000]\nfirmware: 9.9.9";
     let bench = Bench::new("claims", "nic:ours", &format!("{claims}\n{}", free(&control)));
@@ -354,7 +343,7 @@ fn an_interrupted_run_lets_go_and_puts_back() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let bench = Bench::new("interrupt", "nic:ours", &free(&control));
     let clock = Clock::start();
@@ -363,14 +352,14 @@ fn an_interrupted_run_lets_go_and_puts_back() {
     let run: Child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
     wait_for_verdict(&bench);
     assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill").success());
-    let output = run.wait_with_output().expect("its end");
-    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let output = Said::of(&run.wait_with_output().expect("its end"));
+    assert_eq!(output.status, Some(1), "{}", output.all());
     let text = std::fs::read_to_string(bench.folder.join("run.json")).expect("what was finished is reported");
     let report: Value = serde_json::from_str(&text).expect("JSON");
     let cases = report["runs"][0]["cases"].as_array().expect("cases");
     let with = |verdict: &str| cases.iter().filter(|case| case["verdict"] == verdict).count();
     assert!(with("pass") > 0 && with("not-run") > 0 && with("fail") == 0, "{text}");
-    assert_eq!(journal(&bench).last().map(String::as_str), Some("\"restored\""), "{}", said(&output));
+    assert_eq!(journal(&bench).last().map(String::as_str), Some("\"restored\""), "{}", output.all());
     // The last cyclic frame that the device was sent has all outputs 0.
     let mut last = None;
     let mut frame = Vec::new();
@@ -387,7 +376,7 @@ fn an_interrupted_run_lets_go_and_puts_back() {
         let outputs: Vec<u8> = data.iter().copied().filter(|octet| *octet != 0x80).take(4).collect();
         assert_eq!((outputs[0] & 0x0F, outputs[1]), (0, 0), "{frame:02X?}");
     }
-    let found = said(&bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]));
+    let found = bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]).all();
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
 }
 
@@ -395,7 +384,7 @@ fn a_run_that_was_killed_is_put_back_from_its_journal() {
     if !private_network() {
         return;
     }
-    let control = socket_path("control");
+    let control = unused_path("control");
     let _serving = serve(&control, &["--nic", "theirs", "--ip", "192.168.0.77"]);
     let bench = Bench::new("killed", "nic:ours", &free(&control));
     let mut command = bench.command(&["run", "--dut", "bench.yaml", "station/good-names"]);
@@ -404,12 +393,12 @@ fn a_run_that_was_killed_is_put_back_from_its_journal() {
     run.kill().expect("it is still there");
     run.wait().expect("its end");
     let restored = bench.call(&["bench", "restore"]);
-    assert_eq!(restored.status.code(), Some(0), "{}", said(&restored));
-    assert!(said(&restored).contains("put back"), "{}", said(&restored));
-    let found = said(&bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]));
+    assert_eq!(restored.status, Some(0), "{}", restored.all());
+    assert!(restored.all().contains("put back"), "{}", restored.all());
+    let found = bench.call(&["discover", "--nic", "ours", "--wait", "1", "--format", "json"]).all();
     assert!(found.contains("encoder-under-test") && found.contains("192.168.0.77"), "{found}");
     let again = bench.call(&["bench", "restore"]);
-    assert!(said(&again).contains("nothing is left"), "{}", said(&again));
+    assert!(again.all().contains("nothing is left"), "{}", again.all());
 }
 
 fn a_bench_that_cannot_be_used_says_why() {
@@ -418,12 +407,8 @@ fn a_bench_that_cannot_be_used_says_why() {
     }
     let device = ["--device", "lika-xac77-profinet/xac7718"];
     let call = |dut: &str| {
-        let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
-            .args(["run", "--dut", dut, device[0], device[1]])
-            .current_dir(std::env::temp_dir())
-            .output()
-            .expect("the binary");
-        (output.status.code(), said(&output))
+        let output = program::encspec(&std::env::temp_dir(), &["run", "--dut", dut, device[0], device[1]]);
+        (output.status, output.all())
     };
     let (status, text) = call("nic:nowhere");
     assert!(status == Some(3) && text.contains("nowhere"), "{text}");
@@ -440,12 +425,10 @@ fn only_what_a_line_of_output_says_is_needed_to_begin() {
     }
     let _serving = Serving::start(&[MODEL, "--nic", "theirs", "--ip", "192.168.0.10"]);
     // Without a bench file what no manual prints is asked of the device, and nothing that lasts is done.
-    let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
-        .args(["run", "--dut", "nic:ours", "--device", "lika-xac77-profinet/xac7718", "--no-evidence", "station/"])
-        .current_dir(std::env::temp_dir())
-        .output()
-        .expect("the binary");
-    let lines: Vec<String> = BufReader::new(&output.stdout[..]).lines().map_while(Result::ok).collect();
-    assert!(lines.iter().any(|line| line.contains("pass")), "{}", said(&output));
-    assert!(lines.iter().any(|line| line.contains("not-applicable")), "{}", said(&output));
+    let arguments =
+        ["run", "--dut", "nic:ours", "--device", "lika-xac77-profinet/xac7718", "--no-evidence", "station/"];
+    let output = program::encspec(&std::env::temp_dir(), &arguments);
+    let lines: Vec<&str> = output.out.lines().collect();
+    assert!(lines.iter().any(|line| line.contains("pass")), "{}", output.all());
+    assert!(lines.iter().any(|line| line.contains("not-applicable")), "{}", output.all());
 }

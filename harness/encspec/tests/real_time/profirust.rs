@@ -5,14 +5,7 @@
 //! times and a busy machine is slow, so the slot time is far longer than on a real bus. The clock of the stranger goes with the real
 //! time, and leaps where it waits for somebody who is not there.
 
-use crate::patience::undisturbed;
 use crate::{table, tests};
-use std::fs::File;
-use std::io::{Read, Write};
-use std::sync::mpsc::{Receiver, channel};
-use std::thread;
-use std::time::{Duration, Instant};
-
 use deviations::{Line as Place, Setup, build};
 use encspec::live::fdl::FdlFrames;
 use libtest_mimic::Trial;
@@ -22,6 +15,12 @@ use profirust::dp::{DiagnosticFlags, DpMaster, Peripheral, PeripheralEvent, Peri
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
 use station::Time;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+use testing::patience::undisturbed;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
 const BAUD: BaudRate = BaudRate(19_200);

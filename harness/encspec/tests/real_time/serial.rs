@@ -3,8 +3,7 @@
 //!
 //! The line is a pseudoterminal. Where a test looks at the octets, it stands between our master and the slave itself.
 
-use crate::patience::again;
-use crate::served::{Serving, socket_path};
+use crate::common::program::{self, Serving};
 use crate::{table, tests};
 use controllers::profibus_dp::{Master, Settings};
 use encspec::live::fdl::FdlFrames;
@@ -17,9 +16,10 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread;
+use testing::Folder;
+use testing::patience::again;
 use wire::profibus::fdl::{BaudRate, Frame, Piece, RequestFunction, Splitter, Start};
 
 const EVERYTHING: &str =
@@ -62,7 +62,7 @@ type Cases = BTreeMap<String, (String, String)>;
 
 /// A folder of its own, with a bench file in it and the name of a line.
 struct Bench {
-    folder: PathBuf,
+    folder: Folder,
     manual: &'static str,
     variant: &'static str,
     address: String,
@@ -70,8 +70,7 @@ struct Bench {
 
 impl Bench {
     fn new((manual, variant, address): (&'static str, &'static str, u8)) -> Bench {
-        let folder = socket_path("serial").with_extension("d");
-        std::fs::create_dir_all(&folder).expect("a folder");
+        let folder = Folder::new("serial");
         Bench { folder, manual, variant, address: address.to_string() }
     }
 
@@ -88,7 +87,7 @@ impl Bench {
 
     /// Runs the cases that the arguments `what` name at the line `link`, with further lines in the bench file.
     fn run(&self, link: &str, more: &str, what: &[&str]) -> (Option<i32>, Cases, String) {
-        let suites = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../suites").join(self.manual);
+        let suites = testing::workspace().join("suites").join(self.manual);
         let gsd = std::fs::read_dir(suites).expect("the suite").flatten().map(|entry| entry.path());
         let gsd = gsd.filter(|path| path.extension().is_some_and(|end| end == "gsd"));
         let gsd = gsd.map(|path| path.display().to_string()).find(|path| path.contains(self.variant)).expect("its GSD");
@@ -106,26 +105,16 @@ impl Bench {
     fn call(&self, arguments: &[&str]) -> (Option<i32>, Cases, String) {
         let report = self.folder.join("run.json");
         let _ = std::fs::remove_file(&report);
-        let output = Command::new(env!("CARGO_BIN_EXE_encspec"))
-            .args(arguments)
-            .args(["--report", "json=run.json", "--no-evidence"])
-            .current_dir(&self.folder)
-            .stdin(Stdio::null())
-            .output()
-            .expect("the binary");
-        let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let said = program::encspec(
+            &self.folder,
+            [arguments, &["--report", "json=run.json", "--no-evidence"]].concat().as_slice(),
+        );
         let text = std::fs::read_to_string(&report).unwrap_or_default();
         let report: Value = serde_json::from_str(&text).unwrap_or_default();
         let cases = report["runs"][0]["cases"].as_array().cloned().unwrap_or_default();
         let of = |case: &Value, key: &str| case[key].as_str().unwrap_or_default().to_owned();
         let cases = cases.iter().map(|case| (of(case, "id"), (of(case, "verdict"), of(case, "reason")))).collect();
-        (output.status.code(), cases, said)
-    }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.folder);
+        (said.status, cases, said.all())
     }
 }
 

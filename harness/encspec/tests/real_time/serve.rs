@@ -1,8 +1,7 @@
 //! Served reference devices, met over real sockets: network interfaces in a network of the test, Unix sockets, TCP.
 
-use crate::served::{
-    MODEL, Serving, ask, assert_standing, connection, controller, private_network, run, socket_path, started,
-};
+use crate::common::program::{self, Said, Serving};
+use crate::common::served::{MODEL, ask, assert_standing, connection, controller, private_network, run, started};
 use crate::{table, tests};
 use controllers::profinet_io::{Controller, IdentifyBy, Outcome, Request, Target};
 use libtest_mimic::Trial;
@@ -11,7 +10,7 @@ use link::{FrameSocket, Nic, Wire};
 use station::Duration;
 use std::net::Ipv4Addr;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use testing::unused_path;
 
 const IM0: Target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
 const FIRST: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
@@ -43,12 +42,8 @@ pub fn trials() -> Vec<Trial> {
     trials
 }
 
-fn encspec(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_encspec")).args(arguments).stdin(Stdio::null()).output().expect("the binary")
-}
-
-fn text(octets: &[u8]) -> String {
-    String::from_utf8(octets.to_vec()).expect("UTF-8")
+fn encspec(arguments: &[&str]) -> Said {
+    program::encspec(Path::new("."), arguments)
 }
 
 /// Says `line` to the control socket at `path`.
@@ -101,7 +96,7 @@ fn devices_at_an_interface_and_the_hands_at_them() {
     if !private_network() {
         return;
     }
-    let control = socket_path("hands");
+    let control = unused_path("hands");
     let hand = |number: u8| control.with_extension(number.to_string());
     let path = control.to_str().expect("a path in UTF-8");
     let mut serving =
@@ -159,7 +154,7 @@ fn devices_at_an_interface_and_the_hands_at_them() {
 }
 
 fn a_device_at_a_socket_survives_its_peer(unix: bool) {
-    let path = socket_path("frames");
+    let path = unused_path("frames");
     let address = if unix {
         path.display().to_string()
     } else {
@@ -187,8 +182,8 @@ fn the_stations_of_a_segment() {
         return;
     }
     let nobody = encspec(&["discover", "--nic", "ours", "--wait", "1"]);
-    assert_eq!(nobody.status.code(), Some(3));
-    assert_eq!(text(&nobody.stderr), "encspec: no station answered at the interface ours within 1 s\n");
+    assert_eq!(nobody.status, Some(3));
+    assert_eq!(nobody.err, "encspec: no station answered at the interface ours within 1 s\n");
 
     let twin = |mac: &str| {
         Serving::start(&[MODEL, "--nic", "theirs", "--name", "press", "--ip", "192.168.0.10/16", "--mac", mac])
@@ -196,25 +191,25 @@ fn the_stations_of_a_segment() {
     let (_first, _second) = (twin("02:00:00:00:01:00"), twin("02:00:00:00:01:05"));
     let _third = Serving::start(&[MODEL, "--nic", "theirs", "--name", "", "--mac", "02:00:00:00:01:09"]);
     let found = encspec(&["discover", "--nic", "ours"]);
-    assert_eq!(found.status.code(), Some(0), "{}", text(&found.stderr));
+    assert_eq!(found.status, Some(0), "{}", found.err);
     let one = |mac: &str, ip: &str, name: &str| {
         format!(
             "{mac}  {ip}  {name}\n    vendor 0x0239, device 0x0001, LIKA ROTACOD, device\n    suite lika-xac77-profinet\n"
         )
     };
     assert_eq!(
-        text(&found.stdout),
+        found.out,
         one("02:00:00:00:01:00", "192.168.0.10", "press")
             + &one("02:00:00:00:01:05", "192.168.0.10", "press")
             + &one("02:00:00:00:01:09", "no address", "(no name)")
     );
     assert_eq!(
-        text(&found.stderr),
+        found.err,
         "encspec: 2 stations have the name press: 02:00:00:00:01:00, 02:00:00:00:01:05\n\
          encspec: 2 stations have the address 192.168.0.10: 02:00:00:00:01:00, 02:00:00:00:01:05\n"
     );
     let json = encspec(&["discover", "--nic", "ours", "--format", "json"]);
-    let json: serde_json::Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    let json: serde_json::Value = serde_json::from_str(&json.out).expect("JSON");
     let first = &json["stations"][0];
     assert_eq!(
         (first["vendor_id"].as_u64(), first["suite"].as_str(), first["roles"][0].as_str(), first["mask"].as_str()),
@@ -226,8 +221,7 @@ fn the_stations_of_a_segment() {
 
 fn a_mistake_ends_at_once(arguments: &[&str], status: i32, says: &str) {
     let output = encspec(arguments);
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(status), "{said}");
-    assert!(said.contains(says), "{said}");
-    assert_eq!(text(&output.stdout), "");
+    assert_eq!(output.status, Some(status), "{}", output.err);
+    assert!(output.err.contains(says), "{}", output.err);
+    assert_eq!(output.out, "");
 }

@@ -307,7 +307,7 @@ impl Bench {
             .stderr(Stdio::null())
             .spawn();
         let Ok(mut tshark) = tshark else {
-            let _ = writeln!(std::io::stderr(), "skipped: there is no tshark to read the frames");
+            testing::skip("there is no tshark to read the frames");
             return;
         };
         tshark.stdin.take().unwrap().write_all(&capture).unwrap();

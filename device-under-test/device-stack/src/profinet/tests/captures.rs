@@ -4,52 +4,17 @@ use super::bench::*;
 use super::toy::Toy;
 use crate::profinet::StackBehaviour;
 use alloc::vec::Vec;
-use pcap_parser::{Block, PcapBlockOwned, PcapError};
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use wire::datagram::Datagram;
 use wire::profinet::blocks::connect::Connect;
 use wire::profinet::rpc::{NdrResponse, Opnum, PacketType, Pdu, Uuid};
-
-/// A capture of the folder that `ENCSPEC_SHARED` names, else of `../shared` beside the checkout; `None`, after a line that
-/// says so, where there is no such folder.
-fn capture(file: &str) -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
-    let folder = std::env::var_os("ENCSPEC_SHARED").map_or(beside, PathBuf::from);
-    if folder.is_dir() {
-        return Some(folder.join("captures/profinet").join(file));
-    }
-    let _ = writeln!(std::io::stderr(), "skipped: {file} is not there: no folder {}", folder.display());
-    None
-}
-
-fn packets(path: &Path) -> Vec<Vec<u8>> {
-    let file = std::fs::File::open(path).unwrap();
-    let mut reader = pcap_parser::create_reader(1 << 20, file).unwrap();
-    let mut packets = Vec::new();
-    loop {
-        match reader.next() {
-            Ok((offset, block)) => {
-                match block {
-                    PcapBlockOwned::Legacy(packet) => packets.push(packet.data.to_vec()),
-                    PcapBlockOwned::NG(Block::EnhancedPacket(packet)) => {
-                        packets.push(packet.data[..packet.caplen as usize].to_vec());
-                    }
-                    _ => {}
-                }
-                reader.consume(offset);
-            }
-            Err(PcapError::Incomplete(_)) => reader.refill().unwrap(),
-            Err(_) => return packets,
-        }
-    }
-}
 
 /// Every Connect of a capture in turn, to a device in which nothing is plugged: packet number and status, where it is refused.
 fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
     let mut seen = 0;
     let mut refused = Vec::new();
-    for (at, packet) in packets(&capture(file)?).iter().enumerate() {
+    for (at, packet) in
+        testing::packets(&testing::shared(&std::format!("captures/profinet/{file}"))?).iter().enumerate()
+    {
         let Ok(datagram) = Datagram::parse(packet) else { continue };
         let Ok(pdu) = Pdu::parse(datagram.payload) else { continue };
         let called = (pdu.header.packet_type, pdu.header.interface, pdu.header.opnum);

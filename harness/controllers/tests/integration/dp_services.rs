@@ -1,0 +1,242 @@
+//! The services of the PROFIBUS master beside the cycle: DP-V1, addresses, the ring, damaged frames.
+
+use crate::dp::{BAUD, Rig, SLAVE, Say, Toy, bits, connection, hex, settings};
+use core::time::Duration;
+use encspec_controllers::profibus_dp::{
+    AcyclicError, Answer, Broken, Master, Outcome, ParameterOutcome, RecordOutcome, Request, Settings, broken_frames,
+};
+use station::Time;
+use virtual_wire::VirtualBus;
+use virtual_wire::null::{DiesAfter, Silent};
+use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::fdl::{AnswerFunction, Frame, StationType};
+
+fn acyclic(rig: &Rig) -> Vec<(usize, String)> {
+    let services = rig.services();
+    let is_exchange = |octets: &[u8]| octets.len() == 13 && octets[4] & 0x80 == 0;
+    services.iter().filter(|entry| !is_exchange(&entry.3)).map(|entry| (entry.2, hex(&entry.3))).collect()
+}
+
+#[test]
+fn a_record_is_asked_for_and_then_polled_without_data() {
+    let mut rig = Rig::standing(connection());
+    rig.log.clear();
+    let outcome = rig.ask(Request::Read { to: SLAVE, slot: 1, index: 7, length: 10 });
+    assert_eq!(outcome, Outcome::Record(RecordOutcome::Accepted { data: vec![0xAB, 0xCD] }));
+    // IEC 61158-6-3: DSAP and SSAP 51, SRD of low priority; two polls without an answer, then one with it.
+    let seen = acyclic(&rig);
+    let seen: Vec<_> = seen.iter().map(|(port, octets)| (*port, octets.as_str())).collect();
+    let expected = [
+        (0, "68 09 09 68 83 82 5C 33 33 5E 01 07 0A 37 16"),
+        (1, "E5"),
+        (0, "68 05 05 68 83 82 7C 33 33 E7 16"),
+        (1, "E5"),
+        (0, "68 05 05 68 83 82 5C 33 33 C7 16"),
+        (1, "E5"),
+        (0, "68 05 05 68 83 82 7C 33 33 E7 16"),
+        (1, "A2 82 83 08 33 33 5E 01 07 02 AB CD 53 16"),
+    ];
+    // The parity of the frame count bit depends on the cycles before.
+    let plain = |octets: &str| octets.replace("82 5C", "82 xC").replace("82 7C", "82 xC");
+    let without_sum = |(port, octets): &(usize, &str)| {
+        let octets = plain(octets);
+        (*port, if *port == 0 { octets[..octets.len() - 6].to_string() } else { octets })
+    };
+    assert_eq!(seen.iter().map(without_sum).collect::<Vec<_>>(), expected.iter().map(without_sum).collect::<Vec<_>>());
+    assert_eq!(rig.bus.violations(), []);
+}
+
+#[test]
+fn a_record_is_written_or_refused() {
+    let mut rig = Rig::standing(connection());
+    let write = Request::Write { to: SLAVE, slot: 1, index: 7, data: vec![1, 2, 3] };
+    assert_eq!(rig.ask(write.clone()), Outcome::Record(RecordOutcome::Accepted { data: vec![] }));
+    rig.slave.say = |toy, dsap, data| {
+        (dsap == Some(51) && !data.is_empty()).then(|| {
+            toy.record = Some(vec![0xDF, 0x80, 0xB6, 0x00]);
+            Say::Short
+        })
+    };
+    let Outcome::Record(RecordOutcome::Refused(refusal)) = rig.ask(write.clone()) else { panic!("not refused") };
+    assert_eq!((refusal.code_1, refusal.code_2), (0xB6, 0));
+    rig.slave.say = |_, dsap, _| (dsap == Some(51)).then(|| Say::Data(AnswerFunction::NO_SERVICE, vec![]));
+    let Outcome::Record(RecordOutcome::Failed(AcyclicError::Link(answer))) = rig.ask(write.clone()) else {
+        panic!("the access point is not active")
+    };
+    assert_eq!(answer.refused(), Some(AnswerFunction::NO_SERVICE));
+    rig.slave.say = |_, dsap, _| (dsap == Some(51)).then_some(Say::Short);
+    let outcome = rig.ask(write);
+    let timeout = AcyclicError::Timeout(Duration::from_secs(5));
+    assert_eq!(outcome, Outcome::Record(RecordOutcome::Failed(timeout)));
+}
+
+#[test]
+fn a_parameter_request_reads_again_while_the_answer_is_not_ready() {
+    let mut rig = Rig::standing(connection());
+    rig.slave.say = |toy, dsap, data| {
+        let reads = toy.executed.iter().filter(|(sap, data)| *sap == Some(51) && data.first() == Some(&0x5E)).count();
+        match (dsap, data.first()) {
+            (Some(51), Some(0x5E)) => {
+                toy.polls = 0;
+                toy.record = Some(match reads {
+                    ..3 => vec![0xDE, 0x80, 0xB5, 0x00],
+                    _ => vec![0x5E, 1, 47, 4, 0x01, 0x01, 0x01, 0x00],
+                });
+                Some(Say::Short)
+            }
+            _ => None,
+        }
+    };
+    let request = vec![0x01, 0x01, 0x01, 0x01, 0x10, 0x01, 0x03, 0x9A, 0x00, 0x00];
+    let outcome = rig.ask(Request::Parameter { to: SLAVE, slot: 1, request: request.clone() });
+    assert_eq!(outcome, Outcome::Parameter(ParameterOutcome::Answer(vec![0x01, 0x01, 0x01, 0x00])));
+    let written = rig.slave.executed.iter().find(|(_, data)| data.first() == Some(&0x5F)).cloned();
+    let mut expected = vec![0x5F, 0x01, 0x2F, 0x0A];
+    expected.extend(request);
+    assert_eq!(written, Some((Some(51), expected)));
+}
+
+#[test]
+fn an_address_is_set_and_both_addresses_begin_anew() {
+    let mut rig = Rig::new();
+    rig.slave.address = 126;
+    rig.slave.say = |toy, dsap, data| {
+        (dsap == Some(55)).then(|| {
+            toy.address = data[0];
+            Say::Short
+        })
+    };
+    let set = SetSlaveAddress { address: 5, ident: 0x1655, no_change: 0, kept: vec![] };
+    assert_eq!(rig.ask(Request::SetSlaveAddress { to: 126, set }), Outcome::Answer(Answer::Short));
+    assert_eq!(rig.slave.executed.last(), Some(&(Some(55), vec![0x05, 0x16, 0x55, 0x00])));
+    assert_eq!(rig.ask(Request::Diagnosis { to: 126 }), Outcome::Answer(Answer::None));
+    let Outcome::Answer(answer) = rig.ask(Request::Diagnosis { to: 5 }) else { panic!("no answer") };
+    assert_eq!(answer.diagnosis().map(|found| found.ident), Some(0x1655));
+}
+
+#[test]
+fn single_services_tell_how_the_data_link_answered() {
+    let mut rig = Rig::new();
+    let Outcome::Answer(status) = rig.ask(Request::FdlStatus { to: SLAVE }) else { panic!("no answer") };
+    assert!(matches!(status, Answer::Frame { function: AnswerFunction::OK, station: StationType::SLAVE, .. }));
+    let Outcome::Answer(cfg) = rig.ask(Request::Configuration { to: SLAVE }) else { panic!("no answer") };
+    assert_eq!(cfg.data(), Some(&[0xD1, 0xE1][..]));
+    let Outcome::Answer(inputs) = rig.ask(Request::ReadInputs { to: SLAVE }) else { panic!("no answer") };
+    assert_eq!((inputs.refused(), inputs.data()), (Some(AnswerFunction::NO_SERVICE), None));
+    let Outcome::Answer(data) = rig.ask(Request::DataExchange { to: SLAVE, octets: vec![1] }) else { panic!("none") };
+    assert_eq!(data.refused(), Some(AnswerFunction::NO_SERVICE));
+    assert_eq!(rig.ask(Request::FdlStatus { to: 77 }), Outcome::Answer(Answer::None));
+}
+
+#[test]
+fn every_tenth_token_asks_the_next_address_for_a_master() {
+    let mut rig = Rig::new();
+    rig.run(Duration::from_millis(60));
+    let mut tokens = 0;
+    let mut asked = Vec::new();
+    for (_, _, port, octets) in &rig.log {
+        match octets[..] {
+            [0xDC, ..] => tokens += 1,
+            [0x10, to, 2, 0x49, _, 0x16] if *port == 0 => asked.push((tokens, to)),
+            _ => {}
+        }
+    }
+    let (first, rest) = asked.split_first().expect("somebody is asked");
+    assert_eq!(*first, (2, 3));
+    assert!(rest.len() >= 3, "{asked:?}");
+    for (pair, to) in asked.windows(2).zip(4..) {
+        assert_eq!((pair[1].0 - pair[0].0, pair[1].1), (10, to));
+    }
+}
+
+/// Two masters and a slave on one bus; gives who sent what.
+fn two(second: &mut dyn station::Station, first: &mut Master, time: Duration) -> (VirtualBus, Vec<(usize, String)>) {
+    let mut bus = VirtualBus::new(BAUD, settings().slot_time);
+    let mut slave = Toy::new();
+    let mut log = Vec::new();
+    bus.run(&mut [first, &mut slave, second], Time::ZERO + time, &mut |seen| log.push((seen.port, hex(seen.frame))));
+    (bus, log)
+}
+
+#[test]
+fn a_second_master_comes_into_the_ring_and_both_are_served() {
+    let (mut first, mut second) = (Master::new(settings()), Master::new(Settings::new(4, BAUD)));
+    first.request(Time::ZERO, Request::Diagnosis { to: SLAVE }).expect("nothing else");
+    second.request(Time::ZERO, Request::Diagnosis { to: SLAVE }).expect("nothing else");
+    let (bus, log) = two(&mut second, &mut first, Duration::from_millis(200));
+    let has = |port: usize, octets: &str| log.iter().any(|entry| (entry.0, entry.1.as_str()) == (port, octets));
+    assert!(has(0, "DC 04 02") && has(2, "DC 02 04"), "the token goes round");
+    for master in [&mut first, &mut second] {
+        assert!(matches!(master.take_outcome(), Some(Outcome::Answer(answer)) if answer.diagnosis().is_some()));
+    }
+    assert_eq!(bus.violations(), []);
+}
+
+#[test]
+fn a_master_that_dies_leaves_the_ring() {
+    let mut first = Master::new(settings());
+    let mut second = DiesAfter::new(Master::new(Settings::new(4, BAUD)), 40);
+    let (bus, log) = two(&mut second, &mut first, Duration::from_millis(300));
+    let passed = log.iter().filter(|(_, octets)| octets == "DC 04 02").count();
+    assert!(passed > 3, "it was in the ring");
+    let last: Vec<_> = log.iter().rev().take(5).map(|(_, octets)| octets.as_str()).collect();
+    assert!(last.iter().filter(|octets| **octets == "DC 02 02").count() >= 3, "{last:?}");
+    assert_eq!(bus.violations(), []);
+}
+
+#[test]
+fn who_never_gets_the_token_says_so() {
+    /// Sends a token from 9 to 9 each millisecond, as a master that keeps the bus to itself.
+    struct Greedy(Time);
+    impl station::Station for Greedy {
+        fn receive(&mut self, _: Time, _: &[u8], _: &mut station::Outbox) {}
+        fn wake(&mut self, now: Time, out: &mut station::Outbox) {
+            if now >= self.0 {
+                out.push(&[0xDC, 9, 9]);
+                self.0 = now + Duration::from_micros(500);
+            }
+        }
+        fn deadline(&self) -> Option<Time> {
+            Some(self.0)
+        }
+    }
+    let mut rig = Rig::with(Greedy(Time::ZERO));
+    let outcome = rig.ask(Request::Diagnosis { to: SLAVE });
+    assert_eq!(outcome, Outcome::Impossible("the master does not get the token"));
+}
+
+#[test]
+fn behind_a_damaged_frame_the_bus_is_left_alone_for_the_slot_time() {
+    for (word, _) in broken_frames() {
+        let broken = Broken::by_word(word).expect("the table names itself");
+        let mut rig = Rig::with(Silent);
+        rig.run(Duration::from_millis(10));
+        rig.log.clear();
+        let outcome = rig.ask(Request::Broken { to: SLAVE, broken });
+        let Outcome::Broken(octets) = outcome else { panic!("{outcome:?}") };
+        rig.run(Duration::from_millis(10));
+        let at = rig.log.iter().position(|entry| entry.3 == octets).expect("it was sent");
+        assert!(rig.log[at + 1].0 - rig.log[at].1 >= bits(300), "{word}");
+        let is_frame = Frame::parse(&octets).is_ok();
+        let is_meant = matches!(broken, Broken::UnknownFunction | Broken::UnknownAccessPoint | Broken::SetPrmShort);
+        assert_eq!(is_frame, is_meant, "{word}: {}", hex(&octets));
+    }
+}
+
+#[test]
+fn damage_on_the_line_is_no_answer() {
+    let mut rig = Rig::standing(connection());
+    rig.slave.say = |_, dsap, _| (dsap == Some(60)).then_some(Say::Nothing);
+    rig.log.clear();
+    rig.master.request(rig.bus.now(), Request::Diagnosis { to: SLAVE }).expect("nothing else");
+    // Noise behind each request.
+    for _ in 0..400 {
+        let before = rig.log.len();
+        rig.run(Duration::from_micros(10));
+        if rig.log.get(before).is_some_and(|entry| entry.2 == 0 && entry.3.get(7) == Some(&60)) {
+            let _ = rig.bus.inject(7, &[0x00, 0x55]);
+        }
+    }
+    let outcome = rig.master.take_outcome().expect("it was given up");
+    assert!(matches!(outcome, Outcome::Answer(Answer::Unfit(_) | Answer::None)), "{outcome:?}");
+}

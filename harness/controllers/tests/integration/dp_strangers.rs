@@ -1,0 +1,156 @@
+//! Our master and a master of others, profirust, in one logical ring: each takes the token of the other and gives it back.
+
+use crate::dp::{BAUD, SLAVE, Toy, hex, settings};
+use core::time::Duration;
+use encspec_controllers::profibus_dp::{Connection, ConnectionState, Master, Outcome, Request, Settings};
+use profirust::fdl::live_list::LiveList;
+use profirust::fdl::{FdlActiveStation, ParametersBuilder};
+use profirust::phy::ProfibusPhy;
+use profirust::time::Instant;
+use station::{Outbox, Station, Time};
+use virtual_wire::VirtualBus;
+use wire::profibus::fdl::BitTimes;
+
+/// How often the stranger looks at its line.
+const LOOK: Duration = Duration::from_micros(10);
+
+/// The line of the stranger.
+#[derive(Default)]
+struct Line {
+    received: Vec<u8>,
+    sent: Vec<u8>,
+    busy_until: Option<i64>,
+    /// Since when a frame comes in that is not whole yet.
+    hearing: Option<i64>,
+}
+
+impl ProfibusPhy for Line {
+    fn poll_transmission(&mut self, now: Instant) -> bool {
+        self.busy_until.is_some_and(|until| now.total_micros() < until)
+    }
+
+    fn transmit_data<F, R>(&mut self, now: Instant, f: F) -> R
+    where
+        F: FnOnce(&mut [u8]) -> (usize, R),
+    {
+        let mut buffer = [0; 256];
+        let (count, result) = f(&mut buffer);
+        if count > 0 {
+            self.sent.extend_from_slice(&buffer[..count]);
+            let lasts = BAUD.nanoseconds(BitTimes::of_octets(count)).div_ceil(1_000);
+            self.busy_until = Some(now.total_micros() + lasts as i64);
+        }
+        result
+    }
+
+    fn receive_data<F, R>(&mut self, _now: Instant, f: F) -> R
+    where
+        F: FnOnce(&[u8]) -> (usize, R),
+    {
+        let (count, result) = f(&self.received);
+        self.received.drain(..count);
+        result
+    }
+
+    /// The octets of a frame are counted as they come, so that it is noticed in time; they are handed out when it is whole.
+    fn poll_pending_received_bytes(&mut self, now: Instant) -> usize {
+        let octet = BAUD.nanoseconds(BitTimes(BitTimes::PER_OCTET)).div_ceil(1_000) as i64;
+        let coming = self.hearing.map_or(0, |since| (now.total_micros() - since) / octet);
+        self.received.len() + usize::try_from(coming).unwrap_or_default()
+    }
+}
+
+/// profirust as a station that looks who else is on the bus.
+struct Stranger {
+    station: FdlActiveStation,
+    list: LiveList,
+    line: Line,
+    next: Time,
+}
+
+impl Stranger {
+    fn new(address: u8) -> Stranger {
+        let parameters = ParametersBuilder::new(address, profirust::Baudrate::B1500000).slot_bits(300).build();
+        let mut station = FdlActiveStation::new(parameters);
+        station.set_online();
+        Stranger { station, list: LiveList::new(), line: Line::default(), next: Time::ZERO }
+    }
+
+    fn stations(&self) -> Vec<u8> {
+        self.list.iter_stations().collect()
+    }
+}
+
+/// The time as the stranger counts it.
+fn micros(time: Time) -> i64 {
+    i64::try_from(time.as_nanos() / 1_000).expect("a short run")
+}
+
+impl Station for Stranger {
+    fn carrier(&mut self, now: Time) {
+        self.line.hearing = Some(micros(now));
+    }
+
+    fn receive(&mut self, _now: Time, frame: &[u8], _out: &mut Outbox) {
+        self.line.hearing = None;
+        self.line.received.extend_from_slice(frame);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.station.poll(Instant::from_micros(micros(now)), &mut self.line, &mut self.list);
+        if !self.line.sent.is_empty() {
+            out.push(&core::mem::take(&mut self.line.sent));
+        }
+        self.next = now + LOOK;
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        Some(self.next)
+    }
+}
+
+/// Lets our master at `own` and the stranger at `other` share a bus with the slave; gives the tokens that were seen.
+fn share(own: u8, other: u8) -> (Master, Stranger, Vec<String>) {
+    let mut master = Master::new(Settings::new(own, BAUD));
+    let mut stranger = Stranger::new(other);
+    let mut slave = Toy::new();
+    let mut bus = VirtualBus::new(BAUD, settings().slot_time);
+    let connection = Connection::new(SLAVE, crate::dp::SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
+    master.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("nothing else is under way");
+    let mut tokens = Vec::new();
+    let mut run = |master: &mut Master, stranger: &mut Stranger, until: u64| {
+        let mut tap = |seen: virtual_wire::Seen<'_>| {
+            if seen.frame[0] == 0xDC {
+                tokens.push(hex(seen.frame));
+            }
+        };
+        bus.run(&mut [master, &mut slave, stranger], Time::from_nanos(until), &mut tap);
+    };
+    run(&mut master, &mut stranger, 2_000_000_000);
+    (master, stranger, tokens)
+}
+
+#[test]
+fn a_stranger_comes_into_our_ring() {
+    let (mut master, stranger, tokens) = share(2, 4);
+    assert!(tokens.iter().any(|token| token == "DC 04 02") && tokens.iter().any(|token| token == "DC 02 04"));
+    assert!(stranger.station.is_in_ring());
+    assert!([2, SLAVE].iter().all(|known| stranger.stations().contains(known)), "{:?}", stranger.stations());
+    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(told)) if told.standing));
+    assert_eq!(master.state(), ConnectionState::Exchange);
+    assert!(master.cycles_done() > 1_000, "{}", master.cycles_done());
+    // Once both are in, the token goes from one to the other and nowhere else.
+    let last = &tokens[tokens.len() - 20..];
+    assert!(last.iter().all(|token| token == "DC 04 02" || token == "DC 02 04"), "{last:?}");
+}
+
+#[test]
+fn we_come_into_the_ring_of_a_stranger() {
+    let (mut master, stranger, tokens) = share(4, 1);
+    assert_eq!(tokens.first().map(String::as_str), Some("DC 01 01"), "it was there first");
+    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(told)) if told.standing));
+    assert_eq!(master.state(), ConnectionState::Exchange);
+    assert!([SLAVE, 4].iter().all(|known| stranger.stations().contains(known)), "{:?}", stranger.stations());
+    let last = &tokens[tokens.len() - 20..];
+    assert!(last.iter().all(|token| token == "DC 04 01" || token == "DC 01 04"), "{last:?}");
+}

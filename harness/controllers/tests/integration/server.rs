@@ -1,0 +1,146 @@
+//! Calls of the device to us: ApplicationReady in all its forms, and what is none.
+#![allow(clippy::unwrap_used, reason = "a test that unwraps nothing has failed")]
+
+use crate::common::*;
+use core::time::Duration;
+use encspec_controllers::profinet_io::*;
+use rstest::rstest;
+use wire::octets::Order;
+use wire::profinet::blocks::BlockType;
+use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
+use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, PacketType, Pdu, RejectStatus, Uuid, fragments};
+use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
+
+/// A start-up that waits for ApplicationReady, and the block that the device is to send.
+fn waiting() -> (Rig, ControlBlock) {
+    let mut rig = Rig::new();
+    rig.device.sends_ready = false;
+    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(Stage::ApplicationReady) {
+        assert!(rig.step(rig.now + Duration::from_secs(1)));
+    }
+    rig.device.replies.clear();
+    let ar = rig.device.ar.as_ref().unwrap();
+    let block = ControlBlock::application_ready(ar.uuid, ar.session_key);
+    (rig, block)
+}
+
+/// Lets the device call, and gives what came back.
+fn call(rig: &mut Rig, sequence: u32, block: ControlBlock, order: Order) -> (Header, Vec<u8>) {
+    rig.let_device(|device, out| device.call(sequence, &Control::from(block).to_vec(), order, out));
+    rig.run(Duration::from_millis(5));
+    let [reply]: [_; 1] = core::mem::take(&mut rig.device.replies).try_into().unwrap();
+    reply
+}
+
+#[rstest]
+#[case::big(Order::Big)]
+#[case::little(Order::Little)]
+fn application_ready_is_answered_in_its_own_byte_order(#[case] order: Order) {
+    let (mut rig, block) = waiting();
+    let (header, body) = call(&mut rig, 5, block, order);
+    assert_eq!((header.packet_type, header.order(), header.sequence), (PacketType::RESPONSE, order, 5));
+    let (ndr, blocks) = NdrResponse::parse(order, &body).unwrap();
+    let answer = Control::parse(blocks).unwrap().block;
+    assert_eq!((ndr.status, answer.header.kind), (PnioStatus::OK, BlockType::APPLICATION_READY_RES));
+    assert_eq!((answer.ar_uuid, answer.control_command), (block.ar_uuid, ControlCommand::DONE));
+    assert_eq!(rig.controller.state(), ArState::Data);
+}
+
+#[test]
+fn a_repeated_call_gets_the_same_answer_and_a_ping_too() {
+    let (mut rig, block) = waiting();
+    let first = call(&mut rig, 5, block, Order::Big);
+    assert_eq!(call(&mut rig, 5, block, Order::Big), first);
+    for (sequence, expected) in [(5, PacketType::RESPONSE), (6, PacketType::NOCALL)] {
+        let header = Header { packet_type: PacketType::PING, ..call_header(sequence, Order::Big) };
+        rig.let_device(|device, out| device.send_call(&Pdu::new(header, &[]).to_vec(), out));
+        rig.run(Duration::from_millis(1));
+        let [(reply, _)]: [_; 1] = core::mem::take(&mut rig.device.replies).try_into().unwrap();
+        assert_eq!((reply.packet_type, reply.sequence), (expected, sequence));
+    }
+    assert_eq!(rig.controller.state(), ArState::Data);
+}
+
+#[test]
+fn application_ready_may_come_in_fragments() {
+    let (mut rig, block) = waiting();
+    let body = NdrRequest::body(Order::Big, 4096, &Control::from(block).to_vec());
+    let pdus = fragments(&call_header(1, Order::Big), &body, 24);
+    for pdu in &pdus {
+        assert_eq!(rig.controller.state(), ArState::Starting(Stage::ApplicationReady));
+        rig.let_device(|device, out| device.send_call(pdu, out));
+        rig.run(Duration::from_millis(5));
+    }
+    assert_eq!(rig.controller.state(), ArState::Data);
+    let kinds: Vec<_> = rig.device.replies.iter().map(|(header, _)| (header.packet_type, header.fragment)).collect();
+    assert_eq!(kinds, [(PacketType::FACK, 0), (PacketType::FACK, 1), (PacketType::RESPONSE, 0)]);
+    assert_eq!(pdus.len(), 3);
+}
+
+#[rstest]
+#[case::another_ar(|block: &mut ControlBlock| block.ar_uuid.0[5] ^= 1, CmrpcError::AR_UUID_UNKNOWN)]
+#[case::another_session(|block: &mut ControlBlock| block.session_key += 1, CmrpcError::AR_UUID_UNKNOWN)]
+#[case::another_command(|block: &mut ControlBlock| block.control_command = ControlCommand(0), CmrpcError::UNKNOWN_BLOCKS)]
+#[case::another_block(|block: &mut ControlBlock| block.header.kind = BlockType::PRM_END_REQ, CmrpcError::UNKNOWN_BLOCKS)]
+fn what_is_not_our_application_ready_is_refused(#[case] change: fn(&mut ControlBlock), #[case] error: CmrpcError) {
+    let (mut rig, mut block) = waiting();
+    change(&mut block);
+    let (_, body) = call(&mut rig, 5, block, Order::Big);
+    let (ndr, _) = NdrResponse::parse(Order::Big, &body).unwrap();
+    assert_eq!(ndr.status, PnioStatus::found(ErrorCode::CONTROL_RESPONSE, Finder::CMRPC, error.0));
+    assert_eq!(rig.controller.state(), ArState::Starting(Stage::ApplicationReady));
+}
+
+#[rstest]
+#[case::interface(|header: &mut Header| header.interface = Uuid::DEVICE_INTERFACE, RejectStatus::UNKNOWN_INTERFACE)]
+#[case::operation(|header: &mut Header| header.opnum.0 = 9, RejectStatus::OPERATION_RANGE)]
+fn a_call_that_we_do_not_serve_is_rejected(#[case] change: fn(&mut Header), #[case] status: RejectStatus) {
+    let (mut rig, _) = waiting();
+    let mut header = call_header(5, Order::Little);
+    change(&mut header);
+    rig.let_device(|device, out| device.send_call(&Pdu::new(header, &[]).to_vec(), out));
+    rig.run(Duration::from_millis(1));
+    let [(reply, body)]: [_; 1] = core::mem::take(&mut rig.device.replies).try_into().unwrap();
+    assert_eq!((reply.packet_type, reply.flags1), (PacketType::REJECT, Flags1::NO_FACK));
+    assert_eq!(RejectStatus::parse(Order::Little, &body), Ok(status));
+}
+
+/// Some devices call before they have answered PrmEnd: the call counts, and the answer is still waited for.
+#[test]
+fn application_ready_may_overtake_the_answer_to_prm_end() {
+    let mut rig = Rig::new();
+    rig.device.sends_ready = false;
+    rig.device.hook = Box::new(|heard| match heard.header.opnum {
+        wire::profinet::rpc::Opnum::CONTROL if heard.before == 0 => Reaction::Silence,
+        _ => Reaction::Usual,
+    });
+    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(Stage::ParameterEnd) {
+        assert!(rig.step(rig.now + Duration::from_secs(1)));
+    }
+    rig.run(Duration::from_millis(1));
+    rig.let_device(|device, out| device.application_ready(out));
+    rig.run(Duration::from_millis(500));
+    assert_eq!(rig.controller.state(), ArState::Starting(Stage::ParameterEnd));
+    rig.run(Duration::from_secs(1));
+    assert_eq!(rig.controller.state(), ArState::Data);
+}
+
+#[test]
+fn application_ready_before_prm_end_is_refused() {
+    let mut rig = Rig::new();
+    rig.device.sends_ready = false;
+    rig.device.hook = Box::new(|heard| match heard.header.opnum {
+        wire::profinet::rpc::Opnum::WRITE => Reaction::Silence,
+        _ => Reaction::Usual,
+    });
+    rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
+    while rig.controller.state() != ArState::Starting(Stage::Records) {
+        assert!(rig.step(rig.now + Duration::from_secs(1)));
+    }
+    rig.let_device(|device, out| device.application_ready(out));
+    rig.run(Duration::from_millis(1));
+    let status = PnioStatus::found(ErrorCode::CONTROL_RESPONSE, Finder::CMRPC, CmrpcError::STATE_CONFLICT.0);
+    assert_eq!(rig.device.ready_answered, Some(status));
+}

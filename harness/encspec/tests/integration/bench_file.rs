@@ -1,0 +1,247 @@
+//! Bench files: the example is right, and every mistake is found with its place and what was meant.
+
+use crate::shipped::manuals;
+use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
+use encspec::result::DescriptionKind;
+use encspec::suite::schema;
+use rstest::rstest;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use testing::Folder;
+
+const EXAMPLE: &str = include_str!("../../examples/bench.yaml");
+const SHORTEST: &str = "device: lika-xac77-profinet/xac7718\nlink: nic:eth1\n";
+
+fn loaded(folder: &Folder, text: &str) -> Result<BenchFile, String> {
+    read(&folder.write("bench.yaml", text), manuals()).map_err(|errors| errors.to_string())
+}
+
+#[test]
+fn the_example_says_what_it_says() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/bench.yaml");
+    let bench = read(&path, manuals()).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!((bench.claim.manual.as_str(), bench.claim.variant.as_str()), ("lika-xac77-profinet", "xac7718"));
+    assert_eq!(bench.link, LinkSpec::Nic("eth1".to_owned()));
+    assert_eq!(bench.station_name.as_deref(), Some("encoder-1"));
+    assert_eq!(bench.mac.map(|mac| mac.0), Some([0, 0x0E, 0xCF, 0, 1, 2]));
+    assert_eq!(bench.ip, Some([192, 168, 0, 10].into()));
+    assert_eq!(bench.mask, std::net::Ipv4Addr::new(255, 255, 255, 0));
+    assert_eq!(bench.controller_ip, Some([192, 168, 0, 1].into()));
+    assert_eq!(bench.controller_mac.map(|mac| mac.0), Some([2, 0, 0, 0, 0, 1]));
+    assert_eq!(bench.cycle, Some(Duration::from_millis(4)));
+    assert_eq!(bench.watchdog, Some(Duration::from_millis(400)));
+    assert_eq!(bench.boot_time, Some(Duration::from_secs(8)));
+    assert_eq!(bench.telegrams.as_deref().map(<[String]>::len), Some(3));
+    assert_eq!(bench.lacks, ["P61001"]);
+    assert_eq!(bench.firmware.as_deref(), Some("1.1.0"));
+    assert_eq!(bench.position_noise, 1);
+    assert!(bench.direct_cable);
+    let pages: Vec<&str> = bench.pages.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(pages, ["information", "position", "preset"]);
+    assert_eq!(bench.pages[1].1.path.as_deref(), Some("/status/position.html"));
+    assert_eq!(bench.pages[2].1.fields, [("value".to_owned(), "preset".to_owned())]);
+    assert_eq!(bench.stand.hooks.len(), 5);
+    assert_eq!(bench.stand.ask, ["link"]);
+    assert_eq!(bench.stand.folder, path.parent().expect("a folder"));
+    let shaft = ShaftAbility { hand: false, position: Some(1.0), speed: Some(0.5) };
+    assert_eq!(bench.stand.shaft, shaft);
+    let all = Consents {
+        factory_reset: true,
+        set_name: true,
+        set_ip: true,
+        set_address: true,
+        nvm_write: 50,
+        position_reference: true,
+        firmware: true,
+        alone: true,
+    };
+    assert_eq!(bench.consent, all);
+    assert_eq!(read_alone(&path).map(|alone| alone.stand), Ok(bench.stand));
+}
+
+#[test]
+fn the_lines_of_the_example_that_are_left_out_are_right_too() {
+    let folder = Folder::new("left-out");
+    folder.write("my-device.yaml", "");
+    folder.write("GSDML-V2.43-vendor-device-20260101.xml", "");
+    folder.write("known-failures.yaml", "");
+    let with: String = EXAMPLE.replace("#: ", "");
+    assert!(with.contains("\ndescription: ") && with.contains("\n  control: "));
+    let with = with.replace("description: my-device.yaml\n", "");
+    let bench = loaded(&folder, &with).unwrap_or_else(|errors| panic!("{errors}"));
+    let gsdml = folder.join("GSDML-V2.43-vendor-device-20260101.xml");
+    assert_eq!(bench.description_of(DescriptionKind::Gsdml), Some(gsdml.as_path()));
+    assert_eq!(bench.ledger, Some(folder.join("known-failures.yaml")));
+    assert_eq!(bench.stand.control, Some(PathBuf::from("/run/encspec/control")));
+    let path = folder.write("none.yaml", "device: none\ndescription: my-device.yaml\nlink: socket:listen:/run/qemu\n");
+    let bench = read_alone(&path).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(bench.description, Some(folder.join("my-device.yaml")));
+    assert_eq!(bench.link, LinkSpec::Socket("listen:/run/qemu".to_owned()));
+}
+
+#[test]
+fn the_shortest_bench_may_do_nothing() {
+    let bench = loaded(&Folder::new("shortest"), SHORTEST).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(bench.consent, Consents::default());
+    assert!(!bench.stand.serves("power"));
+    assert_eq!(bench.stand.position(), None);
+}
+
+/// What is added to the shortest bench, how the message begins, and a part of it.
+#[rstest]
+#[case("statoin_name: x\n", ":3:1: unknown key of a bench file `statoin_name`", "did you mean `station_name`?")]
+#[case("cycle: 2 ms\n", ":3:8: ", "")]
+#[case("cycle: 3ms\n", ":3:8: no send clock and reduction make this cycle", "512ms")]
+#[case("watchdog: 5ms\n", ":3:11: a watchdog is a whole number of cycles", "")]
+#[case("boot_time: 0s\n", ":3:12: a boot time is more than 0 and at most 10min", "")]
+#[case("station_name: Enc_1\n", ":3:15: `Enc_1` is no station name", "at most 63 of them")]
+#[case("mac: 01:0e:cf:00:00:00\n", ":3:6: this MAC address is no station's", "")]
+#[case("mac: 00:0e:cf:00:00\n", ":3:6: a MAC address is six pairs", "")]
+#[case("ip: 192.168.0.256\n", ":3:5: `192.168.0.256` is no IPv4 address", "")]
+#[case("ip: 127.0.0.1\n", ":3:5: no station has the address 127.0.0.1", "")]
+#[case("ip: 192.168.0.255\n", ":3:5: this is the first or the last address of its subnet", "")]
+#[case("mask: 255.0.255.0\n", ":3:7: a mask has ones, then zeros", "often 255.255.255.0")]
+#[case("ip: 10.0.0.2\ncontroller: { ip: 10.0.1.2 }\n", ":4:19: controller and device are not in the same subnet", "")]
+#[case("ip: 10.0.0.2\ncontroller: { ip: 10.0.0.2 }\n", ":4:19: controller and device cannot have the same address", "")]
+#[case("controller: { pi: 10.0.0.2 }\n", ":3:15: unknown key of controller `pi`", "did you mean `ip`?")]
+#[case("gsdml: none.xml\n", ":3:8: ", "a path begins at the folder of the bench file")]
+#[case("ledger: .\n", ":3:9: ", "is no file")]
+#[case("description: bench.yaml\n", ":3:1: only a device without a manual has a description", "leave it out")]
+#[case("telegrams: [telegram_84, telegram_85]\n", ":3:26: unknown module `telegram_85`", "did you mean `telegram_81`?")]
+#[case("telegrams: [telegram_84, telegram_84]\n", ":3:26: `telegram_84` stands twice in telegrams", "")]
+#[case("telegrams: []\n", ":3:12: telegrams is empty", "leave the key out")]
+#[case("lacks: [P61002]\n", ":3:9: unknown record or parameter `P61002`", "did you mean `P61001`?")]
+#[case("firmware: V1.1\n", ":3:11: `V1.1` is no firmware", "three numbers, as 1.1.0")]
+#[case("direct_cable: straight\n", ":3:15: `direct_cable` is `true` or left out", "")]
+#[case("position_noise: -1\n", ":3:17: -1 is out of range for a noise", "")]
+#[case("consent: { factory_rest: true }\n", ":3:12: unknown key of consent `factory_rest`", "`factory_reset`?")]
+#[case("consent: { set_ip: false }\n", ":3:20: `set_ip` is `true` or left out", "")]
+#[case("consent: { nvm_write: many }\n", ":3:23: ", "")]
+#[case("stand: {}\n", ":3:8: an empty `stand`", "nobody holds the device")]
+#[case(
+    "stand: { hooks: { pwoer: 'x {value}' } }\n",
+    ":3:19: unknown name of the stand `pwoer`",
+    "did you mean `power`?"
+)]
+#[case("stand: { hooks: { fault.x: 'x {value}' } }\n", ":3:19: unknown name of the stand `fault.x`", "")]
+#[case("stand:\n  hooks:\n    power: relay on\n", ":5:12: the command of `power` never says `{value}`", "up or down")]
+#[case("stand:\n  hooks:\n    power: relay {valeu}\n", ":5:12: unknown placeholder `{valeu}`", "`{value}`?")]
+#[case("stand:\n  hooks:\n    renew: x {value}\n", ":5:12: `renew` has no `{value}`", "")]
+#[case("stand:\n  hooks:\n    power: \"relay 'on {value}\"\n", ":5:12: the quote ' is not closed", "")]
+#[case("stand: { ask: [counter.x] }\n", ":3:16: unknown name of the stand `counter.x`", "")]
+#[case("stand: { ask: [clock] }\n", ":3:16: nobody can be asked for `clock`", "a hook can serve it")]
+#[case("stand: { ask: [power, power] }\n", ":3:23: `power` stands twice in ask", "")]
+#[case("stand:\n  hooks:\n    power: r {value}\n  ask: [power]\n", ":6:9: `power` has a hook already", "")]
+#[case("stand: { ask: [turn] }\n", ":3:10: how exactly `turn` moves the shaft is not said", "in hardware steps")]
+#[case("stand: { shaft: [hand] }\n", ":3:10: nobody is asked to turn the shaft by hand", "write `ask: [turn]`")]
+#[case("stand: { shaft: [position(±1)] }\n", ":3:10: nothing brings the shaft to a position", "")]
+#[case("stand: { ask: [turn], shaft: [position] }\n", ":3:31: how exactly is missing in `position`", "`position(±2)`")]
+#[case(
+    "stand: { ask: [turn], shaft: [positon(±1)] }\n",
+    ":3:31: unknown ability of the shaft `positon`",
+    "`position`?"
+)]
+#[case("stand: { ask: [turn], shaft: [hand, hand] }\n", ":3:37: `hand` stands twice in shaft", "")]
+fn a_mistake_has_its_place_and_what_was_meant(#[case] more: &str, #[case] begins: &str, #[case] part: &str) {
+    let sum = more.bytes().fold(7u32, |sum, octet| sum.wrapping_mul(31).wrapping_add(octet.into()));
+    let folder = Folder::new(&format!("mistake-{sum:x}"));
+    let message = loaded(&folder, &format!("{SHORTEST}{more}")).err().unwrap_or_else(|| panic!("it loads: {more}"));
+    let path = folder.join("bench.yaml").display().to_string();
+    let rest = message.strip_prefix(&path).unwrap_or_else(|| panic!("no file in front: {message}"));
+    assert!(rest.starts_with(begins), "{message}");
+    assert!(rest.contains(part), "{message}");
+}
+
+#[rstest]
+#[case("link: nic:eth1\n", "a bench file needs the key `device`")]
+#[case("device: lika-xac77-profinet/xac7718\n", "a bench file needs the key `link`")]
+#[case("device: lika-xac77-profinet\nlink: nic:e\n", "has several variants")]
+#[case("device: lika-xac77-profinet/xac7719\nlink: nic:e\n", "did you mean `xac7718`?")]
+#[case("device: lika-xac88-profinet/xac7718\nlink: nic:e\n", "did you mean `lika-xac77-profinet`?")]
+#[case("device: lika-xac77-profinet/xac7718\nlink: nik:e\n", "did you mean `nic`?")]
+#[case("device: lika-xac77-profinet/xac7718\nlink: nic:\n", "")]
+#[case(
+    "device: lika-xac77-profinet/xac7718\nlink: eth1\n",
+    "a link is `nic:INTERFACE`, `socket:ADDRESS` or `serial:TTY`"
+)]
+#[case("", "the file is empty")]
+#[case("[]", "a bench file is a mapping `{ ... }`, not a list")]
+#[case("device: [", "this is no YAML")]
+fn the_head_of_a_bench_is_looked_at(#[case] text: &str, #[case] part: &str) {
+    let folder = Folder::new(&format!("head-{}-{}", text.len(), part.len()));
+    let message = loaded(&folder, text).expect_err("it does not load");
+    assert!(message.contains(part), "{message}");
+}
+
+#[test]
+fn all_mistakes_come_at_once() {
+    let text = format!("{SHORTEST}ip: x\nfirmware: y\nlacks: [z]\nstand: {{ ask: [led.x], hooks: {{ power: r }} }}\n");
+    let message = loaded(&Folder::new("all"), &text).expect_err("it does not load");
+    for part in ["is no IPv4 address", "is no firmware", "unknown record", "unknown name of the stand", "never says"] {
+        assert!(message.contains(part), "{part} is missing:\n{message}");
+    }
+}
+
+#[test]
+fn what_is_no_text_or_not_there_is_said_in_a_sentence() {
+    let folder = Folder::new("no-text");
+    let message = |path: &Path| read(path, manuals()).expect_err("it does not load").to_string();
+    assert!(message(&folder.write("b.yaml", [0xFF, 0xFE])).ends_with("b.yaml: the file is no text in UTF-8"));
+    assert!(message(&folder.join("gone.yaml")).contains("gone.yaml: No such file"));
+}
+
+/// Whatever is cut off, nothing breaks; and a file that still loads still says the same of what it says.
+#[test]
+fn every_prefix_is_read_without_harm() {
+    let folder = Folder::new("prefixes");
+    let whole = loaded(&folder, EXAMPLE).expect("the example loads");
+    for end in (0..EXAMPLE.len()).filter(|end| EXAMPLE.is_char_boundary(*end)).step_by(3) {
+        if let Ok(bench) = loaded(&folder, &EXAMPLE[..end]) {
+            assert_eq!(bench.claim.manual, whole.claim.manual, "cut at {end}");
+        }
+    }
+}
+
+/// One letter of every word that means something is changed: each change is a mistake that is found.
+#[test]
+fn every_changed_word_is_noticed() {
+    let folder = Folder::new("letters");
+    // Names that only the bench itself gives, what stands in its pages, and what hooks run.
+    let pages = ["path: ", "position: \"", "value: \""];
+    let hooks = ["power:", "fault.memory:", "turn:", "shaft.counts:", "shaft.speed:"];
+    let free = [&["station_name:"], &pages[..], &hooks[..]].concat();
+    let (mut unseen, mut count, mut start) = (Vec::new(), 0, 0);
+    for line in EXAMPLE.split_inclusive('\n') {
+        let code = line.split('#').next().unwrap_or_default();
+        let keys_only = free.iter().any(|key| code.trim_start().starts_with(key));
+        let end = if keys_only { code.find(':').unwrap_or(code.len()) } else { code.len() };
+        let letters = code[..end].char_indices().filter(|(_, c)| c.is_ascii_alphabetic());
+        for (at, c) in letters {
+            let is_mac =
+                code.contains("mac: ") && c.is_ascii_hexdigit() && at > code.find("mac").unwrap_or_default() + 3;
+            // `eth1` is any interface, the octets of a MAC are any octets.
+            if is_mac || (code.starts_with("link: nic:") && at >= "link: nic:".len()) {
+                continue;
+            }
+            count += 1;
+            let new = if c == 'q' { 'w' } else { 'q' };
+            let place = start + at;
+            let text = format!("{}{new}{}", &EXAMPLE[..place], &EXAMPLE[place + 1..]);
+            if loaded(&folder, &text).is_ok() {
+                unseen.push(format!("column {} of {}", at + 1, line.trim_end()));
+            }
+        }
+        start += line.len();
+    }
+    assert!(count > 300, "only {count} letters were changed");
+    assert!(unseen.is_empty(), "{} of {count} went unnoticed:\n{}", unseen.len(), unseen.join("\n"));
+}
+
+#[test]
+fn the_schema_has_the_bench_file() {
+    let schema = schema();
+    let bench = &schema["$defs"]["BENCH"];
+    assert_eq!(bench["required"], serde_json::json!(["device", "link"]));
+    assert_eq!(bench["properties"]["stand"]["$ref"], "#/$defs/BENCH_STAND");
+    assert!(schema["x-encspec"]["hooks"]["led.NAME"].is_string());
+}

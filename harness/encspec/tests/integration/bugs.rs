@@ -1,0 +1,254 @@
+//! Every case can fail: each bug shows in the cases and rules that say they catch it, and in the requirements that it breaks.
+
+use crate::shipped::manuals;
+use encspec::engine::scan::check_covers;
+use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
+use encspec::suite::model::{Bug, Manual, Rule, Trial, Variant};
+use encspec::verdict::Verdict;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+fn dut(manual: &Manual, variant: &Variant, bug: &str) -> DutSpec {
+    let (manual, variant) = (manual.device.name.clone(), variant.name.clone());
+    DutSpec { manual, variant, kind: DutKind::Model { bugs: vec![bug.to_owned()] } }
+}
+
+/// Does `work` for every item on two threads and gives what it found, sorted.
+fn every<T: Sync>(items: &[T], work: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(item) = items.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if let Some(text) = work(item) {
+                        found.lock().expect("no thread panicked").push(text);
+                    }
+                }
+            });
+        }
+    });
+    let mut found = found.into_inner().expect("no thread panicked");
+    found.sort();
+    found
+}
+
+/// The id of a trial without its row.
+fn case_of(trial: &str) -> &str {
+    trial.split('[').next().unwrap_or(trial)
+}
+
+#[test]
+fn both_tellings_list_the_same_bugs() {
+    for manual in manuals() {
+        let offered = deviations::subject(&manual.device.name).expect("a reference device for every suite");
+        let offered: BTreeSet<&str> = offered.bugs().map(|bug| bug.name).collect();
+        let listed: BTreeSet<&str> = manual.bugs.iter().map(|bug| bug.name.as_str()).collect();
+        assert_eq!(listed, offered, "bugs.yaml and the reference device of {}", manual.device.name);
+        assert!(listed.len() >= 25);
+    }
+}
+
+#[test]
+fn every_case_catches_a_bug_and_every_bug_is_caught() {
+    for manual in manuals() {
+        let variants = || manual.variants.iter();
+        let blind: BTreeSet<&str> = variants()
+            .flat_map(|variant| &variant.trials)
+            .filter(|trial| trial.catches.is_empty())
+            .map(|trial| trial.case())
+            .collect();
+        assert!(blind.is_empty(), "no bug shows that these cases can fail: {blind:?}");
+        let rules: BTreeMap<&str, bool> = variants()
+            .flat_map(|variant| &variant.rules)
+            .map(|rule| (rule.id.as_str(), rule.catches.is_empty()))
+            .collect();
+        assert!(rules.values().all(|is_blind| !is_blind), "no bug shows that each of these rules can fail: {rules:?}");
+        let by_cases = variants().flat_map(|variant| &variant.trials).flat_map(|trial| &trial.catches);
+        let by_rules = variants().flat_map(|variant| &variant.rules).flat_map(|rule| &rule.catches);
+        let caught: BTreeSet<&str> = by_cases.chain(by_rules).map(String::as_str).collect();
+        let free: Vec<&str> =
+            manual.bugs.iter().map(|bug| bug.name.as_str()).filter(|name| !caught.contains(name)).collect();
+        assert!(free.is_empty(), "nothing catches {free:?}");
+    }
+}
+
+#[test]
+fn without_a_bug_every_case_passes_and_every_rule_is_decided() {
+    let manuals = manuals();
+    for manual in manuals {
+        for variant in &manual.variants {
+            let name = (manual.device.name.clone(), variant.name.clone());
+            let healthy = DutSpec { manual: name.0, variant: name.1, kind: DutKind::Model { bugs: Vec::new() } };
+            let options = RunOptions { duts: vec![healthy], ..RunOptions::default() };
+            let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
+            let cases = result.runs.iter().flat_map(|run| &run.cases);
+            let others: Vec<String> = cases
+                .filter(|case| case.verdict != Verdict::Pass)
+                .map(|case| format!("{} {}", case.verdict, case.id))
+                .collect();
+            assert!(others.is_empty(), "{}: {others:#?}", variant.name);
+        }
+    }
+}
+
+/// Each bug is seen by every case and rule that says it catches it, and every requirement that it breaks fails with it.
+///
+/// For one bug after another the trials that say they catch it run first; they mostly show all that it breaks. Whatever is
+/// not shown then is looked for in the other trials that cover it, and what only a rule can show in all of them.
+#[test]
+fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
+    let manuals = manuals();
+    let bugs: Vec<(&Manual, &Bug)> =
+        manuals.iter().flat_map(|manual| manual.bugs.iter().map(move |bug| (manual, bug))).collect();
+    let pairs = AtomicUsize::new(0);
+    let survived = every(&bugs, |&(manual, bug)| {
+        let mut open = Open::of(manual, bug);
+        pairs.fetch_add(open.len(), Ordering::Relaxed);
+        open.look();
+        let survivors = open.survivors();
+        (!survivors.is_empty()).then(|| survivors.join("\n"))
+    });
+    let pairs = pairs.into_inner();
+    assert!(pairs >= 60, "only {pairs} pairs");
+    let survivors = survived.join("\n");
+    assert!(survived.is_empty(), "{} of {pairs} pairs:\n{survivors}", survivors.lines().count());
+}
+
+/// What has not been seen yet of what a bug is said to do.
+struct Open<'a> {
+    manual: &'a Manual,
+    bug: &'a Bug,
+    /// The cases that say they catch it.
+    cases: BTreeSet<&'a str>,
+    /// The rules that say they catch it.
+    rules: BTreeSet<&'a str>,
+    /// The requirements that it is said to break.
+    breaks: BTreeSet<usize>,
+    /// The trials that ran, with what each came to.
+    ran: BTreeMap<(&'a str, &'a str), Ran>,
+}
+
+/// What a trial came to: as a whole, and for each requirement that it covers.
+struct Ran {
+    verdict: Verdict,
+    reason: String,
+    covers: Vec<(usize, Verdict)>,
+}
+
+impl<'a> Open<'a> {
+    fn of(manual: &'a Manual, bug: &'a Bug) -> Open<'a> {
+        let catches = |catches: &[String]| catches.contains(&bug.name);
+        let trials = manual.variants.iter().flat_map(|variant| &variant.trials);
+        let rules = manual.variants.iter().flat_map(|variant| &variant.rules);
+        Open {
+            manual,
+            bug,
+            cases: trials.filter(|of| catches(&of.catches)).map(|of| of.case()).collect(),
+            rules: rules.filter(|of| catches(&of.catches)).map(|of| of.id.as_str()).collect(),
+            breaks: bug.breaks.iter().copied().collect(),
+            ran: BTreeMap::new(),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.cases.len() + self.rules.len() + self.breaks.len()
+    }
+
+    fn look(&mut self) {
+        let catching = |open: &Open, _: &Variant, trial: &Trial| {
+            open.cases.contains(trial.case()) && trial.catches.contains(&open.bug.name)
+        };
+        let covering = |open: &Open, _: &Variant, trial: &Trial| {
+            let checks = check_covers(trial);
+            trial.covers.iter().chain(&checks).any(|of| open.breaks.contains(of))
+        };
+        let ruling = |open: &Open, variant: &Variant, _: &Trial| {
+            let is_open = |rule: &Rule| open.rules.contains(rule.id.as_str()) || open.is_broken(&rule.covers);
+            variant.rules.iter().any(is_open)
+        };
+        self.run_those(catching);
+        self.run_those(covering);
+        self.run_those(ruling);
+    }
+
+    fn is_broken(&self, covers: &[usize]) -> bool {
+        covers.iter().any(|of| self.breaks.contains(of))
+    }
+
+    /// Runs the trials that may show something still open.
+    fn run_those(&mut self, may_show: impl Fn(&Open, &Variant, &Trial) -> bool) {
+        let manual = self.manual;
+        for variant in &manual.variants {
+            for trial in &variant.trials {
+                if !self.ran.contains_key(&(variant.name.as_str(), trial.id.as_str())) && may_show(self, variant, trial)
+                {
+                    self.run(variant, trial);
+                }
+            }
+        }
+    }
+
+    fn run(&mut self, variant: &'a Variant, trial: &'a Trial) {
+        let dut = dut(self.manual, variant, &self.bug.name);
+        let outcome = run_trial(self.manual, variant, &dut, trial, &RunOptions::default());
+        let outcome = match outcome {
+            Ok(outcome) => outcome,
+            Err(error) => {
+                let ran = Ran { verdict: Verdict::Error, reason: error.to_string(), covers: Vec::new() };
+                self.ran.insert((&variant.name, &trial.id), ran);
+                return;
+            }
+        };
+        let case = outcome.case;
+        if case.verdict == Verdict::Fail {
+            self.cases.remove(trial.case());
+        }
+        let covers: Vec<(usize, Verdict)> = case.covers.iter().map(|of| (of.requirement, of.verdict)).collect();
+        for (requirement, _) in covers.iter().filter(|(_, verdict)| *verdict == Verdict::Fail) {
+            self.breaks.remove(requirement);
+        }
+        for (rule, _) in variant.rules.iter().zip(&outcome.rules).filter(|(_, seen)| seen.broken.is_some()) {
+            self.rules.remove(rule.id.as_str());
+            rule.covers.iter().for_each(|requirement| {
+                self.breaks.remove(requirement);
+            });
+        }
+        let ran = Ran { verdict: case.verdict, reason: case.reason.unwrap_or_default(), covers };
+        self.ran.insert((&variant.name, &trial.id), ran);
+    }
+
+    /// What is still open, a line each, with what was seen instead.
+    fn survivors(&self) -> Vec<String> {
+        let name = &self.bug.name;
+        let seen = |wanted: &dyn Fn(&str, &Ran) -> Option<Verdict>| {
+            let mut seen: Vec<String> = self
+                .ran
+                .iter()
+                .filter_map(|((variant, trial), ran)| {
+                    let verdict = wanted(trial, ran)?;
+                    Some(format!("{variant} {trial} {verdict} {}", ran.reason).trim_end().to_owned())
+                })
+                .collect();
+            let all = seen.len();
+            seen.truncate(SHOWN);
+            let more = if all > SHOWN { format!("; and {} more", all - SHOWN) } else { String::new() };
+            if seen.is_empty() { "nothing covers it".to_owned() } else { seen.join("; ") + &more }
+        };
+        let cases = self.cases.iter().map(|case| {
+            let seen = seen(&|trial, ran| (case_of(trial) == *case).then_some(ran.verdict));
+            format!("{name}: the case {case} does not fail: {seen}")
+        });
+        let rules = self.rules.iter().map(|rule| format!("{name}: the rule {rule} is not broken"));
+        let breaks = self.breaks.iter().map(|&requirement| {
+            let seen =
+                seen(&|_, ran| ran.covers.iter().find(|(of, _)| *of == requirement).map(|(_, verdict)| *verdict));
+            format!("{name}: {} does not fail: {seen}", self.manual.requirements[requirement].id)
+        });
+        cases.chain(rules).chain(breaks).collect()
+    }
+}
+
+/// So many trials are named for one survivor.
+const SHOWN: usize = 4;

@@ -1,0 +1,389 @@
+//! The binary as a user meets it: what it says, where it says it, and how it ends.
+
+use crate::common::program::{command, encspec};
+use rstest::rstest;
+use std::fs;
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::Stdio;
+use testing::Folder;
+
+const MANUAL: &str = "lika-xac77-profinet";
+const MODEL: &str = "model:lika-xac77-profinet/xac7718";
+
+#[rstest]
+#[case::filter(&["run", "presett"], "no id of a case or rule contains `presett`; did you mean `preset`?")]
+#[case::exact(&["run", "preset/absolut", "--exact"], "did you mean `preset/absolute`?")]
+#[case::exact_alone(&["run", "--exact"], "--exact")]
+#[case::kind(&["run", "--dut", "modle:x"], "did you mean `model:`?")]
+#[case::device(&["run", "--dut", "model:lika-xac78-profinet"], "did you mean `lika-xac77-profinet`?")]
+#[case::variant(&["run", "--dut", "model:lika-xac77-profinet/xac7719"], "did you mean `xac7718`?")]
+#[case::null(&["run", "--dut", "null:silnet", "--device", MANUAL], "did you mean `silent`?")]
+#[case::null_without_device(&["run", "--dut", "null:silent"], "needs `--device MANUAL[/VARIANT]`")]
+#[case::claimed_twice(&["run", "--dut", MODEL, "--device", MANUAL], "leave `--device` out")]
+#[case::bug(&["run", "--bug", "preset-on-fallling-edge"], "did you mean `preset-on-falling-edge`?")]
+#[case::bug_of_the_field(&["run", "--bug", "tag-neded"], "did you mean `tag-needed`?")]
+#[case::bug_of_nobody(
+    &["run", "--dut", "null:silent", "--device", MANUAL, "--bug", "preset-on-falling-edge"],
+    "only reference devices"
+)]
+#[case::format(&["run", "--report", "jsn=a"], "did you mean `json`?")]
+#[case::format_without_file(&["run", "--report", "json"], "FORMAT=FILE")]
+#[case::report_nowhere(&["run", "--report", "json=no/such/folder/a.json"], "no/such/folder/a.json cannot be written")]
+#[case::persona(&["run", "--persona", "advanced-fats"], "unknown persona `advanced-fats`; did you mean `advanced-fast`?")]
+#[case::gate(&["run", "--gate", "most"], "must")]
+#[case::ledger(&["run", "--ledger", "nowhere.yaml"], "nowhere.yaml cannot be read")]
+#[case::suites(&["run", "--suites", "nowhere"], "nowhere")]
+#[case::manual(&["list", "lika-xac77"], "there is no manual `lika-xac77`")]
+#[case::explain(&["explain", "XAC77-PRE-0011"], "did you mean `XAC77-PRE-001`?")]
+#[case::check(&["check", "nowhere"], "nowhere")]
+#[case::replay(&["replay", "nowhere.pcap"], "nowhere.pcap")]
+#[case::replay_variant(&["replay", "a.pcap", "--device", "lika-xac77-profinet/xac7719"], "did you mean `xac7718`?")]
+#[case::dissect(&["dissect", "nowhere.pcap"], "nowhere.pcap")]
+#[case::replay_nothing(&["replay"], "<FILE>")]
+#[case::command(&["coverge"], "'coverage'")]
+fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str) {
+    let folder = Folder::new(&format!("mistake-{}", arguments.join("-").replace(['/', ':', ' '], "_")));
+    let said = encspec(&folder, arguments);
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    assert!(said.err.contains(says), "{}", said.err);
+    assert_eq!(said.out, "");
+    assert_eq!(fs::read_dir(&folder).expect("the folder").count(), 0, "a mistake leaves nothing behind");
+}
+
+#[rstest]
+#[case::interface("nic:nowhere-at-all", 3, "nowhere-at-all")]
+#[case::port("socket:127.0.0.1:1", 3, "127.0.0.1:1")]
+#[case::path("socket:/nowhere/wire", 3, "/nowhere/wire")]
+#[case::no_address("socket:nowhere", 3, "socket:nowhere")]
+#[case::serial("serial:/dev/ttyUSB0", 2, "speaks PROFINET, so its link is `nic:IF`")]
+#[case::file("nowhere.yaml", 2, "leave `--device` out")]
+fn a_bench_that_cannot_be_used(#[case] dut: &str, #[case] status: i32, #[case] says: &str) {
+    let variant = format!("{MANUAL}/xac7718");
+    let said = encspec(&Folder::new("not-usable"), &["run", "--dut", dut, "--device", &variant]);
+    assert_eq!(said.status, Some(status), "{}", said.err);
+    assert!(said.err.contains(says), "{}", said.err);
+}
+
+#[rstest]
+#[case::nothing(&["run", "--dut", "nic:nowhere"], "needs `--device MANUAL/VARIANT`")]
+#[case::variant(&["run", "--dut", "nic:nowhere", "--device", MANUAL], "several variants")]
+#[case::file(&["run", "--dut", "nowhere.yaml"], "nowhere.yaml")]
+#[case::part(&["run", "--part", "9/8"], "no part")]
+fn a_live_device_that_is_not_said_well(#[case] arguments: &[&str], #[case] says: &str) {
+    let said = encspec(&Folder::new("said"), arguments);
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    assert!(said.err.contains(says), "{}", said.err);
+}
+
+#[test]
+fn a_device_that_another_process_is_testing() {
+    let folder = Folder::new("in-use");
+    let device = format!("nic:test-{}", std::process::id());
+    let variant = format!("{MANUAL}/xac7718");
+    let lock = encspec::lock::Lock::take(&device, &std::env::temp_dir(), std::time::Duration::ZERO, &mut |_| {});
+    let lock = lock.expect("nobody has it");
+    let run = |wait: &str| encspec(&folder, &["run", "--dut", &device, "--device", &variant, "--lock-wait", wait]);
+    let held = run("0");
+    assert_eq!(held.status, Some(3), "{}", held.err);
+    assert!(held.err.contains(&format!("in use by process {}", std::process::id())), "{}", held.err);
+    assert!(!held.err.contains("interface"), "{}", held.err);
+    drop(lock);
+    // Another test's process may hold the file for a moment, between its fork and its exec.
+    let free = run("30");
+    assert!(free.err.contains("interface"), "{}", free.err);
+}
+
+#[test]
+fn help_names_every_command_and_each_of_them_has_help() {
+    let folder = Folder::new("help");
+    let help = encspec(&folder, &["--help"]);
+    assert_eq!(help.status, Some(0));
+    for name in [
+        "run", "list", "coverage", "bugs", "errata", "explain", "check", "schema", "replay", "dissect", "record",
+        "serve", "discover", "bench", "gsdml",
+    ] {
+        assert!(help.out.contains(&format!("\n  {name} ")), "{name} is not in:\n{}", help.out);
+        let of_command = encspec(&folder, &[name, "--help"]);
+        assert_eq!(of_command.status, Some(0));
+        assert!(of_command.out.contains("Usage: encspec"), "{}", of_command.out);
+    }
+    assert!(help.out.contains("Exit status: 0"), "{}", help.out);
+}
+
+/// Copies the shipped suites and changes one file of them.
+fn changed_suites(name: &str, file: &str, change: (&str, &str)) -> (Folder, PathBuf) {
+    let folder = Folder::new(name);
+    let suites = folder.join("suites");
+    let shipped = testing::workspace().join("suites");
+    for manual in fs::read_dir(shipped).expect("the shipped suites").map(|entry| entry.expect("an entry").path()) {
+        let copy = suites.join(manual.file_name().expect("a name"));
+        fs::create_dir_all(&copy).expect("a folder");
+        for file in fs::read_dir(&manual).expect("a manual").map(|entry| entry.expect("an entry").path()) {
+            fs::copy(&file, copy.join(file.file_name().expect("a name"))).expect("a copy");
+        }
+    }
+    let path = suites.join(MANUAL).join(file);
+    let text = fs::read_to_string(&path).expect("the file");
+    let changed = text.replacen(change.0, change.1, 1);
+    assert_ne!(changed, text, "the change has to change something");
+    fs::write(&path, changed).expect("the changed file");
+    (folder, suites)
+}
+
+const CHECKS: &str = "      - expect: { G1_ZSW.home_position_executed: 1, G1_XIST1: 0x00012345 }\n";
+
+#[rstest]
+#[case::misspelt_key("preset.yaml", ("\n    covers:", "\n    cover:"), "unknown key of a case `cover`")]
+#[case::unknown_signal("preset.yaml", ("G1_ZSW.home_position_executed: 1", "G1_ZWS.home_position_executed: 1"), "G1_ZSW")]
+#[case::no_checks(
+    "preset.yaml",
+    ("cases:\n", "cases:\n  - id: empty\n    why: It checks nothing.\n    covers: [XAC77-PRE-001]\n    steps: [ { set: { G1_STW.park: 1 } } ]\n\n"),
+    "checks nothing"
+)]
+#[case::wrong_type("preset.yaml", (CHECKS, "      - expect: { G1_ZSW.home_position_executed: 2 }\n"), "preset.yaml")]
+fn a_mistake_in_a_suite(#[case] file: &str, #[case] change: (&str, &str), #[case] says: &str) {
+    let name = format!("suite-{}", says.replace([' ', '`', '.'], "-"));
+    let (folder, suites) = changed_suites(&name, file, change);
+    let suites = suites.display().to_string();
+    for arguments in [vec!["run", "--suites", &suites], vec!["check", &suites], vec!["list", "--suites", &suites]] {
+        let said = encspec(&folder, &arguments);
+        assert_eq!(said.status, Some(2), "{arguments:?}: {}", said.err);
+        assert!(said.err.contains(says), "{}", said.err);
+        assert!(said.err.contains(&format!("{file}:")), "file, line and column are missing: {}", said.err);
+        assert!(said.err.contains("\n   | "), "the line is missing: {}", said.err);
+        assert_eq!(said.out, "");
+    }
+}
+
+#[test]
+fn suites_of_a_folder_are_checked_by_folder_manual_and_file() {
+    let (folder, suites) = changed_suites("check-paths", "preset.yaml", ("cases:\n", "# a remark\ncases:\n"));
+    for path in [suites.clone(), suites.join(MANUAL), suites.join(MANUAL).join("preset.yaml"), suites.join("common")] {
+        let said = encspec(&folder, &["check", &path.display().to_string()]);
+        assert_eq!(said.status, Some(0), "{}: {}", path.display(), said.err);
+        assert!(said.out.contains("nothing is wrong"), "{}", said.out);
+    }
+}
+
+#[test]
+fn the_shipped_suites_are_what_runs_from_their_folder() {
+    let folder = Folder::new("same-suites");
+    let suites = testing::workspace().join("suites").display().to_string();
+    let built_in = encspec(&folder, &["list", "--format", "json"]);
+    let from_folder = encspec(&folder, &["list", "--format", "json", "--suites", &suites]);
+    assert_eq!(
+        built_in.out.replace(&format!("{suites}/"), "suites/"),
+        from_folder.out.replace(&format!("{suites}/"), "suites/")
+    );
+}
+
+#[test]
+fn a_truncated_capture_gives_what_can_be_read() {
+    let folder = Folder::new("truncated");
+    encspec(&folder, &["run", "preset/held-request", "--dut", MODEL, "--record", "captures"]);
+    let whole =
+        fs::read_dir(folder.join("captures")).expect("a capture").next().expect("a capture").expect("an entry").path();
+    let octets = fs::read(&whole).expect("the capture");
+    fs::write(folder.join("cut.pcapng"), &octets[..octets.len() - 7]).expect("a shorter capture");
+    let said = encspec(&folder, &["replay", "cut.pcapng", "--report", "json=-"]);
+    assert_eq!(said.status, Some(2), "{}", said.err);
+    assert_eq!(said.err.lines().count(), 1, "one clear message: {}", said.err);
+    assert!(said.err.contains("cut.pcapng is damaged at octet"), "{}", said.err);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let capture = &report["captures"][0];
+    assert!(capture["frames"].as_u64() > Some(10), "{capture:#}");
+    assert_eq!(capture["damage"].as_array().map(Vec::len), Some(1));
+    let dissected = encspec(&folder, &["dissect", "cut.pcapng"]);
+    assert_eq!(dissected.status, Some(2));
+    assert!(dissected.out.lines().count() > 10);
+}
+
+#[test]
+fn what_is_no_capture_does_not_take_the_others_with_it() {
+    let folder = Folder::new("no-capture");
+    encspec(&folder, &["run", "preset/held-request", "--dut", MODEL, "--record", "."]);
+    let good = fs::read_dir(&folder).expect("the folder").next().expect("a capture").expect("an entry").path();
+    fs::write(folder.join("text.pcap"), "this is no capture").expect("a text");
+    let good = good.file_name().expect("a name").to_string_lossy().into_owned();
+    let said = encspec(&folder, &["replay", "text.pcap", &good]);
+    assert_eq!(said.status, Some(2));
+    assert!(said.err.contains("text.pcap"), "{}", said.err);
+    assert!(said.out.contains(&good), "{}", said.out);
+}
+
+#[rstest]
+#[case(&["run", "--dut", MODEL])]
+#[case(&["run", "--dut", MODEL, "-v"])]
+#[case(&["list"])]
+#[case(&["list", "--format", "json"])]
+#[case(&["bugs"])]
+#[case(&["bugs", "--format", "json"])]
+#[case(&["errata"])]
+#[case(&["errata", "--format", "json"])]
+#[case(&["schema"])]
+#[case(&["coverage"])]
+fn a_reader_that_goes_away_is_no_failure(#[case] arguments: &[&str]) {
+    let folder = Folder::new(&format!("pipe-{}", arguments.join("-").replace(['/', ':'], "_")));
+    let mut child =
+        command(&folder, arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the binary");
+    drop(child.stdout.take());
+    let mut err = String::new();
+    child.stderr.take().expect("a pipe").read_to_string(&mut err).expect("UTF-8");
+    assert_eq!(child.wait().expect("an end").code(), Some(0), "{err}");
+    assert_eq!(err, "");
+}
+
+#[test]
+fn a_bug_of_the_reference_device_is_found() {
+    let folder = Folder::new("bug");
+    let arguments = ["run", "preset/absolute", "--exact", "--dut", MODEL, "--bug", "preset-adds-instead-of-assigns"];
+    let whole: Vec<&str> = arguments.to_vec();
+    let said = encspec(&folder, &whole);
+    assert_eq!(said.status, Some(1), "{}{}", said.out, said.err);
+    let needed = [
+        "FAIL lika-xac77-profinet/preset/absolute (must)",
+        "XAC77-PRE-010, section 10.1",
+        "not held   G1_XIST1: 0x00012345",
+        "expected 0x12345 (74565)",
+        "seen     0x",
+        "where      frame ",
+        ", octet ",
+        "Wireshark  frame.number == ",
+        "to blame   device",
+        "trace ",
+        "reproduce  encspec run --dut model:lika-xac77-profinet/xac7718 --bug preset-adds-instead-of-assigns \
+         lika-xac77-profinet/preset/absolute --exact",
+    ];
+    for text in needed {
+        assert!(said.out.contains(text), "`{text}` is not in:\n{}", said.out);
+    }
+    assert!(
+        said.out.lines().last().expect("a last line").starts_with("Red: 1 result on 1 device: 1 fail"),
+        "{}",
+        said.out
+    );
+    let evidence = folder.join("encspec-evidence");
+    assert_eq!(fs::read_dir(&evidence).expect("the evidence").count(), 1);
+    let mut without: Vec<&str> = whole.clone();
+    fs::remove_dir_all(&evidence).expect("the evidence");
+    without.push("--no-evidence");
+    assert_eq!(encspec(&folder, &without).status, Some(1));
+    assert!(!evidence.exists());
+}
+
+/// What no manual lists is explained, shown by the manner of a persona, and invisible without it.
+#[test]
+fn a_bug_of_the_field_is_found_by_a_persona() {
+    let folder = Folder::new("field");
+    let sentence = "Cyclic data without a tag of priority are passed over.";
+    let base = ["run", "preset/absolute", "--exact", "--dut", MODEL, "--bug", "tag-needed", "--no-evidence"];
+    let unseen = encspec(&folder, &base);
+    assert_eq!(unseen.status, Some(0), "{}{}", unseen.out, unseen.err);
+    let seen = encspec(&folder, &[&base[..], &["--persona", "untagged-rt"]].concat());
+    assert_eq!(seen.status, Some(1), "{}{}", seen.out, seen.err);
+    assert!([&unseen, &seen].iter().all(|said| said.out.contains(&format!("tag-needed: {sentence}"))), "{}", seen.out);
+    let explained = encspec(&folder, &["explain", "tag-needed"]);
+    assert!(explained.status == Some(0) && explained.out.contains(sentence), "{}{}", explained.out, explained.err);
+}
+
+#[test]
+fn the_ledger_excuses_what_it_describes() {
+    let folder = Folder::new("ledger");
+    let id = format!("{MANUAL}/preset/absolute");
+    let base = ["run", &id, "--exact", "--dut", MODEL, "--bug", "preset-adds-instead-of-assigns", "--no-evidence"];
+    let with = |more: &[&str]| encspec(&folder, &[&base[..], more].concat());
+    let json: serde_json::Value = serde_json::from_str(&with(&["--report", "json=-"]).out).expect("JSON");
+    let signature = json["runs"][0]["cases"][0]["failure"]["signature"].as_str().expect("a signature").to_owned();
+    let write = |signature: &str| {
+        let signature = serde_json::Value::from(signature);
+        let entry = format!(
+            "known_failures:\n- test: preset/absolute\n  device: {MANUAL}\n  reason: It is so.\n  ticket: FW-7\n  \
+             expires: 9999-12-31\n  signature: {signature}\n"
+        );
+        fs::write(folder.join("known.yaml"), entry).expect("the ledger");
+    };
+    write(&signature);
+    let known = with(&["--ledger", "known.yaml"]);
+    assert_eq!(known.status, Some(0), "{}{}", known.out, known.err);
+    assert!(known.out.contains("1 xfail"), "{}", known.out);
+    write("expect: something else");
+    assert_eq!(with(&["--ledger", "known.yaml"]).status, Some(1));
+    write(&signature);
+    let healthy = encspec(&folder, &["run", &id, "--exact", "--dut", MODEL, "--ledger", "known.yaml", "--no-evidence"]);
+    assert_eq!(healthy.status, Some(1));
+    assert!(healthy.out.contains("xpass"), "{}", healthy.out);
+}
+
+#[test]
+fn reports_go_to_files_and_to_standard_output() {
+    let folder = Folder::new("reports");
+    let files = ["json=a.json", "junit=a.xml", "tap=a.tap", "text=a.txt", "console=a.log"];
+    let mut arguments = vec!["run", "preset", "--dut", MODEL];
+    files.iter().for_each(|file| arguments.extend(["--report", file]));
+    let said = encspec(&folder, &arguments);
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    assert!(said.out.lines().last().is_some_and(|line| line.starts_with("Green: ")), "{}", said.out);
+    let begins =
+        [("a.json", "{"), ("a.xml", "<?xml"), ("a.tap", "TAP version 14\n1.."), ("a.txt", MANUAL), ("a.log", MODEL)];
+    for (file, begin) in begins {
+        let text = fs::read_to_string(folder.join(file)).expect("a report");
+        assert!(text.starts_with(begin), "{file}: {text}");
+    }
+    let only = encspec(&folder, &["run", "preset", "--dut", MODEL, "--report", "json=-"]);
+    assert_eq!(only.out, fs::read_to_string(folder.join("a.json")).expect("a report"), "the same bytes on every run");
+}
+
+#[test]
+fn coverage_keeps_its_contract() {
+    let said = encspec(&Folder::new("coverage"), &["coverage", "--format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    for manual in report["manuals"].as_array().expect("manuals") {
+        let number = |key: &str| manual[key].as_u64().unwrap_or_else(|| panic!("{key} of {manual:#}"));
+        let classes = manual["by_class"].as_object().expect("classes");
+        let sum: u64 = classes.values().map(|n| n.as_u64().expect("a number")).sum();
+        assert_eq!(sum, number("total"), "every requirement has one class");
+        let uncovered = manual["uncovered"].as_array().expect("a list").len() as u64;
+        assert_eq!(number("covered") + uncovered, number("testable"));
+        let left_out = ["untestable", "out-of-scope"].map(|class| classes[class].as_u64().expect("a number"));
+        assert_eq!(number("testable") + left_out.iter().sum::<u64>(), number("total"));
+        assert!(manual["id"].is_string());
+    }
+}
+
+#[test]
+fn nearly_every_requirement_is_covered() {
+    let said = encspec(&Folder::new("covered"), &["coverage", "--format", "json"]);
+    let report: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    for manual in report["manuals"].as_array().expect("manuals") {
+        let number = |key: &str| manual[key].as_u64().expect("a number");
+        let uncovered = &manual["uncovered"];
+        assert!(number("covered") * 100 >= number("testable") * 95, "{}: {uncovered}", manual["id"]);
+        assert!((number("total") - number("testable")) * 10 < number("total"), "{}: too many left out", manual["id"]);
+        assert!(manual["by_class"]["implicit"].as_u64() <= Some(3), "{}: too many are implicit", manual["id"]);
+    }
+}
+
+#[rstest]
+#[case("XAC77-PRE-010", &["covered by lika-xac77-profinet/preset/absolute", "level      must", "broken by  preset-adds-instead-of-assigns"])]
+#[case("xac77-pre-010", &["requirement XAC77-PRE-010"])]
+#[case("preset/absolute", &["case lika-xac77-profinet/preset/absolute", "- write: { P65000: 0x00012345 }"])]
+#[case("rules/position-or-error-never-both", &["rule lika-xac77-profinet/rules/position-or-error-never-both", "XAC77-SIG-036"])]
+#[case("preset-adds-instead-of-assigns", &["breaks     XAC77-PRE-010", "caught by  lika-xac77-profinet/preset/absolute"])]
+fn everything_can_be_explained(#[case] id: &str, #[case] says: &[&str]) {
+    let said = encspec(&Folder::new("explain"), &["explain", id]);
+    assert_eq!(said.status, Some(0), "{}", said.err);
+    for text in says {
+        assert!(said.out.contains(text), "`{text}` is not in:\n{}", said.out);
+    }
+}
+
+#[test]
+fn errata_and_schema_say_something() {
+    let folder = Folder::new("errata");
+    let errata = encspec(&folder, &["errata", MANUAL]);
+    assert_eq!(errata.status, Some(0));
+    assert!(errata.out.contains("XAC77-TLG-001") && errata.out.contains("    open: "), "{}", errata.out);
+    let schema = encspec(&folder, &["schema"]);
+    serde_json::from_str::<serde_json::Value>(&schema.out).expect("JSON");
+}

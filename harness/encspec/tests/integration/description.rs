@@ -1,0 +1,71 @@
+//! A description of a live device in the place of the `device.yaml` of the suite for any PROFINET IO device.
+
+use encspec::suite::{ANY_DEVICE, load};
+use std::path::Path;
+
+/// The descriptions that the project ships, each with the vendor and the device that it is of.
+const DESCRIPTIONS: [(&str, &str, (u16, u16)); 2] = [
+    ("pnio-rt.yaml", include_str!("../../../../.ci/strangers/pnio-rt.yaml"), (0x0493, 0x0002)),
+    ("pnio-typed.yaml", include_str!("../../../../.ci/strangers/pnio-typed.yaml"), (0xFFFF, 0x0001)),
+];
+
+#[test]
+fn the_suite_loads_with_each_description() {
+    let plain = load(&suites::sources(), Some(ANY_DEVICE)).expect("it loads");
+    for (file, text, ids) in DESCRIPTIONS {
+        let sources = suites::sources().with_description(Path::new(file), text);
+        let manuals = load(&sources, Some(ANY_DEVICE)).unwrap_or_else(|errors| panic!("{file}:\n{errors}"));
+        let [manual] = manuals.as_slice() else { panic!("one manual has this name") };
+        assert_eq!(manual.device.ids(), Some(ids), "{file}");
+        assert_eq!(manual.device.profinet().expect("it is on PROFINET").rt_class, 2, "{file}");
+        let trials = |of: &encspec::suite::model::Manual| of.variants[0].trials.len();
+        assert_eq!(trials(manual), trials(&plain[0]), "{file}: the same cases as for the reference device");
+        // Interface and port stand in slot 0 beside the access point, in its module.
+        let in_head = manual.device.submodules.iter().filter(|submodule| submodule.slot == 0);
+        assert_eq!(in_head.map(|of| of.module_ident(0)).collect::<Vec<_>>(), [Some(1); 3], "{file}");
+    }
+}
+
+#[test]
+fn a_mistake_is_shown_where_the_description_stands() {
+    let text = DESCRIPTIONS[0].1;
+    for (right, wrong, message) in [
+        ("rt_class: 2", "rt_class: 3", "benches/mine.yaml:8:11: there is no class 3"),
+        ("  vendor: 0x0493", "  vender: 0x0493", "there is no name `vendor`"),
+        ("  mirror: { ident: 0x0040", "  miror: { ident: 0x0040", "unknown module `mirror`"),
+        ("device: profinet-io", "device: my-device", "benches/mine.yaml:3:9: this is the folder `profinet-io`"),
+    ] {
+        assert!(text.contains(right), "{right}");
+        let text = text.replacen(right, wrong, 1);
+        let sources = suites::sources().with_description(Path::new("benches/mine.yaml"), text);
+        let errors = load(&sources, Some(ANY_DEVICE)).expect_err(wrong).to_string();
+        assert!(errors.contains(message), "{wrong}: {errors}");
+    }
+}
+
+/// What a common suite is given under the name of the thing itself is that thing, and no riddle without end.
+#[test]
+fn what_is_given_may_have_the_name_that_it_is_taken_under() {
+    let path = format!("{ANY_DEVICE}/protocol-records.yaml");
+    let text = suites::sources().files().find(|(known, _)| *known == path).map(|(_, text)| text.to_owned());
+    let text = text.expect("the suite uses it");
+    assert!(text.contains("vendor: =vendor"));
+    let twice = text.replace("vendor: =vendor", "vendor: =vendor + vendor - vendor");
+    load(&suites::sources().with(&path, twice), Some(ANY_DEVICE)).expect("a constant by an expression");
+}
+
+#[test]
+fn a_dcp_identify_looks_for_a_name_or_for_whom_it_says() {
+    let path = "common/protocol-discovery.yaml";
+    let text = suites::sources().files().find(|(known, _)| *known == path).map(|(_, text)| text.to_owned());
+    let text = text.expect("it is shipped");
+    for (wrong, message) in [
+        ("{ who: own_nam }", "did you mean `own_name`"),
+        ("{ who: own_name, name: 'a' }", "needs one of `name`, `alias` and `who`"),
+        ("{}", "needs one of `name`, `alias` and `who`"),
+    ] {
+        let text = text.replacen("{ who: own_name }", wrong, 1);
+        let errors = load(&suites::sources().with(path, text), Some(ANY_DEVICE)).expect_err(wrong).to_string();
+        assert!(errors.contains(message), "{wrong}: {errors}");
+    }
+}

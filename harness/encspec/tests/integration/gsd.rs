@@ -1,0 +1,138 @@
+//! GSD files: ours are read by us as by others, broken ones give a sentence, and disagreements with a manual are found.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use crate::shipped::manuals;
+use encspec::gsd::{self, FieldType, Gsd, Module};
+use encspec::result::Severity;
+use gsd_parser::UserPrmDataType;
+
+fn files() -> impl Iterator<Item = (&'static str, &'static str, Gsd)> {
+    let read = |text: &str| gsd::read(text).expect("a shipped GSD is read");
+    suites::gsd().iter().map(move |(path, text)| (*path, *text, read(text)))
+}
+
+/// The place of a field as both readers tell it.
+fn place(kind: FieldType) -> (usize, Option<(u8, u8)>) {
+    match kind {
+        FieldType::Octets { octets, .. } => (octets, None),
+        FieldType::Bits { low, high } => (1, Some((low, high))),
+    }
+}
+
+fn place_of_others(kind: UserPrmDataType) -> (usize, Option<(u8, u8)>) {
+    match kind {
+        UserPrmDataType::Bit(bit) => (1, Some((bit, bit))),
+        UserPrmDataType::BitArea(low, high) => (1, Some((low, high))),
+        kind => (kind.size(), None),
+    }
+}
+
+#[test]
+fn gsd_parser_reads_the_same() {
+    assert!(files().count() >= 3, "each encoder on PROFIBUS has one");
+    for (path, text, ours) in files() {
+        let others = gsd_parser::parser::parse(path.as_ref(), text).expect("gsd-parser reads it");
+        assert_eq!(others.ident_number, ours.ident, "{path}");
+        assert_eq!((others.vendor, others.model), (ours.vendor.clone(), ours.model.clone()), "{path}");
+        assert_eq!(Some(usize::from(others.max_diag_data_length)), ours.max_diagnosis, "{path}");
+        assert_eq!(Some(usize::from(others.max_input_length)), ours.max_inputs, "{path}");
+        assert_eq!(Some(usize::from(others.max_output_length)), ours.max_outputs, "{path}");
+        assert_eq!(others.supported_speeds.bits().count_ones() as usize, ours.bauds.len(), "{path}");
+        let flags = [others.freeze_mode_supported, others.sync_mode_supported, others.auto_baud_supported];
+        assert_eq!(flags, [ours.freeze, ours.sync, ours.auto_baud], "{path}");
+        assert_eq!(
+            (others.fail_safe, others.set_slave_addr_supported),
+            (ours.fail_safe, ours.set_slave_address),
+            "{path}"
+        );
+        assert_eq!(others.available_modules.len(), ours.modules.len(), "{path}");
+        for (theirs, own) in others.available_modules.iter().zip(&ours.modules) {
+            assert_eq!((&theirs.name, &theirs.config), (&own.name, &own.cfg), "{path}");
+            let fields = own.parameters.fields.iter();
+            let told: Vec<_> = fields.map(|(at, of)| (*at, of.name.clone(), place(of.kind), of.default)).collect();
+            let known = theirs.module_prm_data.data_ref.iter();
+            let known: Vec<_> =
+                known.map(|(at, of)| (*at, of.name.clone(), place_of_others(of.data_type), of.default_value)).collect();
+            assert_eq!(told, known, "{path}, {}", own.name);
+        }
+    }
+}
+
+#[test]
+fn ours_agree_with_the_manuals() {
+    let manuals = manuals();
+    for (path, _, read) in files() {
+        let (folder, file) = path.split_once('/').unwrap();
+        let manual = manuals.iter().find(|of| of.device.name == folder).expect("it lies beside its manual");
+        let device = &manual.device;
+        let variant = device.variants.iter().position(|name| file.contains(name.as_str())).unwrap_or_default();
+        let findings = gsd::compare(device, variant, &read);
+        assert!(findings.is_empty(), "{path}: {findings:?}");
+        let overlay = gsd::overlay(&mut (**device).clone(), Some(&read));
+        assert!(overlay.missing.is_empty(), "{path}: {:?}", overlay.missing);
+        for module in &device.modules {
+            assert!(read.modules.iter().any(|known| known.cfg == module.cfg()), "{path} lacks {}", module.name);
+        }
+    }
+}
+
+/// What a start-up sends that says nothing else, byte for byte: manual and GSD are two tellings.
+#[test]
+fn default_octets_are_those_of_the_manual() {
+    let (_, _, read) = files().find(|(path, ..)| path.contains("hs5818")).expect("the GSD of the AMT58");
+    let class_2: Vec<&Module> = read.modules.iter().filter(|of| of.cfg == [0xD1, 0xE1]).collect();
+    let octets = read.default_octets(class_2.last().expect("class 2"));
+    assert_eq!(&octets[..3], [0, 0, 0], "DP-V1");
+    assert_eq!(octets[3] & 0x0A, 0x0A, "scaling and class 2 are on");
+    assert_eq!(octets[4..12], [0x00, 0x04, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00], "262144 steps of 262144");
+}
+
+#[test]
+fn disagreements_are_found() {
+    let manuals = manuals();
+    let manual = manuals.iter().find(|of| of.device.name == "datalogic-amt58-profibus").unwrap();
+    let (_, text, _) = files().find(|(path, ..)| path.contains("hs5818")).unwrap();
+    let changed = |from: &str, to: &str| {
+        assert!(text.contains(from), "the GSD has `{from}`");
+        gsd::compare(&manual.device, 0, &gsd::read(&text.replace(from, to)).unwrap())
+    };
+    let ident = changed("Ident_Number=0x1655", "Ident_Number=0x1656");
+    assert_eq!((ident[0].id.as_str(), ident[0].severity), ("ident_number", Severity::Error));
+    assert_eq!(ident[0].text, "Ident number: the manual says 0x1655, the GSD says 0x1656.");
+    let longest = changed("Max_Diag_Data_Len=63", "Max_Diag_Data_Len=16");
+    assert_eq!((longest[0].id.as_str(), longest[0].severity), ("diagnosis.octets", Severity::Warning));
+    let module = changed("0xD1,0xE1", "0xD0,0xE1");
+    assert!(module.iter().any(|of| of.id.ends_with(".cfg") && of.severity == Severity::Warning), "{module:?}");
+}
+
+#[test]
+fn broken_files_give_a_sentence_with_its_line() {
+    let wrong = |text: &str| gsd::read(text).expect_err("it is broken").to_string();
+    assert_eq!(wrong(""), "line 1: this is no GSD: a line `#Profibus_DP` is missing");
+    assert_eq!(wrong("#Profibus_DP\n"), "line 1: no `Ident_Number` says which device this is");
+    assert_eq!(wrong("#Profibus_DP\nIdent_Number=0x12345\n"), "line 2: an ident number has 16 bits");
+    assert_eq!(wrong("#Profibus_DP\nIdent_Number=x\n"), "line 2: `x` is no number");
+    assert_eq!(wrong("#Profibus_DP\nModule=\"A\" 0x100\n"), "line 2: `0x100` is no octet");
+    assert_eq!(wrong("#Profibus_DP\nModule=\"A\" 0x10\n"), "line 2: `EndModule` is missing");
+    assert_eq!(
+        wrong("#Profibus_DP\nExtUserPrmData=1 \"A\"\nUnsigned9 0 0-1\nEndExtUserPrmData\n"),
+        "line 3: `Unsigned9` is no type of a field"
+    );
+    assert_eq!(wrong("#Profibus_DP\nExt_User_Prm_Data_Ref(0)=7\n"), "line 2: there is no `ExtUserPrmData=7` above");
+}
+
+/// No prefix and no flipped bit makes it panic or run for ever.
+#[test]
+fn damaged_files_do_no_harm() {
+    for (_, text, _) in files() {
+        let octets = text.as_bytes();
+        for end in (0..octets.len()).step_by(7) {
+            let _ = gsd::read_octets(&octets[..end]);
+        }
+        for at in (0..octets.len()).step_by(3) {
+            let mut damaged = octets.to_vec();
+            damaged[at] ^= 1 << (at % 8);
+            let _ = gsd::read_octets(&damaged);
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! The rules of the house, each proved by reading the sources. What the compiler proves already is only checked for
+//! being switched on.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    testing::workspace().canonicalize().expect("the workspace")
+}
+
+fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![root().join(folder)];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+            let path = entry.expect("an entry of a folder").path();
+            if path.is_dir() && path.file_name().is_none_or(|name| name != "target") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|found| found == extension) {
+                found.push(path);
+            }
+        }
+    }
+    assert!(!found.is_empty(), "no .{extension} file under {folder}: the rule looked at nothing");
+    found.sort();
+    found
+}
+
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn shown(path: &Path) -> String {
+    path.strip_prefix(root()).expect("inside the workspace").display().to_string()
+}
+
+/// Lines of code that hold one of `words`, as `file:line`; comments do not count.
+fn lines_with(paths: &[PathBuf], words: &[&str]) -> Vec<String> {
+    let mut found = Vec::new();
+    for path in paths {
+        for (number, line) in text(path).lines().enumerate() {
+            let code = line.split("//").next().unwrap_or_default();
+            if words.iter().any(|word| code.contains(word)) {
+                found.push(format!("{}:{}: {}", shown(path), number + 1, line.trim()));
+            }
+        }
+    }
+    found
+}
+
+fn dependencies(manifest: &str) -> Vec<String> {
+    let manifest = text(&root().join(manifest));
+    let section = manifest.split("[dependencies]").nth(1).unwrap_or_default();
+    section
+        .lines()
+        .take_while(|line| !line.starts_with('['))
+        .filter_map(|line| line.split(['=', '.']).next())
+        .map(|name| name.trim().to_owned())
+        .filter(|name| !name.is_empty() && !name.starts_with('#'))
+        .collect()
+}
+
+#[test]
+fn unsafe_code_is_forbidden_in_every_crate_but_the_link_room() {
+    let workspace = text(&root().join("Cargo.toml"));
+    assert!(workspace.contains("unsafe_code = \"forbid\""));
+    let manifests: Vec<_> = files("harness", "toml").into_iter().chain(files("device-under-test", "toml")).collect();
+    for manifest in manifests.iter().filter(|path| path.ends_with("Cargo.toml")) {
+        if shown(manifest) == "harness/link/Cargo.toml" {
+            assert!(text(manifest).contains("unsafe_code = \"deny\""), "unsafe code is to be an exception there too");
+        } else {
+            assert!(text(manifest).contains("[lints]\nworkspace = true"), "{} leaves the lints out", shown(manifest));
+        }
+    }
+}
+
+#[test]
+fn in_the_link_room_unsafe_code_stands_apart_and_says_why_it_is_sound() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
+    let sources: Vec<_> =
+        sources.into_iter().filter(|path| !shown(path).ends_with("tests/integration/house.rs")).collect();
+    let apart = "harness/link/src/sys/";
+    let found = lines_with(&sources, &["unsafe {", "unsafe fn", "unsafe impl", "(unsafe_code"]);
+    let (inside, outside): (Vec<_>, Vec<_>) = found.into_iter().partition(|line| line.starts_with(apart));
+    assert_eq!(outside, [""; 0]);
+    assert!(!inside.is_empty(), "the rule looked at nothing");
+    for path in sources.iter().filter(|path| shown(path).starts_with(apart)) {
+        let text = text(path);
+        let lines: Vec<_> = text.lines().collect();
+        for (number, _) in lines.iter().enumerate().filter(|(_, line)| line.contains("unsafe {")) {
+            let reason = lines[number.saturating_sub(3)..number].iter().any(|line| line.contains("// SAFETY:"));
+            assert!(reason, "{}:{}: why is this sound?", shown(path), number + 1);
+        }
+    }
+}
+
+#[test]
+fn sockets_are_opened_in_the_link_room_only() {
+    let sources: Vec<_> = files("harness", "rs")
+        .into_iter()
+        .chain(files("device-under-test", "rs"))
+        .filter(|path| {
+            !shown(path).starts_with("harness/link/") && !shown(path).ends_with("tests/integration/house.rs")
+        })
+        .collect();
+    let words = [
+        "TcpStream",
+        "TcpListener",
+        "UdpSocket",
+        "UnixStream",
+        "UnixListener",
+        "RawFd",
+        "pnet",
+        "libc::",
+        "signal_hook",
+    ];
+    assert_eq!(lines_with(&sources, &words), [""; 0]);
+    for manifest in files("harness", "toml").into_iter().chain(files("device-under-test", "toml")) {
+        if manifest.ends_with("Cargo.toml") && shown(&manifest) != "harness/link/Cargo.toml" {
+            let named = dependencies(&shown(&manifest));
+            let sockets = named.iter().find(|name| {
+                ["pnet", "pnet_datalink", "libc", "signal-hook", "rustix", "nix"].contains(&name.as_str())
+            });
+            assert_eq!(sockets, None, "{} has a library of the link room", shown(&manifest));
+        }
+    }
+}
+
+#[test]
+fn the_link_room_knows_no_protocol() {
+    for name in dependencies("harness/link/Cargo.toml") {
+        let allowed =
+            ["station", "libc", "pnet_datalink", "rustix", "signal-hook", "thiserror"].contains(&name.as_str());
+        assert!(allowed, "link depends on {name}");
+    }
+}
+
+#[test]
+fn rooms_without_io_are_no_std() {
+    let harness = ["harness/station", "harness/plain-text", "harness/wire", "harness/controllers"];
+    for room in harness.iter().chain(&DEVICES.map(|(room, _)| room)) {
+        let library = text(&root().join(room).join("src/lib.rs"));
+        assert!(library.contains("#![no_std]"), "{room} is not no_std");
+    }
+}
+
+/// The crates of the devices, from the stacks up, each with what it sees of those below it.
+const DEVICES: [(&str, &[&str]); 4] = [
+    ("device-under-test/device-stack", &["smoltcp"]),
+    ("device-under-test/encoder-profile", &["device-stack"]),
+    ("device-under-test/reference-devices", &["device-stack", "encoder-profile"]),
+    ("device-under-test/deviations", &["device-stack", "encoder-profile", "reference-devices", "thiserror"]),
+];
+
+#[test]
+fn controllers_and_devices_see_wire_and_station_only() {
+    for name in dependencies("harness/controllers/Cargo.toml") {
+        let allowed = ["station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
+        assert!(allowed, "the controllers depend on {name}");
+    }
+    for (room, below) in DEVICES {
+        for name in dependencies(&format!("{room}/Cargo.toml")) {
+            let allowed = ["station", "wire"].iter().chain(below).any(|allowed| *allowed == name);
+            assert!(allowed, "{room} depends on {name}");
+        }
+    }
+    assert_eq!(files("device-under-test", "toml").len(), DEVICES.len(), "a crate of the devices is not among these");
+    for name in dependencies("harness/wire/Cargo.toml") {
+        assert!(["smoltcp", "thiserror"].contains(&name.as_str()), "wire depends on {name}");
+    }
+    assert!(dependencies("harness/station/Cargo.toml").is_empty());
+}
+
+#[test]
+fn wire_knows_no_time() {
+    let words = ["Duration", "Instant", "station::"];
+    let sources: Vec<_> =
+        files("harness/wire", "rs").into_iter().filter(|path| shown(path).starts_with("harness/wire/src")).collect();
+    assert_eq!(lines_with(&sources, &words), [""; 0]);
+}
+
+#[test]
+fn each_manual_is_told_twice_and_neither_reads_the_other() {
+    let devices = files("device-under-test", "rs");
+    assert_eq!(lines_with(&devices, &["suites/", "include_str!", "include_bytes!"]), [""; 0]);
+    for suite in files("suites", "yaml") {
+        assert!(!text(&suite).contains("device-under-test"), "{} speaks of the reference device", shown(&suite));
+    }
+}
+
+#[test]
+fn the_harness_names_no_device() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().filter(|path| shown(path).contains("/src/")).collect();
+    let words = ["xac77", "XAC77", "afs60", "AFx60", "a3m60", "amt58", "sendix", "Lika ", "LIKA"];
+    let found: Vec<_> =
+        lines_with(&sources, &words).into_iter().filter(|line| !line.contains("#[case") && !in_tests(line)).collect();
+    assert_eq!(found, [""; 0]);
+}
+
+/// Unit tests take their examples from real manuals; they stand behind `mod tests` at the end of a file or in `tests.rs`.
+fn in_tests(line: &str) -> bool {
+    let mut parts = line.splitn(3, ':');
+    let (Some(file), Some(number)) = (parts.next(), parts.next()) else { return false };
+    let number: usize = number.parse().expect("a line number");
+    file.ends_with("tests.rs")
+        || file.contains("/tests/")
+        || text(&root().join(file)).lines().take(number).any(|line| line.starts_with("mod tests"))
+}
+
+#[test]
+fn one_file_names_the_archived_yaml_library() {
+    let sources = files("harness", "rs");
+    let found: Vec<_> = lines_with(&sources, &["serde_yaml"])
+        .into_iter()
+        .filter(|line| !line.starts_with("harness/suite/src/yaml.rs:"))
+        .filter(|line| !line.contains("tests/integration/house.rs:"))
+        .collect();
+    assert_eq!(found, [""; 0]);
+}
+
+#[test]
+fn nobody_sleeps() {
+    let sources: Vec<_> = files("harness", "rs").into_iter().chain(files("device-under-test", "rs")).collect();
+    let found: Vec<_> = lines_with(&sources, &["thread::sleep"])
+        .into_iter()
+        .filter(|line| !line.contains("tests/integration/house.rs:"))
+        .collect();
+    assert_eq!(found, [""; 0]);
+}
+
+#[test]
+fn files_stay_small() {
+    for path in files("harness", "rs").into_iter().chain(files("device-under-test", "rs")) {
+        let lines = text(&path).lines().count();
+        assert!(lines <= 800, "{} has {lines} lines: split it", shown(&path));
+    }
+}
+
+/// Names and the rest of their lines in the sections of a manifest whose heads end with `section`.
+fn entries(manifest: &str, section: &str) -> Vec<(String, String)> {
+    let mut inside = false;
+    let mut found = Vec::new();
+    for line in manifest.lines().map(str::trim) {
+        if let Some(head) = line.strip_prefix('[') {
+            inside =
+                head.strip_suffix(']').is_some_and(|head| head == section || head.ends_with(&format!(".{section}")));
+        } else if let Some((name, rest)) = line.split_once(['.', '=', ' ']).filter(|_| inside && !line.starts_with('#'))
+        {
+            found.push((name.to_owned(), rest.to_owned()));
+        }
+    }
+    found
+}
+
+/// The table of dependencies names each crate of others that a manifest names, and no other.
+#[test]
+fn each_dependency_has_a_row_that_says_why() {
+    let page = text(&root().join("CONTRIBUTING.md"));
+    let section = page.split("\n## ").find(|section| section.starts_with("Dependencies\n"));
+    let section = section.expect("CONTRIBUTING.md has a section Dependencies");
+    let mut rows = BTreeSet::new();
+    for row in section.lines().filter(|line| line.starts_with("| `")) {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
+        let [name, purpose, weighed] = cells[..] else { panic!("three cells: {row}") };
+        assert!(purpose.len() > 10 && weighed.len() > 10, "what for, and what was weighed? {row}");
+        assert!(rows.insert(name.trim_matches('`').to_owned()), "{name} has two rows");
+    }
+    let workspace = entries(&text(&root().join("Cargo.toml")), "workspace.dependencies");
+    let (own, of_others): (Vec<_>, Vec<_>) = workspace.into_iter().partition(|(_, rest)| rest.contains("path ="));
+    let own: BTreeSet<String> = own.into_iter().map(|(name, _)| name).collect();
+    let of_others: BTreeSet<String> = of_others.into_iter().map(|(name, _)| name).collect();
+    let mut used = BTreeSet::new();
+    for folder in ["harness", "device-under-test", "suites"].iter().filter(|folder| has_manifest(folder)) {
+        for manifest in files(folder, "toml").iter().filter(|path| path.ends_with("Cargo.toml")) {
+            for section in ["dependencies", "dev-dependencies", "build-dependencies"] {
+                let named = entries(&text(manifest), section).into_iter().map(|(name, _)| name);
+                used.extend(named.filter(|name| !own.contains(name)));
+            }
+        }
+    }
+    assert_eq!(of_others.difference(&used).collect::<Vec<_>>(), [""; 0], "named in the workspace and used nowhere");
+    assert!(used.len() > 15, "the rule looked at nothing: {used:?}");
+    assert_eq!(used.difference(&rows).collect::<Vec<_>>(), [""; 0], "a row is missing");
+    assert_eq!(rows.difference(&used).collect::<Vec<_>>(), [""; 0], "a row is stale");
+}
+
+fn has_manifest(folder: &str) -> bool {
+    fs::read_dir(root().join(folder))
+        .into_iter()
+        .flatten()
+        .flatten()
+        .any(|entry| entry.path().join("Cargo.toml").is_file() || entry.file_name() == "Cargo.toml")
+}
+
+#[test]
+fn the_map_of_the_readme_is_true() {
+    let readme = text(&root().join("README.md"));
+    let mut seen = 0;
+    for name in readme.split('`').skip(1).step_by(2) {
+        let is_path =
+            name.contains('/') && !name.contains([' ', '<', '*', ':', '$', '=']) && !name.starts_with(['/', '.']);
+        if is_path {
+            seen += 1;
+            assert!(root().join(name).exists(), "the README names {name}, which is not there");
+        }
+    }
+    assert!(seen >= 10, "the README has a map");
+}
+
+/// The most files on the way from a case to its verdict.
+const LONGEST_WAY: usize = 18;
+
+/// The list "The way from YAML to verdict" in CONTRIBUTING.md: each file, with the function that it names.
+fn way() -> Vec<(String, Option<String>)> {
+    let text = text(&root().join("CONTRIBUTING.md"));
+    let section = text.split("## The way from YAML to verdict").nth(1).expect("the section");
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let lines =
+        section.lines().filter_map(|line| line.split_once(". `").filter(|(number, _)| number.parse::<u8>().is_ok()));
+    lines
+        .map(|(_, line)| {
+            let (path, rest) = line.split_once('`').expect("a path in backquotes");
+            let function =
+                rest.strip_prefix(" `").and_then(|rest| rest.split_once('`')).map(|(name, _)| name.to_owned());
+            (path.to_owned(), function)
+        })
+        .collect()
+}
+
+/// Whether a line calls a function; its definition and comments are no calls.
+fn calls(line: &str, function: &str) -> bool {
+    let code = line.split("//").next().unwrap_or_default();
+    code.match_indices(&format!("{function}(")).any(|(at, _)| {
+        let before = &code[..at];
+        !before.ends_with("fn ") && !before.ends_with(|last: char| last.is_alphanumeric() || last == '_')
+    })
+}
+
+#[test]
+fn the_way_from_yaml_to_verdict_is_short_and_there() {
+    let way = way();
+    assert!(way.len() > 10 && way.len() <= LONGEST_WAY, "{} files are on the way", way.len());
+    let (suite, sources) = way.split_first().expect("a way");
+    let case = text(&root().join(&suite.0));
+    assert!(case.contains("set:") && case.contains("expect:"), "{} has no such case", suite.0);
+    let all = files("harness", "rs");
+    let all: Vec<_> =
+        all.iter().filter(|path| !shown(path).contains("/tests/")).map(|path| (shown(path), text(path))).collect();
+    for (path, function) in sources {
+        let function = function.as_deref().unwrap_or_else(|| panic!("{path}: no function is named"));
+        let own = all.iter().find(|(known, _)| known == path).unwrap_or_else(|| panic!("there is no {path}"));
+        assert!(own.1.contains(&format!("fn {function}")), "{path} defines no `{function}`");
+        let others = || all.iter().filter(|(known, _)| known != path);
+        let is_called = others().any(|(_, text)| text.lines().any(|line| calls(line, function)));
+        assert!(is_called, "nothing outside {path} calls `{function}`");
+    }
+    let mut seen: Vec<&str> = way.iter().map(|(path, _)| path.as_str()).collect();
+    seen.sort_unstable();
+    seen.dedup();
+    assert_eq!(seen.len(), way.len(), "a file stands twice");
+}

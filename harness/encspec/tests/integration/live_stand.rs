@@ -1,0 +1,200 @@
+//! The stand of a live bench: hooks, the control channel, and that neither keeps the wire waiting.
+
+use encspec::bench_file::{ShaftAbility, StandSpec};
+use encspec::live::stand::LiveStand;
+use link::lines::Listener;
+use rstest::rstest;
+use station::{Refusal, Stand, StandAction, Time};
+use std::time::{Duration, Instant};
+use std::{fs, thread};
+use testing::Folder;
+use testing::patience::patiently;
+
+fn hooked(folder: &Folder, hooks: &[(&str, &str)]) -> LiveStand {
+    let hooks = hooks.iter().map(|(name, line)| ((*name).to_owned(), (*line).to_owned())).collect();
+    LiveStand::new(&StandSpec { hooks, folder: folder.to_path_buf(), ..StandSpec::default() })
+}
+
+/// Waits for what comes, at most a minute; the clock of the wire stands still meanwhile.
+fn wait<T>(mut look: impl FnMut() -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(began.elapsed() < Duration::from_secs(60), "nothing came");
+        thread::yield_now();
+    }
+}
+
+fn done(stand: &mut LiveStand, action: &StandAction<'_>) -> Result<Time, Refusal> {
+    stand.act(Time::ZERO, action)?;
+    wait(|| stand.outcome(Time::ZERO))
+}
+
+#[rstest]
+#[case(StandAction::Power(false), "power", "down")]
+#[case(StandAction::Link(true), "link", "up")]
+#[case(StandAction::ShaftSpeed(-60.5), "shaft.speed", "-60.5")]
+#[case(StandAction::ShaftCounts(65536), "shaft.counts", "65536")]
+#[case(StandAction::Fault("memory", true), "fault.memory", "present")]
+#[case(StandAction::Button("preset", false), "button.preset", "released")]
+#[case(StandAction::Switch("address", 12), "switch.address", "12")]
+#[case(StandAction::Deliver, "device", "as_delivered")]
+#[case(StandAction::Skip(Duration::from_millis(1500)), "clock", "1.5")]
+fn a_hook_is_given_the_value(#[case] action: StandAction<'_>, #[case] name: &str, #[case] value: &str) {
+    let folder = Folder::new(&format!("value-{name}"));
+    let mut stand = hooked(&folder, &[(name, "touch 'got {value} $HOME'")]);
+    assert_eq!(done(&mut stand, &action), Ok(Time::ZERO));
+    assert!(folder.join(format!("got {value} $HOME")).exists(), "one argument, run in the folder, by no shell");
+}
+
+#[test]
+fn a_turn_has_its_unit_and_speed() {
+    let folder = Folder::new("turn");
+    let mut stand = hooked(&folder, &[("turn", "touch by_{value}_{unit}_{rpm}")]);
+    assert!(done(&mut stand, &StandAction::Turn { steps: -100.0, rpm: 60.0 }).is_ok());
+    assert!(done(&mut stand, &StandAction::TurnRevolutions { revolutions: 2.5, rpm: 3000.0 }).is_ok());
+    assert!(folder.join("by_-100_counts_60").exists() && folder.join("by_2.5_revolutions_3000").exists());
+}
+
+#[test]
+fn a_ramp_has_its_steepness() {
+    let folder = Folder::new("ramp");
+    let mut stand = hooked(&folder, &[("shaft.acceleration", "touch to_{value}_by_{acceleration}")]);
+    assert_eq!(done(&mut stand, &StandAction::ShaftRamp { rpm: -60.0, acceleration: 7.5 }).err(), None);
+    assert!(folder.join("to_-60_by_7.5").exists());
+}
+
+#[test]
+fn a_slow_hook_keeps_nobody_waiting() {
+    patiently(|| {
+        let folder = Folder::new("slow");
+        let mut stand = hooked(&folder, &[("power", "sleep 0.3 {value}"), ("renew", "sleep 0.3")]);
+        let began = Instant::now();
+        assert_eq!(stand.act(Time::ZERO, &StandAction::Renew), Ok(Time::ZERO));
+        assert_eq!(stand.outcome(Time::ZERO), None);
+        assert!(began.elapsed() < Duration::from_millis(250), "act waited for the hook");
+        let busy = stand.act(Time::ZERO, &StandAction::Power(true));
+        assert!(matches!(busy, Err(Refusal::Broken(why)) if why.contains("not done")));
+        assert_eq!(wait(|| stand.outcome(Time::from_nanos(5))), Ok(Time::from_nanos(5)));
+        assert!(began.elapsed() >= Duration::from_millis(300));
+    });
+}
+
+#[rstest]
+#[case("ls /nonexistent-{value}", "the hook ls ended with exit status")]
+#[case("./gone {value}", "the hook ./gone cannot be run: No such file")]
+#[case("sh -c 'printf \"\\033[2Jbad\\n\" >&2; exit 3' {value}", "the hook sh ended with exit status: 3: \\u{1b}[2Jbad")]
+fn a_hook_that_fails_breaks_the_bench(#[case] line: &str, #[case] why: &str) {
+    let folder = Folder::new(&format!("fails-{}", line.len()));
+    let mut stand = hooked(&folder, &[("power", line)]);
+    match done(&mut stand, &StandAction::Power(true)) {
+        Err(Refusal::Broken(said)) => assert!(said.starts_with(why), "{said}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn what_nobody_serves_cannot_be_done() {
+    let folder = Folder::new("nobody");
+    let mut stand = hooked(&folder, &[("power", "true {value}")]);
+    let refused = stand.act(Time::ZERO, &StandAction::Fault("memory", true));
+    assert!(matches!(refused, Err(Refusal::CannotDo(why)) if why.contains("fault.memory")));
+    assert_eq!(stand.act(Time::ZERO, &StandAction::ShaftSpeed(0.0)), Ok(Time::ZERO), "it stands anyway");
+    assert_eq!(stand.led(Time::ZERO, "bus"), None);
+}
+
+#[test]
+fn an_led_and_a_counter_are_looked_at_beside_the_wire() {
+    let folder = Folder::new("looks");
+    fs::write(folder.join("led"), "green\nmore\n").expect("a file");
+    fs::write(folder.join("writes"), "7\n").expect("a file");
+    let mut stand =
+        hooked(&folder, &[("led.bus", "cat led"), ("counter.writes", "cat writes"), ("power", "true {value}")]);
+    assert_eq!(stand.led(Time::ZERO, "bus"), None, "nothing is known at once");
+    assert_eq!(wait(|| stand.led(Time::ZERO, "bus")), "green");
+    assert_eq!(wait(|| stand.counter(Time::ZERO, "writes")), 7);
+    fs::write(folder.join("led"), "red").expect("a file");
+    fs::write(folder.join("writes"), "8\n").expect("a file");
+    assert_eq!(wait(|| stand.counter(Time::ZERO, "writes")), 8, "each answer is given once");
+    assert_eq!(wait(|| stand.led(Time::ZERO, "bus").filter(|word| *word == "red")), "red");
+    assert!(done(&mut stand, &StandAction::Power(true)).is_ok());
+    assert_eq!(stand.led(Time::ZERO, "bus"), None, "what was seen before an action says nothing about now");
+}
+
+/// Answers the lines that come until the peer goes; the lines that came.
+fn serve(listener: Listener, answers: &'static [(&'static str, &'static str)]) -> thread::JoinHandle<Vec<String>> {
+    thread::spawn(move || {
+        let mut connection = wait(|| listener.accept().expect("a connection"));
+        let mut came = Vec::new();
+        while let Ok(Some(line)) = connection.wait_line(Duration::from_secs(60)) {
+            let answer = answers.iter().find(|(ask, _)| *ask == line).map_or("cannot what", |(_, answer)| *answer);
+            came.push(line);
+            if connection.write_line(answer).is_err() {
+                break;
+            }
+        }
+        came
+    })
+}
+
+fn controlled(folder: &Folder, offers: Option<&[&str]>) -> (StandSpec, Listener) {
+    let path = folder.join("control");
+    let listener = Listener::bind(&path).expect("it listens");
+    let offers = offers.map(|names| names.iter().map(|name| (*name).to_owned()).collect());
+    let shaft = ShaftAbility::default();
+    (StandSpec { control: Some(path), offers, shaft, folder: folder.to_path_buf(), ..StandSpec::default() }, listener)
+}
+
+#[test]
+fn the_control_channel_is_asked_in_its_own_lines() {
+    patiently(|| {
+        let folder = Folder::new("control");
+        let (spec, listener) = controlled(&folder, None);
+        let lines = serve(
+            listener,
+            &[
+                ("abilities", "ok power turn led.bus"),
+                ("power down", "ok"),
+                ("turn counts 100 rpm 60", "ok done-in 250"),
+                ("fault memory present", "broken the box \u{1b} smokes"),
+                ("link up", "nonsense"),
+            ],
+        );
+        let mut stand = LiveStand::new(&spec);
+        let names = stand.offers().expect("it answers").expect("there is a channel");
+        assert_eq!(names, ["power", "turn", "led.bus"]);
+        assert_eq!(done(&mut stand, &StandAction::Power(false)), Ok(Time::ZERO));
+        let turn = StandAction::Turn { steps: 100.0, rpm: 60.0 };
+        assert_eq!(done(&mut stand, &turn), Ok(Time::from_nanos(250)));
+        let broken = done(&mut stand, &StandAction::Fault("memory", true));
+        assert!(matches!(broken, Err(Refusal::Broken(why)) if why == "the box \\u{1b} smokes"));
+        assert!(matches!(done(&mut stand, &StandAction::Renew), Err(Refusal::CannotDo(why)) if why == "what"));
+        assert!(
+            matches!(done(&mut stand, &StandAction::Link(true)), Err(Refusal::Broken(why)) if why.contains("nonsense"))
+        );
+        drop(stand);
+        let came = lines.join().expect("no panic");
+        assert_eq!(came[..3], ["abilities", "power down", "turn counts 100 rpm 60"]);
+    });
+}
+
+#[test]
+fn a_channel_where_nobody_is_breaks_the_bench() {
+    let folder = Folder::new("empty");
+    let (spec, listener) = controlled(&folder, None);
+    drop(listener);
+    let mut stand = LiveStand::new(&spec);
+    assert!(stand.offers().expect_err("nobody is there").contains("nobody answers at"));
+    assert!(matches!(done(&mut stand, &StandAction::Power(true)), Err(Refusal::Broken(_))));
+}
+
+#[test]
+fn a_channel_does_only_what_it_offers() {
+    let folder = Folder::new("offers");
+    let (spec, _listener) = controlled(&folder, Some(&["power"]));
+    let mut stand = LiveStand::new(&spec);
+    let refused = stand.act(Time::ZERO, &StandAction::Renew);
+    assert!(matches!(refused, Err(Refusal::CannotDo(why)) if why.contains("renew")));
+}

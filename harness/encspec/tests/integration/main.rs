@@ -1,0 +1,55 @@
+//! Everything about encspec that needs no real time: suites, verdicts, replay, reports, and the program as a user calls it.
+//!
+//! Tests of one binary run side by side, so none of them may change what belongs to the process: its folder, its environment, its
+//! signals. What needs another folder or environment starts the program (`common::program`) in a `testing::Folder`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod against;
+mod bench_file;
+mod bugs;
+mod changed_device;
+mod cli;
+mod description;
+mod dissect_profibus;
+mod gsd;
+mod gsdml;
+mod house;
+mod kept_captures;
+mod listings;
+mod live_stand;
+mod load_errors;
+mod loads;
+mod many_stations;
+mod mutations;
+mod needs;
+mod no_false_pass;
+mod nobody;
+mod one_device;
+mod one_letter;
+mod personas;
+mod profibus_models;
+mod record;
+mod recorded;
+mod replay;
+mod replay_blame;
+mod replay_bugs;
+mod replay_fragments;
+mod replay_healthy;
+mod replay_odd;
+mod replay_protocol;
+mod replay_protocol_bus;
+mod replay_triage;
+mod replayed;
+mod reports;
+mod sample;
+mod semantics;
+mod shipped;
+mod shipped_suites;
+mod shrink;
+mod sixth_manual;
+mod small_manual;
+mod tracker;
+mod tracker_profibus;
+mod verdicts;

@@ -1,0 +1,77 @@
+//! Several devices and several controllers on one segment do not get into each other's way.
+
+use crate::common::served::{connection, controller};
+use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Outcome, Request, Target};
+use deviations::{ReferenceDevice, Setup, build};
+use station::{Duration, Station, Time};
+use std::net::Ipv4Addr;
+use virtual_wire::VirtualWire;
+use wire::ethernet::Mac;
+use wire::profinet::dcp::block::IpParameter;
+
+const STATIONS: u8 = 5;
+
+fn name(number: u8) -> String {
+    format!("encoder-{number}")
+}
+
+fn device(number: u8) -> Box<dyn ReferenceDevice> {
+    let station_name = name(number);
+    let setup = Setup {
+        mac: [2, 0, 0, 0, 1, number],
+        shaft: 1000 + u64::from(number),
+        station_name: &station_name,
+        ..Setup::default()
+    };
+    build("lika-xac77-profinet", "xac7718", &setup).expect("a reference device")
+}
+
+/// The connection to the device `number`, with the watchdog that is usual where no time is lost.
+fn connection_to(number: u8) -> Connection {
+    let usual = Connection::new(DeviceAddress::Name(name(number)), IpParameter::NONE);
+    let mut connection = connection(&name(number), Ipv4Addr::new(192, 168, 0, 10 + number));
+    connection.watchdog_factor = usual.watchdog_factor;
+    connection.data_hold_factor = usual.data_hold_factor;
+    connection
+}
+
+#[test]
+fn each_controller_reaches_its_own_device() {
+    let mut devices: Vec<_> = (1..=STATIONS).map(device).collect();
+    let mut controllers: Vec<_> = (1..=STATIONS).map(controller).collect();
+    for (controller, number) in controllers.iter_mut().zip(1..) {
+        let request = Request::Connect(Box::new(connection_to(number)));
+        controller.request(Time::ZERO, request).expect("a controller that has nothing to do");
+    }
+    let mut wire = VirtualWire::new();
+    let mut run = |controllers: &mut Vec<Controller>, until: Duration| {
+        let mut stations: Vec<&mut dyn Station> = Vec::new();
+        stations.extend(controllers.iter_mut().map(|controller| controller as &mut dyn Station));
+        stations.extend(devices.iter_mut().map(|device| &mut **device as &mut dyn Station));
+        wire.run(&mut stations, Time::ZERO + until, &mut |_| {});
+    };
+    run(&mut controllers, Duration::from_secs(3));
+    for (controller, number) in controllers.iter_mut().zip(1..) {
+        match controller.take_outcome() {
+            Some(Outcome::StartUp(start)) => {
+                assert!(start.standing, "controller {number}: {:?}", start.failed);
+                let mac = start.identify.map(|station| station.mac);
+                assert_eq!(mac, Some(Mac([2, 0, 0, 0, 1, number])), "controller {number} has its own device");
+            }
+            outcome => panic!("controller {number}: {outcome:?}"),
+        }
+        assert_eq!(controller.state(), ArState::Data);
+        let target = Target { api: 0, slot: 0, subslot: 1, index: 0xAFF0 };
+        controller.request(Time::ZERO + Duration::from_secs(3), Request::Read { target, length: 64 }).expect("idle");
+    }
+    run(&mut controllers, Duration::from_secs(4));
+    for (controller, number) in controllers.iter_mut().zip(1..) {
+        assert!(
+            matches!(controller.take_outcome(), Some(Outcome::Record(outcome)) if outcome.is_accepted()),
+            "controller {number} reads I&M0"
+        );
+        assert!(controller.cycles_sent() > 1000, "controller {number} exchanged data all the time");
+        assert!(controller.take_end().is_none(), "controller {number} kept its connection");
+    }
+    assert_eq!(wire.violations_seen(), 0);
+}

@@ -1,0 +1,152 @@
+//! What damage a capture took is never held against a device: recordings of healthy devices, spoiled in a thousand ways.
+//!
+//! The same thousand every time, since the seed is fixed. A finding against a device would be wrong in each of them: a recording
+//! that nobody spoiled has none.
+
+use crate::recorded::{self, Recording, against_devices, file, some};
+use crate::shipped::manuals;
+use encspec::replay::{Blame, capture};
+use encspec::suite::model::Manual;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+const MUTATIONS: usize = 1_000;
+/// Recordings of each manual.
+const EACH: usize = 5;
+
+/// Numbers that look like chance (xorshift64, Marsaglia 2003).
+struct Chance(u64);
+
+impl Chance {
+    fn below(&mut self, limit: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % limit.max(1) as u64) as usize
+    }
+}
+
+/// Spoils a recording in one of nine ways; says in which.
+fn spoil(recording: &Recording, chance: &mut Chance) -> (String, Vec<u8>) {
+    let count = recording.frames.len();
+    let at = chance.below(count - 1);
+    let frames = |what: String, change: &dyn Fn(&mut Vec<_>)| (what, recording.changed(|frames| change(frames)).file());
+    match chance.below(9) {
+        0 => {
+            let mut octets = recording.file();
+            let octet = chance.below(octets.len());
+            octets.truncate(octet);
+            (format!("cut off at octet {octet}"), octets)
+        }
+        1 => {
+            let mut octets = recording.file();
+            let from = chance.below(octets.len());
+            let to = (from + 1 + chance.below(2_000)).min(octets.len());
+            octets.drain(from..to);
+            (format!("without octets {from} to {to}"), octets)
+        }
+        2 => {
+            let mut octets = recording.file();
+            let (octet, bit) = (chance.below(octets.len()), chance.below(8));
+            octets[octet] ^= 1 << bit;
+            (format!("bit {bit} of octet {octet} flipped"), octets)
+        }
+        3 => {
+            let octet = chance.below(recording.frames[at].1.len());
+            let bit = chance.below(8);
+            let what = format!("frame {}: bit {bit} of octet {octet} flipped", at + 1);
+            frames(what, &|frames| frames[at].1[octet] ^= 1 << bit)
+        }
+        4 => frames(format!("without frame {}", at + 1), &|frames| drop(frames.remove(at))),
+        5 => {
+            let to = (at + 2 + chance.below(20)).min(count);
+            frames(format!("without frames {} to {to}", at + 1), &|frames| drop(frames.drain(at..to)))
+        }
+        6 => frames(format!("frames {} and {} swapped with their times", at + 1, at + 2), &|frames| {
+            frames.swap(at, at + 1);
+        }),
+        7 => frames(format!("frames {} and {} swapped", at + 1, at + 2), &|frames| {
+            let (one, other) = frames.split_at_mut(at + 1);
+            std::mem::swap(&mut one[at].1, &mut other[0].1);
+        }),
+        _ => {
+            let kept = chance.below(recording.frames[at].1.len());
+            frames(format!("frame {} cut to {kept} octets", at + 1), &|frames| frames[at].1.truncate(kept))
+        }
+    }
+}
+
+#[test]
+fn no_damage_of_a_capture_is_held_against_a_device() {
+    let manuals = manuals();
+    let recordings: Vec<Recording> = manuals.iter().flat_map(|manual| some(manual, EACH)).collect();
+    assert!(recordings.len() >= 4 * EACH, "only {} recordings: the test spoils next to nothing", recordings.len());
+    for recording in &recordings {
+        let report = recording.replayed(manuals);
+        assert!(against_devices(&report).is_empty(), "{} unspoiled: {:#?}", recording.name, against_devices(&report));
+    }
+    let wrong = Mutex::new(Vec::new());
+    let next = AtomicUsize::new(0);
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= MUTATIONS {
+                        return;
+                    }
+                    let said = one(&recordings[number % recordings.len()], number, manuals);
+                    wrong.lock().expect("no thread panics").extend(said);
+                }
+            });
+        }
+    });
+    let wrong = wrong.into_inner().expect("no thread panics");
+    assert!(wrong.is_empty(), "{} of {MUTATIONS}:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+/// One mutation; says what a device is blamed for.
+fn one(recording: &Recording, number: usize, manuals: &[Manual]) -> Option<String> {
+    let mut chance = Chance(0x9E37_79B9_7F4A_7C15 ^ (number as u64 + 1).wrapping_mul(0xBF58_476D_1CE4_E5B9));
+    let (what, octets) = spoil(recording, &mut chance);
+    let Ok(report) = capture(&recording.name, &octets[..], manuals) else { return None };
+    let blamed: Vec<String> = against_devices(&report)
+        .iter()
+        .map(|finding| format!("    {} in frame {}: {}", finding.id, finding.frame, finding.text))
+        .collect();
+    let place = format!("mutation {number} of {}: {what}", recording.name);
+    (!blamed.is_empty()).then(|| format!("{place}\n{}", blamed.join("\n")))
+}
+
+/// The other way round: the test above would also be content with a replay that never says anything.
+#[test]
+fn a_bug_is_still_held_against_the_device() {
+    let manuals = manuals();
+    let manual = manuals.iter().find(|manual| manual.device.name == "lika-xac77-profinet").expect("the manual");
+    let variant = &manual.variants[0];
+    let (mut proven, mut shown) = (0, 0);
+    for rule in variant.rules.iter().filter(|rule| !rule.catches.is_empty()) {
+        let bug = rule.catches[0].as_str();
+        let Some(trial) = variant.trials.iter().find(|trial| trial.catches.iter().any(|caught| caught == bug)) else {
+            continue;
+        };
+        let report = recorded::record(manual, trial, &[bug]).replayed(manuals);
+        let of_rule = report.rules.iter().find(|of| of.id.ends_with(&format!("/{}", rule.id)));
+        match of_rule.map(|of| of.verdict) {
+            Some("fail") => {
+                proven += 1;
+                shown += 1;
+            }
+            Some("inconclusive") => shown += 1,
+            _ => {}
+        }
+    }
+    println!("{shown} rules show their bug, {proven} are proven broken");
+    assert!(proven >= 5 && proven * 2 > shown, "only {proven} of {shown}");
+    // A file of no frames says nothing about anybody.
+    let empty =
+        capture("empty", &file(virtual_wire::capture::LinkType::ETHERNET, [].iter())[..], manuals).expect("a capture");
+    let blamed: Vec<_> = empty.findings.iter().map(|finding| (finding.id.as_str(), finding.blame)).collect();
+    assert_eq!(blamed, [("PN-CAPTURE-NOTHING", Blame::Capture)]);
+}

@@ -1,0 +1,247 @@
+//! What trials need of a bench, read off the shipped suites, and what a bench answers to that.
+
+use crate::shipped::manuals;
+use encspec::bench_file::{BenchFile, read};
+use encspec::engine::needs::{Ability, Claim, Consent, Need, missing, needs, nvm_writes, position_noise};
+use encspec::suite::load;
+use encspec::suite::model::{Manual, Trial, Variant};
+use rstest::rstest;
+
+fn lika() -> &'static Manual {
+    manuals().iter().find(|manual| manual.device.name == "lika-xac77-profinet").expect("it is shipped")
+}
+
+fn variant() -> &'static Variant {
+    &lika().variants[0]
+}
+
+fn trial(id: &str) -> &'static Trial {
+    variant().trials.iter().find(|trial| trial.id == id).unwrap_or_else(|| panic!("there is no {id}"))
+}
+
+fn of(id: &str) -> Vec<Need> {
+    needs(lika(), variant(), trial(id))
+}
+
+fn bench(more: &str) -> BenchFile {
+    let folder = testing::Folder::new("needs");
+    let path = folder.write("bench.yaml", format!("device: lika-xac77-profinet/xac7718\nlink: nic:eth1\n{more}"));
+    read(&path, manuals()).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The needs of cases of the XAC77, as a reader of their steps lists them.
+#[rstest]
+#[case("preset/absolute", &[Need::Consent(Consent::PositionReference), Need::Consent(Consent::NvmWrite(1))])]
+#[case("memory/each-save-counts", &[Need::Stand(Ability::Power), Need::Consent(Consent::NvmWrite(2))])]
+#[case("parameter-values/save-and-confirm", &[Need::Consent(Consent::NvmWrite(1))])]
+#[case("parameter-values/preset-value", &[])]
+fn a_case_needs_what_its_steps_do(#[case] id: &str, #[case] wanted: &[Need]) {
+    let needs = of(id);
+    let rest: Vec<&Need> = needs.iter().filter(|need| !matches!(need, Need::Claim(_))).collect();
+    assert_eq!(rest, wanted.iter().collect::<Vec<_>>(), "{id}");
+    assert!(needs.contains(&Need::Claim(Claim::Name("bf00".to_owned()))), "every start-up writes the start record");
+}
+
+/// Every trial that does something lasting says so: found by the text of its steps, which the scan never looks at.
+#[test]
+fn nothing_lasting_is_overlooked() {
+    let mut found = 0;
+    for variant in &lika().variants {
+        for trial in &variant.trials {
+            let text = all_text(trial);
+            let needs = needs(lika(), variant, trial);
+            let consents = |consent: fn(&Consent) -> bool| {
+                needs.iter().any(|need| matches!(need, Need::Consent(of) if consent(of)))
+            };
+            let stands =
+                |name: &str| needs.iter().any(|need| matches!(need, Need::Stand(of) if of.to_string() == name));
+            let writes = |name: &str| text.iter().any(|line| line.starts_with("write:") && line.contains(name));
+            let sets = |name: &str| text.iter().any(|line| line.contains("set:") && line.contains(name));
+            for (there, said, what) in [
+                (
+                    text.iter().any(|line| line.contains("dcp_reset")),
+                    consents(|of| *of == Consent::FactoryReset),
+                    "reset",
+                ),
+                (writes("station.name"), consents(|of| *of == Consent::SetName), "name"),
+                (writes("station.ip") || writes("station.mask"), consents(|of| *of == Consent::SetIp), "address"),
+                (sets("request_home_position: 1"), consents(|of| *of == Consent::PositionReference), "preset"),
+                (sets("request_home_position: 1"), consents(|of| matches!(of, Consent::NvmWrite(_))), "preset is kept"),
+                (sets("as_delivered"), stands("device") && consents(|of| *of == Consent::FactoryReset), "delivery"),
+                (
+                    text.iter().any(|line| line.contains("destination:")),
+                    needs.iter().any(|need| matches!(need, Need::Virtual(_))),
+                    "another station",
+                ),
+                (writes("P971"), consents(|of| matches!(of, Consent::NvmWrite(_))), "save"),
+                (sets("power:"), stands("power"), "power"),
+                (sets("fault.memory"), stands("fault.memory"), "fault"),
+                (sets("shaft.counts"), stands("shaft.counts"), "place"),
+            ] {
+                assert!(!there || said, "{}: {what} is overlooked: {needs:?}", trial.id);
+                found += usize::from(there);
+            }
+        }
+    }
+    assert!(found > 100, "only {found} lasting things were found");
+}
+
+/// What no shipped case need show: the needs of single steps, and what a bench says to them that allows everything.
+#[rstest]
+#[case("set: { device: as_delivered }", &[Need::Consent(Consent::FactoryReset), Need::Consent(Consent::SetName), Need::Stand(Ability::Delivery)], Some("the stand cannot set device"))]
+#[case(
+    "{ write: { station.name: 'x' }, instead: { destination: \"02 00 00 00 00 99\" }, answer: none }",
+    &[Need::Consent(Consent::SetName), Need::Virtual("a request to another station")],
+    Some("only a virtual wire can take it: a request to another station")
+)]
+#[case("set: { io.alarm_acknowledge: held }", &[], None)]
+#[case("send: { arp_probe: {} }", &[], None)]
+#[case("{ send: { record_read: { slot: 0, subslot: 1, index: 0xAFF0, length: 64 } }, as: second }", &[], None)]
+#[case("read: { station.mac: any }", &[], None)]
+#[case("expect: { lldp: 1, lldp.port: 'port-001' }", &[Need::DirectCable], Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`"))]
+#[case("send: { lldp: { chassis: 'x', port: 'port-002' } }", &[Need::DirectCable], Some("LLDP stops at a switch, and the bench does not say `direct_cable: true`"))]
+fn a_step_needs_what_it_does(#[case] step: &str, #[case] wanted: &[Need], #[case] why: Option<&str>) {
+    let topic = format!(
+        "suite: tried\ncases:\n  - id: tried\n    why: Tries a step.\n    covers: [XAC77-PRK-001]\n    start: none\n    \
+         steps:\n      - {step}\n      - read: {{ station.vendor_id: 0x0239 }}\n"
+    );
+    let sources = suites::sources().with("lika-xac77-profinet/tried.yaml", topic);
+    let manuals = load(&sources, Some("lika-xac77-profinet")).unwrap_or_else(|errors| panic!("{errors}"));
+    let variant = &manuals[0].variants[0];
+    let trial = variant.trials.iter().find(|trial| trial.id == "tried/tried").expect("it was added");
+    let needs = needs(&manuals[0], variant, trial);
+    assert_eq!(needs, wanted);
+    assert_eq!(missing(&needs, &bench(ALL), false, 1000).as_deref(), why);
+    let cabled = bench(&format!("direct_cable: true\n{ALL}"));
+    assert!(!wanted.contains(&Need::DirectCable) || missing(&needs, &cabled, false, 1000).is_none());
+    if wanted.contains(&Need::Stand(Ability::Delivery)) {
+        let held = bench(&format!("stand: {{ hooks: {{ device: './renew {{value}}' }} }}\n{ALL}"));
+        assert_eq!(missing(&needs, &held, false, 1000), None);
+    }
+}
+
+fn all_text(trial: &Trial) -> Vec<String> {
+    use encspec::suite::model::{Step, Verb};
+    fn walk(steps: &[Step], out: &mut Vec<String>) {
+        for step in steps {
+            match &step.verb {
+                Verb::Block { steps, .. } => walk(steps, out),
+                Verb::Either(readings) => readings.iter().for_each(|reading| walk(&reading.steps, out)),
+                _ => out.push(step.text.trim_start_matches("{ ").to_owned()),
+            }
+        }
+    }
+    let mut out = Vec::new();
+    trial.parts().into_iter().for_each(|steps| walk(steps, &mut out));
+    out
+}
+
+const ALL: &str =
+    "consent: { factory_reset: true, set_name: true, set_ip: true, nvm_write: 1000, position_reference: true }\n";
+
+#[rstest]
+#[case("preset/absolute", "", Some("the bench gives no consent to position_reference"))]
+#[case("preset/absolute", "consent: { position_reference: true }\n", Some("the bench gives no consent to nvm_write"))]
+#[case("preset/absolute", ALL, None)]
+#[case("memory/each-save-counts", ALL, Some("the stand cannot set power"))]
+#[case("memory/each-save-counts", "stand: { ask: [power] }\nconsent: { nvm_write: 2 }\n", None)]
+#[case(
+    "memory/each-save-counts",
+    "stand: { ask: [power] }\nconsent: { nvm_write: 1 }\n",
+    Some("the trial may write the memory 2 times, and of the 1 writes that the bench allows in a run 1 are left")
+)]
+#[case("parameter-values/preset-value", "lacks: [P65000]\n", Some("the bench says that the device lacks P65000"))]
+#[case("parameter-values/preset-value", "telegrams: [telegram_84]\n", Some("the bench does not claim telegram_81"))]
+#[case("parameter-values/preset-value", "", None)]
+#[case(
+    "preset/second-preset",
+    "stand: { ask: [turn], shaft: [hand] }\nconsent: { position_reference: true, nvm_write: 9 }\n",
+    Some("the stand cannot turn the shaft by a known way, it is only turned by hand")
+)]
+fn what_is_missing_is_said(#[case] id: &str, #[case] more: &str, #[case] why: Option<&str>) {
+    let bench = bench(more);
+    assert_eq!(missing(&of(id), &bench, false, bench.consent.nvm_write).as_deref(), why);
+}
+
+#[test]
+fn the_budget_of_writes_runs_out() {
+    let bench = bench("consent: { nvm_write: 5, position_reference: true }\n");
+    let needs = of("preset/absolute");
+    assert_eq!(nvm_writes(&needs), 1);
+    assert_eq!(missing(&needs, &bench, false, 1), None);
+    let why = missing(&needs, &bench, false, 0).expect("nothing is left");
+    assert!(why.ends_with("of the 5 writes that the bench allows in a run 0 are left"), "{why}");
+}
+
+#[test]
+fn long_waits_are_asked_for() {
+    let time = std::time::Duration::from_secs;
+    let needs = [Need::Long { waits: time(125), really: time(30) }];
+    let why = missing(&needs, &bench(""), false, 0);
+    assert_eq!(why.as_deref(), Some("the trial waits for 125 s: the stand needs the ability clock, or the run --long"));
+    assert_eq!(missing(&needs, &bench(""), true, 0), None);
+    let clock = bench("stand: { hooks: { clock: 'skip {value}' } }\n");
+    assert_eq!(missing(&needs, &clock, false, 0), None);
+    let needs = [Need::Long { waits: time(125), really: time(125) }];
+    let why = missing(&needs, &clock, false, 0);
+    let shortens_nothing = "the trial takes 125 s, which no clock of the stand shortens: the run needs --long";
+    assert_eq!(why.as_deref(), Some(shortens_nothing));
+    assert_eq!(missing(&needs, &clock, true, 0), None);
+}
+
+#[rstest]
+#[case("position(±0)", Ability::Turn { shortest: Some(1.0) }, None)]
+#[case("position(±0.4)", Ability::Turn { shortest: Some(1.0) }, None)]
+#[case("position(±1)", Ability::Turn { shortest: Some(1.0) }, Some("the stand turns the shaft to ±1 steps, which is too coarse for a way of 1"))]
+#[case("position(±20)", Ability::Turn { shortest: Some(1000.0) }, None)]
+#[case("speed(±0.5)", Ability::Speed { slowest: Some(60.0) }, None)]
+#[case("speed(±0.7)", Ability::Speed { slowest: Some(60.0) }, Some("the stand turns the shaft to ±0.7 rpm, and at 60 rpm checks allow 1 %"))]
+#[case("speed(±0.5)", Ability::Moves, None)]
+fn a_shaft_is_moved_as_exactly_as_the_stand_can(
+    #[case] shaft: &str,
+    #[case] ability: Ability,
+    #[case] why: Option<&str>,
+) {
+    let name = if shaft.starts_with("speed") { "shaft.speed" } else { "turn" };
+    let bench = bench(&format!("stand: {{ ask: [{name}], shaft: ['{shaft}'] }}\n"));
+    assert_eq!(missing(&[Need::Stand(ability)], &bench, false, 0).as_deref(), why);
+}
+
+#[test]
+fn a_coarse_stand_adds_to_the_noise_of_what_it_moves() {
+    let bench = bench("position_noise: 2\nstand: { ask: [turn], shaft: ['position(±2.5)'] }\n");
+    assert_eq!(position_noise(&[Need::Stand(Ability::Turn { shortest: None })], &bench), 5);
+    assert_eq!(position_noise(&[Need::Stand(Ability::Power)], &bench), 2);
+}
+
+/// What a control channel says it can do is believed, and without a word all of it is counted on.
+#[test]
+fn a_control_channel_serves_what_it_offers() {
+    let mut bench = bench("stand: { control: /run/encspec/control }\n");
+    let speed = [Need::Stand(Ability::Speed { slowest: Some(1.0) })];
+    let led = [Need::Stand(Ability::Led("bus".to_owned()))];
+    assert_eq!(missing(&speed, &bench, false, 0), None);
+    assert_eq!(missing(&led, &bench, false, 0), None);
+    bench.stand.offers = Some(vec!["power".to_owned(), "led.bus".to_owned()]);
+    assert_eq!(missing(&led, &bench, false, 0), None);
+    let why = missing(&speed, &bench, false, 0);
+    assert_eq!(why.as_deref(), Some("the stand cannot turn the shaft at a known speed"));
+}
+
+#[rstest]
+#[case("position_reference: [G1_STW.request_home_positon]", "did you mean `G1_STW.request_home_position`?")]
+#[case("position_reference: [G1_ZSW.parked]", "unknown output, parameter or record `G1_ZSW.parked`")]
+#[case("position_reference: [P922]", "`P922` can only be read")]
+#[case("nvm_write: [P971]", "a parameter that is `permanent` writes the memory anyway")]
+#[case("nvm_write: [G1_STW, G1_STW]", "`G1_STW` stands twice in nvm_write")]
+#[case("factory_reset: []", "factory_reset is empty")]
+#[case("nvm_writes: [G1_STW]", "did you mean `nvm_write`?")]
+fn a_mistake_in_changes_is_found(#[case] line: &str, #[case] part: &str) {
+    let path = "lika-xac77-profinet/device.yaml";
+    let sources = suites::sources();
+    let text = sources.files().find(|(name, _)| *name == path).expect("it is shipped").1;
+    let begin = text.find("\nchanges:").expect("it says what changes the device");
+    let changed = format!("{}\nchanges: {{ {line} }}\n", &text[..begin]);
+    let errors = load(&sources.with(path, changed), Some("lika-xac77-profinet")).expect_err("it does not load");
+    assert!(errors.to_string().contains(part), "{errors}");
+}

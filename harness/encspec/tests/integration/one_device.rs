@@ -1,0 +1,165 @@
+//! Every trial after the other on one and the same device, as on a live bench: what a trial leaves behind must not make a
+//! later one fail.
+
+use crate::shipped;
+use controllers::profibus_dp::Settings;
+use deviations::{Line, Setup};
+use encspec::engine::segment::{DeviceOnStand, Model, Segment, VirtualSegment};
+use encspec::engine::{DpLine, DutKind, DutSpec, RunOptions, dut, line, run_trial_on};
+use encspec::suite::device::Bus;
+use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::verdict::Verdict;
+use station::{Duration, Outbox, Refusal, Stand, StandAction, Station, Time};
+use std::thread;
+
+/// A device for which time goes on from trial to trial.
+struct Kept<'a> {
+    device: Model<'a>,
+    /// What the device's clock showed when the trial began.
+    began: Time,
+    /// What the trial's clock showed last.
+    last: Time,
+}
+
+impl Kept<'_> {
+    fn time(&mut self, now: Time) -> Time {
+        self.last = self.last.max(now);
+        self.began + now.since(Time::ZERO)
+    }
+}
+
+impl Station for Kept<'_> {
+    fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        let now = self.time(now);
+        self.device.receive(now, frame, out);
+    }
+
+    fn wake(&mut self, now: Time, out: &mut Outbox) {
+        let now = self.time(now);
+        self.device.wake(now, out);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        let due = self.device.deadline()?;
+        Some(Time::ZERO + due.since(self.began))
+    }
+}
+
+impl Stand for Kept<'_> {
+    fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        let now = self.time(now);
+        let done = self.device.act(now, action)?;
+        Ok(Time::ZERO + done.since(self.began))
+    }
+
+    fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
+        let now = self.time(now);
+        self.device.led(now, name)
+    }
+
+    fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        let now = self.time(now);
+        self.device.counter(now, name)
+    }
+}
+
+struct Lent<'a, 'b>(&'a mut Kept<'b>);
+
+impl DeviceOnStand for Lent<'_, '_> {
+    fn station(&mut self) -> &mut dyn Station {
+        &mut *self.0
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        &mut *self.0
+    }
+}
+
+/// A device that has a history, as it is on a bench of this trial.
+fn kept<'a>(setup: &'a Setup<'a>, spec: &'a DutSpec) -> Kept<'a> {
+    let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
+    let built = known.build(&spec.variant, setup).map_err(|error| error.to_string());
+    let fresh = move || known.build_delivered(&spec.variant, setup).map_err(|error| error.to_string());
+    let device = Model::new(built.expect("it can be built"), Box::new(fresh));
+    Kept { device, began: Time::ZERO, last: Time::ZERO }
+}
+
+/// The segment of a trial with such a device.
+fn segment<'a>(kept: &'a mut Kept<'_>, bus: Bus, line: DpLine) -> Box<dyn Segment + 'a> {
+    let device = Box::new(Lent(kept));
+    Box::new(match bus {
+        Bus::Profinet => VirtualSegment::new(device),
+        Bus::Profibus => VirtualSegment::bus(device, line.baud, Settings::new(0, line.baud).slot_time),
+    })
+}
+
+/// Runs those trials of a variant of which `is_run` says so on one device with these bugs, and gives those that did not pass.
+///
+/// On PROFIBUS it is one device for each rate of the bus, as a reference device does not look for the rate.
+fn in_each_others_way(
+    manual: &Manual,
+    variant: &Variant,
+    bugs: &[&str],
+    is_run: impl Fn(&Trial) -> bool,
+) -> Vec<String> {
+    let spec = DutSpec {
+        manual: manual.device.name.clone(),
+        variant: variant.name.clone(),
+        kind: DutKind::Model { bugs: Vec::new() },
+    };
+    let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
+    let lines: Vec<DpLine> = variant.trials.iter().map(|trial| line(&spec, manual, Some(trial))).collect();
+    let mut rates = lines.clone();
+    rates.sort_by_key(|line| line.baud.0);
+    rates.dedup();
+    let mut broken = Vec::new();
+    for rate in rates {
+        let setup = Setup {
+            mac: known.manual.mac(dut::DEVICE.0.0),
+            bugs,
+            shaft: 0x1234,
+            station_name: dut::STATION_NAME,
+            line: Line { address: rate.station, baud: rate.baud },
+            ..Setup::default()
+        };
+        let mut kept = kept(&setup, &spec);
+        let trials = variant.trials.iter().zip(&lines).filter(|(trial, line)| **line == rate && is_run(trial));
+        for (trial, _) in trials {
+            let segment = segment(&mut kept, manual.device.bus.kind(), rate);
+            let outcome = run_trial_on(segment, manual, variant, &spec, trial, &RunOptions::default());
+            let case = outcome.case;
+            if case.verdict != Verdict::Pass {
+                broken.push(format!("{} {}: {:?} {:?}", variant.name, case.id, case.verdict, case.reason));
+            }
+            kept.began += kept.last.since(Time::ZERO) + Duration::from_secs(1);
+            kept.last = Time::ZERO;
+        }
+    }
+    broken
+}
+
+#[test]
+fn trials_do_not_stand_in_each_others_way() {
+    let manuals = shipped::manuals();
+    let variants = manuals.iter().flat_map(|manual| manual.variants.iter().map(move |variant| (manual, variant)));
+    let broken: Vec<String> = thread::scope(|scope| {
+        let devices: Vec<_> = variants
+            .map(|(manual, variant)| scope.spawn(|| in_each_others_way(manual, variant, &[], |_| true)))
+            .collect();
+        devices.into_iter().flat_map(|device| device.join().expect("no panic")).collect()
+    });
+    assert!(broken.is_empty(), "{}\n{} trials", broken.join("\n"), broken.len());
+}
+
+/// A slave that takes an address by the bus although it must not fails that trial alone: it gets its own address back, at which
+/// the others look for it.
+#[test]
+fn a_slave_is_told_its_address_back() {
+    let manuals = shipped::manuals();
+    let manual = manuals.iter().find(|manual| manual.device.name == "sick-a3m60-profibus").expect("it is shipped");
+    let trials = ["addresses/not-over-the-bus", "defaults/as-delivered", "position/", "slave-start-up/"];
+    let is_run = |trial: &Trial| trials.iter().any(|begin| trial.id.starts_with(begin));
+    let broken = in_each_others_way(manual, &manual.variants[0], &["address-taken-over-the-bus"], is_run);
+    let [failed] = broken.as_slice() else { panic!("{broken:#?}") };
+    assert!(failed.contains("addresses/not-over-the-bus: Fail"), "{failed}");
+}

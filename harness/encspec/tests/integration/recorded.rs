@@ -1,0 +1,76 @@
+//! Recordings of our reference devices, as captures in memory that a test can spoil.
+
+use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::replay::{Blame, CaptureReport, Finding, Severity, capture};
+use encspec::suite::device::Bus;
+use encspec::suite::model::{Manual, Trial};
+use station::Time;
+use virtual_wire::PcapngWriter;
+use virtual_wire::capture::LinkType;
+
+/// The frames of a trial.
+#[derive(Clone)]
+pub struct Recording {
+    /// The manual, the variant, the trial and the bugs, for messages.
+    pub name: String,
+    pub link: LinkType,
+    pub frames: Vec<(Time, Vec<u8>)>,
+}
+
+/// A trial of the first variant of a manual, on its reference device with these bugs.
+pub fn record(manual: &Manual, trial: &Trial, bugs: &[&str]) -> Recording {
+    let variant = &manual.variants[0];
+    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+    let link = match manual.device.bus.kind() {
+        Bus::Profinet => LinkType::ETHERNET,
+        Bus::Profibus => LinkType::PROFIBUS,
+    };
+    let frames = outcome.trace.iter().map(|frame| (frame.time, frame.octets.to_vec())).collect();
+    Recording { name: format!("{}/{} {} {bugs:?}", manual.device.name, variant.name, trial.id), link, frames }
+}
+
+/// Some trials of a manual, evenly spread, whose recordings are small and have cyclic data.
+pub fn some(manual: &Manual, count: usize) -> Vec<Recording> {
+    let trials = &manual.variants[0].trials;
+    let step = (trials.len() / (count * 4)).max(1);
+    let recordings = trials.iter().step_by(step).map(|trial| record(manual, trial, &[]));
+    recordings.filter(|recording| (60..700).contains(&recording.frames.len())).take(count).collect()
+}
+
+impl Recording {
+    pub fn file(&self) -> Vec<u8> {
+        file(self.link, self.frames.iter())
+    }
+
+    pub fn replayed(&self, manuals: &[Manual]) -> CaptureReport {
+        capture(&self.name, &self.file()[..], manuals).expect("a capture")
+    }
+
+    /// The same frames after something was done to them.
+    pub fn changed(&self, change: impl FnOnce(&mut Vec<(Time, Vec<u8>)>)) -> Recording {
+        let mut changed = self.clone();
+        change(&mut changed.frames);
+        changed
+    }
+}
+
+/// Frames as a capture file.
+pub fn file<'f>(link: LinkType, frames: impl Iterator<Item = &'f (Time, Vec<u8>)>) -> Vec<u8> {
+    let mut writer = PcapngWriter::new(Vec::new(), "made by a test").expect("a vector takes all");
+    let interface = writer.interface("wire", link).expect("a vector takes all");
+    for (time, octets) in frames {
+        writer.packet(interface, *time, octets, None).expect("a vector takes all");
+    }
+    writer.finish().expect("a vector takes all")
+}
+
+/// The findings that are held against a device: what it reports of itself, a diagnosis for instance, is none.
+pub fn against_devices(report: &CaptureReport) -> Vec<&Finding> {
+    report
+        .findings
+        .iter()
+        .filter(|finding| (finding.blame, finding.severity) == (Blame::Device, Severity::Error))
+        .collect()
+}

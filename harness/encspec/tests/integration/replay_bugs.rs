@@ -1,0 +1,415 @@
+//! From a recording of a device with a bug to the requirement of that bug and the packet that shows it.
+//!
+//! Which packet is the right one is said here by hand, octet by octet of the frames as the manuals lay them out; nothing of the
+//! judge is used for it.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use crate::shipped;
+use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::replay::{CaptureReport, Finding, capture};
+use encspec::suite::device::Bus;
+use encspec::suite::model::{Manual, Variant};
+use encspec::verdict::Verdict;
+use rstest::rstest;
+use virtual_wire::capture::LinkType;
+use virtual_wire::{PcapngWriter, Trace};
+
+/// A frame of the trace: its number from 1, its time in nanoseconds, its octets.
+type Row = (u64, u64, Vec<u8>);
+
+/// What shows that a frame is the one that is wrong.
+type Wrong = fn(&[Row]) -> Option<u64>;
+
+/// Telegram 81 or 83 on PROFINET behind 18 octets of header and VLAN tag, the frame id and two status octets.
+mod rt {
+    use super::Row;
+
+    /// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2 of a frame of the device.
+    pub fn inputs(row: &Row) -> Option<[u32; 4]> {
+        let octets = &row.2;
+        let is_input = octets.get(12..14)? == [0x81, 0x00]
+            && octets.get(16..20)? == [0x88, 0x92, 0xC0, 0x01]
+            && octets.get(20..22)? == [0x80, 0x80];
+        is_input.then(|| super::words(octets, 22)).flatten()
+    }
+
+    /// STW2_ENC and G1_STW of a frame of the controller.
+    pub fn outputs(row: &Row) -> Option<[u32; 2]> {
+        let octets = &row.2;
+        let is_output = octets.get(16..20)? == [0x88, 0x92, 0xC0, 0x00];
+        is_output.then(|| Some([super::number(octets, 20, 2)?, super::number(octets, 22, 2)?])).flatten()
+    }
+}
+
+fn number(octets: &[u8], at: usize, length: usize) -> Option<u32> {
+    Some(octets.get(at..at + length)?.iter().fold(0, |number, octet| number << 8 | u32::from(*octet)))
+}
+
+fn words(octets: &[u8], at: usize) -> Option<[u32; 4]> {
+    Some([number(octets, at, 2)?, number(octets, at + 2, 2)?, number(octets, at + 4, 4)?, number(octets, at + 8, 4)?])
+}
+
+/// The octets of Slave_Diag: an SD2 frame from SAP 60 of the slave to SAP 62 of the master.
+fn diagnosis(row: &Row) -> Option<&[u8]> {
+    let octets = &row.2;
+    let is_it = octets.first() == Some(&0x68) && octets.get(7..9)? == [0x3E, 0x3C];
+    is_it.then(|| octets.get(9..octets.len() - 2)).flatten()
+}
+
+/// The same words in Data_Exchange of PROFIBUS: an SD2 frame from the slave to master 1, without SAPs.
+fn dp_inputs(row: &Row) -> Option<[u32; 4]> {
+    let octets = &row.2;
+    let is_it = octets.first() == Some(&0x68) && octets.get(4) == Some(&1) && octets.get(5)? & 0x80 == 0;
+    (is_it && octets.len() == 21).then(|| words(octets, 7)).flatten()
+}
+
+/// STW2_ENC and G1_STW in Data_Exchange of PROFIBUS: an SD2 frame of master 1 to the slave, without SAPs.
+fn dp_outputs(row: &Row) -> Option<[u32; 2]> {
+    let octets = &row.2;
+    let is_it = octets.first() == Some(&0x68) && octets.get(5) == Some(&1) && octets.get(4)? & 0x80 == 0;
+    (is_it && octets.len() == 13).then(|| Some([number(octets, 7, 2)?, number(octets, 9, 2)?])).flatten()
+}
+
+/// The last frame of the device in the 100 ms after a request in which it could have answered, and did not; it takes a frame
+/// behind that to know.
+fn late(rows: &[Row], asked: impl Fn([u32; 2]) -> bool, answered: impl Fn([u32; 4]) -> bool) -> Option<u64> {
+    let (mut before, mut open, mut last) = (true, None, None);
+    for row in rows {
+        if let Some(of) = rt::outputs(row).or_else(|| dp_outputs(row)) {
+            if asked(of) && !before {
+                (open, last) = (Some(row.1), None);
+            }
+            before = asked(of);
+        } else if let Some(of) = rt::inputs(row).or_else(|| dp_inputs(row)) {
+            match open {
+                Some(_) if answered(of) => open = None,
+                Some(since) if row.1 > since + 100_000_000 => return last,
+                _ => last = Some(row.0),
+            }
+        }
+    }
+    None
+}
+
+/// The first frame in which the time stamp in these two octets went on by other than one.
+fn stamp(rows: &[Row], at: usize) -> Option<u64> {
+    let mut before = None;
+    for row in rows {
+        let octets = &row.2;
+        let is_input = octets.first() == Some(&0x68)
+            && octets.get(4) == Some(&1)
+            && octets.get(5).is_some_and(|of| of & 0x80 == 0);
+        let Some(now) = number(octets, at, 2).filter(|_| is_input) else { continue };
+        if before.is_some_and(|before: u32| now != before && now != (before + 1) & 0xFFFF) {
+            return Some(row.0);
+        }
+        before = Some(now);
+    }
+    None
+}
+
+fn first(rows: &[Row], wrong: impl Fn(&Row) -> bool) -> Option<u64> {
+    rows.iter().find(|row| wrong(row)).map(|row| row.0)
+}
+
+/// The first frame of the device for which this is true of ZSW2_ENC, G1_ZSW, G1_XIST1 and G1_XIST2.
+fn input(rows: &[Row], wrong: impl Fn([u32; 4]) -> bool) -> Option<u64> {
+    first(rows, |row| rt::inputs(row).or_else(|| dp_inputs(row)).is_some_and(&wrong))
+}
+
+/// The first diagnosis for which this is true, from the one on with which the exchange of data begins: before that there is no
+/// connection on which a rule could be judged.
+fn told(rows: &[Row], wrong: impl Fn(&[u8]) -> bool) -> Option<u64> {
+    let is_exchange =
+        |row: &Row| row.2.first() == Some(&0x68) && row.2.get(4..6).is_some_and(|of| of[0] | of[1] < 0x80);
+    let begin = rows.iter().position(is_exchange)?;
+    let last = rows.get(..begin)?.iter().rposition(|row| diagnosis(row).is_some())?;
+    first(rows.get(last..)?, |row| diagnosis(row).is_some_and(&wrong))
+}
+
+/// The first frame in which these bits of G1_ZSW rise while these of G1_STW are not set.
+fn rises_without(rows: &[Row], answer: u32, request: u32) -> Option<u64> {
+    let (mut before, mut asked) = (0, 0);
+    for row in rows {
+        asked = rt::outputs(row).map_or(asked, |of| of[1]);
+        let Some(of) = rt::inputs(row) else { continue };
+        if of[1] & answer != 0 && before & answer == 0 && asked & request == 0 {
+            return Some(row.0);
+        }
+        before = of[1];
+    }
+    None
+}
+
+/// The first frame in which these bits of G1_ZSW fall while these of G1_STW are as they were asked for.
+fn falls_while(rows: &[Row], answer: u32, asked_for: impl Fn(u32) -> bool) -> Option<u64> {
+    let (mut before, mut asked) = (0, 0);
+    for row in rows {
+        asked = rt::outputs(row).map_or(asked, |of| of[1]);
+        let Some(of) = rt::inputs(row) else { continue };
+        if of[1] & answer == 0 && before & answer != 0 && asked_for(asked) {
+            return Some(row.0);
+        }
+        before = of[1];
+    }
+    None
+}
+
+/// The trace of the first trial of the case, with the bug, as a file and as rows.
+fn recording(manual: &Manual, variant: &Variant, case: &str, bug: Option<&str>) -> Option<(Vec<u8>, Vec<Row>)> {
+    let trial = variant.trials.iter().find(|trial| trial.id == case)?;
+    let kind = DutKind::Model { bugs: bug.map(str::to_owned).into_iter().collect() };
+    let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+    let rows = outcome.trace.iter().zip(1..).map(|(of, number)| (number, of.time.as_nanos(), of.octets.to_vec()));
+    // Some bugs are caught by a rule alone.
+    assert!(outcome.case.verdict == Verdict::Pass || bug.is_some(), "{case} with {bug:?}");
+    Some((file(manual, &outcome.trace), rows.collect()))
+}
+
+fn file(manual: &Manual, trace: &Trace) -> Vec<u8> {
+    let link = match manual.device.bus.kind() {
+        Bus::Profinet => LinkType::ETHERNET,
+        Bus::Profibus => LinkType::PROFIBUS,
+    };
+    let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
+    let interface = writer.interface("virtual", link).expect("a vector takes everything");
+    for frame in trace.iter() {
+        writer.packet(interface, frame.time, frame.octets, None).expect("a vector takes everything");
+    }
+    writer.finish().expect("a vector takes everything")
+}
+
+fn of_rules(report: &CaptureReport) -> Vec<&Finding> {
+    report.findings.iter().filter(|finding| !finding.requirements.is_empty()).collect()
+}
+
+#[rstest]
+#[case::xac77("lika-xac77-profinet", XAC77)]
+#[case::amt58("datalogic-amt58-profibus", AMT58)]
+#[case::sendix("kuebler-sendix58xx-profinet", SENDIX)]
+#[case::a3m60("sick-a3m60-profibus", A3M60)]
+#[case::afx60("sick-afx60-profinet", AFX60)]
+fn each_bug_is_found_with_its_requirement_in_the_right_packet(
+    #[case] manual: &str,
+    #[case] bugs: &[(&str, &str, &str, Wrong)],
+) {
+    assert!(bugs.len() >= 10);
+    let manuals = shipped::only(manual);
+    let manual = &manuals[0];
+    let mut missed = Vec::new();
+    for &(bug, case, requirement, wrong) in bugs {
+        let breaks = &manual.bugs.iter().find(|of| of.name == bug).expect("a bug of the manual").breaks;
+        assert!(breaks.iter().any(|&of| manual.requirements[of].id == requirement), "{bug} breaks {requirement}");
+        let mut variants = 0;
+        for variant in &manual.variants {
+            let place = format!("{bug} in {case} of {}", variant.name);
+            let Some((healthy, _)) = recording(manual, variant, case, None) else { continue };
+            let report = capture("healthy", &healthy[..], manuals).expect("a capture");
+            if !of_rules(&report).is_empty() {
+                missed.push(format!("{place}: found without the bug: {:?}", of_rules(&report)));
+            }
+            let (broken, rows) = recording(manual, variant, case, Some(bug)).expect("the same trial");
+            let report = capture("broken", &broken[..], manuals).expect("a capture");
+            let right = wrong(&rows);
+            let found = of_rules(&report);
+            let named: Vec<&&Finding> =
+                found.iter().filter(|of| of.requirements.iter().any(|id| id == requirement)).collect();
+            match named.first() {
+                None => missed.push(format!("{place}: no finding names {requirement}: {:?}", report.findings)),
+                Some(of) if right != Some(of.frame) => {
+                    missed.push(format!("{place}: {} in packet {}, not {right:?}", of.id, of.frame));
+                }
+                Some(of) => {
+                    assert!(of.clause.is_some() && of.octet.is_some() && of.cause.is_some() && of.next.is_some());
+                    assert_eq!(of.context.at.as_ref().map(|at| at.frame), right, "{place}");
+                    assert!(!of.context.before.is_empty() && of.ar.is_some(), "{place}: {of:?}");
+                    assert_eq!(of.filter.is_some(), manual.device.profinet().is_some());
+                }
+            }
+            variants += 1;
+        }
+        assert!(variants > 0, "no variant has {case}");
+    }
+    assert!(missed.is_empty(), "{} of {}:\n{}", missed.len(), bugs.len(), missed.join("\n"));
+}
+
+const XAC77: &[(&str, &str, &str, Wrong)] = &[
+    ("acknowledge-answer-without-request", "error-acknowledgement/error-is-latched", "XAC77-SIG-030", |rows| {
+        rises_without(rows, 0x0800, 0x8000)
+    }),
+    ("error-clears-itself", "error-acknowledgement/error-is-latched", "XAC77-ACK-003", |rows| {
+        falls_while(rows, 0x8000, |asked| asked & 0xC000 == 0)
+    }),
+    ("error-survives-parking", "parking/clears-errors", "XAC77-PRK-007", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0x4000 != 0 && g1 != 0x4000)
+    }),
+    ("park-keeps-preset-bit", "parking/clears-the-acknowledgement", "XAC77-PRK-003", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0x4000 != 0 && g1 != 0x4000)
+    }),
+    ("error-without-code", "error-acknowledgement/error-displaces-the-position[requested]", "XAC77-SIG-038", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && ![3, 0x0F02, 0x0F04, 0x1001, 0x1002].contains(&x2))
+    }),
+    ("parking-code-wrong", "parking/not-while-turning", "XAC77-G1E-009", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && ![3, 0x0F02, 0x0F04, 0x1001, 0x1002].contains(&x2))
+    }),
+    ("life-sign-shown-as-bus-cycle", "error-acknowledgement/error-is-latched", "XAC77-G1E-002", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && x2 == 0x0F04)
+    }),
+    ("missing-synchronization-is-error", "telegrams/free-running", "XAC77-TLG-033", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && x2 == 0x0F04)
+    }),
+    (
+        "position-bit-stays-with-error",
+        "error-acknowledgement/error-displaces-the-position[requested]",
+        "XAC77-SIG-036",
+        |rows| input(rows, |[_, g1, ..]| g1 & 0xA000 == 0xA000),
+    ),
+    ("not-used-bits-mirrored", "telegrams/bits-without-function[g1-0-to-7]", "XAC77-SIG-028", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0x03FF != 0)
+    }),
+    ("control-requested-follows-control", "start-parameters/compatibility-on[1]", "XAC77-CMP-002", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0200 != 0)
+    }),
+];
+
+const AMT58: &[(&str, &str, &str, Wrong)] = &[
+    ("always-one-missing", "diagnosis/after-power-on", "AMT58-DIA-011", |rows| told(rows, |of| of[1] & 0x04 == 0)),
+    ("station-non-existent-set", "diagnosis/after-power-on", "AMT58-DIA-001", |rows| {
+        told(rows, |of| of[0] & 0x01 != 0)
+    }),
+    ("invalid-response-set", "diagnosis/after-power-on", "AMT58-DIA-006", |rows| told(rows, |of| of[0] & 0x20 != 0)),
+    ("deactivated-set", "diagnosis/after-power-on", "AMT58-DIA-015", |rows| told(rows, |of| of[1] & 0x80 != 0)),
+    ("overflow-with-extended-diagnosis", "diagnosis/in-data-exchange[watched-extended]", "AMT58-DIA-016", |rows| {
+        told(rows, |of| of[2] & 0x80 != 0)
+    }),
+    ("ext-diag-always-set", "diagnosis/in-data-exchange[watched]", "AMT58-DIA-004", |rows| {
+        told(rows, |of| of[0] & 0x08 != 0 && of.get(7) == Some(&0))
+    }),
+    ("header-without-itself", "diagnosis/lengths[reduced]", "AMT58-DIA-021", |rows| {
+        told(rows, |of| of.len() > 6 && usize::from(of[6]) != of.len() - 6)
+    }),
+    ("header-of-the-whole", "diagnosis/lengths[reduced]", "AMT58-DIA-022", |rows| {
+        told(rows, |of| of.len() > 6 && usize::from(of[6]) != of.len() - 6)
+    }),
+    ("alarms-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-023", |rows| {
+        told(rows, |of| of.get(7).is_some_and(|alarms| ![0, 0x10].contains(alarms)))
+    }),
+    ("additional-alarms-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-040", |rows| {
+        told(rows, |of| of.get(16).is_some_and(|&of| of != 0))
+    }),
+    ("warnings-uninitialised", "diagnosis/without-a-fault", "AMT58-DIA-042", |rows| {
+        told(rows, |of| of.get(19..21).is_some_and(|of| of != [0, 0]))
+    }),
+    ("reserved-octets-left-over", "diagnosis/without-a-fault", "AMT58-DIA-049", |rows| {
+        told(rows, |of| of.get(57..63).is_some_and(|of| of != [0; 6]))
+    }),
+];
+
+const SENDIX: &[(&str, &str, &str, Wrong)] = &[
+    ("control-requested-follows-control", "signals/control-is-requested", "SENDIX-SIG-004", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0200 == 0)
+    }),
+    ("control-requested-never-set", "controller/normal-operation", "SENDIX-SIG-004", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0200 == 0)
+    }),
+    ("error-code-in-upper-word", "controller/memory-error", "SENDIX-G1E-007", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && ![1, 0x20, 0x1002].contains(&x2))
+    }),
+    ("error-without-code", "position/no-code-in-xist1[sensor]", "SENDIX-SIG-018", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && ![1, 0x20, 0x1002].contains(&x2))
+    }),
+    ("error-codes-combined", "faults/two-errors", "SENDIX-G1E-009", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && ![1, 0x20, 0x1002].contains(&x2))
+    }),
+    ("internal-state-in-status-word", "signals/status-word-in-each-state", "SENDIX-SIG-007", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0DF7 != 0)
+    }),
+    ("not-used-bits-mirrored", "telegrams/bits-without-function[g1-0-to-10]", "SENDIX-SIG-023", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0x07FF != 0)
+    }),
+    ("position-bit-stays-with-error", "controller/memory-error", "SENDIX-SIG-019", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0xA000 == 0xA000)
+    }),
+    ("preset-mode-alone-shifts", "preset-relative/mode-bit-alone", "SENDIX-SIG-016", |rows| {
+        rises_without(rows, 0x1000, 0x1000)
+    }),
+    ("acknowledge-answer-without-request", "controller/memory-error", "SENDIX-SIG-022", |rows| {
+        rises_without(rows, 0x0800, 0x8000)
+    }),
+];
+
+/// The codes of G1_XIST2 in the manual of the A3M60.
+const A3M60_CODES: [u32; 9] = [1, 2, 4, 8, 0x0F02, 0x0F03, 0x0F04, 0x1001, 0x1002];
+
+const A3M60: &[(&str, &str, &str, Wrong)] = &[
+    ("control-requested-never-set", "signals/control-is-requested", "A3M60-SIG-009", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0200 == 0)
+    }),
+    ("error-code-in-upper-word", "error-codes/codes[vector-length]", "A3M60-G1E-010", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && !A3M60_CODES.contains(&x2))
+    }),
+    ("error-without-code", "error-codes/codes[vector-length]", "A3M60-G1E-010", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && !A3M60_CODES.contains(&x2))
+    }),
+    ("status-bit-10-shows-motion", "signals/idle-word", "A3M60-SIG-013", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0x07FF != 0)
+    }),
+    ("parking-ignored", "parking/stays-parked", "A3M60-PRK-001", |rows| {
+        late(rows, |of| of[1] & 0x4000 != 0, |of| of[1] & 0x4000 != 0)
+    }),
+    ("park-never-ends", "parking/stays-parked", "A3M60-PRK-004", |rows| {
+        late(rows, |of| of[1] & 0x4000 == 0, |of| of[1] & 0x4000 == 0)
+    }),
+    ("absolute-value-not-served", "position/on-request", "A3M60-SIG-002", |rows| {
+        late(rows, |of| of[1] & 0x2000 != 0, |of| of[1] & 0xA000 != 0)
+    }),
+    ("internal-state-in-status-word", "parking/stays-parked", "A3M60-SIG-010", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0DFF != 0)
+    }),
+    ("time-stamp-by-two", "time-stamp/once-a-second", "A3M60-TIM-001", |rows| stamp(rows, 13)),
+    ("time-stamp-in-milliseconds", "time-stamp/once-a-second", "A3M60-TIM-001", |rows| stamp(rows, 13)),
+    ("error-bit-one-frame-late", "error-codes/codes[vector-length]", "A3M60-G1E-011", |rows| {
+        let mut before = None;
+        rows.iter().find_map(|row| {
+            let [_, g1, _, x2] = dp_inputs(row)?;
+            let (error, code) = before.replace((g1 & 0x8000, x2))?;
+            (error != g1 & 0x8000 && code == x2).then_some(row.0)
+        })
+    }),
+];
+
+const AFX60: &[(&str, &str, &str, Wrong)] = &[
+    ("acknowledge-answer-without-request", "error-acknowledgement/error-is-latched", "AFX60-SIG-018", |rows| {
+        rises_without(rows, 0x0800, 0x8000)
+    }),
+    ("error-codes-combined", "faults/two-errors", "AFX60-G1E-010", |rows| {
+        let known = [0x0001, 0x0F01, 0x0F05, 0x1001, 0x1003, 0x1004];
+        input(rows, |[_, g1, _, x2]| g1 & 0x8000 != 0 && !known.contains(&x2))
+    }),
+    ("position-bit-stays-with-error", "position/code-for-position[requested]", "AFX60-XIST-020", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0xA000 == 0xA000)
+    }),
+    ("xist2-always-shows-position", "position/without-a-request[telegram_81]", "AFX60-SIG-012", |rows| {
+        input(rows, |[_, g1, _, x2]| g1 & 0xA000 == 0 && x2 != 0)
+    }),
+    ("status-bit-3-shows-error", "faults/shown-in-both-places[status-word]", "AFX60-SIG-010", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0008 != 0)
+    }),
+    ("not-used-bits-mirrored", "telegrams/bits-without-function[g1-0-to-7]", "AFX60-SIG-019", |rows| {
+        input(rows, |[_, g1, ..]| g1 & 0x07FF != 0)
+    }),
+    ("control-requested-never-set", "telegrams/absolute-value-on-request", "AFX60-SIG-008", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0200 == 0)
+    }),
+    ("control-requested-follows-control", "telegrams/absolute-value-on-request", "AFX60-SIG-008", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0200 == 0)
+    }),
+    ("sign-of-life-carries", "telegrams/absolute-value-on-request", "AFX60-SIG-010", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0DFF != 0)
+    }),
+    ("internal-state-in-status-word", "parking/stays-parked", "AFX60-SIG-010", |rows| {
+        input(rows, |[z2, ..]| z2 & 0x0DFF != 0)
+    }),
+];

@@ -1,0 +1,374 @@
+//! Calls whose UDP datagrams were cut in IP: what is put together is judged like a datagram that was sent in one, what is not whole is
+//! reported and held against nobody. The fragments are made by hand (RFC 791, 3.1 and 3.2).
+
+use crate::common::made::Line;
+use crate::shipped::manuals;
+use encspec::replay::{CaptureReport, Event, EventKind, IpReassembler, Reassembled, capture};
+use rstest::rstest;
+use station::{Duration, Time};
+use virtual_wire::PcapngWriter;
+use virtual_wire::capture::LinkType;
+use wire::datagram::Datagram;
+use wire::profinet::status::{ErrorCode, PnioStatus, RecordError};
+
+const REFUSED: PnioStatus = PnioStatus::record(ErrorCode::READ_RESPONSE, RecordError::INVALID_INDEX);
+
+const LINK: usize = 14;
+const HEADER: usize = 20;
+
+type Frames = Vec<(Time, Vec<u8>)>;
+
+fn is_packet(frame: &[u8]) -> bool {
+    frame.get(12..14) == Some(&[8, 0])
+}
+
+/// A fragment: the headers of `frame` with these octets behind them.
+fn fragment(frame: &[u8], identification: u16, offset: usize, more: bool, payload: &[u8]) -> Vec<u8> {
+    assert_eq!(offset % 8, 0);
+    let mut made = frame[..LINK + HEADER].to_vec();
+    let mut put = |at: usize, value: u16| made[LINK + at..LINK + at + 2].copy_from_slice(&value.to_be_bytes());
+    put(2, (HEADER + payload.len()) as u16);
+    put(4, identification);
+    put(6, u16::from(more) << 13 | (offset / 8) as u16);
+    put(10, 0);
+    let sum: u32 = made[LINK..].chunks(2).map(|pair| u32::from(u16::from_be_bytes([pair[0], pair[1]]))).sum();
+    let sum = (sum & 0xFFFF) + (sum >> 16);
+    let sum = !(((sum & 0xFFFF) + (sum >> 16)) as u16);
+    made[LINK + 10..LINK + 12].copy_from_slice(&sum.to_be_bytes());
+    made.extend_from_slice(payload);
+    made.resize(made.len().max(60), 0);
+    made
+}
+
+/// What an IPv4 packet carries, without the padding of the frame.
+fn payload(frame: &[u8]) -> &[u8] {
+    let total = usize::from(u16::from_be_bytes([frame[LINK + 2], frame[LINK + 3]]));
+    &frame[LINK + HEADER..LINK + total]
+}
+
+/// A frame in fragments of so many octets; it stays whole where it is not longer.
+fn cut(frame: &[u8], identification: u16, most: usize) -> Vec<Vec<u8>> {
+    let payload = payload(frame);
+    if payload.len() <= most {
+        return vec![frame.to_vec()];
+    }
+    let pieces = payload.len().div_ceil(most);
+    let piece =
+        |(place, octets): (usize, &[u8])| fragment(frame, identification, place * most, place + 1 < pieces, octets);
+    payload.chunks(most).enumerate().map(piece).collect()
+}
+
+/// A connection with a record that is refused, cyclic data and a release.
+fn line() -> Line {
+    let mut line = Line::new();
+    line.start().exchange(5);
+    line.write(&[(1, 2, 0xBF00, &[1; 100])], false, &[PnioStatus::OK]);
+    line.read(0xB000, Err(REFUSED), false);
+    line.read(0xAFF0, Ok(&[1; 54]), false);
+    line.exchange(5).release();
+    line
+}
+
+fn replay(frames: &Frames) -> CaptureReport {
+    let mut writer = PcapngWriter::new(Vec::new(), "made by a test").expect("a vector takes all");
+    let interface = writer.interface("wire", LinkType::ETHERNET).expect("a vector takes all");
+    for (time, frame) in frames {
+        writer.packet(interface, *time, frame, None).expect("a vector takes all");
+    }
+    let file = writer.finish().expect("a vector takes all");
+    capture("made", &file[..], manuals()).expect("a capture")
+}
+
+fn unreadable(report: &CaptureReport) -> Vec<&Event> {
+    report.events.iter().filter(|event| event.kind == EventKind::Unreadable).collect()
+}
+
+type Pieces = Vec<Vec<u8>>;
+
+fn as_sent(pieces: Pieces) -> Pieces {
+    pieces
+}
+
+fn reversed(pieces: Pieces) -> Pieces {
+    pieces.into_iter().rev().collect()
+}
+
+fn last_first(mut pieces: Pieces) -> Pieces {
+    pieces.rotate_right(1);
+    pieces
+}
+
+/// A mirror port shows every frame twice.
+fn twice(pieces: Pieces) -> Pieces {
+    pieces.into_iter().flat_map(|piece| [piece.clone(), piece]).collect()
+}
+
+/// The second one begins with the last eight octets of the first.
+fn overlapping(mut pieces: Pieces) -> Pieces {
+    if let [first, second, ..] = &mut pieces[..] {
+        let offset = payload(first).len() - 8;
+        let octets = [&payload(first)[offset..], payload(second)].concat();
+        let identification = u16::from_be_bytes([second[LINK + 4], second[LINK + 5]]);
+        *second = fragment(second, identification, offset, second[LINK + 6] & 0x20 != 0, &octets);
+    }
+    pieces
+}
+
+fn tagged(mut pieces: Pieces) -> Pieces {
+    for piece in &mut pieces {
+        piece.splice(12..12, [0x81, 0x00, 0xC0, 0x00]);
+    }
+    pieces
+}
+
+/// The same capture with another frame in the place of each fragment but the one that completes the datagram: everything is
+/// reported of the same frame, and of it the same. The one that completes it is the last, or stands `before_the_end`.
+#[rstest]
+#[case::as_sent(as_sent, 0)]
+#[case::reversed(reversed, 0)]
+#[case::last_first(last_first, 0)]
+#[case::twice(twice, 1)]
+#[case::overlapping(overlapping, 0)]
+#[case::tagged(tagged, 0)]
+fn what_is_put_together_is_judged_as_if_it_had_been_sent_in_one(
+    #[case] order: fn(Pieces) -> Pieces,
+    #[case] before_the_end: usize,
+    #[values(64, 120, 200)] most: usize,
+) {
+    let (mut whole, mut in_fragments): (Frames, Frames) = (Vec::new(), Vec::new());
+    let mut with_fragments = 0;
+    for (number, (time, frame)) in line().frames.into_iter().enumerate() {
+        let mut pieces = if is_packet(&frame) { cut(&frame, number as u16, most) } else { vec![frame.clone()] };
+        let mut completing = 0;
+        if pieces.len() > 1 {
+            with_fragments += 1;
+            pieces = order(pieces);
+            completing = pieces.len() - 1 - before_the_end;
+        }
+        for (place, piece) in pieces.into_iter().enumerate() {
+            let other = [&frame[..12], &[0x12, 0x34], &[0; 46]].concat();
+            whole.push((time, if place == completing { frame.clone() } else { other }));
+            in_fragments.push((time, piece));
+        }
+    }
+    assert!(with_fragments >= 3, "only {with_fragments} datagrams were cut");
+    let (mut whole, mut in_fragments) = (replay(&whole), replay(&in_fragments));
+    assert!(whole.findings.iter().any(|finding| finding.text.contains("0xB000")), "{:#?}", whole.findings);
+    assert_eq!(unreadable(&in_fragments), [] as [&Event; 0]);
+    for finding in whole.findings.iter_mut().chain(&mut in_fragments.findings) {
+        // The frames around a finding are others.
+        (finding.context.before, finding.context.after) = (Vec::new(), Vec::new());
+    }
+    assert_eq!(in_fragments, whole);
+}
+
+/// The answer to the Connect is not whole: nothing is claimed of the device, not even that it did not answer.
+#[rstest]
+#[case::the_first(0)]
+#[case::one_in_the_middle(1)]
+#[case::the_last(99)]
+fn a_datagram_that_is_not_whole_is_held_against_nobody(#[case] missing: usize) {
+    let mut line = Line::new();
+    line.connect_request();
+    line.connect_response();
+    let (time, response) = line.frames.pop().expect("the response");
+    let mut pieces = cut(&response, 7, 64);
+    pieces.remove(missing.min(pieces.len() - 1));
+    let last = line.frames.len() + pieces.len();
+    line.frames.extend(pieces.into_iter().map(|piece| (time, piece)));
+    // The controller repeats its call, gives up and asks for another connection.
+    let request = line.frames[0].1.clone();
+    for again in 1..=3 {
+        line.frames.push((time + Duration::from_secs(2 * again), request.clone()));
+    }
+    line.now = time + Duration::from_secs(10);
+    line.start().exchange(5);
+    let report = replay(&line.frames);
+    let told = unreadable(&report);
+    if missing == 0 {
+        assert_eq!(told, [] as [&Event; 0], "nobody knows the ports");
+    } else {
+        let [event] = told[..] else { panic!("one event: {told:#?}") };
+        assert_eq!(event.frame, last as u64);
+        let wanted = "IPv4: datagram 0x0007 from 192.168.0.10 to 192.168.0.1 came in fragments since frame 2 and cannot be read: ";
+        assert!(event.text.starts_with(wanted), "{}", event.text);
+        let gap = if missing == 1 { "octets 64 to 127 did not come, a second" } else { "what follows octet" };
+        assert!(event.text.contains(gap), "{}", event.text);
+        let accused: Vec<_> = report.findings.iter().filter(|finding| finding.frame <= last as u64).collect();
+        assert!(accused.is_empty(), "{accused:#?}");
+    }
+    assert_eq!(report.ars.last().map(|ar| ar.stage), Some("ready"));
+}
+
+/// A datagram with `length` octets of payload in UDP, from port 34964.
+fn datagram(length: usize, fill: u8) -> Vec<u8> {
+    let frame = line().frames[0].1.clone();
+    let mut udp = vec![0x88, 0x94, 0x88, 0x94];
+    udp.extend_from_slice(&((8 + length) as u16).to_be_bytes());
+    udp.extend_from_slice(&[0; 2]);
+    udp.extend((0..length).map(|at| fill ^ at as u8));
+    // The pseudo header: addresses, protocol, length of UDP.
+    let mut pseudo = frame[LINK + 12..LINK + 20].to_vec();
+    pseudo.extend_from_slice(&[0, 17]);
+    pseudo.extend_from_slice(&((8 + length) as u16).to_be_bytes());
+    let all = [&pseudo[..], &udp, &[0][..udp.len() % 2]].concat();
+    let mut sum: u32 = all.chunks(2).map(|pair| u32::from(u16::from_be_bytes([pair[0], pair[1]]))).sum();
+    while sum > 0xFFFF {
+        sum = (sum & 0xFFFF) + (sum >> 16);
+    }
+    udp[6..8].copy_from_slice(&(!(sum as u16)).to_be_bytes());
+    let mut made = fragment(&frame, 0, 0, false, &[]);
+    made.truncate(LINK + HEADER);
+    made[LINK + 2..LINK + 4].copy_from_slice(&((HEADER + udp.len()) as u16).to_be_bytes());
+    made.extend_from_slice(&udp);
+    made
+}
+
+fn at(millis: u64) -> Time {
+    Time::from_nanos(millis * 1_000_000)
+}
+
+fn take(reassembler: &mut IpReassembler, frames: &[Vec<u8>], millis: u64) -> Vec<Reassembled> {
+    let number = |place: usize| 1 + place as u64;
+    frames.iter().enumerate().map(|(place, frame)| reassembler.take(number(place), at(millis), frame)).collect()
+}
+
+#[test]
+fn the_longest_datagram_and_one_that_is_too_long() {
+    let mut reassembler = IpReassembler::default();
+    let longest = datagram(65_507, 1);
+    let pieces = cut(&longest, 1, 1_480);
+    let took = take(&mut reassembler, &pieces, 0);
+    assert_eq!(took.last(), Some(&Reassembled::Whole));
+    assert!(took[..took.len() - 1].iter().all(|one| *one == Reassembled::Part));
+    let parsed = Datagram::parse(reassembler.whole()).expect("a datagram");
+    assert!(parsed.checksum_ok());
+    assert_eq!(parsed.payload, &payload(&longest)[8..]);
+    let too_long = fragment(&longest, 2, 65_512, false, &[0; 8]);
+    assert_eq!(reassembler.take(50, at(0), &too_long), Reassembled::Untouched);
+}
+
+#[test]
+fn an_identification_is_used_again() {
+    let mut reassembler = IpReassembler::default();
+    for round in 0..5 {
+        let sent = datagram(300, round);
+        let took = take(&mut reassembler, &cut(&sent, 9, 160), u64::from(round) * 10);
+        assert_eq!(took, [Reassembled::Part, Reassembled::Whole], "round {round}");
+        assert_eq!(payload(reassembler.whole()), payload(&sent));
+    }
+    assert_eq!(reassembler.lost().count(), 0);
+}
+
+#[rstest]
+#[case::too_late(1_001, "octets 160 to")]
+#[case::in_time(1_000, "")]
+fn fragments_do_not_wait_for_ever(#[case] later: u64, #[case] why: &str) {
+    let mut reassembler = IpReassembler::default();
+    let pieces = cut(&datagram(500, 1), 9, 160);
+    take(&mut reassembler, &[pieces[0].clone(), pieces[2].clone(), pieces[3].clone()], 0);
+    let took = reassembler.take(4, at(later), &pieces[1]);
+    let lost: Vec<_> = reassembler.lost().collect();
+    if why.is_empty() {
+        assert_eq!((took, lost.len()), (Reassembled::Whole, 0));
+    } else {
+        assert_eq!((took, lost.len()), (Reassembled::Part, 1));
+        assert!(lost[0].why.contains(why) && lost[0].frame == 3, "{:?}", lost[0]);
+    }
+}
+
+/// What is there in two versions is nothing that anybody sent.
+#[test]
+fn fragments_that_contradict_each_other_are_not_mixed() {
+    let (one, other) = (cut(&datagram(300, 1), 9, 160), cut(&datagram(300, 2), 9, 160));
+    let mut reassembler = IpReassembler::default();
+    assert_eq!(take(&mut reassembler, &[one[0].clone(), other[0].clone()], 0), [Reassembled::Part; 2]);
+    let lost: Vec<_> = reassembler.lost().collect();
+    assert!(lost.len() == 1 && lost[0].why.contains("contradict"), "{lost:?}");
+    // The one that came last can still be completed.
+    assert_eq!(reassembler.take(3, at(1), &other[1]), Reassembled::Whole);
+    assert_eq!(payload(reassembler.whole()), payload(&datagram(300, 2)));
+
+    // Of two datagrams with the same identification a half of each was lost: only the checksum tells.
+    let mut reassembler = IpReassembler::default();
+    assert_eq!(take(&mut reassembler, &[one[0].clone(), other[1].clone()], 0), [Reassembled::Part; 2]);
+    let lost: Vec<_> = reassembler.lost().collect();
+    assert!(lost.len() == 1 && lost[0].why.contains("checksum"), "{lost:?}");
+}
+
+#[test]
+fn other_stations_and_other_networks_are_kept_apart() {
+    let pieces = cut(&datagram(300, 1), 9, 160);
+    let change = |at: usize| {
+        let mut other = pieces[1].clone();
+        other[at] ^= 1;
+        other
+    };
+    let mut other_vlan = pieces[1].clone();
+    other_vlan.splice(12..12, [0x81, 0x00, 0x00, 0x05]);
+    // A MAC address, the identification, both IP addresses.
+    let others = [change(3), change(LINK + 5), change(LINK + 15), change(LINK + 19), other_vlan];
+    let mut reassembler = IpReassembler::default();
+    assert_eq!(reassembler.take(1, at(0), &pieces[0]), Reassembled::Part);
+    assert_eq!(take(&mut reassembler, &others, 0), [Reassembled::Part; 5]);
+    assert_eq!(reassembler.take(7, at(0), &pieces[1]), Reassembled::Whole);
+}
+
+/// Memory has an end: whoever comes first makes room, and is reported.
+#[test]
+fn a_flood_of_beginnings_is_bounded() {
+    let mut reassembler = IpReassembler::default();
+    let whole = datagram(3_000, 1);
+    for number in 0..10_000_u64 {
+        let begin = fragment(&whole, number as u16, 0, true, &payload(&whole)[..1_480]);
+        assert_eq!(reassembler.take(number + 1, at(0), &begin), Reassembled::Part);
+        assert_eq!(reassembler.lost().count(), usize::from(number >= 32), "datagram {number}");
+    }
+    reassembler.interrupt();
+    assert_eq!(reassembler.lost().count(), 32);
+}
+
+/// Whatever comes, nothing panics, and what is whole is what its parts say.
+#[test]
+fn any_fragments_at_all() {
+    let mut reassembler = IpReassembler::default();
+    let frame = datagram(100, 1);
+    let octets: Vec<u8> = (0..4_096_u32).map(|at| (at / 8) as u8).collect();
+    let mut state = 1_u64;
+    let mut next = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (state >> 33) as usize % below
+    };
+    let mut wholes = 0;
+    for number in 0..200_000_u64 {
+        let (offset, length) = (next(40) * 8, next(60) * 8 + if next(9) == 0 { 3 } else { 0 });
+        // Mostly the octets that belong there, and a checksum that was not computed.
+        let mut piece = octets[offset..offset + length].to_vec();
+        if next(50) == 0 {
+            piece.iter_mut().for_each(|octet| *octet ^= 0x55);
+        }
+        let made = fragment(&frame, next(4) as u16, offset, next(3) > 0, &piece);
+        let kept = next(made.len() * 20).min(made.len());
+        if reassembler.take(number + 1, at(number / 50), &made[..kept]) == Reassembled::Whole {
+            wholes += 1;
+            let whole = payload(reassembler.whole());
+            assert!(whole.len() < 800);
+        }
+    }
+    assert!(wholes > 100, "only {wholes} were whole");
+    assert!(reassembler.lost().count() > 0);
+}
+
+/// The report does not depend on anything but the capture.
+#[test]
+fn two_readings_of_a_capture_with_fragments_are_the_same() {
+    let mut frames: Frames = Vec::new();
+    for (number, (time, frame)) in line().frames.into_iter().enumerate() {
+        let pieces = if is_packet(&frame) { cut(&frame, number as u16 % 3, 64) } else { vec![frame] };
+        let lossy = pieces.into_iter().enumerate().filter(|(place, _)| number % 4 != 2 || *place != 1);
+        frames.extend(lossy.map(|(_, piece)| (time, piece)));
+    }
+    let (one, two) = (replay(&frames), replay(&frames));
+    assert_eq!(one, two);
+    assert!(!unreadable(&one).is_empty());
+}

@@ -1,0 +1,79 @@
+//! Recordings of healthy devices: every trial of every manual is run on the virtual wire, written as a capture and replayed by
+//! somebody who knows nothing but the file. No check of the protocol may blame the device.
+
+use crate::shipped::manuals;
+use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::replay::{Blame, CHECKS, Finding, Severity, capture};
+use encspec::suite::device::Bus;
+use encspec::suite::model::{Manual, Trial, Variant};
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use virtual_wire::capture::LinkType;
+use virtual_wire::{PcapngWriter, Trace};
+
+fn recorded(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<u8> {
+    let kind = DutKind::Model { bugs: Vec::new() };
+    let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+    let link = match manual.device.bus.kind() {
+        Bus::Profinet => LinkType::ETHERNET,
+        Bus::Profibus => LinkType::PROFIBUS,
+    };
+    file(&outcome.trace, link)
+}
+
+fn file(trace: &Trace, link: LinkType) -> Vec<u8> {
+    let mut writer = PcapngWriter::new(Vec::new(), "test").expect("a vector takes everything");
+    let interface = writer.interface("virtual", link).expect("a vector takes everything");
+    for frame in trace.iter() {
+        writer.packet(interface, frame.time, frame.octets, frame.comment).expect("a vector takes everything");
+    }
+    writer.finish().expect("a vector takes everything")
+}
+
+/// The findings of checks of the protocol, by trial.
+fn all_findings(manuals: &[Manual]) -> Vec<(String, Finding)> {
+    let variants =
+        manuals.iter().flat_map(|manual| manual.variants.iter().take(1).map(move |variant| (manual, variant)));
+    let trials: Vec<(&Manual, &Variant, &Trial)> = variants
+        .flat_map(|(manual, variant)| variant.trials.iter().map(move |trial| (manual, variant, trial)))
+        .collect();
+    let (next, found) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                while let Some(&(manual, variant, trial)) = trials.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let report = capture("recorded", &recorded(manual, variant, trial)[..], &[]).expect("a capture");
+                    let name = format!("{}/{}", manual.device.name, trial.id);
+                    let mut found = found.lock().expect("nobody panics");
+                    found.extend(report.findings.into_iter().map(|finding| (name.clone(), finding)));
+                }
+            });
+        }
+    });
+    found.into_inner().expect("nobody panics")
+}
+
+#[test]
+fn no_check_blames_a_healthy_device() {
+    let manuals = manuals();
+    let found = all_findings(manuals);
+    let mut counts: BTreeMap<(String, &str, &str), (usize, String)> = BTreeMap::new();
+    for (trial, finding) in &found {
+        assert!(CHECKS.iter().any(|check| check.id == finding.id), "{}", finding.id);
+        let key = (finding.id.clone(), finding.severity.word(), finding.blame.word());
+        let of = counts.entry(key).or_insert((0, format!("{trial}: {}", finding.text)));
+        of.0 += 1;
+    }
+    for ((id, severity, blame), (count, example)) in &counts {
+        println!("{id} {severity} {blame}: {count}, such as {example}");
+    }
+    let blamed: Vec<String> = found
+        .iter()
+        .filter(|(_, finding)| finding.blame == Blame::Device && finding.severity == Severity::Error)
+        .map(|(trial, finding)| format!("{trial}: {} {}", finding.id, finding.text))
+        .collect();
+    assert_eq!(blamed, [""; 0]);
+}

@@ -1,0 +1,583 @@
+//! The checks of the protocol on hand-made frames: each finds what it is for, and says nothing of the same frames when they are
+//! in order, begin in the middle, show one side only, or come twice.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use crate::common::made::{self, CONTROLLER, CYCLE, DEVICE, Line, WATCHDOG};
+use encspec::replay::{Blame, Finding, Severity, capture};
+use rstest::rstest;
+use station::Duration;
+use std::fs;
+use std::net::Ipv4Addr;
+use wire::datagram::arp::Arp;
+use wire::ethernet::Mac;
+use wire::lldp::{Lldp, Tlv};
+use wire::profinet::alarm::{RtaBody, RtaKind};
+use wire::profinet::dcp::{Block, BlockInfo, BlockQualifier, Dcp, Value};
+use wire::profinet::rpc::Opnum;
+use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId};
+use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, Finder, PnioStatus, RecordError};
+
+const STRANGER: Mac = Mac([2, 0, 0, 0, 0, 9]);
+const OTHER: Mac = Mac([2, 0, 0, 0, 1, 1]);
+
+fn findings(line: &Line) -> Vec<Finding> {
+    capture("made", &line.capture()[..], &[]).expect("a capture").findings
+}
+
+/// The ids with their frames.
+fn told(line: &Line) -> Vec<(String, u64)> {
+    findings(line).into_iter().map(|finding| (finding.id, finding.frame)).collect()
+}
+
+fn started() -> Line {
+    let mut line = Line::new();
+    line.start().exchange(20);
+    line
+}
+
+#[track_caller]
+fn only(line: &Line, id: &str, frame: usize) -> Finding {
+    let all = findings(line);
+    let [finding] = &all[..] else { panic!("one finding {id}: {all:#?}") };
+    assert_eq!((finding.id.as_str(), finding.frame), (id, frame as u64), "{}", finding.text);
+    assert!(finding.cause.is_some() && finding.next.is_some() && finding.context.at.is_some());
+    finding.clone()
+}
+
+#[test]
+fn a_connection_in_order_has_no_findings() {
+    let mut line = started();
+    line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], false, &[PnioStatus::OK]);
+    line.read(0xAFF0, Ok(&[1]), false);
+    let alarm = line.alarm(0);
+    assert!(alarm > 0);
+    acknowledge(&mut line, 0);
+    line.exchange(20).release();
+    assert_eq!(told(&line), []);
+}
+
+/// The transport's ACK, then the application's acknowledgement with the ACK of the device.
+fn acknowledge(line: &mut Line, sequence: u16) {
+    line.rta(false, RtaKind::ACK, 0xFFFF, RtaBody::Octets(Vec::new()));
+    let notification = match &made::alarm(sequence) {
+        RtaBody::Notification(notification) => notification.acknowledgement(PnioStatus::OK),
+        _ => unreachable!(),
+    };
+    line.rta(false, RtaKind::DATA, 0, RtaBody::Acknowledgement(notification));
+    line.rta(true, RtaKind::ACK, 0xFFFF, RtaBody::Octets(Vec::new()));
+}
+
+const OUT_OF_ARS: PnioStatus =
+    PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
+
+#[test]
+fn refusals_are_told_once_with_their_meaning() {
+    let mut line = Line::new();
+    let mut first = 0;
+    for _ in 0..3 {
+        line.connect_request();
+        let frame = line.response(0, Opnum::CONNECT, OUT_OF_ARS, &[]);
+        first = if first == 0 { frame } else { first };
+        line.activity += 2;
+    }
+    let finding = only(&line, "PN-START-REFUSED", first);
+    assert!(finding.text.contains("no further AR") && finding.text.contains("3 times"), "{}", finding.text);
+    assert_eq!((finding.severity, finding.blame), (Severity::Error, Blame::Controller));
+}
+
+#[test]
+fn a_connect_without_an_answer_is_told_where_answers_could_be_seen() {
+    let mut line = Line::new();
+    line.read(0xAFF0, Ok(&[1]), true);
+    let asked = line.connect_request();
+    line.pass(Duration::from_secs(10)).activity += 4;
+    line.read(0xAFF0, Ok(&[1]), true);
+    assert_eq!(told(&line), [], "who does not ask again has the answer");
+
+    let mut line = Line::new();
+    line.read(0xAFF0, Ok(&[1]), true);
+    assert_eq!(asked, line.connect_request());
+    line.again(Duration::from_millis(500));
+    line.pass(Duration::from_secs(10)).activity += 4;
+    line.read(0xAFF0, Ok(&[1]), true);
+    assert_eq!(only(&line, "PN-START-UNANSWERED", asked).blame, Blame::Network);
+}
+
+#[test]
+fn of_a_side_that_was_never_seen_nothing_is_missed() {
+    let mut line = Line::new();
+    let asked = line.connect_request();
+    line.pass(Duration::from_secs(3)).again(Duration::ZERO);
+    line.pass(Duration::from_secs(10)).again(Duration::ZERO);
+    let finding = only(&line, "PN-CAPTURE-ONE-SIDED", asked);
+    assert_eq!((finding.severity, finding.blame), (Severity::Info, Blame::Capture));
+}
+
+#[test]
+fn a_start_up_that_ends_early_says_which_step_never_came() {
+    let mut line = Line::new();
+    line.connect_request();
+    line.connect_response();
+    line.end_parameters();
+    line.pass(Duration::from_secs(20));
+    line.abort(false, PnioStatus::abort(AbortReason::APPLICATION_READY_TIMEOUT));
+    let all = findings(&line);
+    let finding = all.iter().find(|finding| finding.id == "PN-START-INCOMPLETE").unwrap();
+    assert_eq!((finding.blame, finding.expected.as_deref()), (Blame::Device, Some("ApplicationReady")));
+    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == Blame::Device), "{all:#?}");
+}
+
+#[test]
+fn a_slow_device_and_a_wrong_order_are_told() {
+    let mut line = Line::new();
+    line.connect_request();
+    line.connect_response();
+    line.end_parameters();
+    let ready = line.pass(Duration::from_secs(8)).ready();
+    let finding = only(&line, "PN-START-SLOW", ready);
+    assert_eq!((finding.blame, finding.severity), (Blame::Device, Severity::Info));
+
+    let mut line = Line::new();
+    line.connect_request();
+    line.connect_response();
+    let ready = line.ready();
+    line.pass(Duration::from_millis(5)).end_parameters();
+    assert_eq!(told(&line), [("PN-START-ORDER".to_owned(), ready as u64)]);
+}
+
+#[test]
+fn a_call_that_is_repeated_and_never_answered_is_told() {
+    let mut line = started();
+    let asked = line.request(0, Opnum::READ, &read_blocks());
+    for _ in 0..2 {
+        line.pass(Duration::from_micros(100)).again(Duration::from_millis(2));
+    }
+    line.exchange(2);
+    let finding = only(&line, "PN-CALL-UNANSWERED", asked);
+    assert!(finding.text.contains("Read") && finding.text.contains("repeated 2 times"), "{}", finding.text);
+}
+
+fn read_blocks() -> Vec<u8> {
+    use wire::profinet::blocks::record::{ReadRequest, RecordHeader};
+    let header = RecordHeader { ar_uuid: made::AR, slot_number: 1, subslot_number: 2, index: 1, ..Default::default() };
+    let mut blocks = Vec::new();
+    ReadRequest { header, ..Default::default() }.write(&mut blocks);
+    blocks
+}
+
+#[test]
+fn refused_records_are_told_in_words() {
+    let refused = PnioStatus::record(ErrorCode::WRITE_RESPONSE, RecordError::WRITE_LENGTH_ERROR);
+    let mut line = Line::new();
+    line.connect_request();
+    line.connect_response();
+    let frame = line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], false, &[refused]);
+    line.end_parameters();
+    line.ready();
+    line.exchange(20);
+    let finding = only(&line, "PN-RECORD-REFUSED", frame);
+    assert!(finding.text.contains("0xBF00") && finding.text.contains("length"), "{}", finding.text);
+    assert_eq!(finding.severity, Severity::Warning);
+}
+
+/// Leaves out frames of the device, or of both sides, and goes on.
+fn with_a_hole(by_device: bool, both: bool, cycles: u16) -> Line {
+    let mut line = started();
+    for _ in 0..cycles {
+        if !both {
+            line.cyclic(!by_device, &[]);
+        } else {
+            line.counter[usize::from(!by_device)] = line.counter[usize::from(!by_device)].wrapping_add(64);
+        }
+        line.counter[usize::from(by_device)] = line.counter[usize::from(by_device)].wrapping_add(64);
+        line.pass(CYCLE);
+    }
+    line.exchange(20);
+    line
+}
+
+#[rstest]
+#[case::of_one_side(true, false, 2, "PN-CYCLE-LOST", Blame::Network)]
+#[case::of_the_controller(false, false, 2, "PN-CYCLE-LOST", Blame::Network)]
+#[case::of_both_is_the_capture(true, true, 2, "PN-CAPTURE-GAP", Blame::Capture)]
+fn missing_frames_are_told_by_who_lost_them(
+    #[case] by_device: bool,
+    #[case] both: bool,
+    #[case] cycles: u16,
+    #[case] id: &str,
+    #[case] blame: Blame,
+) {
+    let all = findings(&with_a_hole(by_device, both, cycles));
+    assert!(!all.is_empty() && all.iter().all(|finding| finding.id == id && finding.blame == blame), "{all:#?}");
+}
+
+#[test]
+fn a_device_that_falls_silent_is_told_from_a_capture_with_a_gap() {
+    let mut line = started();
+    for _ in 0..10 {
+        line.cyclic(false, &[]);
+        line.pass(CYCLE);
+    }
+    line.abort(false, PnioStatus::abort(AbortReason::CONSUMER_TIMEOUT));
+    let all = findings(&line);
+    let silent = all.iter().find(|finding| finding.id == "PN-CYCLE-SILENT").unwrap_or_else(|| panic!("{all:#?}"));
+    assert_eq!((silent.blame, silent.severity), (Blame::Network, Severity::Error));
+    assert!(all.iter().any(|finding| finding.id == "PN-ABORT" && finding.blame == Blame::Network));
+
+    // Both directions are away for a second and go on.
+    let mut line = started();
+    line.pass(Duration::from_secs(1)).exchange(20);
+    let all = findings(&line);
+    assert!(all.iter().all(|finding| finding.blame == Blame::Capture), "{all:#?}");
+    assert!(all.iter().any(|finding| finding.id == "PN-CAPTURE-GAP" && finding.severity == Severity::Warning));
+}
+
+#[test]
+fn one_direction_only_is_one_hint() {
+    let mut line = Line::new();
+    line.start();
+    let first = line.cyclic(false, &[]);
+    for _ in 0..20 {
+        line.pass(CYCLE).cyclic(false, &[]);
+    }
+    assert_eq!(only(&line, "PN-CAPTURE-ONE-SIDED", first).severity, Severity::Info);
+}
+
+#[test]
+fn a_counter_that_stands_still_is_the_senders() {
+    let mut line = Line::new();
+    line.start();
+    let mut frames = Vec::new();
+    for _ in 0..10 {
+        line.cyclic(false, &[]);
+        frames.push(line.push(made::cyclic(true, 640, &[])));
+        line.pass(CYCLE);
+    }
+    assert_eq!(only(&line, "PN-CYCLE-COUNTER", frames[1]).blame, Blame::Device);
+}
+
+/// A cyclic frame of the device with another data status or other data.
+fn frame_with(line: &mut Line, status: DataStatus, data: &[u8]) -> usize {
+    line.counter[1] = line.counter[1].wrapping_add(64);
+    let whole = made::cyclic(true, line.counter[1], data);
+    let (head, payload) = whole.split_at(18);
+    let mut area = CyclicFrame::parse(payload, 40).unwrap().data.to_vec();
+    area[..data.len()].copy_from_slice(data);
+    let status = ApduStatus { cycle_counter: line.counter[1], data_status: status, transfer_status: 0 };
+    let mut frame = head.to_vec();
+    CyclicFrame { frame_id: FrameId(made::FRAME_ID), data: &area, status, padding: &[] }.write(&mut frame);
+    line.push(frame)
+}
+
+#[rstest]
+#[case::stop(0x25, &[0x80], "PN-STATUS-STOP", 4)]
+#[case::problem(0x15, &[0x80], "PN-STATUS-PROBLEM", 5)]
+#[case::invalid(0x31, &[0x80], "PN-STATUS-INVALID", 2)]
+#[case::bad_provider(0x35, &[0x80, 1, 2, 3, 4, 0x00], "PN-STATUS-BAD-PROVIDER", 7)]
+#[case::bad_consumer(0x35, &[0x80, 1, 2, 3, 4, 0x80, 0x00], "PN-STATUS-BAD-CONSUMER", 7)]
+fn what_a_device_says_beside_its_data_is_told(
+    #[case] status: u8,
+    #[case] data: &[u8],
+    #[case] id: &str,
+    #[case] bit: u8,
+) {
+    let mut line = started();
+    let frame = frame_with(&mut line, DataStatus(status), data);
+    line.cyclic(false, &[]);
+    line.pass(CYCLE);
+    let mut alone = Line { frames: line.frames.clone(), now: line.now, counter: line.counter, ..Line::new() };
+    assert_eq!(told(alone.exchange(20)), [], "one frame may be damage");
+    frame_with(&mut line, DataStatus(status), data);
+    line.cyclic(false, &[]);
+    line.pass(CYCLE).exchange(20);
+    let finding = only(&line, id, frame);
+    assert_eq!((finding.blame, finding.severity, finding.bit), (Blame::Device, Severity::Warning, Some(bit)));
+    // 14 octets of addresses and type, 4 of the tag, 2 of frame id.
+    let expected = match id {
+        "PN-STATUS-BAD-PROVIDER" => 20 + 5,
+        "PN-STATUS-BAD-CONSUMER" => 20 + 6,
+        _ => 20 + 40 + 2,
+    };
+    assert_eq!(finding.octet, Some(expected));
+}
+
+#[test]
+fn the_ordinary_end_is_only_mentioned() {
+    let mut line = started();
+    line.release();
+    let frame = line.abort(true, PnioStatus::abort(AbortReason::RELEASE_RECEIVED));
+    assert_eq!(only(&line, "PN-ABORT", frame).severity, Severity::Info);
+}
+
+#[test]
+fn an_alarm_without_an_acknowledgement_is_told() {
+    let mut line = started();
+    let alarm = line.alarm(0);
+    let frame = line.frames.last().unwrap().1.clone();
+    for _ in 0..3 {
+        line.exchange(50).push(frame.clone());
+    }
+    line.exchange(1_500);
+    let all = findings(&line);
+    let finding =
+        all.iter().find(|finding| finding.id == "PN-ALARM-UNACKNOWLEDGED").unwrap_or_else(|| panic!("{all:#?}"));
+    assert_eq!((finding.frame, finding.blame), (alarm as u64, Blame::Controller));
+}
+
+fn dcp(line: &mut Line, source: Mac, destination: Mac, pdu: &Dcp) -> usize {
+    let mut frame = Vec::new();
+    pdu.write_frame(destination, source, &mut frame);
+    line.push(frame)
+}
+
+/// A station answers an Identify of the controller with its name.
+fn identified(line: &mut Line, xid: u32, station: Mac, name: &[u8]) -> usize {
+    let response = Dcp::identify(xid, 1, vec![Value::AllSelector])
+        .response(vec![Block { word: Some(BlockInfo(0).0), value: Value::NameOfStation(name.to_vec()) }]);
+    dcp(line, station, CONTROLLER, &response)
+}
+
+#[test]
+fn two_stations_with_one_name_are_told_and_a_replaced_one_is_not() {
+    let mut line = Line::new();
+    identified(&mut line, 1, DEVICE, b"enc-1");
+    let second = identified(&mut line, 1, OTHER, b"enc-1");
+    assert_eq!(only(&line, "PN-NAME-DUPLICATE", second).blame, Blame::Network);
+
+    let mut line = Line::new();
+    identified(&mut line, 1, DEVICE, b"enc-1");
+    line.pass(Duration::from_secs(60));
+    identified(&mut line, 2, OTHER, b"enc-1");
+    assert_eq!(told(&line), []);
+    identified(&mut line, 3, DEVICE, b"enc-2");
+    assert_eq!(told(&line), []);
+}
+
+#[test]
+fn two_stations_with_one_address_are_told() {
+    let ip = Ipv4Addr::new(192, 168, 0, 10);
+    let mut line = Line::new();
+    for (mac, pause) in [(DEVICE, 0), (OTHER, 1)] {
+        let asked = Arp::request(CONTROLLER, Ipv4Addr::new(192, 168, 0, 1), ip);
+        let mut frame = Vec::new();
+        asked.reply(mac).write_frame(&mut frame);
+        line.pass(Duration::from_millis(pause)).push(frame);
+    }
+    assert_eq!(only(&line, "PN-ADDRESS-DUPLICATE", 2).severity, Severity::Error);
+}
+
+#[test]
+fn a_name_that_nobody_has_is_told_where_answers_could_be_seen() {
+    let mut line = Line::new();
+    let asked = |line: &mut Line, xid| {
+        let pdu = Dcp::identify(xid, 1, vec![Value::NameOfStation(b"enc-9".to_vec())]);
+        let frame = dcp(line, CONTROLLER, Mac([0x01, 0x0E, 0xCF, 0, 0, 0]), &pdu);
+        line.pass(Duration::from_secs(4));
+        frame
+    };
+    let first = asked(&mut line, 1);
+    asked(&mut line, 2);
+    line.alarm(0);
+    assert_eq!(told(&line), [("PN-NAME-UNKNOWN".to_owned(), first as u64)]);
+
+    let mut line = Line::new();
+    let first = asked(&mut line, 1);
+    asked(&mut line, 2);
+    asked(&mut line, 3);
+    line.pass(Duration::from_secs(4)).cyclic(false, &[]);
+    assert_eq!(told(&line), [("PN-CAPTURE-ONE-SIDED".to_owned(), first as u64)]);
+}
+
+#[rstest]
+#[case::name(Value::NameOfStation(b"other".to_vec()), STRANGER, "PN-SET-RUNNING")]
+#[case::reset(Value::ResetToFactory, STRANGER, "PN-RESET-RUNNING")]
+#[case::by_its_own_controller(Value::NameOfStation(b"other".to_vec()), CONTROLLER, "")]
+fn a_third_party_that_sets_a_connected_station_is_told(#[case] value: Value, #[case] by: Mac, #[case] id: &str) {
+    let mut line = started();
+    let word = Some(BlockQualifier::PERMANENT.0 | 4);
+    let frame = dcp(&mut line, by, DEVICE, &Dcp::set(7, vec![Block { word, value: value.clone() }]));
+    line.exchange(5);
+    match id {
+        "" => assert_eq!(told(&line), []),
+        id => assert_eq!(only(&line, id, frame).blame, Blame::Network),
+    }
+    // The abort that follows names it.
+    if !id.is_empty() {
+        line.abort(true, PnioStatus::abort(AbortReason::STATION_NAME_CHANGED));
+        let all = findings(&line);
+        let abort = all.iter().find(|finding| finding.id == "PN-ABORT").unwrap();
+        assert!(abort.text.contains(&STRANGER.to_string()), "{}", abort.text);
+    }
+}
+
+#[test]
+fn a_neighbour_that_changes_is_told() {
+    let announced = |line: &mut Line, port: Mac, name: &str| {
+        let tlvs = vec![
+            Tlv::ChassisId { subtype: 7, id: name.into() },
+            Tlv::PortId { subtype: 7, id: b"port-001".to_vec() },
+            Tlv::TimeToLive(20),
+        ];
+        let mut frame = Vec::new();
+        Lldp { tlvs }.write_frame(port, &mut frame);
+        line.push(frame)
+    };
+    let mut line = Line::new();
+    let mut last = 0;
+    for round in 0..20 {
+        if round < 5 {
+            last = announced(&mut line, DEVICE, "enc-1");
+        }
+        announced(&mut line, CONTROLLER, "controller-1");
+        line.pass(Duration::from_secs(5));
+    }
+    let text = only(&line, "PN-TOPOLOGY-CHANGED", last).text;
+    assert!(text.contains("enc-1") && text.contains("not announced any more"), "{text}");
+}
+
+/// Each frame twice, by a mirror port, and each side alone: nothing more is found.
+#[test]
+fn mirrors_and_captures_of_one_side_find_nothing_more() {
+    let mut line = started();
+    line.write(&[(1, 2, 0xBF00, &[1, 2, 3])], false, &[PnioStatus::OK]);
+    line.alarm(0);
+    acknowledge(&mut line, 0);
+    line.exchange(20).release();
+    line.pass(Duration::from_secs(20)).read(0xAFF0, Ok(&[1]), true);
+    assert_eq!(told(&line), []);
+
+    let mut doubled = Line::new();
+    for (time, frame) in &line.frames {
+        doubled.frames.push((*time, frame.clone()));
+        doubled.frames.push((*time + Duration::from_micros(2), frame.clone()));
+    }
+    assert_eq!(told(&doubled), []);
+
+    for of_device in [true, false] {
+        let mut half = Line::new();
+        let source = if of_device { DEVICE } else { CONTROLLER };
+        half.frames = line.frames.iter().filter(|(_, frame)| frame[6..12] == source.0).cloned().collect();
+        let all = findings(&half);
+        assert!(
+            all.iter().all(|finding| finding.blame == Blame::Capture && finding.severity == Severity::Info),
+            "{all:#?}"
+        );
+    }
+    for from in 1..line.frames.len() {
+        let mut late = Line::new();
+        late.frames = line.frames[from..].to_vec();
+        let all = findings(&late);
+        assert!(all.iter().all(|finding| finding.severity == Severity::Info), "from frame {from}: {all:#?}");
+    }
+}
+
+#[test]
+fn the_watchdog_is_that_of_the_connect() {
+    let mut line = started();
+    line.pass(WATCHDOG - CYCLE).exchange(5);
+    let all = findings(&line);
+    assert!(all.iter().all(|finding| finding.id != "PN-CYCLE-SILENT"), "{all:#?}");
+}
+
+/// Id, severity and frame of what is found in captures of strangers; the frames are those that tshark shows.
+#[rstest]
+#[case("duplicate-station-name.pcap", &[("PN-NAME-DUPLICATE", Severity::Error, 19)])]
+#[case("one-ar-life.pcapng", &[("PN-START-MODULES", Severity::Warning, 2), ("PN-START-INCOMPLETE", Severity::Info, 9)])]
+#[case("office-noise-versamax.pcap", &[("PN-START-MODULES", Severity::Warning, 18), ("PN-START-INCOMPLETE", Severity::Info, 27),
+    ("PN-CAPTURE-ONE-SIDED", Severity::Info, 58), ("PN-NAME-UNKNOWN", Severity::Info, 467), ("PN-NAME-UNKNOWN", Severity::Info, 469),
+    ("PN-START-MODULES", Severity::Warning, 489), ("PN-ABORT", Severity::Info, 584)])]
+#[case("record-reads.pcapng", &[("PN-ALARM-DIAGNOSIS", Severity::Warning, 6), ("PN-ALARM-DIAGNOSIS", Severity::Warning, 6),
+    ("PN-ALARM-DIAGNOSIS", Severity::Warning, 12)])]
+#[case("implicit-reads-ns.pcapng", &[])]
+#[case("odd-station-name.pcap", &[("PN-NAME-INVALID", Severity::Warning, 2)])]
+#[case("dcp-name-ip-reset.pcap", &[])]
+#[case("zero-timestamps.pcap", &[])]
+fn captures_of_strangers(#[case] name: &str, #[case] expected: &[(&str, Severity, u64)]) {
+    let Some(path) = testing::shared(&format!("captures/profinet/{name}")) else { return };
+    let report = capture(name, &fs::read(path).unwrap()[..], &[]).unwrap();
+    let told: Vec<_> =
+        report.findings.iter().map(|finding| (finding.id.as_str(), finding.severity, finding.frame)).collect();
+    assert_eq!(told, expected, "{:#?}", report.findings);
+}
+
+/// 40 octets of a frame of the XAC77 with telegram 81, as a controller lays them out that puts all of a submodule together: the
+/// status of access point and parameter access point, the data, and the status octets behind them.
+fn frame_of_telegram_81(data: &[u8]) -> Vec<u8> {
+    let mut octets = vec![0x80, 0x80];
+    octets.extend(data);
+    octets.extend([0x80, 0x80]);
+    octets.resize(40, 0);
+    octets
+}
+
+/// ZSW2_ENC, G1_ZSW, G1_XIST1, G1_XIST2.
+fn inputs_of_telegram_81(g1_zsw: u16) -> Vec<u8> {
+    let mut data = vec![0, 0];
+    data.extend(g1_zsw.to_be_bytes());
+    data.extend([0, 0, 0, 77, 0, 0, 0, 77]);
+    frame_of_telegram_81(&data)
+}
+
+/// A capture that begins when the connection stands; `ids` is what the device tells of itself.
+fn running(ids: Option<(u16, u16)>) -> Line {
+    let mut line = Line::new();
+    if let Some((vendor_id, device_id)) = ids {
+        let response = Dcp::identify(1, 1, vec![Value::AllSelector])
+            .response(vec![Block { word: Some(BlockInfo(0).0), value: Value::DeviceId { vendor_id, device_id } }]);
+        dcp(&mut line, DEVICE, CONTROLLER, &response);
+    }
+    for _ in 0..40 {
+        line.cyclic(false, &frame_of_telegram_81(&[0; 4]));
+        line.cyclic(true, &inputs_of_telegram_81(0x2000));
+        line.pass(CYCLE);
+    }
+    line
+}
+
+#[rstest]
+#[case::it_told_who_it_is(Some((0x0239, 0x0001)), None, true)]
+#[case::nobody_told(None, None, false)]
+#[case::nobody_told_but_the_user_did(None, Some("lika-xac77-profinet"), true)]
+#[case::it_is_another_one(Some((0x0239, 0x0002)), Some("lika-xac77-profinet"), false)]
+fn without_a_connect_the_layout_is_guessed_and_marked(
+    #[case] ids: Option<(u16, u16)>,
+    #[case] manual: Option<&str>,
+    #[case] guessed: bool,
+) {
+    let manuals = encspec::suite::load(&encspec::suites::sources(), manual).expect("the shipped suites load");
+    let mut line = running(ids);
+    let fine = capture("fine", &line.capture()[..], &manuals).unwrap();
+    assert_eq!(fine.findings, []);
+    let layout = fine.ars.first().and_then(|ar| ar.layout.as_deref());
+    assert_eq!(layout.is_some_and(|layout| layout.contains("lika-xac77-profinet")), guessed, "{layout:?}");
+
+    // Bit 13, the position is there, and bit 15, there is an error.
+    let frame = line.cyclic(true, &inputs_of_telegram_81(0xA000)) as u64;
+    let broken = capture("broken", &line.capture()[..], &manuals).unwrap();
+    let finding = broken.findings.iter().find(|finding| finding.id.contains("XAC77-SIG-036"));
+    assert_eq!(finding.is_some(), guessed, "{:#?}", broken.findings);
+    if let Some(finding) = finding {
+        assert_eq!((finding.frame, finding.severity), (frame, Severity::Warning));
+        assert!(finding.text.contains("guessed"), "{}", finding.text);
+    }
+}
+
+/// What the page shows is what the report was written from: the connection that is guessed there has a timeline and signals here.
+#[test]
+fn a_guessed_layout_is_on_the_page_as_well() {
+    let manual = Some("lika-xac77-profinet");
+    let manuals = encspec::suite::load(&encspec::suites::sources(), manual).expect("the shipped suites load");
+    let mut line = running(Some((0x0239, 0x0001)));
+    line.cyclic(true, &inputs_of_telegram_81(0xA000));
+    let octets = line.capture();
+    let report = capture("broken", &octets[..], &manuals).unwrap();
+    let chapter = encspec::replay::chapter(1, &report, &octets[..], &manuals).unwrap();
+
+    let [timeline] = &chapter.timelines[..] else { panic!("one timeline: {:#?}", chapter.timelines) };
+    assert!(timeline.lanes.iter().any(|lane| lane.name.starts_with("G1_ZSW.")), "{:#?}", timeline.lanes);
+    assert!(timeline.marks.iter().any(|mark| mark.text.contains("XAC77-SIG-036")), "{:#?}", timeline.marks);
+    let entry = chapter.entries.iter().find(|entry| entry.head.contains("XAC77-SIG-036")).unwrap();
+    let packet = entry.packet.as_ref().unwrap();
+    assert!(packet.parts.iter().any(|part| part.name == "G1_ZSW"), "{:#?}", packet.parts);
+}

@@ -1,0 +1,194 @@
+//! The checks of the protocol on hand-made frames of PROFIBUS: what each finds, and that a bus in order has no findings.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use crate::common::made::bus::*;
+use encspec::replay::{Blame, Finding, Severity, capture};
+use rstest::rstest;
+use station::Duration;
+use wire::profibus::fdl::{AnswerFunction, Frame};
+
+fn findings(bus: &Bus) -> Vec<Finding> {
+    capture("made", &bus.capture()[..], &[]).expect("a capture").findings
+}
+
+#[track_caller]
+fn only(bus: &Bus, id: &str) -> Finding {
+    let all = findings(bus);
+    let [finding] = &all[..] else { panic!("one finding {id}: {all:#?}") };
+    assert_eq!(finding.id, id, "{}", finding.text);
+    assert!(finding.cause.is_some() && finding.next.is_some() && finding.filter.is_none());
+    finding.clone()
+}
+
+fn started() -> Bus {
+    let mut bus = Bus::default();
+    bus.token();
+    bus.start();
+    bus.exchange(10);
+    bus
+}
+
+#[test]
+fn a_bus_in_order_has_no_findings() {
+    let mut bus = started();
+    bus.token();
+    bus.diagnosis(&GOOD);
+    bus.exchange(10);
+    bus.acknowledged(61, &UNLOCK);
+    assert_eq!(findings(&bus), []);
+}
+
+#[test]
+fn whatever_is_cut_off_at_the_begin_nothing_bad_is_found() {
+    let mut bus = started();
+    bus.diagnosis(&GOOD);
+    bus.exchange(10);
+    for from in 1..bus.frames.len() {
+        let late = Bus { frames: bus.frames[from..].to_vec(), ..Bus::default() };
+        let all = findings(&late);
+        assert!(all.iter().all(|finding| finding.severity == Severity::Info), "from frame {from}: {all:#?}");
+    }
+    for requests in [true, false] {
+        let of_half = bus.frames.iter().enumerate().filter(|(at, _)| (at % 2 == 1) == requests);
+        let half = Bus { frames: of_half.map(|(_, of)| of.clone()).collect(), ..Bus::default() };
+        let all = findings(&half);
+        assert!(all.iter().all(|finding| finding.severity == Severity::Info), "{all:#?}");
+    }
+}
+
+#[test]
+fn a_slave_that_answers_no_more_is_told() {
+    let mut bus = started();
+    for number in 0..8 {
+        bus.ask(None, &[0, 0, 1, number]);
+        bus.pause = Duration::from_millis(20);
+    }
+    let finding = only(&bus, "DP-SLAVE-SILENT");
+    assert_eq!((finding.blame, finding.severity), (Blame::Network, Severity::Error));
+}
+
+#[test]
+fn polls_in_vain_between_good_ones_are_the_line() {
+    let mut bus = started();
+    for number in 0..3 {
+        bus.ask(None, &[0, 0, 1, number]);
+        bus.exchange(3);
+    }
+    let finding = only(&bus, "DP-POLL-UNANSWERED");
+    assert_eq!((finding.blame, finding.severity), (Blame::Network, Severity::Warning));
+    assert!(finding.text.starts_with("3 of "), "{}", finding.text);
+}
+
+#[test]
+fn repeated_requests_are_told_by_their_count() {
+    let mut bus = started();
+    for number in 0..3 {
+        bus.ask(None, &[0, 0, 1, number]);
+        let count = bus.count.unwrap();
+        bus.ask_with(count, None, &[0, 0, 1, number]);
+        bus.answer(AnswerFunction::DATA_LOW, None, &[1, 2, 3, number]);
+    }
+    assert_eq!(only(&bus, "DP-POLL-REPEATED").severity, Severity::Warning);
+}
+
+#[test]
+fn a_slave_that_wants_new_parameters_left_by_itself_or_by_its_watchdog() {
+    let mut bus = started();
+    bus.diagnosis(&[0x02, 0x05, 0x00, MASTER, 0x16, 0x55]);
+    assert_eq!(only(&bus, "DP-SLAVE-LEFT").blame, Blame::Device);
+
+    // SET_PRM has a watchdog of 100 ms.
+    let mut bus = started();
+    bus.pause = Duration::from_millis(150);
+    bus.diagnosis(&NEW);
+    let all = findings(&bus);
+    assert!(
+        all.iter().any(|finding| finding.id == "DP-SLAVE-WATCHDOG" && finding.blame == Blame::Controller),
+        "{all:#?}"
+    );
+    assert!(all.iter().all(|finding| finding.id != "DP-SLAVE-LEFT"), "{all:#?}");
+}
+
+#[rstest]
+#[case::parameters([0x42, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-PARAMETER-FAULT", "prm_fault")]
+#[case::configuration([0x06, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-CONFIGURATION-FAULT", "cfg_fault")]
+#[case::not_supported([0x12, 0x05, 0x00, 0xFF, 0x16, 0x55], "DP-NOT-SUPPORTED", "not_supported")]
+fn faults_of_the_start_are_told_in_words(#[case] diagnosis: [u8; 6], #[case] id: &str, #[case] word: &str) {
+    let mut bus = Bus::default();
+    bus.diagnosis(&NEW);
+    bus.acknowledged(61, &SET_PRM);
+    bus.acknowledged(62, &CHK_CFG);
+    bus.diagnosis(&diagnosis);
+    let finding = only(&bus, id);
+    assert!(finding.text.contains(word), "{}", finding.text);
+    assert_eq!((finding.frame, finding.octet), (9 - 1, Some(6)));
+}
+
+#[test]
+fn a_diagnosis_that_stands_is_told_until_it_goes() {
+    let report = [0x08, 0x0C, 0x00, MASTER, 0x16, 0x55, 0x02, 0x2A];
+    let mut bus = started();
+    bus.diagnosis(&report);
+    bus.exchange(3);
+    bus.diagnosis(&report);
+    let finding = only(&bus, "DP-DIAGNOSIS-STANDING");
+    assert_eq!((finding.severity, finding.blame), (Severity::Warning, Blame::Device));
+    assert!(finding.text.contains("ext_diag") && finding.text.contains("2A"), "{}", finding.text);
+    bus.diagnosis(&GOOD);
+    assert_eq!(only(&bus, "DP-DIAGNOSIS-STANDING").severity, Severity::Info);
+}
+
+#[test]
+fn another_master_is_told() {
+    let mut bus = started();
+    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.ask_of(3, Some(61), &SET_PRM);
+    bus.send(&Frame::ShortAcknowledgement);
+    let all = findings(&bus);
+    assert!(
+        all.iter().any(|finding| finding.id == "DP-OTHER-MASTER" && finding.severity == Severity::Error),
+        "{all:#?}"
+    );
+}
+
+#[test]
+fn a_master_that_speaks_without_the_token_is_told_and_a_lost_token_too() {
+    let mut bus = started();
+    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.exchange(2);
+    bus.send(&Frame::Token { da: 3, sa: 3 });
+    assert_eq!(only(&bus, "DP-TOKEN-TWICE").blame, Blame::Controller);
+
+    // A token that the recorder has missed is no second one.
+    let mut bus = started();
+    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.exchange(2);
+    bus.token();
+    let all = findings(&bus);
+    assert!(all.iter().all(|finding| finding.id == "DP-TOKEN-LOST"), "{all:#?}");
+
+    let mut bus = started();
+    bus.send(&Frame::Token { da: 3, sa: MASTER });
+    bus.pause = Duration::from_millis(50);
+    bus.token();
+    bus.exchange(2);
+    let finding = only(&bus, "DP-TOKEN-LOST");
+    assert!(finding.text.contains("master 3"), "{}", finding.text);
+}
+
+#[test]
+fn damaged_frames_are_counted() {
+    let mut bus = started();
+    for place in [15, 17, 19, 21, 23] {
+        let octets = &mut bus.frames[place].1;
+        let last = octets.len() - 2;
+        octets[last] ^= 0x40;
+    }
+    let all = findings(&bus);
+    assert!(
+        all.iter().any(|finding| finding.id == "DP-FRAME-DAMAGED" && finding.text.starts_with("5 of ")),
+        "{all:#?}"
+    );
+    assert!(all.iter().all(|finding| finding.blame == Blame::Network), "{all:#?}");
+}

@@ -1,0 +1,149 @@
+//! Every report of a run made by hand, and the approved report of the whole suite on each variant.
+//!
+//! The approved texts stand in `reports/`; they are read by a person before they are taken over.
+
+use crate::sample;
+use encspec::cli::Suites;
+use encspec::cli::run::Request;
+use encspec::report::{self, ExitStatus, Format, Look};
+use encspec::result::RunResult;
+use rstest::rstest;
+
+fn approved(name: &str, text: &str) {
+    let mut settings = insta::Settings::clone_current();
+    settings.set_snapshot_path("../../../../reports");
+    settings.set_prepend_module_to_snapshot(false);
+    settings.set_omit_expression(true);
+    settings.bind(|| insta::assert_snapshot!(name, text));
+}
+
+#[rstest]
+#[case("console", Format::Console)]
+#[case("json", Format::Json)]
+#[case("junit", Format::Junit)]
+#[case("tap", Format::Tap)]
+#[case("text", Format::Text)]
+fn a_run_made_by_hand(#[case] name: &str, #[case] format: Format) {
+    approved(&format!("made-by-hand.{name}"), &format.write(&sample::everything()));
+}
+
+#[test]
+fn the_short_report_for_people() {
+    let text = report::console(&sample::everything(), Look::default());
+    approved("made-by-hand.console-short", &text);
+}
+
+/// A reading that is a fault is told with its sentence by the suite, and by each row of its case that failed.
+#[test]
+fn junit_tells_findings() {
+    let mut result = sample::everything();
+    let mut finding = result.runs[0].findings[0].clone();
+    (finding.id, finding.text) = ("preset/it's:printed".into(), "The octets stand as printed.".into());
+    result.runs[0].findings.push(finding);
+    let text = report::junit(&result);
+    let told = "<property name=\"finding\" value=\"The octets stand as printed.\"/>";
+    let (before, _) = text.split_once(told).expect("the case that failed says it");
+    let opened = before.rfind("<testcase ").expect("inside of a case");
+    assert!(before[opened..].starts_with("<testcase name=\"it&apos;s[row 1]\""), "{}", &before[opened..]);
+    assert_eq!(text.matches("The octets stand as printed.").count(), 2);
+}
+
+#[test]
+fn colours_change_nothing_but_colours() {
+    let look = Look { colour: true, verbose: true };
+    let coloured = report::console(&sample::everything(), look);
+    let plain = report::console(&sample::everything(), Look { colour: false, ..look });
+    assert_ne!(coloured, plain);
+    let mut stripped = String::new();
+    let mut rest = coloured.as_str();
+    while let Some((before, after)) = rest.split_once("\x1b[") {
+        stripped.push_str(before);
+        rest = after.split_once('m').map_or("", |(_, after)| after);
+    }
+    stripped.push_str(rest);
+    assert_eq!(stripped, plain);
+}
+
+#[rstest]
+#[case(Format::Console)]
+#[case(Format::Json)]
+#[case(Format::Junit)]
+#[case(Format::Tap)]
+#[case(Format::Text)]
+fn what_a_device_says_cannot_steer_a_terminal(#[case] format: Format) {
+    let evil = "a\u{1b}[2J\u{7}\u{9b}31m\u{202e}b\r\nINJECTED";
+    let mut result = sample::everything();
+    let run = &mut result.runs[0];
+    run.dut.identity = evil.into();
+    for case in &mut run.cases {
+        case.reason = Some(evil.into());
+        case.notes = vec![evil.into()];
+        for failure in &mut case.failures {
+            failure.what = evil.into();
+            failure.trace = vec![evil.into()];
+            failure.parts.iter_mut().for_each(|part| part.seen = evil.into());
+        }
+    }
+    result.ledger_notes.push(encspec::result::LedgerNote { text: evil.into(), red: true });
+    let text = format.write(&result);
+    let steers = |c: &char| (c.is_control() && *c != '\n') || *c == '\u{202e}';
+    assert_eq!(text.chars().find(steers), None);
+    assert!(!text.contains("\nINJECTED"), "a line feed of the device begins a line");
+}
+
+/// What the JSON report, the TAP report and the exit status say of the same results is the same.
+#[test]
+fn the_reports_agree() {
+    for gate_must in [false, true] {
+        for verdict in encspec::verdict::Verdict::ALL {
+            for level in [
+                encspec::suite::model::Level::Must,
+                encspec::suite::model::Level::Should,
+                encspec::suite::model::Level::Info,
+            ] {
+                let good = sample::case(
+                    "a/good",
+                    encspec::result::CaseKind::Trial,
+                    encspec::verdict::Verdict::Pass,
+                    encspec::suite::model::Level::Must,
+                );
+                let other = sample::case("a/other", encspec::result::CaseKind::Trial, verdict, level);
+                let mut result = sample::run(vec![good, other]);
+                result.gate_must = gate_must;
+                let green = report::status(&result) == ExitStatus::Green;
+                let what = format!("{verdict} at {level:?}, gate_must {gate_must}");
+                assert_eq!(report::json(&result).contains("\"green\": true"), green, "JSON: {what}");
+                assert_eq!(tap_is_green(&report::tap(&result)), green, "TAP: {what}");
+                assert_eq!(junit_is_green(&report::junit(&result)), green, "JUnit: {what}");
+                assert_eq!(report::console(&result, Look::default()).contains("\nGreen:"), green, "console: {what}");
+            }
+        }
+    }
+}
+
+fn tap_is_green(text: &str) -> bool {
+    !text.lines().any(|line| line.starts_with("not ok") && !line.contains(" # TODO "))
+}
+
+fn junit_is_green(text: &str) -> bool {
+    let suites = text.lines().find(|line| line.contains("<testsuites ")).expect("the root of the report");
+    suites.contains("failures=\"0\"") && suites.contains("errors=\"0\"")
+}
+
+fn whole_suite() -> RunResult {
+    let manuals = Suites::default().load().expect("the shipped suites");
+    let ready = Request::default().ready(&manuals).map_err(|stop| stop.message).expect("every reference device");
+    ready.run(&manuals, &|_, _, _| {}).map_err(|stop| stop.message).expect("a virtual bench")
+}
+
+/// The approved report of each variant. A change in it is a change of what the harness says about a device.
+#[test]
+fn the_whole_suite() {
+    let mut result = whole_suite();
+    assert!(!result.runs.is_empty(), "there are reference devices");
+    for run in std::mem::take(&mut result.runs) {
+        let name = format!("{}.{}", run.dut.device, run.dut.variant);
+        let one = RunResult { runs: vec![run], ..RunResult::default() };
+        approved(&name, &report::text(&one));
+    }
+}

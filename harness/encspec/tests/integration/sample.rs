@@ -1,0 +1,158 @@
+//! A run made by hand: one result of each kind, so that what reports do with it can be read.
+
+use encspec::result::{
+    Blame, CaseKind, CaseResult, Covered, Decided, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
+    RequirementResult, RunResult, Severity,
+};
+use encspec::suite::device::Location;
+use encspec::suite::model::Level;
+use encspec::verdict::Verdict;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A place in a suite.
+pub fn at(line: u32) -> Location {
+    Location { file: Arc::new(PathBuf::from("suites/acme-profinet/preset.yaml")), line, column: 9 }
+}
+
+/// A case of this verdict and level that covers `ACME-001`.
+pub fn case(id: &str, kind: CaseKind, verdict: Verdict, level: Level) -> CaseResult {
+    CaseResult {
+        id: format!("acme-profinet/{id}"),
+        kind,
+        why: format!("The sentence of {id}."),
+        verdict,
+        level,
+        covers: vec![Covered { requirement: 0, id: "ACME-001".into(), verdict }],
+        reason: None,
+        failures: Vec::new(),
+        readings: Vec::new(),
+        saved: Vec::new(),
+        notes: Vec::new(),
+        decided: None,
+        duration: Duration::from_millis(1500),
+        frames: 120,
+        at: at(7),
+        evidence: None,
+    }
+}
+
+/// A failure of the step `expect: { position: 0x1000 }`.
+pub fn failure() -> Failure {
+    Failure {
+        blame: Blame::Device,
+        what: "It did not become true in time.".into(),
+        step: "expect: { status.done: 1, position: 0x1000 }".into(),
+        at: at(12),
+        requirements: vec![(
+            "ACME-001".into(),
+            "section 3.1 (p. 9)".into(),
+            "The position takes the preset value.".into(),
+        )],
+        parts: vec![
+            PartSeen { text: "status.done: 1".into(), wanted: "0x1 (1)".into(), seen: "0x1 (1)".into(), held: true },
+            PartSeen {
+                text: "position: 0x1000".into(),
+                wanted: "0x1000 (4096)".into(),
+                seen: "0x1001 (4097)".into(),
+                held: false,
+            },
+        ],
+        place: Some(Place { frame: 41, octet: Some(26), bit: Some(3), filter: "frame.number == 41".into() }),
+        trace: vec!["     40 1.500  out".into(), ">    41 1.502  in".into()],
+        next: "Compare frame 41 with the clause.".into(),
+    }
+}
+
+/// A requirement with this verdict, covered by these cases.
+pub fn requirement(number: u32, clause: &str, level: Level, verdict: Verdict, cases: &[&str]) -> RequirementResult {
+    RequirementResult {
+        id: format!("ACME-{number:03}"),
+        chapter: clause.strip_prefix("section 3.").map(|_| "3 position".into()),
+        cites: clause.into(),
+        statement: format!("Statement number {number} of the manual."),
+        level,
+        verdict,
+        note: cases.is_empty().then(|| "no case ran for it".into()),
+        cases: cases.iter().map(|id| format!("acme-profinet/{id}")).collect(),
+    }
+}
+
+/// A run of one device with these cases.
+pub fn run(cases: Vec<CaseResult>) -> RunResult {
+    let device = DeviceRun {
+        dut: Dut {
+            kind: "model".into(),
+            spec: "model:acme-profinet/single".into(),
+            device: "acme-profinet".into(),
+            variant: "single".into(),
+            identity: "ACME ROTO (vendor 0x0123, device 0x0001)".into(),
+            firmware: None,
+        },
+        cases,
+        requirements: Vec::new(),
+        filtered: false,
+        persona: None,
+        bugs: Vec::new(),
+        bug_notes: Vec::new(),
+        findings: Vec::new(),
+    };
+    RunResult { runs: vec![device], ..RunResult::default() }
+}
+
+/// One result of each kind, with everything that a result can carry.
+pub fn everything() -> RunResult {
+    let trial = |id: &str, verdict, level| case(id, CaseKind::Trial, verdict, level);
+    let mut passed = trial("preset/absolute", Verdict::Pass, Level::Must);
+    passed.readings = vec![("either: { stays: [...], moves: [...] }".into(), "stays".into())];
+    passed.saved = vec![("before".into(), "4096".into())];
+    let mut failed = trial("preset/it's[row 1]", Verdict::Fail, Level::Must);
+    failed.reason = Some("It did not become true in time.".into());
+    failed.failures = vec![failure()];
+    failed.notes = vec!["an alarm that nobody expected in frame 43".into()];
+    failed.evidence = Some("evidence/acme-profinet_single_preset_it_s[row_1].pcapng".into());
+    let mut nobody = trial("preset/inconclusive", Verdict::Inconclusive, Level::Must);
+    nobody.reason = Some("Nobody answered.".into());
+    let mut excluded = trial("preset/by-hand", Verdict::NotApplicable, Level::Should);
+    excluded.reason = Some("stand cannot press the preset button".into());
+    let mut broken = trial("preset/broken", Verdict::Error, Level::Should);
+    broken.reason = Some("The value to be set is not known.".into());
+    let mut known = trial("preset/known", Verdict::Xfail, Level::Must);
+    known.reason = Some("known failure FW-7: the position is late".into());
+    known.failures = vec![failure()];
+    let mut gone = trial("preset/gone", Verdict::Xpass, Level::Must);
+    gone.reason = Some("It passes, though the ledger's entry FW-8 expects a failure: take the entry out.".into());
+    let mut told = trial("preset/told", Verdict::Fail, Level::Info);
+    told.reason = Some("It did not become true in time.".into());
+    told.failures = vec![Failure { place: None, parts: Vec::new(), trace: Vec::new(), ..failure() }];
+    let mut rule = case("rules/never-both", CaseKind::Rule, Verdict::Pass, Level::Must);
+    rule.decided = Some(Decided { premises: 12, undecided: 1, looked_at: 4312 });
+    let mut unseen = case("rules/never-seen", CaseKind::Rule, Verdict::NotRun, Level::Must);
+    unseen.reason = Some("premise never seen (4312 frames and events looked at)".into());
+    unseen.decided = Some(Decided { premises: 0, undecided: 0, looked_at: 4312 });
+    let cases = vec![passed, failed, nobody, excluded, broken, known, gone, told, rule, unseen];
+    let ids: Vec<String> = cases.iter().map(|case| case.id.replacen("acme-profinet/", "", 1)).collect();
+    let ids: Vec<&str> = ids.iter().map(String::as_str).collect();
+    let mut result = run(cases);
+    result.runs[0].requirements = vec![
+        requirement(1, "section 3.1 (p. 9)", Level::Must, Verdict::Fail, &ids),
+        requirement(2, "section 3.1 (p. 9)", Level::Should, Verdict::NotRun, &[]),
+        requirement(3, "section 3.2 (p. 10)", Level::Info, Verdict::NotRun, &[]),
+    ];
+    result.runs[0].bugs = vec!["preset-late".into()];
+    let finding = |id: &str, severity, text: &str, device: Option<&str>| Finding {
+        id: id.into(),
+        severity,
+        text: text.into(),
+        manual: Some("16 octets".into()),
+        description: Some((DescriptionKind::Gsdml, "14 octets".into())),
+        device: device.map(Into::into),
+    };
+    result.runs[0].findings = vec![
+        finding("record_0x64", Severity::Info, "The manual does not have the record 0x64.", None),
+        finding("telegram_83.inputs", Severity::Error, "Input data: the two disagree.", Some("16\u{9b} octets")),
+    ];
+    result.runs[0].dut.identity = "ACME\u{1b}[31m \u{202e}ROTO (vendor 0x0123, device 0x0001)".into();
+    result
+}

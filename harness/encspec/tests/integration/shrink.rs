@@ -1,0 +1,114 @@
+//! A recording of a run with a bug becomes the shortest case that shows it, by asking the device with the same bug.
+
+use crate::shipped;
+use encspec::compare::drive::Bench;
+use encspec::compare::heard::Conversation;
+use encspec::compare::hold::{Heard, hold};
+use encspec::compare::listen::listen;
+use encspec::compare::shrink::{Pair, Shrunk, shrink};
+use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::suite::model::{Manual, Variant};
+use encspec::verdict::Verdict;
+use rstest::rstest;
+use station::Time;
+
+/// Steps that a case has at most.
+const SHORT: usize = 10;
+
+fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
+    let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
+    DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { bugs } }
+}
+
+/// The manual with the variant and the trial of a recording.
+struct Recorded<'m> {
+    manual: &'m Manual,
+    variant: &'m Variant,
+    heard: Conversation,
+}
+
+/// What the controller and the device said in the first trial that catches `bug` and has `part` in its id, with the bug or
+/// without.
+fn record<'m>(manual: &'m Manual, bug: &str, part: &str, with: &[&str]) -> Recorded<'m> {
+    let catches = |variant: &'m Variant| {
+        let catches = |catches: &[String]| catches.iter().any(|name| name == bug);
+        let mut trials = variant.trials.iter().filter(|of| catches(&of.catches) && of.id.contains(part));
+        Some((variant, trials.next()?))
+    };
+    let (variant, trial) = manual.variants.iter().find_map(catches).unwrap_or_else(|| panic!("a trial catches {bug}"));
+    let dut = spec(manual, variant, with);
+    let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
+    let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
+    let frames = outcome.trace.iter().map(|frame| (frame.number as u64, frame.time, frame.octets));
+    Recorded { manual, variant, heard: listen(bench.whom(), frames) }
+}
+
+/// The number of steps of the case that a recording with the bug shrinks to; the case was seen to pass and to fail.
+fn shrunk(manual: &Manual, bug: &str) -> Result<usize, String> {
+    let Recorded { variant, heard, .. } = record(manual, bug, "", &[bug]);
+    let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
+    let (healthy, dut) = (spec(manual, variant, &[]), spec(manual, variant, &[bug]));
+    let listed = manual.bugs.iter().find(|known| known.name == bug).ok_or("no such bug")?;
+    let pair = Pair { healthy: &healthy, dut: &dut, bug: Some(listed) };
+    let masks = bench.masks(None).map_err(|error| error.to_string())?;
+    match shrink(&bench, &pair, &heard, &masks).map_err(|error| error.to_string())? {
+        Shrunk::Confirmed { case, .. } => {
+            let yaml = case.yaml();
+            for (device, wanted) in [(&healthy, Verdict::Pass), (&dut, Verdict::Fail)] {
+                let seen = bench.run(&yaml, device).map_err(|error| format!("{error}\n{yaml}"))?.case.verdict;
+                if seen != wanted {
+                    return Err(format!("{seen} instead of {wanted} on {device}:\n{yaml}"));
+                }
+            }
+            Ok(case.steps.len())
+        }
+        Shrunk::Same { .. } => Err("the device does not differ".into()),
+        Shrunk::NoCase { differences } => Err(format!("no case of {} differences", differences.len())),
+    }
+}
+
+/// Nine of ten recordings shrink to a case of at most ten steps.
+#[rstest]
+#[case("lika-xac77-profinet", ["parking-ignored", "error-without-code", "preset-acknowledged-before-stored", "attribute-not-checked",
+    "identification-cut-short", "scaling-always-shown", "preset-value-for-offset", "preset-repeats-while-requested",
+    "absolute-value-not-served", "error-code-for-status-word"])]
+#[case("sick-afx60-profinet", ["zero-elements-refused", "shift-factors-11", "synchronous-and-free-run", "settings-clipped",
+    "array-read-from-zero", "response-without-format", "p922-always-81", "preset-acknowledge-stays",
+    "preset-range-not-checked", "error-after-start"])]
+#[case("kuebler-sendix58xx-profinet", ["velocity-before-position", "preset-acknowledge-stays", "relative-shift-reversed",
+    "zero-elements-refused", "st-pos-modulo-range", "preset-takes-100-ms", "control-by-plc-ignored", "trigger-is-a-level",
+    "request-takes-cyclic-value", "preset-mode-inverted"])]
+#[case("sick-a3m60-profibus", ["default-compatibility-off", "fixed-bit-missing", "word-format-refused", "limits-clip-values",
+    "read-gives-the-offset", "month-before-day", "half-steps-in-xist1", "control-requested-never-set",
+    "preset-acknowledge-stays", "edge-needs-several-cycles"])]
+#[case("datalogic-amt58-profibus", ["cfg-fault-never-set", "own-address-as-master", "header-without-itself",
+    "type-change-alters-the-class", "diagnosis-shifted-by-one", "programmed-steps-of-hardware", "preset-needs-class-2",
+    "watchdog-always-active", "velocity-in-class-1", "prm-req-not-set"])]
+fn a_recorded_bug_becomes_a_short_case(#[case] name: &str, #[case] bugs: [&str; 10]) {
+    let manuals = shipped::only(name);
+    let outcomes: Vec<(&str, Result<usize, String>)> =
+        bugs.into_iter().map(|bug| (bug, shrunk(&manuals[0], bug))).collect();
+    let short = outcomes.iter().filter(|(_, outcome)| outcome.as_ref().is_ok_and(|steps| *steps <= SHORT)).count();
+    assert!(short >= 9, "{short} of 10: {outcomes:#?}");
+}
+
+/// A recording of the healthy device, held against the healthy device, differs in nothing; with a bug it does.
+#[rstest]
+#[case("lika-xac77-profinet", "preset-adds-instead-of-assigns", "preset/value-of-the-moment")]
+#[case("sick-afx60-profinet", "preset-adds-instead-of-assigns", "preset/value-of-the-moment")]
+#[case("kuebler-sendix58xx-profinet", "preset-acknowledge-stays", "")]
+#[case("sick-a3m60-profibus", "preset-acknowledge-stays", "")]
+#[case("datalogic-amt58-profibus", "preset-needs-class-2", "")]
+fn a_healthy_recording_differs_in_nothing(#[case] name: &str, #[case] bug: &str, #[case] part: &str) {
+    let manuals = shipped::only(name);
+    for (with, differs) in [(&[][..], false), (&[bug][..], true)] {
+        let Recorded { manual, variant, heard } = record(&manuals[0], bug, part, with);
+        let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
+        let masks = bench.masks(None).expect("the masks load");
+        let heard = Heard { said: heard, begin: Time::ZERO };
+        let report = hold(&bench, &spec(manual, variant, &[]), &heard, &masks).expect("a model can be driven");
+        assert_eq!(report.inconclusive, None);
+        assert!(report.steps > 1, "{report}");
+        assert_eq!(!report.differences.is_empty(), differs, "{report}");
+    }
+}

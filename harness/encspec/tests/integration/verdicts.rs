@@ -1,0 +1,230 @@
+//! What results weigh, what they come to together, and what the ledger of known failures makes of them.
+
+use crate::sample;
+use encspec::ledger::{Date, Ledger};
+use encspec::report::{ExitStatus, Light};
+use encspec::result::{CaseKind, Failure, LedgerNote, RunResult};
+use encspec::suite::model::Level::{self, Info, Must, Should};
+use encspec::verdict::Verdict::{self, Error, Fail, Inconclusive, NotApplicable, NotRun, Pass, Xfail, Xpass};
+use encspec::{ledger, report};
+use rstest::rstest;
+use std::path::Path;
+
+#[rstest]
+#[case(CaseKind::Trial, Pass, Must, "green", "green")]
+#[case(CaseKind::Trial, Xfail, Must, "green", "green")]
+#[case(CaseKind::Trial, NotApplicable, Must, "neutral", "neutral")]
+#[case(CaseKind::Trial, Fail, Must, "red", "red")]
+#[case(CaseKind::Trial, Fail, Should, "red", "neutral")]
+#[case(CaseKind::Trial, Fail, Info, "neutral", "neutral")]
+#[case(CaseKind::Trial, Inconclusive, Info, "red", "red")]
+#[case(CaseKind::Trial, Error, Info, "red", "red")]
+#[case(CaseKind::Trial, Xpass, Info, "red", "red")]
+#[case(CaseKind::Trial, NotRun, Info, "red", "red")]
+#[case(CaseKind::Rule, Fail, Must, "red", "red")]
+#[case(CaseKind::Rule, Fail, Should, "red", "neutral")]
+#[case(CaseKind::Rule, NotRun, Must, "red", "red")]
+fn what_a_result_weighs(
+    #[case] kind: CaseKind,
+    #[case] verdict: Verdict,
+    #[case] level: Level,
+    #[case] normal: &str,
+    #[case] gated: &str,
+) {
+    for (gate_must, expected) in [(false, normal), (true, gated)] {
+        let good = sample::case("a/good", CaseKind::Trial, Pass, Must);
+        let mut result = sample::run(vec![good, sample::case("a/b", kind, verdict, level)]);
+        result.gate_must = gate_must;
+        let run = &result.runs[0];
+        let weight = match report::light(&result, run, &run.cases[1]) {
+            Light::Green => "green",
+            Light::Neutral(_) => "neutral",
+            Light::Red => "red",
+        };
+        assert_eq!(weight, expected, "gate_must {gate_must}");
+        let green = expected != "red";
+        assert_eq!(report::status(&result), if green { ExitStatus::Green } else { ExitStatus::Red });
+    }
+}
+
+#[rstest]
+#[case("model", false, ExitStatus::Red)]
+#[case("model", true, ExitStatus::Green)]
+#[case("null", false, ExitStatus::Red)]
+#[case("nic", false, ExitStatus::Green)]
+fn a_rule_never_seen(#[case] kind: &str, #[case] filtered: bool, #[case] expected: ExitStatus) {
+    let good = sample::case("a/good", CaseKind::Trial, Pass, Must);
+    let mut result = sample::run(vec![good, sample::case("rules/a", CaseKind::Rule, NotRun, Must)]);
+    result.runs[0].dut.kind = kind.into();
+    result.runs[0].filtered = filtered;
+    assert_eq!(report::status(&result), expected);
+}
+
+#[rstest]
+#[case(&[], false, ExitStatus::Red)]
+#[case(&[Pass], false, ExitStatus::Green)]
+#[case(&[Xfail], false, ExitStatus::Red)]
+#[case(&[Xfail], true, ExitStatus::Green)]
+#[case(&[NotApplicable], true, ExitStatus::Red)]
+#[case(&[Xfail, Pass], false, ExitStatus::Green)]
+#[case(&[NotApplicable, Pass], false, ExitStatus::Green)]
+fn something_has_to_pass(#[case] verdicts: &[Verdict], #[case] filtered: bool, #[case] expected: ExitStatus) {
+    let cases = verdicts.iter().map(|&verdict| sample::case("a/b", CaseKind::Trial, verdict, Must)).collect();
+    let mut result = sample::run(cases);
+    result.runs[0].filtered = filtered;
+    assert_eq!(report::status(&result), expected);
+}
+
+#[test]
+fn a_rule_that_passes_does_not_stand_for_the_trials() {
+    let mut result = sample::run(vec![
+        sample::case("a/b", CaseKind::Trial, NotApplicable, Must),
+        sample::case("rules/a", CaseKind::Rule, Pass, Must),
+    ]);
+    assert_eq!(report::status(&result), ExitStatus::Red);
+    result.runs[0].cases.remove(0);
+    assert_eq!(report::status(&result), ExitStatus::Green);
+}
+
+#[test]
+fn each_device_has_to_pass_something() {
+    let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Pass, Must)]);
+    let mut other = result.runs[0].clone();
+    other.cases[0].verdict = NotApplicable;
+    result.runs.push(other);
+    assert_eq!(report::status(&result), ExitStatus::Red);
+}
+
+#[test]
+fn no_device_is_not_green() {
+    assert_eq!(report::status(&RunResult::default()), ExitStatus::Red);
+}
+
+#[test]
+fn notes_of_the_ledger_count_if_they_are_red() {
+    let mut result = sample::run(vec![sample::case("a/b", CaseKind::Trial, Pass, Must)]);
+    result.ledger_notes.push(LedgerNote { text: "Good to know.".into(), red: false });
+    assert_eq!(report::status(&result), ExitStatus::Green);
+    result.ledger_notes.push(LedgerNote { text: "It expired.".into(), red: true });
+    assert_eq!(report::status(&result), ExitStatus::Red);
+}
+
+const ENTRY: &str = "known_failures:\n- test: preset/late\n  device: acme-profinet\n  reason: It is late.\n  ticket: FW-7\n  \
+                     expires: 2027-01-31\n  signature: 'expect: { status.done: 1, position: 0x1000 } | position: 0x1000'\n";
+
+fn today() -> Date {
+    "2026-06-01".parse().expect("a day")
+}
+
+/// Applies the entry with something replaced to one case of this verdict, beside one that passes.
+fn applied(verdict: Verdict, failures: Vec<Failure>, change: (&str, &str)) -> RunResult {
+    let text = ENTRY.replacen(change.0, change.1, 1);
+    assert!(change.0.is_empty() || text != ENTRY, "the table of this test has to change something");
+    let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
+    let mut late = sample::case("preset/late", CaseKind::Trial, verdict, Must);
+    late.failures = failures;
+    let mut result = sample::run(vec![sample::case("preset/good", CaseKind::Trial, Pass, Must), late]);
+    result.runs[0].requirements = vec![sample::requirement(
+        1,
+        "section 1",
+        Must,
+        encspec::verdict::worse(Pass, verdict),
+        &["preset/good", "preset/late"],
+    )];
+    ledger::apply(&ledger, &mut result, today());
+    result
+}
+
+const SAME: (&str, &str) = ("", "");
+
+#[rstest]
+#[case::known(Fail, SAME, Xfail, ExitStatus::Green)]
+#[case::went_away(Pass, SAME, Xpass, ExitStatus::Red)]
+#[case::other_way(Fail, ("position: 0x1000'", "position: 0x2000'"), Fail, ExitStatus::Red)]
+#[case::pattern_of_the_way(Fail, ("position: 0x1000'", "position: *'"), Xfail, ExitStatus::Green)]
+#[case::expired(Fail, ("2027-01-31", "2026-05-31"), Fail, ExitStatus::Red)]
+#[case::last_day(Fail, ("2027-01-31", "2026-06-01"), Xfail, ExitStatus::Green)]
+#[case::expired_and_went_away(Pass, ("2027-01-31", "2026-05-31"), Pass, ExitStatus::Red)]
+#[case::unmatched(Fail, ("preset/late", "preset/lost"), Fail, ExitStatus::Red)]
+#[case::unmatched_and_green(Pass, ("preset/late", "preset/lost"), Pass, ExitStatus::Red)]
+#[case::pattern_of_tests(Fail, ("preset/late", "'*/late'"), Xfail, ExitStatus::Green)]
+#[case::with_the_manual(Fail, ("preset/late", "acme-profinet/preset/late"), Xfail, ExitStatus::Green)]
+#[case::variant(Fail, ("  reason", "  variant: single\n  reason"), Xfail, ExitStatus::Green)]
+#[case::other_variant(Fail, ("  reason", "  variant: multi\n  reason"), Fail, ExitStatus::Red)]
+#[case::other_device(Fail, ("acme-profinet", "other-profinet"), Fail, ExitStatus::Red)]
+#[case::other_device_and_green(Pass, ("acme-profinet", "other-profinet"), Pass, ExitStatus::Green)]
+#[case::inconclusive_is_never_known(Inconclusive, SAME, Inconclusive, ExitStatus::Red)]
+#[case::error_is_never_known(Error, SAME, Error, ExitStatus::Red)]
+#[case::not_applicable(NotApplicable, SAME, NotApplicable, ExitStatus::Green)]
+fn what_the_ledger_makes_of_a_case(
+    #[case] found: Verdict,
+    #[case] change: (&str, &str),
+    #[case] expected: Verdict,
+    #[case] status: ExitStatus,
+) {
+    let failures = if found == Fail { vec![sample::failure()] } else { Vec::new() };
+    let result = applied(found, failures, change);
+    let case = &result.runs[0].cases[1];
+    assert_eq!(case.verdict, expected);
+    assert_eq!(case.covers[0].verdict, expected);
+    assert_eq!(result.runs[0].requirements[0].verdict, encspec::verdict::worse(Pass, expected));
+    assert_eq!(report::status(&result), status, "{:?}", report::reasons(&result));
+}
+
+#[rstest]
+#[case(Fail, SAME, "known failure FW-7: It is late.")]
+#[case(Pass, SAME, "take the entry out")]
+#[case(Fail, ("position: 0x1000'", "position: 0x2000'"), "It fails in another way")]
+#[case(Fail, ("2027-01-31", "2026-05-31"), "expired on 2026-05-31")]
+#[case(Fail, ("preset/late", "preset/lost"), "matches no test")]
+fn the_ledger_says_what_it_did(#[case] found: Verdict, #[case] change: (&str, &str), #[case] said: &str) {
+    let failures = if found == Fail { vec![sample::failure()] } else { Vec::new() };
+    let text =
+        encspec::report::console(&applied(found, failures, change), report::Look { colour: false, verbose: true });
+    assert!(text.contains(said), "{text}");
+}
+
+#[test]
+fn a_second_failure_is_not_excused_by_the_first() {
+    let second = Failure { step: "read: { P5: 1 }".into(), ..sample::failure() };
+    let result = applied(Fail, vec![sample::failure(), second], SAME);
+    assert_eq!(result.runs[0].cases[1].verdict, Fail);
+}
+
+#[rstest]
+#[case(Some("1.3.0"), Xfail)]
+#[case(Some("1.5"), Fail)]
+#[case(None, Fail)]
+fn an_entry_for_some_firmware(#[case] firmware: Option<&str>, #[case] expected: Verdict) {
+    let text = ENTRY.replacen("  reason", "  firmware: { from: \"1.2\", to: \"1.4\" }\n  reason", 1);
+    let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
+    let mut late = sample::case("preset/late", CaseKind::Trial, Fail, Must);
+    late.failures = vec![sample::failure()];
+    let mut result = sample::run(vec![late]);
+    result.runs[0].dut.firmware = firmware.map(str::to_owned);
+    ledger::apply(&ledger, &mut result, today());
+    assert_eq!(result.runs[0].cases[0].verdict, expected);
+}
+
+#[test]
+fn a_part_of_the_suite_leaves_entries_unmatched() {
+    let ledger = Ledger::parse(Path::new("ledger.yaml"), ENTRY).map_err(|error| error.to_string()).expect("a ledger");
+    let mut result = sample::run(vec![sample::case("preset/good", CaseKind::Trial, Pass, Must)]);
+    result.runs[0].filtered = true;
+    ledger::apply(&ledger, &mut result, today());
+    assert_eq!(result.ledger_notes, []);
+}
+
+#[test]
+fn the_entry_that_is_offered_is_the_entry_that_excuses() {
+    let mut late = sample::case("preset/it's[row 1]", CaseKind::Trial, Fail, Must);
+    late.failures = vec![sample::failure()];
+    let mut result = sample::run(vec![late, sample::case("preset/good", CaseKind::Trial, Pass, Must)]);
+    let run = &result.runs[0];
+    let offered = ledger::entry(run, &run.cases[0], &run.cases[0].failures[0]);
+    let text = format!("known_failures:\n{}", offered.replace("YYYY-MM-DD", "2027-01-31"));
+    let ledger = Ledger::parse(Path::new("ledger.yaml"), &text).map_err(|error| error.to_string()).expect("a ledger");
+    ledger::apply(&ledger, &mut result, today());
+    assert_eq!(result.runs[0].cases[0].verdict, Xfail);
+    assert_eq!(report::status(&result), ExitStatus::Green);
+}

@@ -1,0 +1,329 @@
+//! A network interface, tried at one end of a virtual cable in a network of its own.
+#![cfg(target_os = "linux")]
+
+use crate::common::{frame, next, silent, two_ends};
+use encspec_link::{Clock, LinkError, Nic, Port, namespace, portable};
+use rstest::rstest;
+use station::{Duration, Time};
+use std::net::UdpSocket;
+use testing::patience::patiently;
+
+const SOMEBODY: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
+
+fn both() -> (Nic, Nic, Clock) {
+    let open = |name| Nic::open(name).unwrap_or_else(|error| panic!("{error}"));
+    (open("left"), open("right"), Clock::start())
+}
+
+#[test]
+fn a_frame_for_any_address_crosses_the_cable_as_it_is() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        for length in [14, 59, 60, 1514] {
+            let sent = frame(SOMEBODY, length);
+            left.send(&sent).expect("it is sent");
+            assert_eq!(next(&mut right, &clock).1, sent);
+        }
+    });
+}
+
+/// A tag of each kind that the kernel takes out of a frame: priority only, a network and a priority, a service's.
+#[rstest]
+#[case::priority_only(0x8100, 0xC000)]
+#[case::network_and_priority(0x8100, 0xC123)]
+#[case::all_zero(0x8100, 0x0000)]
+#[case::of_a_service(0x88A8, 0x6001)]
+fn a_tag_stays_where_it_was(#[case] kind: u16, #[case] content: u16) {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        let plain = frame(SOMEBODY, 60);
+        let mut sent = plain[..12].to_vec();
+        sent.extend_from_slice(&kind.to_be_bytes());
+        sent.extend_from_slice(&content.to_be_bytes());
+        sent.extend_from_slice(&plain[12..]);
+        left.send(&sent).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, sent);
+    });
+}
+
+#[test]
+fn the_longest_tagged_frame_is_sent_and_a_longer_one_is_lost() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        let mut tagged = frame(SOMEBODY, 1518);
+        tagged[12..16].copy_from_slice(&[0x81, 0x00, 0xC0, 0x00]);
+        left.send(&tagged).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, tagged);
+        left.send(&frame(SOMEBODY, 1600)).expect("a frame that is too long is no trouble of the line");
+        assert!(silent(&mut right, &clock));
+    });
+}
+
+#[test]
+fn the_time_of_arrival_is_that_of_the_kernel() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        // The kernel begins to stamp frames a moment after the first socket asks for it.
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        next(&mut right, &clock);
+        assert!(silent(&mut right, &clock));
+        let before = clock.now();
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        let after = clock.now();
+        assert!(silent(&mut left, &clock), "the frame lies and waits meanwhile");
+        let (arrived, _) = next(&mut right, &clock);
+        let slack = Duration::from_millis(1);
+        assert!(arrived + slack >= before && arrived <= after + slack, "sent {before} to {after}, arrived {arrived}");
+    });
+}
+
+#[test]
+fn own_frames_are_not_seen() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        let mut second = Nic::open("left").expect("an interface can be opened twice");
+        left.send(&frame([0xFF; 6], 60)).expect("it is sent");
+        next(&mut right, &clock);
+        assert!(silent(&mut left, &clock) && silent(&mut second, &clock), "what goes out is not what comes in");
+    });
+}
+
+#[test]
+fn nothing_is_waited_for_once_the_time_is_over() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        let mut into = Vec::new();
+        assert!(
+            right.receive(&clock, Time::ZERO, &mut into).expect("the line works").is_some(),
+            "what is there is handed out"
+        );
+        assert!(right.receive(&clock, Time::ZERO, &mut into).expect("the line works").is_none());
+        let until = clock.now() + Duration::from_millis(20);
+        assert!(right.receive(&clock, until, &mut into).expect("the line works").is_none());
+        let after = clock.now();
+        assert!(after >= until && after < until + Duration::from_secs(1), "waited from {until} to {after}");
+    });
+}
+
+/// The kernel leaves the checksum of UDP on a virtual cable to a network adapter that is not there.
+#[test]
+fn a_checksum_that_was_left_to_the_hardware_is_filled_in() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        namespace::run(&["address", "add", "10.9.8.1/24", "dev", "left"]).expect("an address");
+        namespace::run(&["neighbour", "add", "10.9.8.2", "lladdr", "02:00:00:00:00:55", "dev", "left"])
+            .expect("a neighbour");
+        let (_, mut right, clock) = both();
+        let socket = UdpSocket::bind("10.9.8.1:50000").expect("a socket of the kernel");
+        for payload in [&b"odd"[..], b"even"] {
+            socket.send_to(payload, "10.9.8.2:34964").expect("it is sent");
+            let seen = loop {
+                let (_, seen) = next(&mut right, &clock);
+                if seen[12..14] == [0x08, 0x00] {
+                    break seen;
+                }
+            };
+            assert_ne!(seen[40..42], [0, 0], "no checksum at all would prove nothing");
+            assert_eq!(udp_sum(&seen), 0xFFFF, "the sum over pseudo header and datagram, RFC 768");
+        }
+    });
+}
+
+/// RFC 768: addresses, a zero, the protocol and the length of UDP, then the datagram; 0xFFFF if the checksum is right.
+fn udp_sum(frame: &[u8]) -> u64 {
+    let ip = &frame[14..];
+    let udp = &ip[20..usize::from(u16::from_be_bytes([ip[2], ip[3]]))];
+    let mut covered = ip[12..20].to_vec();
+    covered.extend_from_slice(&[0, 17]);
+    covered.extend_from_slice(&u16::try_from(udp.len()).expect("a datagram is short").to_be_bytes());
+    covered.extend_from_slice(udp);
+    covered.resize(covered.len().next_multiple_of(2), 0);
+    let mut sum: u64 = covered.chunks_exact(2).map(|pair| u64::from(u16::from_be_bytes([pair[0], pair[1]]))).sum();
+    while sum > 0xFFFF {
+        sum = (sum & 0xFFFF) + (sum >> 16);
+    }
+    sum
+}
+
+#[test]
+fn an_interface_that_cannot_be_used_says_why_in_one_sentence() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let why = |name: &str| match Nic::open(name) {
+            Err(LinkError::Unusable(why)) => why,
+            other => panic!("{name}: {other:?}"),
+        };
+        assert_eq!(why("eth\n7"), "there is no interface eth\\n7: there are right, left");
+        assert_eq!(
+            why("a-name-beyond-the-fifteen"),
+            "there is no interface a-name-beyond-the-fifteen: there are right, left"
+        );
+        assert_eq!(why("lo"), "the interface lo carries no Ethernet frames: there are right, left");
+        namespace::run(&["link", "set", "left", "down"]).expect("left can be taken down");
+        assert_eq!(why("left"), "the interface left is down: bring it up with `ip link set left up`");
+        namespace::run(&["link", "del", "left"]).expect("left can be taken away");
+        assert_eq!(why("left"), "there is no interface left: this machine has none");
+    });
+}
+
+#[test]
+fn what_is_known_of_an_interface() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (left, _, _) = both();
+        let known = encspec_link::interfaces();
+        let names: Vec<_> = known.iter().map(|known| known.name.as_str()).collect();
+        assert_eq!(names, ["lo", "right", "left"]);
+        assert!(known[0].loopback && known[2].up && known[2].running);
+        assert_eq!(known[2].mac, left.mac());
+        assert_eq!(left.describe(), "the interface left");
+    });
+}
+
+/// The kernel tells of a carrier a moment after it has come or gone.
+#[track_caller]
+fn until_carrier(nic: &Nic, there: bool) {
+    let clock = Clock::start();
+    while nic.carrier() != there {
+        assert!(clock.now() < Time::ZERO + crate::common::LONG, "carrier {there} is waited for");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn a_line_that_is_taken_down_is_gone_until_it_is_up_again() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        namespace::run(&["link", "set", "right", "down"]).expect("right can be taken down");
+        let gone =
+            LinkError::Gone("the interface right was taken down; bring it up with `ip link set right up`".to_string());
+        let mut into = Vec::new();
+        for _ in 0..2 {
+            assert_eq!(right.receive(&clock, clock.now() + crate::common::LONG, &mut into), Err(gone.clone()));
+            assert_eq!(right.send(&frame(SOMEBODY, 60)), Err(gone.clone()));
+        }
+        until_carrier(&left, false);
+        assert!(silent(&mut left, &clock), "which is silence and no error");
+        left.send(&frame(SOMEBODY, 60)).expect("and what is sent is lost");
+        let before = clock.now();
+        assert!(right.recover(&clock, before + crate::common::A_WHILE).expect_err("it is still down").is_gone());
+        assert!(clock.now() >= before + crate::common::A_WHILE);
+
+        namespace::run(&["link", "set", "right", "up"]).expect("right can be brought up");
+        right.recover(&clock, clock.now() + crate::common::LONG).expect("it is back");
+        until_carrier(&left, true);
+        until_carrier(&right, true);
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60));
+    });
+}
+
+#[test]
+fn an_interface_that_vanishes_and_comes_back_under_its_name_is_used_again() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (_, mut right, clock) = both();
+        namespace::run(&["link", "del", "left"]).expect("the pair can be taken away");
+        let error =
+            right.receive(&clock, clock.now() + crate::common::LONG, &mut Vec::new()).expect_err("right has vanished");
+        assert_eq!(error, LinkError::Gone("the interface right has vanished; plug its adapter in again".to_string()));
+        namespace::veth("left", "right").expect("a new pair");
+        right.recover(&clock, clock.now() + crate::common::LONG).expect("it is back");
+        let mut left = Nic::open("left").expect("left can be opened");
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60), "frames for any address are seen again");
+    });
+}
+
+#[test]
+fn frames_that_nobody_takes_are_counted_as_lost() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let (mut left, mut right, clock) = both();
+        assert_eq!(right.lost(), 0);
+        for _ in 0..40_000 {
+            left.send(&frame(SOMEBODY, 1514)).expect("it is sent");
+        }
+        let lost = right.lost();
+        assert!(lost > 0 && right.lost() == lost, "counted once: {lost}");
+        let mut taken = 0;
+        while right.receive(&clock, Time::ZERO, &mut Vec::new()).expect("the line works").is_some() {
+            taken += 1;
+        }
+        assert_eq!(taken + lost, 40_000);
+    });
+}
+
+#[test]
+fn the_portable_way_carries_frames_both_ways() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        let mut left = portable::Nic::open("left").expect("left can be opened");
+        let mut right = portable::Nic::open("right").expect("right can be opened");
+        let clock = Clock::start();
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60));
+        right.send(&frame([0xFF; 6], 1514)).expect("it is sent");
+        assert_eq!(next(&mut left, &clock).1, frame([0xFF; 6], 1514));
+        assert!(silent(&mut left, &clock) && silent(&mut right, &clock));
+        assert_eq!(left.mac(), Nic::open("left").expect("left can be opened").mac());
+
+        namespace::run(&["link", "set", "right", "down"]).expect("right can be taken down");
+        let error =
+            right.receive(&clock, clock.now() + crate::common::LONG, &mut Vec::new()).expect_err("right is down");
+        assert!(error.is_gone(), "{error}");
+        namespace::run(&["link", "set", "right", "up"]).expect("right can be brought up");
+        right.recover(&clock, clock.now() + crate::common::LONG).expect("it is back");
+        let mut left = Nic::open("left").expect("left finds its peer again");
+        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60));
+    });
+}
+
+#[test]
+fn an_interface_without_a_cable_can_be_opened_and_is_silent() {
+    patiently(|| {
+        if !two_ends() {
+            return;
+        }
+        namespace::run(&["link", "set", "left", "down"]).expect("left can be taken down");
+        let mut right = Nic::open("right").expect("it is up");
+        until_carrier(&right, false);
+        right.send(&frame(SOMEBODY, 60)).expect("what is sent is lost");
+        assert!(silent(&mut right, &Clock::start()));
+    });
+}

@@ -1,0 +1,278 @@
+//! Frames over a stream, against a peer that is played octet by octet.
+
+use crate::common::{A_WHILE, LONG, frame, next, silent};
+use encspec_link::{Clock, FrameSocket, LinkError, Port, SocketAddress};
+use rstest::rstest;
+use station::{Duration, Time};
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::sync::mpsc::channel;
+use std::{fs, thread};
+use testing::Folder;
+use testing::patience::patiently;
+
+const SOMEBODY: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
+
+/// As QEMU writes it: the length in four octets, most significant first, then the frame.
+fn packed(frame: &[u8]) -> Vec<u8> {
+    let mut octets = vec![0, 0, (frame.len() >> 8) as u8, frame.len() as u8];
+    octets.extend_from_slice(frame);
+    octets
+}
+
+/// A socket that is connected to a peer of this test.
+fn connected() -> (FrameSocket, TcpStream, Clock) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let address = format!("127.0.0.1:{}", listener.local_addr().expect("it has an address").port());
+    let socket = FrameSocket::open(&address.parse().expect("an address")).expect("the peer listens");
+    let peer = listener.accept().expect("it was called").0;
+    peer.set_nodelay(true).expect("TCP can");
+    (socket, peer, Clock::start())
+}
+
+#[test]
+fn frames_are_written_as_qemu_has_them() {
+    patiently(|| {
+        let (mut socket, mut peer, clock) = connected();
+        for length in [14, 60, 1518] {
+            let sent = frame(SOMEBODY, length);
+            socket.send(&sent).expect("it is sent");
+            let mut seen = vec![0; 4 + length];
+            peer.read_exact(&mut seen).expect("it arrives");
+            assert_eq!(seen, packed(&sent));
+            peer.write_all(&seen).expect("the peer answers");
+            assert_eq!(next(&mut socket, &clock).1, sent);
+        }
+        assert_eq!(socket.mac(), None);
+        assert!(socket.describe().starts_with("the socket 127.0.0.1:"), "{}", socket.describe());
+    });
+}
+
+#[test]
+fn a_frame_may_come_in_any_pieces() {
+    patiently(|| {
+        let (mut socket, mut peer, clock) = connected();
+        let stream: Vec<u8> =
+            [20, 60, 0, 33].into_iter().flat_map(|length| packed(&frame(SOMEBODY, length)[..length])).collect();
+        for cut in 0..=stream.len() {
+            peer.write_all(&stream[..cut]).expect("the first piece");
+            let mut seen = Vec::new();
+            while seen.len() < [24, 88, 92, 129].iter().filter(|end| **end <= cut && **end != 92).count() {
+                seen.push(next(&mut socket, &clock).1.len());
+            }
+            let mut into = Vec::new();
+            assert_eq!(socket.receive(&clock, Time::ZERO, &mut into), Ok(None), "nothing whole is left at {cut}");
+            peer.write_all(&stream[cut..]).expect("the second piece");
+            while seen.len() < 3 {
+                seen.push(next(&mut socket, &clock).1.len());
+            }
+            assert_eq!(seen, [20, 60, 33], "an empty frame is none; cut at {cut}");
+        }
+        assert!(silent(&mut socket, &clock));
+    });
+}
+
+#[test]
+fn an_arrival_is_when_the_frame_was_whole() {
+    patiently(|| {
+        let (mut socket, mut peer, clock) = connected();
+        let octets = packed(&frame(SOMEBODY, 60));
+        peer.write_all(&octets[..30]).expect("the first piece");
+        assert!(silent(&mut socket, &clock));
+        let before = clock.now();
+        peer.write_all(&octets[30..]).expect("the second piece");
+        let (arrived, _) = next(&mut socket, &clock);
+        assert!(arrived >= before && arrived <= clock.now());
+    });
+}
+
+/// What a peer sends before it closes, and what is said then.
+#[rstest]
+#[case::nothing(&[], "it has closed")]
+#[case::half_a_length(&[0, 0], "it has closed in the middle of a frame")]
+#[case::half_a_frame(&[0, 0, 0, 60, 1, 2, 3], "it has closed in the middle of a frame")]
+fn a_peer_that_closes_is_gone(#[case] last: &[u8], #[case] why: &str) {
+    patiently(|| {
+        let (mut socket, mut peer, clock) = connected();
+        peer.write_all(&packed(&frame(SOMEBODY, 60))).expect("a last frame");
+        peer.write_all(last).expect("a piece");
+        drop(peer);
+        assert_eq!(next(&mut socket, &clock).1, frame(SOMEBODY, 60), "what came before is handed out");
+        let gone = socket.receive(&clock, clock.now() + LONG, &mut Vec::new()).expect_err("nobody is there");
+        let name = socket.describe();
+        assert_eq!(gone, LinkError::Gone(format!("the peer at {name} is gone: {why}; start it again")));
+        assert!(!socket.carrier());
+        assert!(socket.send(&frame(SOMEBODY, 60)).is_err_and(|error| error.is_gone()));
+        assert!(socket.receive(&clock, Time::ZERO, &mut Vec::new()).is_err_and(|error| error.is_gone()));
+    });
+}
+
+/// Longest length that is taken, and two that are no length of a frame.
+#[rstest]
+#[case::longest(69_632, true)]
+#[case::one_more(69_633, false)]
+#[case::absurd(u32::MAX, false)]
+fn a_length_beyond_all_frames_is_babble(#[case] length: u32, #[case] taken: bool) {
+    patiently(|| {
+        let (mut socket, mut peer, clock) = connected();
+        peer.write_all(&length.to_be_bytes()).expect("a length");
+        let result = socket.receive(&clock, clock.now() + A_WHILE, &mut Vec::new());
+        if taken {
+            assert_eq!(result, Ok(None), "the frame is waited for");
+            let writer = thread::spawn(move || peer.write_all(&vec![7; length as usize]).map(|()| peer));
+            assert_eq!(next(&mut socket, &clock).1, vec![7; length as usize]);
+            writer.join().expect("the peer runs").expect("the peer writes");
+        } else {
+            let why = result.expect_err("that is no frame").to_string();
+            assert!(why.contains(&format!("it babbles, {length} octets are no length of a frame")), "{why}");
+        }
+    });
+}
+
+#[test]
+fn a_peer_that_is_slow_loses_whole_frames_and_holds_nobody_up() {
+    patiently(|| {
+        let (mut socket, mut peer, clock) = connected();
+        let sent = 20_000_u32;
+        let begin = clock.now();
+        for number in 0..sent {
+            let mut numbered = frame(SOMEBODY, 1500);
+            numbered[14..18].copy_from_slice(&number.to_be_bytes());
+            socket.send(&numbered).expect("a slow peer is no trouble");
+        }
+        assert!(clock.now().since(begin) < LONG, "nobody waited for the peer");
+        assert!(socket.lost() > 0, "the test has to send more than fits");
+        let (arrived, numbers) = channel();
+        let reader = thread::spawn(move || {
+            let mut octets = vec![0; 1504];
+            while peer.read_exact(&mut octets).is_ok() {
+                assert_eq!(octets[..4], [0, 0, 5, 0xDC], "frames stay whole");
+                if arrived.send(u32::from_be_bytes([octets[18], octets[19], octets[20], octets[21]])).is_err() {
+                    return;
+                }
+            }
+        });
+        // What waits is written when there is room, also while nothing is sent.
+        let wanted = usize::try_from(u64::from(sent) - socket.lost()).expect("a small number");
+        let mut seen: Vec<u32> = Vec::new();
+        while seen.len() < wanted && clock.now().since(begin) < 2 * LONG {
+            let until = clock.now() + Duration::from_millis(5);
+            assert_eq!(socket.receive(&clock, until, &mut Vec::new()), Ok(None));
+            seen.extend(numbers.try_iter());
+        }
+        drop(socket);
+        reader.join().expect("the peer reads");
+        seen.extend(numbers.try_iter());
+        assert!(seen.is_sorted(), "in the order of sending");
+        assert_eq!(seen.len(), wanted);
+    });
+}
+
+#[rstest]
+#[case::tcp("listen:127.0.0.1:0")]
+#[case::unix("listen:unix:PATH")]
+fn one_that_listens_takes_the_next_peer_when_one_has_gone(#[case] address: &str) {
+    patiently(|| {
+        let folder = Folder::new(&format!("listen-{}", address.len()));
+        let path = folder.join("wire");
+        let address: SocketAddress = address.replace("PATH", &path.display().to_string()).parse().expect("an address");
+        let mut socket = FrameSocket::bind(&address).expect("the place is free");
+        let clock = Clock::start();
+        let mut into = Vec::new();
+        assert!(
+            socket.receive(&clock, Time::ZERO, &mut into).is_err_and(|error| error.is_gone()),
+            "nobody has come yet"
+        );
+        assert!(socket.recover(&clock, clock.now() + A_WHILE).is_err_and(|error| error.is_gone()));
+        let there: SocketAddress =
+            socket.address().to_string().trim_start_matches("listen:").parse().expect("an address");
+        for round in 0..3 {
+            let mut peer = FrameSocket::open(&there).expect("it listens");
+            socket.recover(&clock, clock.now() + LONG).expect("a peer is here");
+            assert!(socket.carrier());
+            peer.send(&frame(SOMEBODY, 60 + round)).expect("it is sent");
+            assert_eq!(next(&mut socket, &clock).1, frame(SOMEBODY, 60 + round));
+            socket.send(&frame([0xFF; 6], 60)).expect("it is sent");
+            assert_eq!(next(&mut peer, &clock).1, frame([0xFF; 6], 60));
+            drop(peer);
+            assert!(socket.receive(&clock, clock.now() + LONG, &mut into).is_err_and(|error| error.is_gone()));
+        }
+        drop(socket);
+        assert!(!path.exists(), "the name goes with who listens");
+    });
+}
+
+#[test]
+fn one_that_connects_calls_again_until_the_peer_is_back() {
+    patiently(|| {
+        let folder = Folder::new("again");
+        let path = folder.join("wire");
+        let listener = UnixListener::bind(&path).expect("a free name");
+        let address = SocketAddress::Unix(path.clone());
+        let mut socket = FrameSocket::open(&address).expect("somebody listens");
+        let clock = Clock::start();
+        let (mut peer, _) = listener.accept().expect("it was called");
+        peer.write_all(&packed(&frame(SOMEBODY, 60))[..10]).expect("a piece that must not survive");
+        drop((listener, peer));
+        fs::remove_file(&path).expect("the name is there");
+        assert!(socket.receive(&clock, clock.now() + LONG, &mut Vec::new()).is_err_and(|error| error.is_gone()));
+        assert!(socket.recover(&clock, clock.now() + A_WHILE).is_err_and(|error| error.is_gone()), "nobody is back");
+
+        let returns = thread::spawn(move || {
+            let listener = UnixListener::bind(path)?;
+            let (mut peer, _) = listener.accept()?;
+            peer.write_all(&packed(&frame([0xFF; 6], 64)))?;
+            Ok::<UnixStream, std::io::Error>(peer)
+        });
+        socket.recover(&clock, clock.now() + LONG).expect("it is back");
+        assert_eq!(next(&mut socket, &clock).1, frame([0xFF; 6], 64));
+        returns.join().expect("the peer runs").expect("the peer works");
+    });
+}
+
+#[test]
+fn a_socket_that_cannot_be_opened_says_why_in_one_sentence() {
+    patiently(|| {
+        let folder = Folder::new("unusable");
+        let path = folder.join("wire");
+        let why = |address: &str| match FrameSocket::open(&address.parse().expect("an address")) {
+            Err(LinkError::Unusable(why)) => why,
+            other => panic!("{address}: {other:?}"),
+        };
+        let shown = path.display();
+        let nobody = why(&path.display().to_string());
+        assert!(nobody.starts_with(&format!("nobody answers at the socket {shown}: ")), "{nobody}");
+        assert!(nobody.ends_with("; start the peer first, or wait for it with listen: in front"), "{nobody}");
+
+        fs::write(&path, "a report").expect("a file");
+        let file = why(&format!("listen:{shown}"));
+        assert_eq!(
+            file,
+            format!("nobody can connect at {shown}: there is a file that is no socket; choose another name")
+        );
+        assert_eq!(fs::read_to_string(&path).expect("it is still there"), "a report");
+
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let port = listener.local_addr().expect("it has an address").port();
+        let taken = why(&format!("listen:127.0.0.1:{port}"));
+        assert!(taken.starts_with(&format!("nobody can connect at 127.0.0.1:{port}: ")), "{taken}");
+    });
+}
+
+#[test]
+fn a_name_that_a_dead_process_has_left_is_taken_over_and_a_living_one_is_not() {
+    patiently(|| {
+        let folder = Folder::new("stale");
+        let path = folder.join("wire");
+        drop(UnixListener::bind(&path).expect("a free name"));
+        assert!(path.exists(), "the name stays behind");
+        let address = SocketAddress::ListenUnix(path.clone());
+        let first = FrameSocket::bind(&address).expect("the name is taken over");
+        let error = FrameSocket::bind(&address).expect_err("somebody listens");
+        let why = "another process listens there; choose another name";
+        assert_eq!(error, LinkError::Unusable(format!("nobody can connect at {}: {why}", path.display())));
+        drop(first);
+        FrameSocket::bind(&address).expect("it is free again");
+    });
+}

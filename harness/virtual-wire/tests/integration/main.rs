@@ -1,0 +1,3 @@
+//! Captures of strangers, and a stranger that reads ours.
+
+mod strangers;

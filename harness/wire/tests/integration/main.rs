@@ -1,0 +1,24 @@
+//! The codecs before golden frames, the programs of strangers, captures and damage.
+
+mod addresses;
+mod alarm;
+mod code_words;
+mod frames_captures;
+mod frames_etherparse;
+mod frames_scapy;
+mod frames_tshark;
+mod hard_trials;
+mod http_strangers;
+mod parameter;
+mod physical_captures;
+mod profibus_hard_trials;
+mod profibus_manuals;
+mod profibus_profirust;
+mod profibus_pyprofibus;
+mod profibus_stream;
+mod record_captures;
+mod round_trip;
+mod rpc_captures;
+mod rpc_reading;
+mod rpc_scapy;
+mod station_name;

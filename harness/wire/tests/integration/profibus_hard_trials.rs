@@ -1,0 +1,163 @@
+//! Every prefix, flipped bits and overwritten octets of all that PROFIBUS carries; whatever comes out can be written again.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use crate::round_trip::try_hard;
+use encspec_wire::WireError;
+use encspec_wire::profibus::address::SetSlaveAddress;
+use encspec_wire::profibus::cfg::{Identifier, sums};
+use encspec_wire::profibus::diag::{Block, Message, SlaveDiag, identifiers};
+use encspec_wire::profibus::dpv1::{Pdu, Side};
+use encspec_wire::profibus::fdl::{Frame, Piece, Splitter};
+use encspec_wire::profibus::global_control::GlobalControl;
+use encspec_wire::profibus::prm::{Isochronous, PrmBlock, SetPrm};
+use encspec_wire::profibus::sap::Service;
+use rstest::rstest;
+use testing::{every_prefix_and_flip, golden, hex};
+
+#[test]
+fn frames() {
+    for (_, octets) in golden("pyprofibus.txt") {
+        every_prefix_and_flip(&octets, |trial| {
+            let _ = Frame::length(trial);
+            let Ok(frame) = Frame::parse(trial) else { return };
+            let mut out = Vec::new();
+            frame.write(&mut out);
+            assert_eq!(out, trial, "what is read is written as it was");
+            if let Frame::Data(frame) = frame {
+                let _ = (Service::of(&frame), Service::of(&frame).word());
+            }
+        });
+    }
+}
+
+/// Nothing of a frame that was damaged anywhere in one bit is taken for a frame, but for the addresses of a token.
+#[test]
+fn a_flipped_bit_is_found() {
+    for (name, octets) in golden("pyprofibus.txt") {
+        for at in 0..octets.len() * 8 {
+            let mut damaged = octets.clone();
+            damaged[at / 8] ^= 1 << (at % 8);
+            let read = Frame::parse(&damaged);
+            assert_eq!(read.is_ok(), name == "token" && at >= 8, "{name}, bit {at}: {read:?}");
+            if let Err(WireError::Value { offset, .. } | WireError::Short { offset, .. }) = read {
+                assert!(offset <= damaged.len(), "{name}, bit {at}: octet {offset}");
+            }
+        }
+    }
+}
+
+/// All that goes into a splitter comes out of it, in one piece or another, however it is cut.
+#[test]
+fn streams() {
+    let stream: Vec<u8> = golden("pyprofibus.txt").into_iter().flat_map(|(_, octets)| octets).collect();
+    every_prefix_and_flip(&stream[..200], |trial| {
+        let mut splitter = Splitter::new();
+        let mut out = Vec::new();
+        let mut keep = |piece| match piece {
+            Piece::Frame(octets) => out.extend(octets),
+            Piece::Damaged { octets, .. } => {
+                assert!(!octets.is_empty());
+                out.extend(octets);
+            }
+        };
+        for part in trial.chunks(7) {
+            splitter.push(part);
+            while let Some(piece) = splitter.next_piece() {
+                keep(piece);
+            }
+        }
+        while let Some(piece) = splitter.silence() {
+            keep(piece);
+        }
+        assert!(!splitter.is_waiting());
+        assert_eq!(out, trial);
+    });
+}
+
+#[rstest]
+#[case("080C00021655 814036 0403010811 4201 C5 0A000102030405060708")]
+#[case("000C000216553900CA000000040000000000000000000001010002000000")]
+fn diagnosis(#[case] octets: &str) {
+    let octets = hex(octets);
+    try_hard(&octets, SlaveDiag::parse, SlaveDiag::write);
+    every_prefix_and_flip(&octets, |trial| {
+        let Ok(diag) = SlaveDiag::parse(trial) else { return };
+        let mut out = Vec::new();
+        let mut whole = true;
+        for block in diag.blocks() {
+            let Ok(block) = block else {
+                whole = false;
+                continue;
+            };
+            block.write(&mut out);
+            if let Block::Device(data) | Block::Identifier(data) = block {
+                let _ = (identifiers(data).count(), Message::parse(data).map(|message| message.alarm()));
+            }
+        }
+        assert!(diag.ext.starts_with(&out), "blocks are written as they were read");
+        assert!(!whole || diag.ext == out);
+    });
+}
+
+#[test]
+fn parameters() {
+    let blocks = "1c04000001000005dc000801000005dc00010002000002ee000c0000 0681000001ff 04200000";
+    let octets = hex(&format!("b814050b165581 c4a11c {blocks}"));
+    try_hard(&octets, SetPrm::parse, SetPrm::write);
+    try_hard(&hex(blocks), PrmBlock::parse_all, |blocks, out| blocks.iter().for_each(|block| block.write(out)));
+    try_hard(&hex(&blocks[8..56]), Isochronous::parse, Isochronous::write);
+    every_prefix_and_flip(&octets, |trial| {
+        if let Ok(prm) = SetPrm::parse(trial) {
+            let _ = (prm.watchdog_ms(10), prm.dpv1().map(|dpv1| dpv1.status_3.alarms()), prm.behind_dpv1());
+        }
+        if let Ok(times) = Isochronous::parse(trial) {
+            let _ = times.cycle_nanoseconds();
+        }
+    });
+}
+
+#[rstest]
+#[case("D3213F")]
+#[case("C3C1C5FD0051 403F 8047 00 0F CF0102 4E000102030405060708091011121314")]
+fn configuration(#[case] octets: &str) {
+    let octets = hex(octets);
+    try_hard(&octets, Identifier::parse_all, |all, out| all.iter().for_each(|identifier| identifier.write(out)));
+    every_prefix_and_flip(&octets, |trial| {
+        if let Ok(identifiers) = Identifier::parse_all(trial) {
+            let mut out = Vec::new();
+            identifiers.iter().for_each(|identifier| identifier.write(&mut out));
+            assert_eq!(out, trial, "what is read is written as it was");
+            let _ = sums(&identifiers);
+        }
+    });
+}
+
+#[test]
+fn small_services() {
+    try_hard(&hex("2881"), GlobalControl::parse, GlobalControl::write);
+    try_hard(&hex("05165500AABB"), SetSlaveAddress::parse, SetSlaveAddress::write);
+}
+
+#[rstest]
+#[case(Side::Request, "48")]
+#[case(Side::Request, "51000103AABBCC")]
+#[case(Side::Response, "56300064")]
+#[case(Side::Request, "5700000000640100000003030002000200000000")]
+#[case(Side::Response, "57F00100000003030002000200000000")]
+#[case(Side::Request, "58011300")]
+#[case(Side::Request, "5C010109")]
+#[case(Side::Request, "5E002FF0")]
+#[case(Side::Response, "5E002F0401020304")]
+#[case(Side::Request, "5F002F0401020304")]
+#[case(Side::Response, "5F002F04")]
+#[case(Side::Response, "DE80B500")]
+#[case(Side::Response, "4712")]
+fn acyclic(#[case] side: Side, #[case] octets: &str) {
+    let as_request = |octets: &[u8]| Pdu::parse(octets, Side::Request);
+    let as_response = |octets: &[u8]| Pdu::parse(octets, Side::Response);
+    match side {
+        Side::Request => try_hard(&hex(octets), as_request, Pdu::write),
+        Side::Response => try_hard(&hex(octets), as_response, Pdu::write),
+    }
+    every_prefix_and_flip(&hex(octets), |trial| drop((as_request(trial), as_response(trial))));
+}

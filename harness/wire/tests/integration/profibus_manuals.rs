@@ -1,0 +1,140 @@
+//! What manuals of encoders and of other makers print: their examples octet by octet, and where they have none, octets put
+//! together here by their tables.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use crate::round_trip::written;
+use encspec_wire::profibus::cfg::{Identifier, Length, Maker, Sums, sums};
+use encspec_wire::profibus::diag::{
+    Block, ChannelDiagnosis, ChannelType, ErrorType, Message, SlaveDiag, Status1, Status2, StatusType, identifiers,
+};
+use encspec_wire::profibus::dpv1::{
+    AbortReason, ErrorDecode, Function, Pdu, Record, RecordError, Refusal, Side, Subnet,
+};
+use encspec_wire::profidrive::Request;
+use rstest::rstest;
+use testing::hex;
+
+/// datalogic-amt58-profibus, section 5.2, screen of the diagnosis of 63 octets; octets that the screen cuts off are 00 here.
+#[test]
+fn the_diagnosis_of_63_octets() {
+    let octets = hex("000C0002 16553900 CA000000 04000000
+         00000000 00000001 01000200 00000000 00000000 00000000 00040000 04000000 00000000 00000000 00000000 000000");
+    assert_eq!(octets.len(), 63);
+    let diag = SlaveDiag::parse(&octets).unwrap();
+    assert_eq!((diag.status_1, diag.status_2), (Status1(0), Status2::FIXED_ONE.with(Status2::WD_ON)));
+    assert_eq!(diag.status_2.words().collect::<Vec<_>>(), ["fixed_one", "wd_on"]);
+    assert_eq!((diag.master, diag.ident, diag.status_3.0), (2, 0x1655, 0));
+    let blocks: Vec<_> = diag.blocks().collect::<Result<_, _>>().unwrap();
+    let [Block::Device(data)] = blocks[..] else { panic!("{blocks:?}") };
+    assert_eq!((data.len(), data[1]), (56, 0xCA), "operating status");
+    assert_eq!(written(|out| diag.write(out)), octets);
+}
+
+/// datalogic-amt58-profibus, section 6.7, table of the 16 octets: the header is octet 6 and counts the 10 octets from it on.
+#[test]
+fn the_diagnosis_of_16_octets() {
+    let diag = SlaveDiag::parse(&hex("000C0002 1655 0A 000A0000 04000001 00 00")[..16]).unwrap();
+    assert!(matches!(diag.blocks().next(), Some(Ok(Block::Device(data))) if data.len() == 9));
+    assert_eq!(diag.blocks().count(), 1);
+}
+
+/// sick-a3m60-profibus, section 5.4.1, tables 33 and 34: two errors at once.
+#[test]
+fn channel_related_diagnosis() {
+    let diag = SlaveDiag::parse(&hex("080C00020C0A 814036 814038")).unwrap();
+    let channel = |error| {
+        Ok(Block::Channel(ChannelDiagnosis {
+            identifier: 1,
+            direction: 1,
+            channel: 0,
+            channel_type: ChannelType::BIT,
+            error_type: ErrorType(error),
+        }))
+    };
+    assert_eq!(diag.blocks().collect::<Vec<_>>(), [channel(0x16), channel(0x18)]);
+    assert_eq!(diag.status_1, Status1::EXT_DIAG);
+}
+
+/// Blocks by the tables of a valve drive (Emerson OM9 EPI2, data exchange mode) and of an inverter (ABB FPBA-01).
+#[test]
+fn identifier_related_diagnosis_and_status() {
+    let diag = SlaveDiag::parse(&hex("080C0002 1234 4201 0681000010AA")).unwrap();
+    let blocks: Vec<_> = diag.blocks().collect::<Result<_, _>>().unwrap();
+    let [Block::Identifier(modules), Block::Device(status)] = blocks[..] else { panic!("{blocks:?}") };
+    assert_eq!(identifiers(modules).collect::<Vec<_>>(), [0]);
+    let message = Message::parse(status).unwrap();
+    assert_eq!((message.status(), message.alarm()), (Some(StatusType::STATUS_MESSAGE), None));
+    assert_eq!((message.slot, message.data), (0, &[0x10, 0xAA][..]));
+}
+
+#[rstest]
+#[case::zero("08 0C 00 02 16 55 00 81 40 36", "octet 6: block length is 0x0")]
+#[case::zero_identifier("08 0C 00 02 16 55 81 40 36 40", "octet 9: block length is 0x0")]
+#[case::cut("08 0C 00 02 16 55 81 40 36 0A 01", "octet 10: 9 octets wanted, 1 left")]
+#[case::cut_channel("08 0C 00 02 16 55 81 40", "octet 8: 1 octets wanted, 0 left")]
+fn a_wrong_block_ends_the_blocks(#[case] octets: &str, #[case] says: &str) {
+    let diag = SlaveDiag::parse(&hex(octets)).unwrap();
+    let error = diag.blocks().last().unwrap().unwrap_err();
+    assert!(error.to_string().contains(says), "{error}");
+    assert_eq!(diag.blocks().filter(Result::is_err).count(), 1);
+}
+
+/// datalogic-amt58-profibus, section 6.5: D1 4 octets of inputs, D3 8 of them, E1 4 of outputs.
+#[rstest]
+#[case("D1E1", 4, 4)]
+#[case("D3E1", 8, 4)]
+fn configurations(#[case] octets: &str, #[case] inputs: usize, #[case] outputs: usize) {
+    let identifiers = Identifier::parse_all(&hex(octets)).unwrap();
+    assert_eq!(sums(&identifiers), Sums { inputs, outputs });
+    assert!(identifiers.iter().all(|identifier| {
+        matches!(identifier, Identifier::General { length: Length { words: true, whole: true, .. }, .. })
+    }));
+}
+
+/// The identifiers of PROFIdrive telegrams 81 and 83 (PROFIdrive profile, mapping to PROFIBUS DP).
+#[rstest]
+#[case("C3C1C5FD0051", 12, 4, 0x51)]
+#[case("C3C1C7FD0053", 16, 4, 0x53)]
+fn telegrams(#[case] octets: &str, #[case] inputs: usize, #[case] outputs: usize, #[case] telegram: u8) {
+    let identifiers = Identifier::parse_all(&hex(octets)).unwrap();
+    assert_eq!(sums(&identifiers), Sums { inputs, outputs });
+    let [Identifier::Special { maker: Maker::Octets(maker), .. }] = &identifiers[..] else { panic!("{identifiers:?}") };
+    assert_eq!(maker, &[0xFD, 0x00, telegram]);
+}
+
+/// The example of a write in the manual of a transducer (Balluff BTL7-T500, table 4-8), with the length that it really has.
+#[test]
+fn a_write_of_record_47() {
+    let pdu = Pdu::parse(&hex("5F002F10 01020001 100107D00000 4301000003E8"), Side::Request).unwrap();
+    let Pdu::Write(Record { slot: 0, index: 47, length: 16, data }) = pdu else { panic!("{pdu:?}") };
+    let request = Request::parse(&data).unwrap();
+    assert_eq!((request.header.reference, request.addresses[0].number), (1, 2000));
+    assert_eq!(Pdu::parse(&hex("5F002F10"), Side::Response).map(|pdu| pdu.function()), Ok(Function::WRITE));
+}
+
+/// Refusals as PROFIdrive and the manuals of encoders name them: state conflict, invalid index.
+#[rstest]
+#[case("DE80B500", Function::READ_REFUSED, RecordError::STATE_CONFLICT)]
+#[case("DE80B000", Function::READ_REFUSED, RecordError::INVALID_INDEX)]
+#[case("DF80B000", Function::WRITE_REFUSED, RecordError::INVALID_INDEX)]
+#[case("DF80B200", Function::WRITE_REFUSED, RecordError::INVALID_SLOT)]
+#[case("DF80A100", Function::WRITE_REFUSED, RecordError::WRITE_ERROR)]
+#[case("DE80C300", Function::READ_REFUSED, RecordError::RESOURCE_UNAVAILABLE)]
+fn refusals(#[case] octets: &str, #[case] function: Function, #[case] error: RecordError) {
+    let pdu = Pdu::parse(&hex(octets), Side::Response).unwrap();
+    let expected = Refusal { function, decode: ErrorDecode::DPV1, code_1: error.0, code_2: 0 };
+    assert_eq!(pdu, Pdu::Refused(expected));
+    assert_eq!(expected.record_error(), Some(error));
+    assert!(error.word().is_some());
+    assert_eq!(written(|out| pdu.write(out)), hex(octets));
+}
+
+/// Resource manager, abort and idle by the tables of slave stacks and of a master (ProSoft MVI69-PDPMV1, abort reasons).
+#[test]
+fn connections() {
+    let manager = Pdu::parse(&hex("56300064"), Side::Response);
+    assert_eq!(manager, Ok(Pdu::ResourceManager { sap: 48, send_timeout: 100 }));
+    let abort = Pdu::parse(&hex("580113"), Side::Request).unwrap();
+    assert_eq!(abort, Pdu::Abort { subnet: Subnet::LOCAL, reason: AbortReason::TIMEOUT, more: Vec::new() });
+    assert_eq!(Pdu::parse(&hex("48"), Side::Response), Ok(Pdu::Idle(Vec::new())));
+}

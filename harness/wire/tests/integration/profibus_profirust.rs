@@ -1,0 +1,89 @@
+//! Frames against profirust: both write the same octets, and both say yes or no to the same ones.
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use crate::round_trip::written;
+use encspec_wire::profibus::fdl::{DataFrame, Extension, Frame, FunctionCode, Start};
+use profirust::fdl::{DataTelegramHeader, FunctionCode as TheirCode, Telegram};
+use testing::golden;
+
+fn theirs(frame: &DataFrame<'_>) -> Vec<u8> {
+    let header = DataTelegramHeader {
+        da: frame.da,
+        sa: frame.sa,
+        dsap: frame.destination.sap,
+        ssap: frame.source.sap,
+        fc: TheirCode::from_byte(frame.fc.0).unwrap(),
+    };
+    let mut buffer = vec![0; 300];
+    let length = header.serialize(&mut buffer, frame.data.len(), |out| out.copy_from_slice(frame.data));
+    buffer.truncate(length);
+    buffer
+}
+
+#[test]
+fn both_write_the_same() {
+    let data: Vec<u8> = (0..=243).map(|at: u8| at.wrapping_mul(37)).collect();
+    let saps = [Extension::NONE, Extension::sap(62), Extension::sap(0)];
+    let mut compared = 0;
+    for length in (0..=20).chain([100, 243, 244]) {
+        for code in (0..=0xFF).filter(|code| TheirCode::from_byte(*code).is_ok_and(|read| read.to_byte() == *code)) {
+            for (destination, source) in [(saps[0], saps[0]), (saps[1], saps[2]), (saps[0], saps[1])] {
+                let frame =
+                    DataFrame::new((code & 0x7F, destination), (126, source), FunctionCode(code), &data[..length]);
+                assert_eq!(written(|out| frame.write(out)), theirs(&frame), "{frame:?}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 4_000, "{compared} frames were compared");
+}
+
+/// What they read, in our words.
+fn read_by_them(octets: &[u8]) -> Option<Vec<u8>> {
+    let (telegram, length) = Telegram::deserialize(octets)?.ok()?;
+    (length == octets.len()).then(|| match telegram {
+        Telegram::Token(token) => vec![token.da, token.sa],
+        Telegram::ShortConfirmation(_) => Vec::new(),
+        Telegram::Data(frame) => {
+            let head = [frame.h.da, frame.h.sa, frame.h.dsap.unwrap_or(255), frame.h.ssap.unwrap_or(255)];
+            [&head[..], &[frame.h.fc.to_byte()], frame.pdu].concat()
+        }
+    })
+}
+
+fn read_by_us(octets: &[u8]) -> Option<Vec<u8>> {
+    Some(match Frame::parse(octets).ok()? {
+        Frame::Token { da, sa } => vec![da, sa],
+        Frame::ShortAcknowledgement => Vec::new(),
+        Frame::Data(frame) => {
+            let head = [frame.da, frame.sa, frame.destination.sap.unwrap_or(255), frame.source.sap.unwrap_or(255)];
+            [&head[..], &[frame.fc.0], frame.data].concat()
+        }
+    })
+}
+
+#[test]
+fn both_read_the_same_and_refuse_the_same() {
+    let (mut read, mut refused) = (0, 0);
+    for (name, octets) in golden("pyprofibus.txt") {
+        // They know no segments.
+        if name == "segments" {
+            continue;
+        }
+        assert_eq!(read_by_us(&octets), read_by_them(&octets), "{name}");
+        for at in 0..octets.len() * 8 {
+            // They do not look at the second start delimiter.
+            if octets[0] == Start::SD2.0 && at / 8 == 3 {
+                continue;
+            }
+            let mut damaged = octets.clone();
+            damaged[at / 8] ^= 1 << (at % 8);
+            let (ours, theirs) = (read_by_us(&damaged), read_by_them(&damaged));
+            assert_eq!(ours, theirs, "{name}, bit {at} flipped: {damaged:02x?}");
+            if ours.is_some() { read += 1 } else { refused += 1 }
+        }
+    }
+    // Only a token has no checksum.
+    assert_eq!(read, 16);
+    assert!(refused > 4_900, "{refused} frames were refused");
+}
