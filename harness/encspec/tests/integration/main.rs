@@ -8,6 +8,7 @@ mod common;
 
 mod against;
 mod bench_file;
+mod borders;
 mod bugs;
 mod changed_device;
 mod cli;

@@ -12,6 +12,7 @@ const ORDER: &[&str] = &[
     "harness/wire",
     "harness/controllers",
     "harness/link",
+    "harness/testing",
     "harness/virtual-wire",
     "harness/expression",
     "harness/suite",
