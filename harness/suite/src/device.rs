@@ -573,7 +573,7 @@ pub enum NameKind {
     },
     /// A value of `derived`, index into [`super::model::Variant::derived`].
     Derived(usize),
-    /// A saved value, index into [`super::model::Trial::saved`].
+    /// A saved value, index into [`super::model::TrialSteps::saved`].
     Saved(usize),
     /// `cycle`, a duration.
     Cycle,

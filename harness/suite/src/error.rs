@@ -65,7 +65,7 @@ impl std::error::Error for LoadErrors {}
 /// A stretch of one line of a file: what an error points at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Spot {
-    /// Number of the file in [`super::source::Files`].
+    /// Number of the file in the files that were opened.
     pub file: u16,
     /// From 1.
     pub line: u32,

@@ -245,7 +245,7 @@ pub struct BenchPage {
 /// What holds a live device.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StandSpec {
-    /// A Unix socket that understands the control lines of [`live::control`].
+    /// A Unix socket that understands the control lines of the crate `live`.
     pub control: Option<PathBuf>,
     /// Commands: the stand name as `set` has it (`power`, `fault.x`, `button.x`, `led.x`, `shaft.speed`, `turn`, `renew`,
     /// `clock`) and the command line, in which `{value}` stands for what is to be set.

@@ -40,7 +40,7 @@ pub fn write(manual: &Manual) -> Result<Vec<u8>, postcard::Error> {
 
 /// The manual of these octets.
 ///
-/// Fails if they are not what [`write`] of the same build gave.
+/// Fails if they are not what [`write()`] of the same build gave.
 pub fn read(octets: &'static [u8]) -> Result<Manual, postcard::Error> {
     let (head, rest) = postcard::take_from_bytes::<Head>(octets)?;
     let (manual, steps) = rest.split_at_checked(head.length).ok_or(postcard::Error::DeserializeUnexpectedEnd)?;
