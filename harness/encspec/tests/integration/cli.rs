@@ -116,7 +116,8 @@ fn changed_suites(name: &str, file: &str, change: (&str, &str)) -> (Folder, Path
     let folder = Folder::new(name);
     let suites = folder.join("suites");
     let shipped = testing::workspace().join("suites");
-    for manual in fs::read_dir(shipped).expect("the shipped suites").map(|entry| entry.expect("an entry").path()) {
+    let entries = fs::read_dir(shipped).expect("the shipped suites").map(|entry| entry.expect("an entry").path());
+    for manual in entries.filter(|path| path.is_dir()) {
         let copy = suites.join(manual.file_name().expect("a name"));
         fs::create_dir_all(&copy).expect("a folder");
         for file in fs::read_dir(&manual).expect("a manual").map(|entry| entry.expect("an entry").path()) {
