@@ -1,8 +1,8 @@
 //! PROFINET, device side: everything that all PROFINET devices share, sans-IO.
 //!
-//! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers DCP,
-//! ARP, ICMP, RPC and HTTP, opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and keeps the
-//! records of identification, I&M and diagnosis. What deviates on purpose deviates in [`StackBehaviour`].
+//! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers DCP, ARP, ICMP, RPC and HTTP, opens and
+//! ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and keeps the records of identification,
+//! I&M and diagnosis. What deviates on purpose deviates in [`StackBehaviour`].
 //!
 //! This room must not know encoders, telegrams or parameters, nor anything of the controller's side.
 

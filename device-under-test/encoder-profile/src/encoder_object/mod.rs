@@ -1,8 +1,9 @@
 //! The encoder object: the measuring task that all encoders with PROFINET of the encoder profile share.
 //!
-//! A model gives its [`Facts`](crate::facts::Facts), plain data from its manual, and what is its own as a [`Model`] with hooks; what the right
-//! answers of its manual are where they differ from the profile stands in the behaviour that it calls healthy. Here are the
-//! start-up, the cyclic exchange, presets and their memory, errors and diagnoses, parameters and station names.
+//! A model gives its [`Facts`](crate::facts::Facts), plain data from its manual, and what is its own as a [`Model`] with hooks
+//! and rules; what the right answers of its manual are where they differ from the profile stands in the behaviour that it
+//! calls healthy. Here are the start-up, the cyclic exchange, presets and their memory, errors and diagnoses, parameters and
+//! station names.
 //!
 //! This room must not know any model: where two manuals differ it asks the facts, the behaviour or a hook. Nor the stack.
 
