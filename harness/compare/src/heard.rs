@@ -5,6 +5,7 @@
 //! room must not know frames.
 
 use super::ask::Ask;
+use plain_text::hex;
 use station::Time;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -51,11 +52,6 @@ impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
-}
-
-/// Octets as suites write them, two capital digits each.
-pub fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
 /// One thing that the controller did, and what came of it.

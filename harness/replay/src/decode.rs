@@ -5,6 +5,7 @@
 use expression::{Shown, Type};
 use judge::diagnosis;
 use judge::image::field_number;
+use plain_text::hex;
 use suite::device::{Device, DiagnosisName, UserParameters};
 use suite::model::Manual;
 use wire::profibus::diag::{NO_MASTER, SlaveDiag};
@@ -97,8 +98,4 @@ impl<'a> Decoder<'a> {
         }
         words.join(", ")
     }
-}
-
-fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }

@@ -3,8 +3,9 @@
 use super::requests::{field_value, fields, refused};
 use super::{Listener, module_of};
 use crate::ask::{Ask, Connection, span};
-use crate::heard::{Asked, Value, hex};
+use crate::heard::{Asked, Value};
 use judge::observe::{Ar, ArId, Observation, StartRecord};
+use plain_text::hex;
 use suite::device::Record;
 
 /// Cycles without a frame after which connections end where nothing else is said.

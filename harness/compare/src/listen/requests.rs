@@ -1,8 +1,9 @@
 //! Acyclic requests in the words of the manual: parameters and records by their names where they have some, else by numbers.
 
 use crate::ask::Ask;
-use crate::heard::{Value, hex};
+use crate::heard::Value;
 use judge::image::field_number;
+use plain_text::hex;
 use suite::device::{Device, Parameter, Record, RecordField};
 use wire::profidrive::{Attribute, ParameterValue, Request, RequestId, Response};
 use wire::profinet::status::PnioStatus;

@@ -8,8 +8,12 @@ use super::table::{
 use super::words::times;
 use crate::finding::{Blame, Severity};
 use judge::observe::{Ar, ArId, Dp, Observation};
+use plain_text::hex_start;
 use std::collections::BTreeMap;
 use wire::profibus::diag::{Block, SlaveDiag, Status1, Status2, Status3};
+
+/// Octets of a diagnosis that a finding shows.
+const MOST_OCTETS: usize = 32;
 
 /// What a slave told of one kind.
 #[derive(Debug)]
@@ -95,8 +99,8 @@ fn words(diag: &SlaveDiag) -> String {
     let mut words = vec![bits.chain(diag.status_3.words()).collect::<Vec<_>>().join(" ")];
     for block in diag.blocks().map_while(Result::ok).take(8) {
         words.push(match block {
-            Block::Device(data) => format!("device: {}", hex(data)),
-            Block::Identifier(data) => format!("identifiers: {}", hex(data)),
+            Block::Device(data) => format!("device: {}", hex_start(data, MOST_OCTETS)),
+            Block::Identifier(data) => format!("identifiers: {}", hex_start(data, MOST_OCTETS)),
             Block::Channel(channel) => {
                 let error = channel.error_type;
                 let error =
@@ -107,8 +111,4 @@ fn words(diag: &SlaveDiag) -> String {
         });
     }
     words.join(", ")
-}
-
-fn hex(octets: &[u8]) -> String {
-    octets.iter().take(32).map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
