@@ -37,6 +37,7 @@ pub mod pool;
 mod program;
 mod types;
 mod value;
+mod word_table;
 
 #[cfg(test)]
 mod tests;
@@ -49,5 +50,6 @@ pub use names::{Allow, Env, Found, NameId, Scope};
 pub use number::Number;
 pub use pattern::BytePattern;
 pub use program::{Operand, Part, Program, State, Target};
-pub use types::{NumberType, Type, WordTable};
+pub use types::{NumberType, Type};
 pub use value::{Place, Shown, Value};
+pub use word_table::WordTable;
