@@ -328,7 +328,7 @@ impl Order<'_> {
 }
 
 fn show(values: &[Value]) -> String {
-    format!("[{}]", values.iter().map(judge::view::plain).collect::<Vec<_>>().join(", "))
+    format!("[{}]", values.iter().map(judge::format::plain).collect::<Vec<_>>().join(", "))
 }
 
 fn show_entry(entry: &SequenceEntry) -> String {

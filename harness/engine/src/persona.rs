@@ -8,7 +8,7 @@
 use super::scan::each_step_of;
 use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
 use expression::{Program, Value};
-use judge::rule::Violation;
+use judge::violation::Violation;
 use station::Duration;
 use suite::device::{Device, NameId, NameKind};
 use suite::model::{Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb};

@@ -13,7 +13,7 @@ use super::segment::Segment;
 use super::trial::{DpLine, Place, Run};
 use super::world::World;
 use controllers::profinet_io::StationSeen;
-use judge::rule::Violation;
+use judge::violation::Violation;
 use results::journal::Entry;
 use results::outcome::{
     Blame, CaseKind, CaseResult, Covered, Decided, DeviceRun, Dut, Failure, Finding, RunResult, Severity,
@@ -354,7 +354,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     let reason = reason.or_else(|| failures.first().map(|failure| failure.what.clone()));
     let level = level(manual, &covers, verdict);
     let saved = trial.how().saved.iter().zip(&run.world.scene.notebook().saved);
-    let saved = saved.map(|(name, value)| (name.clone(), judge::view::plain(value))).collect();
+    let saved = saved.map(|(name, value)| (name.clone(), judge::format::plain(value))).collect();
     let objections = run.world.segment.objections();
     let with_persona = run.place.persona.is_some();
     run.world.judges.rules.settle();

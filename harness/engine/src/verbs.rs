@@ -7,6 +7,7 @@ use super::trial::{Done, Run, Trouble};
 use expression::{Program, State, Value};
 use judge::Truth;
 use judge::answer::{self, Reply};
+use judge::answer_parts;
 use judge::condition;
 use judge::rule::length;
 use results::bench_file::BenchFile;
@@ -162,7 +163,7 @@ impl<'a> Run<'a> {
 
     pub fn judge_answer(&mut self, answer: &Answer) -> Done {
         self.checks += 1;
-        let parts = answer::judge(answer, &self.world.scene.notebook().answers, &self.world.view());
+        let parts = answer_parts::judge(answer, &self.world.scene.notebook().answers, &self.world.view());
         if parts.iter().all(|part| part.held) {
             return Ok(());
         }

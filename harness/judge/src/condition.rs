@@ -2,8 +2,9 @@
 
 use super::Truth;
 use super::answer;
+use super::format::plain;
 use super::page;
-use super::view::{View, plain};
+use super::view::View;
 use expression::{Env, NameId, Order, Program, State, Value};
 use results::outcome::PartSeen;
 use suite::model::{Condition, Matcher, Part, Test};

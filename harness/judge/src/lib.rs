@@ -6,9 +6,11 @@
 //! the frames, and it sends none.
 
 pub mod answer;
+pub mod answer_parts;
 pub mod condition;
 pub mod diagnosis;
 pub mod follow;
+pub mod format;
 pub mod image;
 pub mod observe;
 pub mod page;
@@ -19,6 +21,7 @@ pub mod scene;
 pub mod settled;
 pub mod steady;
 pub mod view;
+pub mod violation;
 pub mod window;
 pub mod witness;
 

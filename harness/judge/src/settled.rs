@@ -2,16 +2,24 @@
 //!
 //! It knows which names no cyclic frame changes. It must not know what they are worked out for.
 
-use super::view::View;
 use expression::{Program, Value};
 use std::cell::{Cell, RefCell};
 use suite::device::{NameId, NameKind};
+use suite::model::Variant;
+
+/// What the values hold for: one of these numbers is another one as soon as a parameter may be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ParameterVersion {
+    /// The number of the start parameters.
+    pub start: u64,
+    /// The number of the notebook, which has those that were read or written.
+    pub notebook: u64,
+}
 
 /// Values that hold until a parameter is another one; those of one variant.
 #[derive(Debug, Default)]
 pub struct Settled {
-    /// The start parameters and the notebook that the values hold for.
-    of: Cell<(u64, u64)>,
+    of: Cell<ParameterVersion>,
     /// By the number of the name.
     values: RefCell<Vec<Settling>>,
 }
@@ -27,9 +35,16 @@ enum Settling {
 }
 
 impl Settled {
-    /// What the program of a name comes to; `now` works it out.
-    pub fn value(&self, name: NameId, program: &Program, view: &View<'_>, now: impl FnOnce() -> Value) -> Value {
-        self.forget_what_moved(view);
+    /// What the program of a name comes to with the parameters `of`; `now` works it out.
+    pub fn value(
+        &self,
+        name: NameId,
+        program: &Program,
+        variant: &Variant,
+        of: ParameterVersion,
+        now: impl FnOnce() -> Value,
+    ) -> Value {
+        self.forget_what_moved(of);
         let place = name.0 as usize;
         match self.values.borrow().get(place) {
             Some(Settling::At(value)) => return value.clone(),
@@ -41,14 +56,14 @@ impl Settled {
         if values.len() <= place {
             values.resize(place + 1, Settling::Open);
         }
-        let settles = program.names().all(|name| is_settled(name, view));
+        let settles = program.names().all(|name| is_settled(name, variant));
         values[place] = if settles { Settling::At(value.clone()) } else { Settling::Moves };
         value
     }
 
     /// The whole number that a name is, or that it has no value, if that was worked out before and holds.
-    pub fn whole(&self, name: NameId, view: &View<'_>) -> Option<Option<i128>> {
-        self.forget_what_moved(view);
+    pub fn whole(&self, name: NameId, of: ParameterVersion) -> Option<Option<i128>> {
+        self.forget_what_moved(of);
         match self.values.borrow().get(name.0 as usize)? {
             Settling::At(Value::Number(number)) => number.as_whole().map(Some),
             Settling::At(Value::Unknown) => Some(None),
@@ -56,8 +71,7 @@ impl Settled {
         }
     }
 
-    fn forget_what_moved(&self, view: &View<'_>) {
-        let of = (view.image.parameters(), view.notebook.version());
+    fn forget_what_moved(&self, of: ParameterVersion) {
         if self.of.replace(of) != of {
             self.values.borrow_mut().clear();
         }
@@ -65,11 +79,12 @@ impl Settled {
 }
 
 /// Whether neither a frame nor an event nor time changes the value of a name.
-fn is_settled(name: NameId, view: &View<'_>) -> bool {
-    match view.variant.names.get(name.0 as usize) {
+fn is_settled(name: NameId, variant: &Variant) -> bool {
+    match variant.names.get(name.0 as usize) {
         Some(NameKind::Derived(index)) => {
-            let program = view.variant.derived.get(*index).map(|(_, program)| program);
-            program.is_some_and(|program| !program.has_history() && program.names().all(|name| is_settled(name, view)))
+            let program = variant.derived.get(*index).map(|(_, program)| program);
+            program
+                .is_some_and(|program| !program.has_history() && program.names().all(|name| is_settled(name, variant)))
         }
         kind => kind.is_some_and(|kind| kind.observability().is_settled),
     }

@@ -2,11 +2,12 @@
 
 use super::answer::Reply;
 use super::diagnosis;
+use super::format::{builtin, hex, left_aligned, plain, set_bits};
 use super::image::{Happening, Image};
-use super::settled::Settled;
+use super::settled::{ParameterVersion, Settled};
 use super::{Tick, TickKind};
 use crate::observe::Direction;
-use expression::{Env, Number, Program, Shown, State, Type, Value};
+use expression::{Env, Number, Program, State, Value};
 use station::{Duration, Time};
 use std::cell::RefCell;
 use std::net::Ipv4Addr;
@@ -216,7 +217,13 @@ impl View<'_> {
     /// What the program of a name comes to: the circle of a signal, or what is derived.
     fn work_out(&self, name: NameId, program: &Program) -> Value {
         let now = || program.eval(self, &State::default());
-        self.settled.map_or_else(now, |settled| settled.value(name, program, self, now))
+        let Some(settled) = self.settled else { return now() };
+        settled.value(name, program, self.variant, self.parameters(), now)
+    }
+
+    /// What tells the parameters from those before.
+    fn parameters(&self) -> ParameterVersion {
+        ParameterVersion { start: self.image.parameters(), notebook: self.notebook.version() }
     }
 
     /// The value that an asked name was last read with.
@@ -324,20 +331,6 @@ impl View<'_> {
     }
 }
 
-/// A value of no particular name, as reports show it.
-pub fn plain(value: &Value) -> String {
-    match (value, value.as_whole()) {
-        (Value::Bit(_), Some(number)) => number.to_string(),
-        (_, Some(number)) => hex(number, 0),
-        _ => Shown(value, &Type::WHOLE).to_string(),
-    }
-}
-
-fn builtin(table: words::Table, number: i128) -> String {
-    let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
-    word.map_or_else(|| number.to_string(), str::to_owned)
-}
-
 /// The steps of a number that stands `shift` bits further left, where it is a whole number of steps.
 fn steps(number: i128, shift: u32) -> Option<i128> {
     let steps = number >> shift;
@@ -347,46 +340,6 @@ fn steps(number: i128, shift: u32) -> Option<i128> {
 /// The number of steps, with a fraction: the bits below the lowest place are not 0, so that it equals no whole number.
 fn fraction(number: i128, shift: u32) -> Value {
     Number::new(number, 1 << shift).map_or(Value::Unknown, Value::Number)
-}
-
-/// A number of steps that stands further left on the wire, both ways: `0x100 (256), on the wire 0x00000400`.
-fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
-    let on_the_wire = |number: Number| number.times(Number::whole(1 << shift)).and_then(Number::as_whole);
-    let raw = |number: i128| format!("0x{number:0digits$X}", digits = width as usize / 4);
-    match (value.as_whole(), value) {
-        (Some(steps), _) if steps >= 0 => format!("{}, on the wire {}", hex(steps, 0), raw(steps << shift)),
-        (None, Value::Number(number)) => match on_the_wire(*number) {
-            Some(number) => format!("{}, of which the lowest {shift} bits are not 0", raw(number)),
-            None => plain(value),
-        },
-        _ => plain(value),
-    }
-}
-
-/// `0x00012345 (74565)`; small numbers without the hexadecimal.
-fn hex(number: i128, width: u32) -> String {
-    match (number, width as usize / 4) {
-        (..=-1, _) => number.to_string(),
-        (0..=9, 0) => number.to_string(),
-        (_, 0) => format!("0x{number:X} ({number})"),
-        (_, digits) => format!("0x{number:0digits$X} ({number})"),
-    }
-}
-
-/// The bits that are set, by name: ` [parked, sensor_error]`.
-fn set_bits(number: i128, fields: &[Field]) -> String {
-    let set: Vec<String> = fields
-        .iter()
-        .filter_map(|field| {
-            let value = (number >> field.low) & ((1i128 << field.width) - 1);
-            match (value, field.width) {
-                (0, _) => None,
-                (_, 1) => Some(field.name.clone()),
-                (value, _) => Some(format!("{} {value}", field.name)),
-            }
-        })
-        .collect();
-    if set.is_empty() { String::new() } else { format!(" [{}]", set.join(", ")) }
 }
 
 /// The number in some bits of a signal.
@@ -436,7 +389,7 @@ impl Env for View<'_> {
                     None => None,
                 }
             }
-            NameKind::Derived(_) => self.settled?.whole(name, self)?,
+            NameKind::Derived(_) => self.settled?.whole(name, self.parameters())?,
             _ => return None,
         };
         if let Some(reads) = self.reads {

@@ -7,8 +7,8 @@
 
 use super::Truth;
 use super::image::Image;
-use super::rule::Violation;
 use super::view::View;
+use super::violation::Violation;
 use crate::observe::Direction;
 use suite::device::NameKind;
 use suite::model::Condition;

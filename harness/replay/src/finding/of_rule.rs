@@ -1,7 +1,7 @@
 //! A broken rule of a manual as a finding: its requirements and clauses, its place, what it may come from, what to do next.
 
 use super::{Finding, Severity};
-use judge::rule::Violation;
+use judge::violation::Violation;
 use results::outcome::PartSeen;
 use suite::model::{Level, Manual, Rule, RuleBody};
 

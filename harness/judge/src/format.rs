@@ -1,0 +1,60 @@
+//! Numbers and values as reports show them.
+
+use expression::{Number, Shown, Type, Value};
+use suite::device::Field;
+use suite::words;
+
+/// A value of no particular name, as reports show it.
+pub fn plain(value: &Value) -> String {
+    match (value, value.as_whole()) {
+        (Value::Bit(_), Some(number)) => number.to_string(),
+        (_, Some(number)) => hex(number, 0),
+        _ => Shown(value, &Type::WHOLE).to_string(),
+    }
+}
+
+/// The word of a table that every device has; the number where it has none.
+pub(super) fn builtin(table: words::Table, number: i128) -> String {
+    let word = i64::try_from(number).ok().and_then(|number| words::word(table, number));
+    word.map_or_else(|| number.to_string(), str::to_owned)
+}
+
+/// A number of steps that stands further left on the wire, both ways: `0x100 (256), on the wire 0x00000400`.
+pub(super) fn left_aligned(value: &Value, shift: u32, width: u32) -> String {
+    let on_the_wire = |number: Number| number.times(Number::whole(1 << shift)).and_then(Number::as_whole);
+    let raw = |number: i128| format!("0x{number:0digits$X}", digits = width as usize / 4);
+    match (value.as_whole(), value) {
+        (Some(steps), _) if steps >= 0 => format!("{}, on the wire {}", hex(steps, 0), raw(steps << shift)),
+        (None, Value::Number(number)) => match on_the_wire(*number) {
+            Some(number) => format!("{}, of which the lowest {shift} bits are not 0", raw(number)),
+            None => plain(value),
+        },
+        _ => plain(value),
+    }
+}
+
+/// `0x00012345 (74565)`; small numbers without the hexadecimal.
+pub(super) fn hex(number: i128, width: u32) -> String {
+    match (number, width as usize / 4) {
+        (..=-1, _) => number.to_string(),
+        (0..=9, 0) => number.to_string(),
+        (_, 0) => format!("0x{number:X} ({number})"),
+        (_, digits) => format!("0x{number:0digits$X} ({number})"),
+    }
+}
+
+/// The bits that are set, by name: ` [parked, sensor_error]`.
+pub(super) fn set_bits(number: i128, fields: &[Field]) -> String {
+    let set: Vec<String> = fields
+        .iter()
+        .filter_map(|field| {
+            let value = (number >> field.low) & ((1i128 << field.width) - 1);
+            match (value, field.width) {
+                (0, _) => None,
+                (_, 1) => Some(field.name.clone()),
+                (value, _) => Some(format!("{} {value}", field.name)),
+            }
+        })
+        .collect();
+    if set.is_empty() { String::new() } else { format!(" [{}]", set.join(", ")) }
+}
