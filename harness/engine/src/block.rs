@@ -7,7 +7,7 @@ use judge::view::View;
 use judge::{Tick, Truth};
 use results::outcome::PartSeen;
 use station::{Duration, Time};
-use suite::device::Location;
+use suite::Location;
 use suite::model::{Observation, SequenceEntry};
 
 /// The observations of one repetition of a block.

@@ -9,7 +9,7 @@ use results::outcome::{
 };
 use results::verdict::Verdict;
 use serde::{Serialize, Serializer};
-use suite::device::Location;
+use suite::Location;
 
 /// Writes the report; the order of everything in it is that of the run.
 pub fn json(result: &RunResult) -> String {

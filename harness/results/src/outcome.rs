@@ -2,7 +2,7 @@
 
 use crate::verdict::Verdict;
 use std::time::Duration;
-use suite::device::Location;
+use suite::Location;
 use suite::model::Level;
 
 /// Everything that one call of `encspec run` found, one entry per device under test.

@@ -2,12 +2,12 @@
 
 use super::answer::{Asked, may_accept, only};
 use super::codes::Service as From;
-use super::device::NameKind;
+use super::device::{AnswerPart, NameKind};
 use super::device_yaml::{named, plain, word};
 use super::dialect::{self, Dialect};
 use super::error::{Mistake, Read};
 use super::frame::{Frame, literal};
-use super::model::{Access, AccessItem, Answer, AnswerPart, Instead, Matcher, Service, Sought, Via};
+use super::model::{Access, AccessItem, Answer, Instead, Matcher, Service, Sought, Via};
 use super::names::{Name, Verbs};
 use super::start::octets;
 use super::yaml::Node;

@@ -1,11 +1,11 @@
 //! Which answer is right: of a request as a whole, of its parts, and as an expectation of the last one.
 
 use super::codes::Service;
-use super::device::{DiagnosisName, NameKind};
+use super::device::{AnswerPart, DiagnosisName, NameKind};
 use super::device_yaml::{plain, word};
 use super::error::{Mistake, Read};
 use super::frame::Frame;
-use super::model::{Answer, AnswerPart, Code, Matcher};
+use super::model::{Answer, Code, Matcher};
 use super::yaml::Node;
 use expression::{Type, Value};
 

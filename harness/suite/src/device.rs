@@ -2,13 +2,17 @@
 //!
 //! This is data about devices, so a new encoder needs no change here.
 
+mod answer_part;
 mod bus;
 mod observability;
+mod parameter_type;
 mod profibus;
 mod profinet;
 
+pub use answer_part::AnswerPart;
 pub use bus::{Bus, DeviceBus, ModuleBus, PerBus};
 pub use observability::{Observability, UpdatedAt, VisibleIn};
+pub use parameter_type::{Formats, ParameterType};
 pub use profibus::{
     Diagnosis, DiagnosisBlocks, DiagnosisField, DiagnosisName, NUMBER_OCTETS, ProfibusFacts, UserParameters,
 };
@@ -16,25 +20,12 @@ pub use profinet::{Identity, ProfinetFacts};
 
 use expression::{Program, Value, WordTable};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use wire::profibus::diag::Status1;
 
 /// A name as conditions and steps use it: an index into [`super::model::Variant::names`].
 pub use expression::NameId;
-
-/// A place in a suite file.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub struct Location {
-    /// The file, as it is shown to people.
-    #[serde(with = "crate::compiled::file")]
-    pub file: Arc<PathBuf>,
-    /// Line, from 1.
-    pub line: u32,
-    /// Column, from 1.
-    pub column: u32,
-}
 
 /// Where a datum comes from that the manual does not print.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, Serialize)]
@@ -407,25 +398,6 @@ pub struct RecordField {
     pub origin: Origin,
 }
 
-/// Format octets of PROFIdrive; a name of its own, since the derived reader takes a slice for a part of what it reads.
-pub type Formats = &'static [u8];
-
-/// The type of a parameter's elements.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub struct ParameterType {
-    /// Width in bits: 8, 16, 32 or 64.
-    pub width: u32,
-    /// Whether it is a two's complement.
-    pub signed: bool,
-    /// Whether the elements are octets of a text.
-    pub text: bool,
-    /// For octets and texts, which are one value: how many octets there are, 0 where the manual does not say.
-    pub octets: Option<usize>,
-    /// The format octets that PROFIdrive has for it: the one to write with first.
-    #[serde(with = "crate::device_yaml::formats")]
-    pub formats: Formats,
-}
-
 /// A parameter of the base mode parameter access.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Parameter {
@@ -563,7 +535,7 @@ pub enum NameKind {
     /// An event or a part of one.
     Event(EventName),
     /// `answer` and its parts.
-    Answer(super::model::AnswerPart),
+    Answer(AnswerPart),
     /// A start parameter in force (indices into `device.records` and its fields).
     StartParameter {
         /// The record.

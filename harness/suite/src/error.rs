@@ -3,7 +3,7 @@
 //! Mistakes are collected, so that one look at a file shows all of them. This room knows text and places, no YAML and
 //! no suite language.
 
-use super::device::Location;
+use super::location::Location;
 use expression::ExprError;
 use plain_text::nearest;
 use std::cell::{Cell, RefCell};

@@ -9,6 +9,7 @@ use super::lists;
 use super::masks::{self, MASKS, MaskList};
 use super::model::{Bug, Manual, Trial, Variant};
 use super::names::{Names, Used};
+use super::outline::outlined;
 use super::source::{Files, Sources};
 use super::step::Ground;
 use super::yaml::{self, Node};
@@ -140,7 +141,7 @@ fn read(
         .filter(|(name, _)| !used.has(name))
         .map(|(name, spot)| (name, files.location(spot)))
         .collect();
-    Some(Manual { device: Arc::new(device), requirements, bugs, variants, unused }.outlined())
+    Some(outlined(Manual { device: Arc::new(device), requirements, bugs, variants, unused }))
 }
 
 /// Every variant of a manual, whose bugs are all caught.
@@ -321,7 +322,7 @@ impl Checker {
         }
         let Base { described: Described { device, .. }, requirements, bugs, .. } = &self.base;
         let (device, requirements, bugs) = (Arc::new(device.clone()), requirements.clone(), bugs.clone());
-        Ok(Manual { device, requirements, bugs, variants, unused: Vec::new() }.outlined())
+        Ok(outlined(Manual { device, requirements, bugs, variants, unused: Vec::new() }))
     }
 
     /// The topic files, first those that name what is no longer in the text of `path`: there a mistake is found soonest.

@@ -8,10 +8,10 @@ mod of_bus;
 
 pub(super) use known::{ON_PROFIBUS, ON_PROFINET, Sentences, built_in_names};
 
-use super::device::{Device, NameKind};
+use super::device::{AnswerPart, Device, NameKind};
 use super::device_yaml::Described;
 use super::error::{Mistake, Mistakes, Read};
-use super::model::{AnswerPart, Rule, Trial, Variant};
+use super::model::{Rule, Trial, Variant};
 use super::words::Table;
 use super::yaml::Node;
 use expression::{Allow, Found, NameId, Program, Scope, Type, WordTable};

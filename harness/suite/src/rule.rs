@@ -102,7 +102,7 @@ impl Place<'_, '_> {
         keyed.get("is").ok_or_else(|| keyed.node.wrong("here `is` is missing"))
     }
 
-    fn sequence(&self, names: &Node, is: &Node, text: String, at: super::device::Location) -> Read<Observation> {
+    fn sequence(&self, names: &Node, is: &Node, text: String, at: super::location::Location) -> Read<Observation> {
         let mut programs = Vec::new();
         for node in names.items("sequence")? {
             let text = node.text("a name")?;

@@ -3,8 +3,9 @@
 //! This room knows files, and nothing of what stands in them.
 
 use super::base::{BUGS, COMMON, is_part};
-use super::device::{Location, Timing};
+use super::device::Timing;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
+use super::location::Location;
 use super::persona::PERSONAS;
 use std::borrow::Cow;
 use std::collections::BTreeMap;

@@ -3,8 +3,8 @@
 //! Suites are read through [`parse`], because every word in them may have to be pointed at. Plain lists (requirements,
 //! bugs) go through [`from_yaml`] into their types. Duplicate keys, anchors, aliases and tags are mistakes in suites.
 
-use super::device::Location;
 use super::error::{LoadError, Mistake, Read, Spot};
+use super::location::Location;
 use plain_text::nearest;
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError, Span};
 use serde::de::DeserializeOwned;

@@ -4,7 +4,7 @@ use encspec::result::{
     Blame, CaseKind, CaseResult, Covered, Decided, DescriptionKind, DeviceRun, Dut, Failure, Finding, PartSeen, Place,
     RequirementResult, RunResult, Severity,
 };
-use encspec::suite::device::Location;
+use encspec::suite::Location;
 use encspec::suite::model::Level;
 use encspec::verdict::Verdict;
 use std::path::PathBuf;

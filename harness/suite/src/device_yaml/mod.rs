@@ -14,7 +14,6 @@ pub use pages::{fields, path};
 pub use plain::{Counted, Place, flag, numeral, place};
 pub use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
 
-pub(super) use rest::formats;
 pub(super) use rest::parameter_number;
 
 use self::cyclic::{Wired, WiredSlave};

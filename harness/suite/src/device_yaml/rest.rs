@@ -164,7 +164,7 @@ impl<'n> Reader<'n> {
                 .help("a parameter is `P` and its number, as P65000"));
         };
         let octets = keyed.get("octets").map(|node| whole::<usize>(node, "a length")).transpose()?;
-        let kind = parameter_type(word(keyed.must("type")?, "type", TYPES)?, octets);
+        let kind = ParameterType::of_word(word(keyed.must("type")?, "type", TYPES)?, octets);
         let writable = word(keyed.must("access")?, "access", &["read", "read_write"])? == "read_write";
         let default =
             keyed.get("default").map(|node| self.default(node, &Type::whole(kind.width, kind.signed))).transpose()?;
@@ -302,40 +302,6 @@ pub(in super::super) fn parameter_number(name: &str) -> Option<u16> {
         && digits.bytes().all(|octet| octet.is_ascii_digit())
         && (digits == "0" || !digits.starts_with('0'));
     if good { digits.parse().ok() } else { None }
-}
-
-/// Width, sign and formats of a type; the form by size is written first, as controllers do.
-fn parameter_type(word: &str, octets: Option<usize>) -> ParameterType {
-    let (width, signed, text, formats): (u32, bool, bool, &'static [u8]) = match word {
-        "u8" => (8, false, false, &[0x41, 0x05]),
-        "u16" => (16, false, false, &[0x42, 0x06]),
-        "u32" => (32, false, false, &[0x43, 0x07]),
-        "u64" => (64, false, false, &[0x38]),
-        "i8" => (8, true, false, &[0x41, 0x02]),
-        "i16" => (16, true, false, &[0x42, 0x03]),
-        "i32" => (32, true, false, &[0x43, 0x04]),
-        "i64" => (64, true, false, &[0x37]),
-        "text" => (8, false, true, &[0x41, 0x09]),
-        _ => (8, false, false, &[0x41, 0x0A]),
-    };
-    let octets = octets.or(if word == "text" || word == "bytes" { Some(0) } else { None });
-    ParameterType { width, signed, text, octets, formats }
-}
-
-/// The formats of a type, for `#[serde(with)]`.
-pub(crate) mod formats {
-    use super::{keys, parameter_type};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-
-    pub(crate) fn serialize<S: Serializer>(formats: &&'static [u8], to: S) -> Result<S::Ok, S::Error> {
-        formats.serialize(to)
-    }
-
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<&'static [u8], D::Error> {
-        let read = Vec::<u8>::deserialize(from)?;
-        let found = keys::TYPES.iter().map(|word| parameter_type(word, None).formats).find(|formats| *formats == read);
-        found.ok_or_else(|| de::Error::custom("formats of no type"))
-    }
 }
 
 /// The modules with whose start-up a record is sent.

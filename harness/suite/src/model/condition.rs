@@ -4,7 +4,8 @@
 
 use super::request::Code;
 use super::{Hold, Span};
-use crate::device::{Location, NameId};
+use crate::device::NameId;
+use crate::location::Location;
 use expression::{BytePattern, Program, Target, Value};
 use serde::{Deserialize, Serialize};
 

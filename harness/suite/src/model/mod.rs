@@ -3,20 +3,21 @@
 //! Nothing here is text to be interpreted again. The engine, the replay and the listings read this and no YAML.
 
 mod condition;
-mod outline;
 mod request;
+mod steps;
 
-pub use super::compiled::TrialSteps;
+pub use super::device::AnswerPart;
 pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
-pub use outline::Outline;
-pub use request::{Access, AccessItem, Answer, AnswerPart, Code, DpService, Instead, Service, Sought, Via};
+pub use request::{Access, AccessItem, Answer, Code, DpService, Instead, Service, Sought, Via};
+pub use steps::TrialSteps;
 
-use super::compiled::Steps;
-use super::device::{Device, Location, NameId, NameKind};
+use super::device::{Device, NameId, NameKind};
+use super::location::Location;
 use expression::{Program, Type};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
+use steps::Steps;
 use wire::profibus::fdl::BaudRate;
 
 /// One manual: its device, its requirements, its bugs, and its cases and rules compiled for each variant.
@@ -184,6 +185,18 @@ impl Trial {
     }
 }
 
+/// What the steps of a trial come to: all that listings ask of them, so that these need not read the steps.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Outline {
+    /// Requirements of the checks that are judged for themselves, in the order of the steps.
+    pub checks: Vec<usize>,
+    /// The requirements that it covers on a bench without a stand, those of its checks included.
+    pub without_stand: Vec<usize>,
+    /// Names of readings that it accepts, each with the requirement that is read so: those of the checks that cover it for
+    /// themselves, or of the whole trial.
+    pub readings: Vec<(usize, String)>,
+}
+
 /// A connection to be made.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Start {
@@ -197,7 +210,7 @@ pub struct Start {
     /// Nobody watches over the connection (PROFIBUS: `watchdog: none`).
     pub unwatched: bool,
     /// The transmission rate of the bus where the case says it (PROFIBUS).
-    #[serde(with = "crate::compiled::baud")]
+    #[serde(with = "crate::encoding::baud")]
     pub baud: Option<BaudRate>,
     /// The time from one Global_Control to the next in isochronous mode, then also the cycle (PROFIBUS).
     pub isochronous: Option<Duration>,

@@ -3,7 +3,7 @@
 //! It must not know who asks, nor by which frames.
 
 use super::condition::Matcher;
-use crate::device::{DiagnosisName, NameId};
+use crate::device::{AnswerPart, NameId};
 use expression::Program;
 use serde::{Deserialize, Serialize};
 use wire::ethernet::Mac;
@@ -91,7 +91,7 @@ pub enum Instead {
     /// Station: the block qualifier.
     Qualifier(u16),
     /// Station: another station that the request goes to; on a virtual wire only.
-    Destination(#[serde(with = "crate::compiled::mac")] Mac),
+    Destination(#[serde(with = "crate::encoding::mac")] Mac),
 }
 
 /// Whom a DCP identify looks for.
@@ -252,43 +252,6 @@ pub enum Answer {
     Parts(Vec<(AnswerPart, Answer)>),
     /// The part has this value (`bytes`, `connection`, `module_diff.x`, `diag.x`, `status`).
     Is(Matcher),
-}
-
-/// A part of an answer.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub enum AnswerPart {
-    /// The answer as a whole.
-    Whole,
-    /// A parameter of a multi-parameter request, as number and subindex.
-    Parameter(u16, u16),
-    /// The octets of the response.
-    Bytes,
-    /// Stage of a start-up: the Connect call.
-    Connect,
-    /// Stage of a start-up: a record (index into `device.records`).
-    Record(usize),
-    /// Stage of a start-up: what ModuleDiff says of a submodule (index into `device.submodules`).
-    ModuleDiff(usize),
-    /// Stage of a start-up: the answer to Set_Prm.
-    SetPrm,
-    /// Stage of a start-up: the answer to Chk_Cfg.
-    ChkCfg,
-    /// Stage of a start-up: the Slave_Diag after Chk_Cfg.
-    Diagnosis(DiagnosisName),
-    /// Stage of a start-up: end of parameters.
-    ParameterEnd,
-    /// Stage of a start-up: the device's ApplicationReady.
-    ApplicationReady,
-    /// Whether a connection stands afterwards: `data` or `none`.
-    Connection,
-    /// Status of a web answer.
-    Status,
-    /// Texts that are in a web answer.
-    Contains,
-    /// Texts that are not in a web answer.
-    Lacks,
-    /// A web answer as a reader sees it.
-    Text,
 }
 
 /// A refusal as a word of one of the code tables, with the numbers it stands for.

@@ -1,8 +1,9 @@
 //! Each name made from its path: the table of section 3 of the language.
 
-use super::super::device::{BenchName, EventName, From, NameKind, PageForm, Parameter, StandName, StationName};
+use super::super::device::{
+    AnswerPart, BenchName, EventName, From, NameKind, PageForm, Parameter, StandName, StationName,
+};
 use super::super::device_yaml::parameter_number;
-use super::super::model::AnswerPart;
 use super::super::words;
 use super::{Names, Verbs, built_in, field_type, plain_words};
 use expression::{Circle, NumberType, Type, Value, WordTable};

@@ -9,17 +9,17 @@ use std::sync::Arc;
 
 /// What the parts of a manual share, by number.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub(super) struct Lists {
+pub(crate) struct Lists {
     files: Arc<[Arc<PathBuf>]>,
     tables: Arc<[Arc<WordTable>]>,
 }
 
 /// What the parts of a manual are read with.
 #[derive(Clone, Debug)]
-pub(super) struct Shared {
-    pub(super) lists: Lists,
+pub(crate) struct Shared {
+    pub(crate) lists: Lists,
     /// The steps of all trials, one after the other.
-    pub(super) steps: &'static [u8],
+    pub(crate) steps: &'static [u8],
 }
 
 thread_local! {
@@ -29,7 +29,7 @@ thread_local! {
 }
 
 /// Does what `write` does; gives besides its result what the parts share, and the steps.
-pub(super) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
+pub(crate) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
     let before = WRITTEN_STEPS.replace(Some(Vec::new()));
     let ((written, tables), files) = FILES.with(|files| files.writing(|| TABLES.with(|tables| tables.writing(write))));
     let steps = WRITTEN_STEPS.replace(before).unwrap_or_default();
@@ -37,7 +37,7 @@ pub(super) fn writing<R>(write: impl FnOnce() -> R) -> (R, Lists, Vec<u8>) {
 }
 
 /// Does what `read` does for the parts of a manual.
-pub(super) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
+pub(crate) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
     let Lists { files, tables } = &shared.lists;
     let before = READING.replace(Some(Arc::clone(shared)));
     let read = FILES.with(|of| of.reading(files, || TABLES.with(|of| of.reading(tables, read))));
@@ -46,12 +46,12 @@ pub(super) fn reading<R>(shared: &Arc<Shared>, read: impl FnOnce() -> R) -> R {
 }
 
 /// What is being read with; none if nothing is being read.
-pub(super) fn shared() -> Option<Arc<Shared>> {
+pub(crate) fn shared() -> Option<Arc<Shared>> {
     READING.with_borrow(Clone::clone)
 }
 
 /// Puts the steps of a trial behind those of the others; gives where they begin and end, or none if nothing is being written.
-pub(super) fn put_steps(octets: &[u8]) -> Option<(usize, usize)> {
+pub(crate) fn put_steps(octets: &[u8]) -> Option<(usize, usize)> {
     WRITTEN_STEPS.with_borrow_mut(|steps| {
         let steps = steps.as_mut()?;
         let from = steps.len();

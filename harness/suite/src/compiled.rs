@@ -4,17 +4,8 @@
 //! them: they are nine tenths of a manual, and no listing needs them. The octets are of the very build that reads them, so
 //! nothing here is a format that others could rely on.
 
-mod context;
-mod plain;
-mod steps;
-
-pub(crate) use context::file;
-pub(crate) use plain::{baud, mac};
-pub(crate) use steps::Steps;
-pub use steps::TrialSteps;
-
+use super::encoding::{Lists, Shared, reading, writing};
 use super::model::Manual;
-use context::{Lists, Shared, reading, writing};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! The steps of a trial, which are read when somebody asks for them.
 
-use super::context::{Shared, put_steps, reading, shared};
-use crate::model::{Start, Step};
+use super::{Start, Step};
+use crate::encoding::{Shared, put_steps, reading, shared};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de, ser};
 use std::fmt;
 use std::sync::{Arc, OnceLock};

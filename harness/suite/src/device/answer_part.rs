@@ -1,0 +1,41 @@
+//! The parts of an answer that have names.
+
+use super::DiagnosisName;
+use serde::{Deserialize, Serialize};
+
+/// A part of an answer.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
+pub enum AnswerPart {
+    /// The answer as a whole.
+    Whole,
+    /// A parameter of a multi-parameter request, as number and subindex.
+    Parameter(u16, u16),
+    /// The octets of the response.
+    Bytes,
+    /// Stage of a start-up: the Connect call.
+    Connect,
+    /// Stage of a start-up: a record (index into `device.records`).
+    Record(usize),
+    /// Stage of a start-up: what ModuleDiff says of a submodule (index into `device.submodules`).
+    ModuleDiff(usize),
+    /// Stage of a start-up: the answer to Set_Prm.
+    SetPrm,
+    /// Stage of a start-up: the answer to Chk_Cfg.
+    ChkCfg,
+    /// Stage of a start-up: the Slave_Diag after Chk_Cfg.
+    Diagnosis(DiagnosisName),
+    /// Stage of a start-up: end of parameters.
+    ParameterEnd,
+    /// Stage of a start-up: the device's ApplicationReady.
+    ApplicationReady,
+    /// Whether a connection stands afterwards: `data` or `none`.
+    Connection,
+    /// Status of a web answer.
+    Status,
+    /// Texts that are in a web answer.
+    Contains,
+    /// Texts that are not in a web answer.
+    Lacks,
+    /// A web answer as a reader sees it.
+    Text,
+}
