@@ -3,27 +3,14 @@
 use super::device_yaml::{self, Described};
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::keys::{self, Keyed};
-use super::lists;
+use super::lists::{self, Elsewhere};
 use super::model::{Bug, Requirement};
-use super::source::{Files, Sources};
+use super::source::{BUGS, COMMON, Files, REQUIREMENTS, Sources, is_list_of_bugs, is_part};
 use super::step::{Ground, Procedure};
 use super::taken;
 use super::yaml::{self, Node};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 use std::borrow::Cow;
-use std::sync::{Arc, OnceLock};
-
-/// The folder of what manuals share.
-pub(super) const COMMON: &str = "common";
-/// The list of a manual's requirements: this file, or several whose names begin so.
-pub(super) const REQUIREMENTS: &str = "requirements";
-/// The list of the deliberate bugs: this file, or several whose names begin so.
-pub(super) const BUGS: &str = "bugs";
-
-/// Whether the file `name` holds the list `list` or a part of it: `bugs`, `bugs-memory`.
-pub(super) fn is_part(name: &str, list: &str) -> bool {
-    name.strip_prefix(list).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
-}
 
 /// Everything of a manual but its topic files.
 pub(super) struct Base {
@@ -143,36 +130,6 @@ impl Base {
         let device = &described.device;
         Ground { device, sources, files, mistakes, requirements: index, procedures, bugs, elsewhere }
     }
-}
-
-/// The bugs of all manuals, which are read when a common suite names one that this manual does not have.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Elsewhere(Arc<OnceLock<Option<FxHashSet<String>>>>);
-
-impl Elsewhere {
-    /// Fails if no manual lists the bug `name`, which stands at `at`.
-    pub(super) fn lists(&self, sources: &Sources, name: &str, at: &Node) -> Read<()> {
-        let read = || {
-            let lists = sources.files().filter(|(path, _)| is_list_of_bugs(path));
-            let lists = lists.map(|(_, text)| lists::bug_names(text));
-            // A list that cannot be read is told of by the manual that it belongs to.
-            let names: Option<Vec<Vec<String>>> = lists.collect();
-            names.map(|names| names.into_iter().flatten().collect())
-        };
-        match self.0.get_or_init(read) {
-            Some(names) if !names.contains(name) => {
-                let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
-                names.sort_unstable();
-                Err(Mistake::unknown(at.spot, "bug", name, names))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Whether the file `path` (below `suites`) holds bugs of a manual.
-fn is_list_of_bugs(path: &str) -> bool {
-    path.split_once('/').is_some_and(|(_, file)| is_part(file.trim_end_matches(".yaml"), BUGS))
 }
 
 /// The files of a list with their numbers, in the order of their names.

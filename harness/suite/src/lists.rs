@@ -2,11 +2,12 @@
 
 use super::error::{Mistake, Mistakes, Read, Spot};
 use super::model::{Bug, Class, Level, Requirement, Source};
-use super::source::Files;
-use super::yaml::from_yaml;
-use rustc_hash::FxHashMap;
+use super::source::{Files, Sources, is_list_of_bugs};
+use super::yaml::{Node, from_yaml};
+use rustc_hash::{FxHashMap, FxHashSet};
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::sync::{Arc, OnceLock};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -171,8 +172,33 @@ fn requirement(entry: RequirementEntry, spot: Spot, variants: &[String], files: 
 }
 
 /// The names in a list of bugs, or none if it cannot be read.
-pub(super) fn bug_names(text: &str) -> Option<Vec<String>> {
+fn bug_names(text: &str) -> Option<Vec<String>> {
     from_yaml::<BugsFile>(0, text).ok().map(|read| read.bugs.into_keys().collect())
+}
+
+/// The bugs of all manuals, which are read when a common suite names one that this manual does not have.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Elsewhere(Arc<OnceLock<Option<FxHashSet<String>>>>);
+
+impl Elsewhere {
+    /// Fails if no manual lists the bug `name`, which stands at `at`.
+    pub(super) fn lists(&self, sources: &Sources, name: &str, at: &Node) -> Read<()> {
+        let read = || {
+            let lists = sources.files().filter(|(path, _)| is_list_of_bugs(path));
+            let lists = lists.map(|(_, text)| bug_names(text));
+            // A list that cannot be read is told of by the manual that it belongs to.
+            let names: Option<Vec<Vec<String>>> = lists.collect();
+            names.map(|names| names.into_iter().flatten().collect())
+        };
+        match self.0.get_or_init(read) {
+            Some(names) if !names.contains(name) => {
+                let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+                names.sort_unstable();
+                Err(Mistake::unknown(at.spot, "bug", name, names))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Reads the bugs; each has a name of its own and breaks requirements that exist.

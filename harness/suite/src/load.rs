@@ -1,16 +1,16 @@
 //! From files to manuals: what is compiled in which order, and what is compared at the end.
 
-use super::base::{BUGS, Base, COMMON, Elsewhere, REQUIREMENTS, common, common_suite, is_part};
+use super::base::{Base, common, common_suite};
 use super::case::{Compiled, Topic};
 use super::compiled;
 use super::device_yaml::Described;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes};
-use super::lists;
+use super::lists::{self, Elsewhere};
 use super::masks::{self, MASKS, MaskList};
 use super::model::{Bug, Manual, Trial, Variant};
 use super::names::{Names, Used};
 use super::outline::outlined;
-use super::source::{Files, Sources};
+use super::source::{BUGS, COMMON, Files, REQUIREMENTS, Sources, is_part};
 use super::step::Ground;
 use super::yaml::{self, Node};
 use std::borrow::Cow;

@@ -6,13 +6,11 @@
 use super::device_yaml::{duration, label, plain, whole, word};
 use super::error::{LoadErrors, Mistakes, Read};
 use super::keys::{self, Keyed};
-use super::source::{Files, Sources};
+use super::source::{Files, PERSONAS, Sources};
 use super::yaml::{self, Node};
 use plain_text::nearest;
 use std::time::Duration;
 
-/// The folder of the personas.
-pub(super) const PERSONAS: &str = "personas";
 /// The unit of the send clock: 31.25 us in nanoseconds.
 const SEND_CLOCK_UNIT_NANOS: u64 = 31_250;
 /// The longest cycle and the longest watchdog in units of the send clock: 512 ms and 1.92 s (IEC 61158-6-10).

@@ -2,11 +2,9 @@
 //!
 //! This room knows files, and nothing of what stands in them.
 
-use super::base::{BUGS, COMMON, is_part};
 use super::device::Timing;
 use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
 use super::location::Location;
-use super::persona::PERSONAS;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,6 +15,25 @@ use std::time::Duration;
 
 /// The folder of the suite for any PROFINET IO device, whose `device.yaml` a description of a live device replaces.
 pub const ANY_DEVICE: &str = "profinet-io";
+
+/// The folder of what manuals share.
+pub(super) const COMMON: &str = "common";
+/// The folder of the personas.
+pub(super) const PERSONAS: &str = "personas";
+/// The list of a manual's requirements: this file, or several whose names begin so.
+pub(super) const REQUIREMENTS: &str = "requirements";
+/// The list of the deliberate bugs: this file, or several whose names begin so.
+pub(super) const BUGS: &str = "bugs";
+
+/// Whether the file `name` holds the list `list` or a part of it: `bugs`, `bugs-memory`.
+pub(super) fn is_part(name: &str, list: &str) -> bool {
+    name.strip_prefix(list).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+}
+
+/// Whether the file `path` (below `suites`) holds bugs of a manual.
+pub(super) fn is_list_of_bugs(path: &str) -> bool {
+    path.split_once('/').is_some_and(|(_, file)| is_part(file.trim_end_matches(".yaml"), BUGS))
+}
 
 /// The text of all suite files, by their path below the folder `suites`.
 #[derive(Clone, Debug)]

@@ -2,12 +2,12 @@
 
 use super::access::By;
 use super::answer::Asked;
-use super::base::Elsewhere;
 use super::device::{Device, NameKind};
 use super::device_yaml::{named, plain};
 use super::error::{Mistake, Mistakes, Read};
 use super::frame::{Column, Frame, in_expression, replaced};
 use super::keys::{self, Keyed};
+use super::lists::Elsewhere;
 use super::location::Location;
 use super::model::{ExchangeEntry, Hold, Reading, SetValue, Setting, Span, Step, Turn, Verb, Way};
 use super::names::Verbs;
