@@ -2,15 +2,16 @@
 
 use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
 use super::device_yaml::plain;
+use super::entry::{Entry, entries, variants};
 use super::error::Read;
 use super::frame::{Column, Frame, Progress, replaced};
 use super::keys::{self, Keyed};
 use super::model::{Outline, Rule, Trial, TrialSteps};
 use super::names::Names;
-use super::shared::{Shared, used};
+use super::shared::used;
 use super::start::{is_none, merged};
 use super::step::{Ground, Place};
-use super::table::{Row, catches, rows, variants};
+use super::table::{Row, catches, rows};
 use super::taken;
 use super::yaml::Node;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -23,31 +24,6 @@ pub(super) struct Topic<'n> {
     entries: Vec<Entry<'n>>,
     /// What a common suite was given.
     give: Vec<Column>,
-}
-
-/// A case or a rule.
-pub(super) struct Entry<'n> {
-    pub id: String,
-    why: String,
-    pub keyed: Keyed<'n>,
-    /// What the manual says of it, where it is one of a common suite.
-    pub shared: Option<Shared<'n>>,
-    is_case: bool,
-}
-
-impl Entry<'_> {
-    /// The variants that it is meant for; the manual may leave some out of a common case.
-    fn variants(&self, names: &Names<'_>) -> Read<Vec<usize>> {
-        let mut own = variants(self.keyed.get("variants"), names)?;
-        if let Some(said) = self.shared.as_ref().and_then(|shared| shared.variants) {
-            let narrowed = variants(Some(said), names)?;
-            own.retain(|variant| narrowed.contains(variant));
-            if own.is_empty() {
-                return Err(said.wrong("no variant is left"));
-            }
-        }
-        Ok(own)
-    }
 }
 
 /// The trials and rules of a topic for one variant.
@@ -274,33 +250,4 @@ impl<'n> Topic<'n> {
             at: ground.location(node),
         }))
     }
-}
-
-/// The cases and rules of a topic file or a common suite; ids are unique.
-pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &Ground<'_>) -> Read<Vec<Entry<'n>>> {
-    let mut list: Vec<Entry<'n>> = Vec::new();
-    for (key, is_case) in [("cases", true), ("rules", false)] {
-        let Some(node) = keyed.get(key) else { continue };
-        let items = node.items(key)?;
-        if items.is_empty() {
-            return Err(node.wrong(format!("an empty list of {key}")));
-        }
-        for item in items {
-            let Some(entry) = ground.mistakes.keep(self::entry(item, is_case)) else { continue };
-            if list.iter().any(|known| known.id == entry.id) {
-                ground.mistakes.note(item.get("id").unwrap_or(item).wrong(format!("duplicate id `{}`", entry.id)));
-            }
-            list.push(entry);
-        }
-    }
-    Ok(list)
-}
-
-fn entry(node: &Node, is_case: bool) -> Read<Entry<'_>> {
-    let keyed = Keyed::new(node, if is_case { &keys::CASE } else { &keys::RULE })?;
-    let id = keyed.must("id")?;
-    let text = plain(id, "an id")?;
-    super::device_yaml::label(id, text)?;
-    let why = keyed.must("why")?.text("why")?.to_owned();
-    Ok(Entry { id: text.to_owned(), why, keyed, shared: None, is_case })
 }

@@ -14,6 +14,7 @@ pub mod device;
 pub mod device_yaml;
 pub mod dialect;
 mod encoding;
+mod entry;
 pub mod error;
 mod frame;
 pub mod keys;

@@ -1,24 +1,14 @@
 //! What a manual makes of a common suite: what it gives, which cases and rules it takes, and what it says of each.
 
 use super::base::mentions;
-use super::case::{Entry, entries};
 use super::device_yaml::named;
+use super::entry::{Entry, Shared, entries};
 use super::error::{Mistake, Read};
 use super::frame::Column;
 use super::keys::{self, Keyed};
 use super::step::Ground;
 use super::taken;
 use super::yaml::Node;
-
-/// What a manual says of a case or rule of a common suite.
-pub(super) struct Shared<'n> {
-    /// Where it says it.
-    pub at: &'n Node,
-    pub covers: Option<&'n Node>,
-    pub variants: Option<&'n Node>,
-    pub rows: Option<&'n Node>,
-    pub catches: Option<&'n Node>,
-}
 
 /// A mapping of a file that uses a common suite, by the ids of cases and rules.
 struct ById<'n> {

@@ -1,7 +1,7 @@
-//! Tables: the rows of a case, its variants, the bugs it catches.
+//! Tables: the rows of a case, and the bugs it catches.
 
-use super::case::Entry;
 use super::device_yaml::{labels, named};
+use super::entry::Entry;
 use super::error::{Mistake, Read};
 use super::frame::Column;
 use super::names::Names;
@@ -93,19 +93,6 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
         });
     }
     if rows.is_empty() { Err(given.unwrap_or(node).wrong("an empty table")) } else { Ok(rows) }
-}
-
-/// The variants of a list, all without one.
-pub(super) fn variants(node: Option<&Node>, names: &Names<'_>) -> Read<Vec<usize>> {
-    let known = &names.device().variants;
-    let Some(node) = node else { return Ok((0..known.len()).collect()) };
-    let list = labels(node, "variants")?;
-    let index = |(at, name): (usize, &String)| {
-        let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);
-        let found = known.iter().position(|known| known == name);
-        found.ok_or_else(|| Mistake::unknown(at.spot, "variant", name, known.iter().map(String::as_str)))
-    };
-    list.iter().enumerate().map(index).collect()
 }
 
 /// The bugs that make a case or rule fail.

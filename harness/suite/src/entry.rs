@@ -1,0 +1,85 @@
+//! The entries of a topic file or a common suite: cases and rules as they are written, with what a manual says of each.
+
+use super::device_yaml::{label, labels, plain};
+use super::error::{Mistake, Read};
+use super::keys::{self, Keyed};
+use super::names::Names;
+use super::step::Ground;
+use super::yaml::Node;
+
+/// A case or a rule.
+pub(super) struct Entry<'n> {
+    pub id: String,
+    pub why: String,
+    pub keyed: Keyed<'n>,
+    /// What the manual says of it, where it is one of a common suite.
+    pub shared: Option<Shared<'n>>,
+    pub is_case: bool,
+}
+
+impl Entry<'_> {
+    /// The variants that it is meant for; the manual may leave some out of a common case.
+    pub(super) fn variants(&self, names: &Names<'_>) -> Read<Vec<usize>> {
+        let mut own = variants(self.keyed.get("variants"), names)?;
+        if let Some(said) = self.shared.as_ref().and_then(|shared| shared.variants) {
+            let narrowed = variants(Some(said), names)?;
+            own.retain(|variant| narrowed.contains(variant));
+            if own.is_empty() {
+                return Err(said.wrong("no variant is left"));
+            }
+        }
+        Ok(own)
+    }
+}
+
+/// What a manual says of a case or rule of a common suite.
+pub(super) struct Shared<'n> {
+    /// Where it says it.
+    pub at: &'n Node,
+    pub covers: Option<&'n Node>,
+    pub variants: Option<&'n Node>,
+    pub rows: Option<&'n Node>,
+    pub catches: Option<&'n Node>,
+}
+
+/// The cases and rules of a topic file or a common suite; ids are unique.
+pub(super) fn entries<'n>(keyed: Keyed<'n>, ground: &Ground<'_>) -> Read<Vec<Entry<'n>>> {
+    let mut list: Vec<Entry<'n>> = Vec::new();
+    for (key, is_case) in [("cases", true), ("rules", false)] {
+        let Some(node) = keyed.get(key) else { continue };
+        let items = node.items(key)?;
+        if items.is_empty() {
+            return Err(node.wrong(format!("an empty list of {key}")));
+        }
+        for item in items {
+            let Some(entry) = ground.mistakes.keep(self::entry(item, is_case)) else { continue };
+            if list.iter().any(|known| known.id == entry.id) {
+                ground.mistakes.note(item.get("id").unwrap_or(item).wrong(format!("duplicate id `{}`", entry.id)));
+            }
+            list.push(entry);
+        }
+    }
+    Ok(list)
+}
+
+fn entry(node: &Node, is_case: bool) -> Read<Entry<'_>> {
+    let keyed = Keyed::new(node, if is_case { &keys::CASE } else { &keys::RULE })?;
+    let id = keyed.must("id")?;
+    let text = plain(id, "an id")?;
+    label(id, text)?;
+    let why = keyed.must("why")?.text("why")?.to_owned();
+    Ok(Entry { id: text.to_owned(), why, keyed, shared: None, is_case })
+}
+
+/// The variants of a list, all without one.
+pub(super) fn variants(node: Option<&Node>, names: &Names<'_>) -> Read<Vec<usize>> {
+    let known = &names.device().variants;
+    let Some(node) = node else { return Ok((0..known.len()).collect()) };
+    let list = labels(node, "variants")?;
+    let index = |(at, name): (usize, &String)| {
+        let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);
+        let found = known.iter().position(|known| known == name);
+        found.ok_or_else(|| Mistake::unknown(at.spot, "variant", name, known.iter().map(String::as_str)))
+    };
+    list.iter().enumerate().map(index).collect()
+}
