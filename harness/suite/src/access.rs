@@ -1,15 +1,13 @@
 //! `read`, `write` and `send`: which service carries them, and what is changed against the right request.
 
 use super::answer::{Asked, may_accept, only};
-use super::codes::Service as From;
 use super::device::{AnswerPart, NameKind};
 use super::device_yaml::{named, plain, word};
-use super::dialect::{self, Dialect};
+use super::dialect::{self, Dialect, Service as From};
 use super::error::{Mistake, Read};
-use super::frame::{Frame, literal};
+use super::frame::{Frame, literal, octets};
 use super::model::{Access, AccessItem, Answer, Instead, Matcher, Service, Sought, Via};
 use super::names::{Name, Verbs};
-use super::start::octets;
 use super::yaml::Node;
 use controllers::profinet_io::Broken;
 use expression::{Program, Type, Value};
@@ -34,9 +32,7 @@ pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[
     ("subslot", "its subslot"),
     ("api", "its API"),
 ];
-/// Those of them that say where a record stands on PROFINET.
-pub(super) const PLACE_ON_PROFINET: &[&str] = &["slot", "subslot", "api"];
-/// Likewise for records.
+/// The same for records.
 pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
     ("slot", "slot of the record"),
     ("subslot", "its subslot"),
@@ -45,39 +41,11 @@ pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
     ("length", "octets asked for; of a write: its data, cut or lengthened with zeros"),
     ("bytes", "the data that is written"),
 ];
-/// Likewise for the station.
+/// The same for the station.
 pub(super) const INSTEAD_STATION: &[(&str, &str)] = &[
     ("value", "the octets of the value"),
     ("qualifier", "the block qualifier"),
     ("destination", "the MAC address that the write goes to, of somebody else; virtual only"),
-];
-
-/// A service of `send`: its word, its fields, and one sentence.
-pub(super) type ServiceEntry = (&'static str, &'static [&'static str], &'static str);
-
-/// The services of `send`.
-pub(super) const SERVICES: &[ServiceEntry] = &[
-    ("dcp_reset", &["mode"], "DCP Set that resets the device; `mode` says what is lost."),
-    ("dcp_signal", &[], "DCP Set that lets the device blink."),
-    (
-        "dcp_identify",
-        &["name", "who", "alias"],
-        "DCP Identify by a station name, by `who` (all, own_name), or by the alias of its neighbour's port: \
-         `port-001.chassis`.",
-    ),
-    ("record_read", &["slot", "subslot", "index", "length"], "Reads a record by its numbers."),
-    ("record_write", &["slot", "subslot", "index", "bytes"], "Writes a record by its numbers."),
-    ("lldp", &["chassis", "port"], "Announces a neighbour, once; nobody answers."),
-    (
-        "arp",
-        &["ip"],
-        "Asks who has an address, by default the one that the device was last given; accepted if the device says that it has it.",
-    ),
-    ("arp_probe", &["ip"], "The same with no address of our own, as by somebody who wants to take the address."),
-    ("abort", &[], "Ends the own connection by an ERR-RTA."),
-    ("broken", &["frame"], "A damaged frame, by its word."),
-    ("http_get", &["page"], "Asks for a web page of device.yaml."),
-    ("http_post", &["page", "fields"], "Sends the form of a web page with these texts entered."),
 ];
 
 /// Whom `who` of a DCP identify means.

@@ -1,11 +1,12 @@
 //! Which answer is right: of a request as a whole, of its parts, and as an expectation of the last one.
 
-use super::codes::Service;
 use super::device::{AnswerPart, DiagnosisName, NameKind};
 use super::device_yaml::{plain, word};
+use super::dialect::Service;
 use super::error::{Mistake, Read};
 use super::frame::Frame;
 use super::model::{Answer, Code, Matcher};
+use super::names::Verbs;
 use super::yaml::Node;
 use expression::{Type, Value};
 
@@ -79,7 +80,7 @@ impl Frame<'_, '_> {
             },
             Asked::Parameters(_) | Asked::Whole(_) if name == "bytes" => bytes(),
             Asked::Parameters(written) => {
-                let found = self.names.for_verb(key, name, super::names::Verbs::WRITE, "answer")?;
+                let found = self.names.for_verb(key, name, Verbs::WRITE, "answer")?;
                 match found.kind {
                     NameKind::Parameter { number, subindex, .. } if written.contains(&(number, subindex)) => Ok((
                         AnswerPart::Parameter(number, subindex),
@@ -116,7 +117,7 @@ impl Frame<'_, '_> {
             "chk_cfg" => Ok((AnswerPart::ChkCfg, self.answer(value, asked)?)),
             "connection" => Ok((AnswerPart::Connection, Answer::Is(states(value, CONNECTIONS)?))),
             _ if name.starts_with("diag.") => {
-                let found = self.names.for_verb(key, name, super::names::Verbs::EXPECT, "answer")?;
+                let found = self.names.for_verb(key, name, Verbs::EXPECT, "answer")?;
                 match found.kind {
                     NameKind::Diagnosis(part) => {
                         Ok((AnswerPart::Diagnosis(part), Answer::Is(self.matcher(value, &found.ty, None)?)))

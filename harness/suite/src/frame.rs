@@ -200,6 +200,15 @@ impl<'f, 'm> Frame<'f, 'm> {
         let value = program.constant().and_then(Value::as_whole);
         value.ok_or_else(|| node.wrong(format!("{what} is a whole number that is known beforehand")))
     }
+
+    /// A number that is known beforehand and fits its field.
+    pub(super) fn number<T: TryFrom<i128>>(&self, node: &Node, what: &str) -> Read<T> {
+        if node.expression().is_none() {
+            return super::device_yaml::whole(node, what);
+        }
+        let value = self.count(node, what)?;
+        T::try_from(value).map_err(|_| node.wrong(format!("{value} is out of range for {what}")))
+    }
 }
 
 impl Scope for Frame<'_, '_> {
@@ -285,6 +294,19 @@ pub(super) fn literal(node: &Node, ty: &Type) -> Read<Value> {
         _ => super::device_yaml::plain(node, &ty.to_string())?,
     };
     expression::literal(text, ty).map_err(|error| Mistake::expression(node.spot, node.lead(), text, error))
+}
+
+/// Octets without an open part.
+pub(super) fn octets(node: &Node) -> Read<Vec<u8>> {
+    match literal(node, &Type::Bytes)? {
+        Value::Bytes(bytes) => Ok(bytes.to_vec()),
+        _ => Err(node.wrong("`..` and `*` stand only in checks").help("write every octet")),
+    }
+}
+
+/// Whether a node is `none`.
+pub(super) fn is_none(node: &Node) -> bool {
+    node.plain() == Some("none")
 }
 
 /// A program that is this value.

@@ -8,7 +8,6 @@ mod answer;
 mod base;
 mod case;
 mod checks;
-mod codes;
 pub mod compiled;
 pub mod device;
 pub mod device_yaml;

@@ -1,8 +1,8 @@
 //! The right side of a check: values, tolerances, `any`, `in`, ranges, `not`, refusals.
 
-use super::codes::{Service, code};
 use super::device::NameKind;
 use super::device_yaml::plain;
+use super::dialect::{self, Service};
 use super::error::{Mistake, Read};
 use super::frame::{Frame, in_expression};
 use super::model::{Code, Condition, Matcher, Part, Test};
@@ -116,6 +116,32 @@ impl Frame<'_, '_> {
             Ok(Part { text, test: Test::Name(name.id, matcher) })
         };
         Ok(Condition { parts: entries.iter().map(part).collect::<Read<_>>()? })
+    }
+}
+
+/// The code that a word of a suite stands for.
+fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read<Code> {
+    let word = plain(node, "a code")?;
+    if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
+        return Err(node
+            .wrong("a code is a word, not a number")
+            .help("give the number a word under `codes` of device.yaml"));
+    }
+    let own = frame.names.device().codes.iter().find(|(table, _)| table == "parameter_error");
+    if let (Some((_, words)), Service::Parameters | Service::Last) = (own, service)
+        && let Some((word, number)) = words.iter().find(|(known, _)| known == word)
+    {
+        frame.names.mark("code", &format!("parameter_error.{word}"));
+        return Ok(Code::Parameter(u16::try_from(*number).unwrap_or(u16::MAX), word.clone()));
+    }
+    let tables = (dialect::of(frame.names.device().bus.kind()).codes)(service);
+    let mut all = tables.iter().flat_map(|(_, words)| words);
+    match all.find(|(known, _)| *known == word) {
+        Some((_, code)) => Ok(code.clone()),
+        None => {
+            let known: Vec<&str> = tables.iter().flat_map(|(_, words)| words).map(|(word, _)| *word).collect();
+            Err(Mistake::unknown(node.spot, "code", word, known))
+        }
     }
 }
 

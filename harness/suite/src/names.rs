@@ -6,8 +6,6 @@ mod build;
 mod known;
 mod of_bus;
 
-pub(super) use known::{ON_PROFIBUS, ON_PROFINET, Sentences, built_in_names};
-
 use super::device::{AnswerPart, Device, NameKind};
 use super::device_yaml::Described;
 use super::error::{Mistake, Mistakes, Read};

@@ -1,56 +1,17 @@
-//! What steps on PROFIBUS have of their own: services of `send`, keys of `start` and of `instead`.
+//! Reads what steps on PROFIBUS have of their own: services of `send`, keys of `start` and of `instead`.
 
 use super::answer::Asked;
-use super::codes::Service as Refuser;
 use super::device_yaml::{duration, plain};
+use super::dialect::Service as Refuser;
 use super::error::{Mistake, Read};
-use super::frame::Frame;
+use super::frame::{Frame, is_none, octets};
 use super::model::{DpService, InsteadStart, Service};
-use super::start::{is_none, octets};
 use super::yaml::Node;
 use controllers::profibus_dp::Broken;
 use expression::Type;
 use std::time::Duration;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::global_control::ControlCommand;
-
-/// The services of `send` on PROFIBUS: word, fields, sentence.
-pub(super) const SERVICES: &[(&str, &[&str], &str)] = &[
-    (
-        "set_slave_address",
-        &["new", "ident", "lock", "length"],
-        "Gives a station address; `lock` is 0 by default, `length` cuts or lengthens the data with zeros.",
-    ),
-    (
-        "global_control",
-        &["clear", "unfreeze", "freeze", "unsync", "sync", "group"],
-        "One Global_Control with these bits; `group` is a mask of groups, 0 and so all of them by default; nobody answers.",
-    ),
-    ("fdl_status", &[], "Asks whether there is a station."),
-    ("slave_diag", &[], "Asks for the diagnosis."),
-    ("get_cfg", &[], "Asks for the configuration."),
-    ("set_prm", &["bytes"], "Set_Prm with these octets, all of them."),
-    ("chk_cfg", &["bytes"], "Chk_Cfg with these octets."),
-    ("data_exchange", &["bytes"], "One Data_Exchange with these outputs."),
-    ("read_inputs", &[], "RD_Inp."),
-    ("read_outputs", &[], "RD_Outp."),
-    ("ds_read", &["slot", "index", "length"], "DS_Read over MS1."),
-    ("ds_write", &["slot", "index", "bytes"], "DS_Write over MS1."),
-    ("broken", &["frame"], "A damaged frame, by its word."),
-];
-
-/// The keys of `start` and `connect` on PROFIBUS besides start parameters.
-pub(super) const SETTINGS: &[(&str, &str)] = &[
-    ("module", "the module"),
-    ("cycle", "the time from one Data_Exchange to the next; by default that of the bench, else 2ms"),
-    (
-        "watchdog",
-        "the time without a master after which the slave gives up, or `none`; by default that of the bench, else 1s",
-    ),
-    ("baud", "the transmission rate of the bus in bits per second; by default that of the bench"),
-    ("isochronous", "the time from one clock of isochronous mode to the next, which is the cycle then"),
-    ("instead", "what is changed against the right start-up"),
-];
 
 /// The keys of `instead` in `start` and `connect` on PROFIBUS.
 pub(super) const INSTEAD: &[(&str, &str)] = &[
@@ -68,9 +29,6 @@ pub(super) const INSTEAD: &[(&str, &str)] = &[
     ("output_length", "octets of outputs that are sent in Data_Exchange"),
     ("input_length", "octets of inputs that are taken in Data_Exchange"),
 ];
-
-/// The keys of `instead` beside `read` and `write` of parameters that PROFIBUS does not have, and those that only it has.
-pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[("slot", "slot of the data set"), ("index", "its index")];
 
 /// What `lock` in `instead` can say: the word, Lock_Req, Unlock_Req.
 const LOCKS: [(&str, bool, bool); 4] =

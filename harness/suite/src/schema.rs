@@ -1,14 +1,12 @@
 //! JSON Schema of suite files, made from the tables that the loader reads by, and the lists of words that go with it.
 
-use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION, SERVICES};
+use super::access::{INSTEAD_PARAMETERS, INSTEAD_RECORD, INSTEAD_STATION};
 use super::answer::MODULE_STATES;
-use super::codes::Service;
 use super::device::PerBus;
-use super::dialect::{self, Dialect};
+use super::dialect::{self, Dialect, Service};
 use super::keys::{ALL, HOOKS, KeySet, Shape, TAKES};
-use super::names::built_in_names;
 use super::profibus;
-use super::start::{INSTEAD, SETTINGS};
+use super::start::INSTEAD;
 use super::step::VERBS;
 use controllers::profibus_dp::broken_frames;
 use controllers::profinet_io::Broken;
@@ -104,7 +102,8 @@ fn words() -> Value {
         words.collect::<Vec<_>>().into()
     };
     let names = |dialect: &Dialect| -> Value {
-        built_in_names(dialect)
+        dialect
+            .built_in_names()
             .map(|(name, sentence)| ((*name).to_owned(), Value::from(*sentence)))
             .collect::<Map<_, _>>()
             .into()
@@ -124,23 +123,23 @@ fn words() -> Value {
     json!({
         "verbs": verbs,
         "names": names(profinet),
-        "start": sentences(SETTINGS),
+        "start": sentences(profinet.settings),
         "instead": {
             "start": sentences(INSTEAD),
             "parameters": sentences(INSTEAD_PARAMETERS),
             "record": sentences(INSTEAD_RECORD),
             "station": sentences(INSTEAD_STATION),
         },
-        "services": services(SERVICES),
+        "services": services(profinet.services),
         "broken": broken,
         "profibus": {
             "names": names(on_profibus),
-            "start": sentences(profibus::SETTINGS),
+            "start": sentences(on_profibus.settings),
             "instead": {
                 "start": sentences(profibus::INSTEAD),
-                "parameters": sentences(profibus::INSTEAD_PARAMETERS),
+                "parameters": sentences(on_profibus.other_place),
             },
-            "services": services(profibus::SERVICES),
+            "services": services(on_profibus.services),
             "broken": broken_frames().map(|(word, sentence)| (word.to_owned(), Value::from(sentence))).collect::<Map<_, _>>(),
             "codes": {
                 "parameters": codes(Service::Parameters, on_profibus),

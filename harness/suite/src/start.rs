@@ -1,25 +1,14 @@
 //! `start` and `connect`: the module, the settings of the bus, the start parameters and what is changed.
 
 use super::device::{Device, Record};
-use super::device_yaml::{duration, plain, whole};
+use super::device_yaml::{duration, plain};
 use super::dialect;
 use super::error::{Mistake, Read};
-use super::frame::{Frame, literal};
+use super::frame::{Frame, is_none, literal, octets};
 use super::model::{InsteadStart, Start, StartParameter};
 use super::yaml::{Kind, Node};
 use expression::Value;
 use std::time::Duration;
-
-/// The keys of `start` and `connect` besides start parameters, each with its sentence.
-pub(super) const SETTINGS: &[(&str, &str)] = &[
-    ("module", "the module"),
-    ("cycle", "the time between two cyclic frames; by default that of the bench, else 2ms"),
-    (
-        "watchdog",
-        "the time without frames after which the connection ends; by default that of the bench, else ten cycles",
-    ),
-    ("instead", "what is changed against the right start-up"),
-];
 
 /// The keys of `instead` in `start` and `connect` besides records.
 pub(super) const INSTEAD: &[(&str, &str)] = &[
@@ -42,11 +31,6 @@ fn dpv1(device: &Device, instead: &[InsteadStart]) -> Option<[u8; 3]> {
         _ => None,
     });
     changed.or_else(|| device.profibus()?.set_prm.dpv1)
-}
-
-/// Whether a node is `none`.
-pub(super) fn is_none(node: &Node) -> bool {
-    node.plain() == Some("none")
 }
 
 /// `over` laid over `under`, key by key; `none` on either side stands alone.
@@ -218,23 +202,6 @@ impl Frame<'_, '_> {
             });
         }
         if list.is_empty() { Err(node.wrong("an empty `instead`")) } else { Ok(list) }
-    }
-
-    /// A number that is known beforehand and fits its field.
-    pub(super) fn number<T: TryFrom<i128>>(&self, node: &Node, what: &str) -> Read<T> {
-        if node.expression().is_none() {
-            return whole(node, what);
-        }
-        let value = self.count(node, what)?;
-        T::try_from(value).map_err(|_| node.wrong(format!("{value} is out of range for {what}")))
-    }
-}
-
-/// Octets without an open part.
-pub(super) fn octets(node: &Node) -> Read<Vec<u8>> {
-    match literal(node, &expression::Type::Bytes)? {
-        Value::Bytes(bytes) => Ok(bytes.to_vec()),
-        _ => Err(node.wrong("`..` and `*` stand only in checks").help("write every octet")),
     }
 }
 

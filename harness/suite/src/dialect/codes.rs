@@ -1,11 +1,6 @@
-//! Words of refusals: which table a service has, and which numbers a word stands for.
+//! Words of refusals: the tables that a service has on either bus, and which numbers a word stands for.
 
-use super::device_yaml::plain;
-use super::dialect;
-use super::error::{Mistake, Read};
-use super::frame::Frame;
-use super::model::Code;
-use super::yaml::Node;
+use crate::model::Code;
 use wire::profibus::fdl::AnswerFunction;
 use wire::profidrive::ErrorNumber;
 use wire::profinet::dcp::BlockError;
@@ -13,7 +8,7 @@ use wire::profinet::status::{CmrpcError, ErrorDecode, Finder, RecordError};
 
 /// What refuses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Service {
+pub(crate) enum Service {
     /// Base mode parameter access, or the records that carry it.
     Parameters,
     /// A record.
@@ -39,14 +34,14 @@ const REFUSALS: [AnswerFunction; 6] = [
 ];
 
 /// Tables of words for codes, each with the name that it has in messages.
-pub(super) type Tables = Vec<(&'static str, Vec<(&'static str, Code)>)>;
+pub(crate) type Tables = Vec<(&'static str, Vec<(&'static str, Code)>)>;
 
 fn parameter() -> impl Iterator<Item = (&'static str, Code)> {
     ErrorNumber::TABLE.iter().map(|(code, word, _)| (*word, Code::Parameter(code.0, (*word).to_owned())))
 }
 
 /// The tables of a service on PROFIBUS.
-pub(super) fn on_profibus(service: Service) -> Tables {
+pub(crate) fn on_profibus(service: Service) -> Tables {
     let fdl = || {
         let refusals = AnswerFunction::TABLE.iter().filter(|(function, ..)| REFUSALS.contains(function));
         refusals.map(|(function, word, _)| (*word, Code::Fdl(function.0, (*word).to_owned()))).collect::<Vec<_>>()
@@ -65,7 +60,7 @@ pub(super) fn on_profibus(service: Service) -> Tables {
 }
 
 /// The tables of a service on PROFINET.
-pub(super) fn on_profinet(service: Service) -> Tables {
+pub(crate) fn on_profinet(service: Service) -> Tables {
     let record = || {
         RecordError::TABLE.iter().map(|(code, word, _)| {
             (*word, Code::Pnio { decode: ErrorDecode::PNIORW.0, code1: code.0, code2: None, word: (*word).to_owned() })
@@ -95,31 +90,5 @@ pub(super) fn on_profinet(service: Service) -> Tables {
         Service::Station => vec![("DCP", dcp().collect())],
         Service::Connect => vec![("PNIO status", cmrpc().chain(finder()).chain(record()).collect())],
         Service::Last => vec![("PROFIdrive", parameter().collect()), pnio(), ("DCP", dcp().collect())],
-    }
-}
-
-/// The code that a word of a suite stands for.
-pub(super) fn code(node: &Node, service: Service, frame: &Frame<'_, '_>) -> Read<Code> {
-    let word = plain(node, "a code")?;
-    if word.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
-        return Err(node
-            .wrong("a code is a word, not a number")
-            .help("give the number a word under `codes` of device.yaml"));
-    }
-    let own = frame.names.device().codes.iter().find(|(table, _)| table == "parameter_error");
-    if let (Some((_, words)), Service::Parameters | Service::Last) = (own, service)
-        && let Some((word, number)) = words.iter().find(|(known, _)| known == word)
-    {
-        frame.names.mark("code", &format!("parameter_error.{word}"));
-        return Ok(Code::Parameter(u16::try_from(*number).unwrap_or(u16::MAX), word.clone()));
-    }
-    let tables = (dialect::of(frame.names.device().bus.kind()).codes)(service);
-    let mut all = tables.iter().flat_map(|(_, words)| words);
-    match all.find(|(known, _)| *known == word) {
-        Some((_, code)) => Ok(code.clone()),
-        None => {
-            let known: Vec<&str> = tables.iter().flat_map(|(_, words)| words).map(|(word, _)| *word).collect();
-            Err(Mistake::unknown(node.spot, "code", word, known))
-        }
     }
 }
