@@ -9,8 +9,9 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::{env, fs, io};
-use suite::persona::load_personas;
-use suite::{Sources, compiled, load};
+use suite::compiled;
+use suite_yaml::persona::load_personas;
+use suite_yaml::{Sources, load};
 
 fn main() -> ExitCode {
     match build() {

@@ -11,7 +11,7 @@ mod tests;
 use description::gsdml::{Gsdml, likest};
 use shipped::Shipped;
 use std::sync::LazyLock;
-use suite::Sources;
+use suite_yaml::Sources;
 
 static SHIPPED: LazyLock<Shipped<'static>> = LazyLock::new(|| {
     let octets = include_bytes!(concat!(env!("OUT_DIR"), "/shipped"));

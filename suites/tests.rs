@@ -3,8 +3,9 @@
 use super::{SHIPPED, sources};
 use std::path::Path;
 use std::time::Duration;
+use suite::compiled;
 use suite::model::Manual;
-use suite::{ANY_DEVICE, BenchTimes, Sources, compiled, load};
+use suite_yaml::{ANY_DEVICE, BenchTimes, Sources, load};
 
 /// The suites as the files have them, shown as in a checkout.
 fn files() -> Sources {

@@ -11,7 +11,7 @@ use engine::{BenchError, DutSpec, RunOptions, TrialOutcome, run_trial};
 use results::verdict::Verdict;
 use std::time::Duration;
 use suite::model::{Class, Manual};
-use suite::{Checker, LoadErrors, Sources};
+use suite_yaml::{Checker, LoadErrors, Sources};
 
 /// What is waited behind the last step, so that its consequences are seen.
 pub const TAIL: Duration = Duration::from_millis(300);

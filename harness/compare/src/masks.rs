@@ -5,7 +5,7 @@
 use station::Time;
 use std::collections::BTreeMap;
 use std::time::Duration;
-use suite::MaskList;
+use suite_yaml::MaskList;
 
 /// Cycles by which a value may come earlier or later where nothing else is said.
 const TOLERANCE: u64 = 5;

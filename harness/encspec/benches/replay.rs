@@ -11,7 +11,7 @@ mod common;
 use common::made::{self, Line, Submodule};
 use encspec::observe::{Observation, Tracker};
 use encspec::replay::capture;
-use encspec::suite::load;
+use encspec::suite_yaml::load;
 use pcap_parser::traits::PcapReaderIterator;
 use pcap_parser::{PcapBlockOwned, PcapError, PcapNGReader};
 use station::Duration;

@@ -4,7 +4,8 @@
 //!
 //! | crate | what it is | what it must not know |
 //! | --- | --- | --- |
-//! | [`suite`] | the language and its loader: YAML to compiled trials and rules | frames, devices at work |
+//! | [`suite`] | a manual as trials and rules with resolved names | YAML, frames, devices at work |
+//! | [`suite_yaml`] | the language: YAML to manuals, with every mistake where it stands | frames, devices at work |
 //! | [`suites`] | the shipped suites | what stands in them |
 //! | [`results`] | verdicts, results, the ledger of known failures, what a bench file says | engines, reports |
 //! | [`judge`] | frames to observations; conditions, windows and rules over observations | who sends the frames |
@@ -24,4 +25,4 @@ pub use live::lock;
 pub use report::page;
 pub use results::{bench_file, ledger, outcome as result, verdict};
 pub use virtual_wire::record;
-pub use {compare, description, engine, expression, judge, live, replay, report, results, suite, suites};
+pub use {compare, description, engine, expression, judge, live, replay, report, results, suite, suite_yaml, suites};

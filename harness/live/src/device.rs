@@ -398,7 +398,7 @@ impl fmt::Debug for DeviceOnBench {
 mod tests {
     use super::*;
     use rstest::rstest;
-    use suite::load;
+    use suite_yaml::load;
 
     #[rstest]
     #[case::by_a_page("web/entry-is-hexadecimal", true)]

@@ -6,8 +6,8 @@ use report::ExitStatus;
 use std::fmt::Write as _;
 use std::path::Path;
 use suite::model::Manual;
-use suite::persona::load_personas;
-use suite::{Sources, load};
+use suite_yaml::persona::load_personas;
+use suite_yaml::{Sources, load};
 
 pub(super) fn check(args: &CheckArgs) -> Ended {
     let (sources, only) = match &args.path {

@@ -17,7 +17,7 @@ use std::time::Duration;
 use suite::device::Origin;
 use suite::model::Manual;
 use suite::persona::Persona;
-use suite::{BenchTimes, load};
+use suite_yaml::{BenchTimes, load};
 
 /// A live device as the command line names it.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -33,8 +33,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use suite::model::Manual;
-use suite::persona::{Persona, load_personas, named_persona};
-use suite::{LoadErrors, Sources, load, load_some, schema};
+use suite::persona::Persona;
+use suite_yaml::persona::{load_personas, named_persona};
+use suite_yaml::{LoadErrors, Sources, load, load_some, schema};
 
 /// Conformance and interoperability tests for absolute encoders.
 ///

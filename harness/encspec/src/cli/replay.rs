@@ -12,8 +12,8 @@ use report::page::html;
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
-use suite::load;
 use suite::model::Manual;
+use suite_yaml::load;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType};
 

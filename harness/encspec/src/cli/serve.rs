@@ -16,7 +16,7 @@ use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
-use suite::load;
+use suite_yaml::load;
 use wire::ethernet::Mac;
 use wire::profibus::fdl::BaudRate;
 

@@ -3,7 +3,7 @@
 use crate::shipped::manuals;
 use encspec::bench_file::{BenchFile, Consents, LinkSpec, ShaftAbility, read, read_alone};
 use encspec::result::DescriptionKind;
-use encspec::suite::schema;
+use encspec::suite_yaml::schema;
 use rstest::rstest;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

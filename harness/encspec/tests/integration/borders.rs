@@ -16,6 +16,7 @@ const ORDER: &[&str] = &[
     "harness/virtual-wire",
     "harness/expression",
     "harness/suite",
+    "harness/suite-yaml",
     "harness/results",
     "harness/judge",
     "harness/description",

@@ -2,7 +2,7 @@
 //! XAC77 with a line of it changed, against its reference device.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
-use encspec::suite::{Sources, load};
+use encspec::suite_yaml::{Sources, load};
 use encspec::verdict::Verdict::{self, Fail, Inconclusive, Pass};
 use rstest::rstest;
 

@@ -1,6 +1,6 @@
 //! A description of a live device in the place of the `device.yaml` of the suite for any PROFINET IO device.
 
-use encspec::suite::{ANY_DEVICE, load};
+use encspec::suite_yaml::{ANY_DEVICE, load};
 use std::path::Path;
 
 /// The descriptions that the project ships, each with the vendor and the device that it is of.

@@ -6,8 +6,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use encspec::replay::{CaptureReport, EventKind, Severity, capture};
-use encspec::suite::load;
 use encspec::suite::model::Manual;
+use encspec::suite_yaml::load;
 use rstest::rstest;
 use std::fs;
 use std::path::PathBuf;

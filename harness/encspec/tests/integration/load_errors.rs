@@ -5,7 +5,7 @@
 //! load_errors` writes it. Without the mistake the file would load, so that a test fails if the mistake is let through.
 
 use crate::small_manual;
-use encspec::suite::load;
+use encspec::suite_yaml::load;
 use rstest::rstest;
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,8 +1,8 @@
 //! What the loader takes: a small manual of each bus, and what it makes of records, parameters and common suites.
 
 use crate::small_manual::{DEVICE, TOPIC, profibus, profinet};
-use encspec::suite::load;
 use encspec::suite::model::{Answer, AnswerPart, InsteadStart, Start, StartParameter, Verb};
+use encspec::suite_yaml::load;
 use rstest::rstest;
 use std::time::Duration;
 

@@ -3,8 +3,8 @@
 use crate::shipped::manuals;
 use encspec::bench_file::{BenchFile, read};
 use encspec::engine::needs::{Ability, Claim, Consent, Need, missing, needs, nvm_writes, position_noise};
-use encspec::suite::load;
 use encspec::suite::model::{Manual, Trial, Variant};
+use encspec::suite_yaml::load;
 use rstest::rstest;
 
 fn lika() -> &'static Manual {

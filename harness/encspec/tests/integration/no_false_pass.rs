@@ -3,8 +3,8 @@
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, run};
 use encspec::result::CaseResult;
-use encspec::suite::load;
 use encspec::suite::model::Manual;
+use encspec::suite_yaml::load;
 use encspec::verdict::Verdict;
 use rstest::rstest;
 

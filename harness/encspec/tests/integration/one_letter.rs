@@ -6,7 +6,7 @@
 //! anything; it is in the list of those that nothing uses. Ids of requirements are such definitions until a case names them.
 
 use encspec::suite::model::{Manual, Step, Verb};
-use encspec::suite::{Checker, Sources, load};
+use encspec::suite_yaml::{Checker, Sources, load};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::thread;

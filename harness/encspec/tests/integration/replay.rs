@@ -7,8 +7,8 @@ use encspec::observe::Tracker;
 use encspec::replay::{
     Blame, CaptureReport, Event, EventKind, ReplayReport, Severity, capture, files, judge_rules, speaks_to, text,
 };
-use encspec::suite::load;
 use encspec::suite::model::Manual;
+use encspec::suite_yaml::load;
 use encspec::verdict::Verdict;
 use rstest::rstest;
 use station::Duration;

@@ -545,7 +545,7 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
     #[case] manual: Option<&str>,
     #[case] guessed: bool,
 ) {
-    let manuals = encspec::suite::load(&encspec::suites::sources(), manual).expect("the shipped suites load");
+    let manuals = encspec::suite_yaml::load(&encspec::suites::sources(), manual).expect("the shipped suites load");
     let mut line = running(ids);
     let fine = capture("fine", &line.capture()[..], &manuals).unwrap();
     assert_eq!(fine.findings, []);
@@ -567,7 +567,7 @@ fn without_a_connect_the_layout_is_guessed_and_marked(
 #[test]
 fn a_guessed_layout_is_on_the_page_as_well() {
     let manual = Some("lika-xac77-profinet");
-    let manuals = encspec::suite::load(&encspec::suites::sources(), manual).expect("the shipped suites load");
+    let manuals = encspec::suite_yaml::load(&encspec::suites::sources(), manual).expect("the shipped suites load");
     let mut line = running(Some((0x0239, 0x0001)));
     line.cyclic(true, &inputs_of_telegram_81(0xA000));
     let octets = line.capture();

@@ -3,7 +3,7 @@
 //! against the reference device.
 
 use encspec::engine::{DutKind, DutSpec, RunOptions, TrialOutcome, run_trial};
-use encspec::suite::load;
+use encspec::suite_yaml::load;
 use encspec::verdict::Verdict::{self, Fail, Inconclusive, Pass};
 use rstest::rstest;
 

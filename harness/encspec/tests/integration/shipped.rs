@@ -1,7 +1,7 @@
 //! The shipped suites, loaded once for all tests.
 
-use encspec::suite::load;
 use encspec::suite::model::Manual;
+use encspec::suite_yaml::load;
 use std::slice;
 use std::sync::LazyLock;
 

@@ -2,7 +2,7 @@
 
 use crate::shipped::manuals;
 use encspec::suite::model::Manual;
-use encspec::suite::{Sources, load, schema};
+use encspec::suite_yaml::{Sources, load, schema};
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! Two small manuals that load, one for each bus, with common suites; `tests/fixtures` has their files.
 
-use encspec::suite::Sources;
+use encspec::suite_yaml::Sources;
 
 /// What the device on PROFINET is.
 pub const DEVICE: &str = include_str!("../fixtures/small_manual/probe/device.yaml");

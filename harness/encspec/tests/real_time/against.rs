@@ -6,7 +6,7 @@ use crate::common::program::{self, Serving};
 use crate::table;
 use encspec::compare::drive::Bench as Drive;
 use encspec::engine::{DutKind, DutSpec};
-use encspec::suite::load;
+use encspec::suite_yaml::load;
 use encspec::verdict::Verdict;
 use libtest_mimic::Trial;
 use serde_json::Value;

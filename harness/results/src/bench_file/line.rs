@@ -1,10 +1,10 @@
 //! The serial line of a bench: what a PROFIBUS at it is like.
 
 use station::Parity;
-use suite::device_yaml::{flag, whole};
-use suite::error::{Mistake, Read};
-use suite::keys::{self, Keyed};
-use suite::yaml::Node;
+use suite_yaml::device_yaml::{flag, whole};
+use suite_yaml::error::{Mistake, Read};
+use suite_yaml::keys::{self, Keyed};
+use suite_yaml::yaml::Node;
 use wire::profibus::fdl::{BROADCAST, BaudRate, BitTimes};
 
 /// The most bit times of a slot time; at the lowest rate that is more than a minute.

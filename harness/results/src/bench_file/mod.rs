@@ -34,9 +34,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use wire::ethernet::Mac;
 
-use suite::LoadErrors;
 use suite::device::{Bus, Device, Origin};
 use suite::model::Manual;
+use suite_yaml::LoadErrors;
 
 pub use line::{Driver, LineSpec};
 pub use read::is_station_name;

@@ -9,16 +9,16 @@ use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
-use suite::LoadErrors;
 use suite::Location;
 use suite::device::Device;
-use suite::device_yaml::{duration, fields, flag, named, path, whole};
-use suite::error::{LoadError, Mistake, Mistakes, Read};
-use suite::keys::{self, Keyed};
 use suite::model::Manual;
-use suite::persona::persona_name;
-use suite::start::{checked_cycle, checked_watchdog};
-use suite::yaml::{self, Node};
+use suite_yaml::LoadErrors;
+use suite_yaml::device_yaml::{duration, fields, flag, named, path, whole};
+use suite_yaml::error::{LoadError, Mistake, Mistakes, Read};
+use suite_yaml::keys::{self, Keyed};
+use suite_yaml::persona::persona_name;
+use suite_yaml::start::{checked_cycle, checked_watchdog};
+use suite_yaml::yaml::{self, Node};
 use wire::ethernet::Mac;
 use wire::profinet::dcp::station_name::{NameProblem, check};
 
@@ -67,7 +67,7 @@ fn bench(node: &Node, path: &Path, manuals: Option<&[Manual]>, mistakes: &Mistak
     if let (Some(link), Some(device)) = (&link, device)
         && link.bus() != device.bus.kind()
     {
-        let right = suite::dialect::links(device.bus.kind());
+        let right = suite_yaml::dialect::links(device.bus.kind());
         let wrong = format!("{} is no device at the link {link}", device.name);
         mistakes.note(keyed.node.key("link").wrong(wrong).help(format!("its link is {right}")));
     }

@@ -4,9 +4,9 @@ use super::command::CommandLine;
 use super::{ShaftAbility, StandSpec};
 use std::path::Path;
 use suite::device::Device;
-use suite::error::{Mistake, Mistakes, Read};
-use suite::keys::{self, HOOKS, Keyed};
-use suite::yaml::Node;
+use suite_yaml::error::{Mistake, Mistakes, Read};
+use suite_yaml::keys::{self, HOOKS, Keyed};
+use suite_yaml::yaml::Node;
 
 /// Reads the section; without a device the names behind a dot are taken as they are.
 pub(super) fn stand(node: &Node, folder: &Path, device: Option<&Device>, mistakes: &Mistakes) -> Read<StandSpec> {

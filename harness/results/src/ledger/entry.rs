@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, de::Error as _};
 use std::fs;
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
-use suite::{LoadError, read_plain};
+use suite_yaml::{LoadError, read_plain};
 
 /// The known failures of a device or of several.
 #[derive(Clone, Debug, Default)]

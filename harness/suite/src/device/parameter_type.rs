@@ -39,7 +39,7 @@ const BYTES: (&str, u32, bool, bool, Formats) = ("bytes", 8, false, false, &[0x4
 
 impl ParameterType {
     /// The type of this word, `bytes` for any other; `octets` as the manual says it.
-    pub(crate) fn of_word(word: &str, octets: Option<usize>) -> ParameterType {
+    pub fn of_word(word: &str, octets: Option<usize>) -> ParameterType {
         let found = TYPES.into_iter().find(|(known, ..)| *known == word);
         let (_, width, signed, text, formats) = found.unwrap_or(BYTES);
         let octets = octets.or(if word == "text" || word == "bytes" { Some(0) } else { None });

@@ -9,7 +9,7 @@ mod steps;
 pub use super::device::AnswerPart;
 pub use condition::{Condition, Matcher, Observation, Part, Rule, RuleBody, SequenceEntry, Test};
 pub use request::{Access, AccessItem, Answer, Code, DpService, Instead, Service, Sought, Via};
-pub use steps::TrialSteps;
+pub use steps::{Steps, TrialSteps};
 
 use super::device::{Device, NameId, NameKind};
 use super::location::Location;
@@ -17,7 +17,7 @@ use expression::{Program, Type};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Duration;
-use steps::Steps;
+
 use wire::profibus::fdl::BaudRate;
 
 /// One manual: its device, its requirements, its bugs, and its cases and rules compiled for each variant.
@@ -154,7 +154,7 @@ pub struct Trial {
     /// What its steps come to, for whoever does not run it.
     pub outline: Outline,
     /// How it is run; read from the compiled suites when it is asked for.
-    pub(crate) how: Steps,
+    pub how: Steps,
 }
 
 impl Trial {
@@ -180,7 +180,7 @@ impl Trial {
     }
 
     /// Keeps what it is about, and nothing of how it is run.
-    pub(crate) fn forget_steps(&mut self) {
+    pub fn forget_steps(&mut self) {
         self.how = TrialSteps::default().into();
     }
 }

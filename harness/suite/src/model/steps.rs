@@ -22,7 +22,7 @@ pub struct TrialSteps {
 }
 
 /// The steps of a trial, or the octets in which they stand.
-pub(crate) struct Steps {
+pub struct Steps {
     read: OnceLock<Box<TrialSteps>>,
     /// From where to where they stand in the steps of the manual; none if they were never octets.
     octets: Option<(Arc<Shared>, usize, usize)>,
@@ -30,7 +30,7 @@ pub(crate) struct Steps {
 
 impl Steps {
     /// The steps, read now if they have not been read yet.
-    pub(crate) fn get(&self) -> &TrialSteps {
+    pub fn get(&self) -> &TrialSteps {
         self.read.get_or_init(|| {
             let Some((shared, from, to)) = &self.octets else { return Box::default() };
             let octets = shared.steps.get(*from..*to).unwrap_or_default();

@@ -4,7 +4,7 @@ use super::*;
 use results::bench_file::{read, read_alone};
 use rstest::rstest;
 use std::fs;
-use suite::load;
+use suite_yaml::load;
 use wire::ethernet::Mac;
 use wire::profinet::dcp::block::IpParameter;
 

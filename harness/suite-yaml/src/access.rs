@@ -1,0 +1,384 @@
+//! `read`, `write` and `send`: which service carries them, and what is changed against the right request.
+
+use super::answer::{Asked, may_accept, only};
+use super::device_yaml::{named, plain, word};
+use super::dialect::{self, Dialect, Service as From};
+use super::error::{Mistake, Read};
+use super::frame::{Frame, literal, octets};
+use super::names::{Name, Verbs};
+use super::yaml::Node;
+use controllers::profinet_io::Broken;
+use expression::{Program, Type, Value};
+use suite::device::{AnswerPart, NameKind};
+use suite::model::{Access, AccessItem, Answer, Instead, Matcher, Service, Sought, Via};
+use wire::ethernet::Mac;
+use wire::profidrive::Format;
+use wire::profinet::dcp::ResetMode;
+
+/// The keys of `instead` beside `read` and `write` of parameters, each with its sentence.
+pub(super) const INSTEAD_PARAMETERS: &[(&str, &str)] = &[
+    ("reference", "reference of the request"),
+    ("request", "request id"),
+    ("do_id", "drive object (axis)"),
+    ("count", "number of parameters that the header tells"),
+    ("attribute", "attribute of each address"),
+    ("elements", "number of elements of each address"),
+    ("subindex", "subindex of each address"),
+    ("format", "format of each value, by its word or number; the value is cut or lengthened to it"),
+    ("values", "number of values that is told for each parameter"),
+    ("length", "length of the whole request, cut or lengthened with zeros"),
+    ("bytes", "the whole request"),
+    ("slot", "slot in which the parameter access point is asked"),
+    ("subslot", "its subslot"),
+    ("api", "its API"),
+];
+/// The same for records.
+pub(super) const INSTEAD_RECORD: &[(&str, &str)] = &[
+    ("slot", "slot of the record"),
+    ("subslot", "its subslot"),
+    ("api", "its API"),
+    ("index", "its index"),
+    ("length", "octets asked for; of a write: its data, cut or lengthened with zeros"),
+    ("bytes", "the data that is written"),
+];
+/// The same for the station.
+pub(super) const INSTEAD_STATION: &[(&str, &str)] = &[
+    ("value", "the octets of the value"),
+    ("qualifier", "the block qualifier"),
+    ("destination", "the MAC address that the write goes to, of somebody else; virtual only"),
+];
+
+/// Whom `who` of a DCP identify means.
+const SOUGHT: &[&str] = &["all", "own_name"];
+
+/// Who acts, and whom it asks.
+pub(super) struct By {
+    /// Whether the second controller acts.
+    pub second: bool,
+    /// The station address that is asked where it is not the device's (PROFIBUS).
+    pub to: Option<Program>,
+}
+
+impl Frame<'_, '_> {
+    /// A `read` or a `write`: its items, and the service that all of them share.
+    pub(super) fn access(
+        &self,
+        node: &Node,
+        write: bool,
+        instead: Option<&Node>,
+        answer: Option<&Node>,
+        by: By,
+    ) -> Read<Access> {
+        let (verb, word) = if write { (Verbs::WRITE, "write") } else { (Verbs::READ, "read") };
+        let entries = node.entries(word)?;
+        if entries.is_empty() {
+            return Err(node.wrong(format!("an empty `{word}`")));
+        }
+        let mut via = None;
+        let mut names = Vec::new();
+        for (key, _) in entries {
+            let name = self.name(key, verb, word)?;
+            let of = via_of(&name);
+            if via.is_some_and(|via| via != of) {
+                return Err(key
+                    .wrong(format!("one `{word}` asks one service: parameters, one record, or the station"))
+                    .help("write a step of its own"));
+            }
+            via = Some(of);
+            names.push(name);
+        }
+        let via = via.unwrap_or(Via::Parameters);
+        let asked: Vec<(u16, u16)> = names.iter().filter_map(|name| parameter(&name.kind)).collect();
+        let asked = match via {
+            Via::Parameters => Asked::Parameters(&asked),
+            Via::Record(_) => Asked::Whole(From::Record),
+            Via::Diagnosis | Via::Configuration => Asked::Whole(From::Dp),
+            Via::Station | Via::Stand | Via::Pages => Asked::Whole(From::Station),
+        };
+        let from = match via {
+            Via::Parameters => From::Parameters,
+            Via::Record(_) => From::Record,
+            Via::Diagnosis | Via::Configuration => From::Dp,
+            Via::Station | Via::Stand | Via::Pages => From::Station,
+        };
+        let answer = answer.map(|answer| self.answer(answer, asked)).transpose()?;
+        let mut items = Vec::new();
+        for (name, (key, value)) in names.into_iter().zip(entries) {
+            let matcher = match write {
+                true => super::matcher::written(self, value, &name.ty)?,
+                false => self.matcher(value, &name.ty, Some(from))?,
+            };
+            self.exists(key, &name, write, &matcher, answer.as_ref())?;
+            items.push(AccessItem { name: name.id, value: matcher });
+        }
+        let instead = instead.map_or(Ok(Vec::new()), |node| self.instead(node, via, write))?;
+        let By { second, to } = by;
+        Ok(Access { via, items, instead, answer, second, to })
+    }
+
+    /// A parameter that the device lacks is asked for only to be refused, and so is a write to one that is read only.
+    fn exists(&self, key: &Node, name: &Name, write: bool, matcher: &Matcher, answer: Option<&Answer>) -> Read<()> {
+        let NameKind::Parameter { parameter, number, subindex, .. } = name.kind else {
+            return Ok(());
+        };
+        let own = answer.map(|answer| match answer {
+            Answer::Parts(parts) => parts
+                .iter()
+                .find(|(part, _)| *part == AnswerPart::Parameter(number, subindex))
+                .map(|(_, answer)| answer),
+            answer => Some(answer),
+        });
+        let refusal = match (write, matcher, own.flatten()) {
+            (false, Matcher::Refused(codes), _) | (true, _, Some(Answer::Refused(codes))) => Some(codes.as_slice()),
+            _ => None,
+        };
+        let device = self.names.device();
+        let Some(known) = parameter.and_then(|index| device.parameters.get(index)) else {
+            return match refusal {
+                Some(codes) if only(codes, &["unknown_parameter"]) => Ok(()),
+                _ => {
+                    let all: Vec<String> =
+                        device.parameters.iter().map(|parameter| format!("P{}", parameter.number)).collect();
+                    let mistake =
+                        Mistake::unknown(key.spot, "parameter", &format!("P{number}"), all.iter().map(String::as_str));
+                    Err(mistake.help("a parameter that the device lacks may only be `{ refused: unknown_parameter }`"))
+                }
+            };
+        };
+        let element = if known.elements.is_empty() {
+            subindex == 0
+        } else {
+            subindex == 0 || known.elements.iter().any(|(_, index)| *index == subindex)
+        };
+        if !element && !refusal.is_some_and(|codes| only(codes, &["no_such_subindex", "no_array"])) {
+            let names: Vec<&str> = known.elements.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(key.wrong(format!("P{number} has no element {subindex}")).help(match names.is_empty() {
+                true => "it is no array; an element that does not exist may only be refused with `no_array` or `no_such_subindex`".to_owned(),
+                false => format!("its elements are {}", names.join(", ")),
+            }));
+        }
+        if write && !known.writable && own.flatten().is_none_or(may_accept) {
+            return Err(key
+                .wrong(format!("P{number} can only be read"))
+                .help("say which answer is right: `answer: { refused: read_only }`"));
+        }
+        Ok(())
+    }
+
+    fn instead(&self, node: &Node, via: Via, write: bool) -> Read<Vec<Instead>> {
+        let Dialect { no_place: missing, other_place: more, .. } = dialect::of(self.names.device().bus.kind());
+        let known = match via {
+            Via::Parameters => INSTEAD_PARAMETERS,
+            Via::Station | Via::Stand if !missing.is_empty() => {
+                return Err(node.wrong("nothing is changed in this request"));
+            }
+            Via::Record(_) => INSTEAD_RECORD,
+            Via::Pages => return Err(node.wrong("nothing is changed in the request for a web page")),
+            Via::Diagnosis | Via::Configuration => {
+                return Err(node.wrong("nothing is changed in the request for a diagnosis or a configuration"));
+            }
+            Via::Station | Via::Stand => INSTEAD_STATION,
+        };
+        let mut list = Vec::new();
+        for (key, value) in node.entries("instead")? {
+            let name = key.text("a key")?;
+            let known = known.iter().map(|(word, _)| *word).filter(|word| !missing.contains(word));
+            let known = known.chain(more.iter().map(|(word, _)| *word));
+            if !known.clone().any(|word| word == name) {
+                return Err(Mistake::unknown(key.spot, "key of instead", name, known));
+            }
+            list.push(match name {
+                "reference" => Instead::Reference(self.number(value, "a reference")?),
+                "request" => Instead::Request(self.number(value, "a request")?),
+                "do_id" => Instead::DoId(self.number(value, "a DO-ID")?),
+                "count" => Instead::Count(self.number(value, "a number of parameters")?),
+                "attribute" => Instead::Attribute(self.number(value, "an attribute")?),
+                "elements" => Instead::Elements(self.number(value, "a number of elements")?),
+                "subindex" => Instead::Subindex(self.number(value, "a subindex")?),
+                "format" => Instead::Format(self.format(value)?),
+                "values" => Instead::Values(self.number(value, "a number of values")?),
+                "length" => Instead::Length(self.number(value, "a length")?),
+                "bytes" => Instead::Bytes(octets(value)?),
+                "slot" => Instead::Slot(self.number(value, "a slot")?),
+                "subslot" => Instead::Subslot(self.number(value, "a subslot")?),
+                "api" => Instead::Api(self.number(value, "an API")?),
+                "index" => Instead::Index(self.number(value, "an index")?),
+                "qualifier" => Instead::Qualifier(self.number(value, "a qualifier")?),
+                "destination" if !write => {
+                    let mistake = key.wrong("what another station is asked for has no answer to compare with");
+                    return Err(mistake.help("write to it, with `answer: none`"));
+                }
+                "destination" => match <[u8; 6]>::try_from(octets(value)?) {
+                    Ok(mac) => Instead::Destination(Mac(mac)),
+                    Err(_) => return Err(value.wrong("a MAC address has 6 octets")),
+                },
+                _ => Instead::StationValue(octets(value)?),
+            });
+        }
+        if list.is_empty() { Err(node.wrong("an empty `instead`")) } else { Ok(list) }
+    }
+
+    fn format(&self, node: &Node) -> Read<u8> {
+        match node.plain() {
+            Some(text) if text.starts_with(|c: char| c.is_ascii_alphabetic()) => match Format::by_word(text) {
+                Some(format) => Ok(format.0),
+                None => {
+                    Err(Mistake::unknown(node.spot, "format", text, Format::TABLE.iter().map(|(_, word, _)| *word)))
+                }
+            },
+            _ => self.number(node, "a format"),
+        }
+    }
+
+    /// The service of `send` and what its answer can consist of.
+    pub(super) fn service(&self, node: &Node) -> Read<(Service, Asked<'static>)> {
+        let entries = named(node, "send")?;
+        let [(name, fields)] = entries.as_slice() else {
+            return Err(node.wrong("one `send` sends one service"));
+        };
+        let bus = self.names.device().bus.kind();
+        let services = dialect::of(bus).services;
+        let Dialect { services: others, bus: other_bus, .. } = dialect::other_than(bus);
+        let Some((_, keys, _)) = services.iter().find(|(known, ..)| known == name) else {
+            if others.iter().any(|(known, ..)| known == name) {
+                return Err(node.wrong(format!("`{name}` exists on {other_bus} only")));
+            }
+            let spot = node.mapping().and_then(|entries| entries.first()).map_or(node.spot, |(key, _)| key.spot);
+            return Err(Mistake::unknown(spot, "service", name, services.iter().map(|(name, ..)| *name)));
+        };
+        for (key, _) in fields.entries("a service")? {
+            let field = key.text("a field")?;
+            if !keys.contains(&field) {
+                return Err(Mistake::unknown(key.spot, &format!("field of {name}"), field, keys.iter().copied()));
+            }
+        }
+        if self.names.device().profibus().is_some() {
+            return self.dp_service(name, fields);
+        }
+        let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
+        let text = |key: &str| match literal(field(key)?, &Type::Text)? {
+            Value::Text(text) => Ok(text.to_string()),
+            _ => Err(fields.wrong(format!("`{key}` is a text"))),
+        };
+        let service = match *name {
+            "dcp_reset" => reset(field("mode")?)?,
+            "dcp_signal" => Service::DcpSignal,
+            "dcp_identify" => {
+                Service::DcpIdentify(match (fields.get("who"), fields.get("name"), fields.get("alias")) {
+                    (Some(who), None, None) => match word(who, "who", SOUGHT)? {
+                        "all" => Sought::All,
+                        _ => Sought::OwnName,
+                    },
+                    (None, Some(_), None) => Sought::Name(text("name")?),
+                    (None, None, Some(_)) => Sought::Alias(text("alias")?),
+                    _ => return Err(fields.wrong("dcp_identify needs one of `name`, `alias` and `who`")),
+                })
+            }
+            "arp" | "arp_probe" => {
+                let ip = fields.get("ip").map(|ip| self.value(ip, &Type::Address));
+                Service::Arp { ip: ip.transpose()?, probe: *name == "arp_probe" }
+            }
+            "record_read" => Service::RecordRead {
+                slot: self.number(field("slot")?, "a slot")?,
+                subslot: self.number(field("subslot")?, "a subslot")?,
+                index: self.number(field("index")?, "an index")?,
+                length: self.number(field("length")?, "a length")?,
+            },
+            "record_write" => Service::RecordWrite {
+                slot: self.number(field("slot")?, "a slot")?,
+                subslot: self.number(field("subslot")?, "a subslot")?,
+                index: self.number(field("index")?, "an index")?,
+                bytes: octets(field("bytes")?)?,
+            },
+            "lldp" => Service::Lldp { chassis: text("chassis")?, port: text("port")? },
+            "abort" => Service::Abort,
+            "http_get" => Service::HttpGet { page: self.page(field("page")?)? },
+            "http_post" => {
+                let page = self.page(field("page")?)?;
+                Service::HttpPost { page, fields: self.fields(page, field("fields")?)? }
+            }
+            _ => {
+                let frame = field("frame")?;
+                let word = plain(frame, "a frame")?;
+                match Broken::by_word(word) {
+                    Some(_) => Service::Broken(word.to_owned()),
+                    None => {
+                        let known: Vec<&str> = Broken::TABLE.iter().map(|(_, word, _)| *word).collect();
+                        return Err(Mistake::unknown(frame.spot, "broken frame", word, known));
+                    }
+                }
+            }
+        };
+        let asked = match service {
+            Service::HttpGet { .. } | Service::HttpPost { .. } => Asked::Web,
+            Service::RecordRead { .. } | Service::RecordWrite { .. } => Asked::Whole(From::Record),
+            Service::Broken(_) => Asked::Whole(From::Last),
+            _ => Asked::Whole(From::Station),
+        };
+        Ok((service, asked))
+    }
+}
+
+impl Frame<'_, '_> {
+    fn page(&self, node: &Node) -> Read<usize> {
+        let name = plain(node, "a page")?;
+        let pages = &self.names.device().pages;
+        let Some(index) = pages.iter().position(|page| page.name == name) else {
+            return Err(Mistake::unknown(node.spot, "page", name, pages.iter().map(|page| page.name.as_str())));
+        };
+        self.names.mark("page", name);
+        Ok(index)
+    }
+
+    /// What is entered in the fields of a form.
+    fn fields(&self, page: usize, node: &Node) -> Read<Vec<(usize, String)>> {
+        let of = &self.names.device().pages[page];
+        let mut entered = Vec::new();
+        for (name, value) in named(node, "fields")? {
+            let Some(index) = of.fields.iter().position(|(known, _)| known == name) else {
+                let known = of.fields.iter().map(|(known, _)| known.as_str());
+                return Err(Mistake::unknown(node.key(name).spot, "field of the page", name, known));
+            };
+            self.names.mark("page field", &format!("{}.{name}", of.name));
+            match self.literal(value, &Type::Text)? {
+                Value::Text(text) => entered.push((index, text.to_string())),
+                _ => return Err(value.wrong("what is entered is a text")),
+            }
+        }
+        Ok(entered)
+    }
+}
+
+/// Words for what a reset by DCP resets; `factory` is the older service, which does not say.
+fn reset(node: &Node) -> Read<Service> {
+    let word = plain(node, "a mode")?;
+    if word == "factory" {
+        return Ok(Service::DcpReset { suboption: 5, qualifier: 0 });
+    }
+    match ResetMode::by_word(word) {
+        Some(mode) => Ok(Service::DcpReset { suboption: 6, qualifier: mode.0 << 1 }),
+        None => {
+            let known: Vec<&str> = ResetMode::TABLE.iter().map(|(_, word, _)| *word).chain(["factory"]).collect();
+            Err(Mistake::unknown(node.spot, "mode", word, known))
+        }
+    }
+}
+
+fn via_of(name: &Name) -> Via {
+    match name.kind {
+        NameKind::Record { record, .. } => Via::Record(record),
+        NameKind::Station(_) => Via::Station,
+        NameKind::Diagnosis(_) => Via::Diagnosis,
+        NameKind::Configuration => Via::Configuration,
+        NameKind::Parameter { .. } => Via::Parameters,
+        NameKind::Page { .. } => Via::Pages,
+        _ => Via::Stand,
+    }
+}
+
+fn parameter(kind: &NameKind) -> Option<(u16, u16)> {
+    match kind {
+        NameKind::Parameter { number, subindex, .. } => Some((*number, *subindex)),
+        _ => None,
+    }
+}

@@ -1,0 +1,253 @@
+//! Topic files: cases with their tables, rules, and the common suites that a manual uses.
+
+use super::checks::{any_check_of_the_case, any_step, is_check, wants_life};
+use super::device_yaml::plain;
+use super::entry::{Entry, entries, variants};
+use super::error::Read;
+use super::frame::{Column, Frame, Progress, is_none, replaced};
+use super::keys::{self, Keyed};
+use super::names::Names;
+use super::shared::used;
+use super::start::merged;
+use super::step::{Ground, Place};
+use super::table::{Row, catches, rows};
+use super::taken;
+use super::yaml::Node;
+use rustc_hash::{FxHashMap, FxHashSet};
+use suite::model::{Outline, Rule, Trial, TrialSteps};
+
+/// A topic file, with the common suite that it uses already joined.
+pub(super) struct Topic<'n> {
+    /// Name of the file.
+    pub name: String,
+    defaults: Option<Keyed<'n>>,
+    entries: Vec<Entry<'n>>,
+    /// What a common suite was given.
+    give: Vec<Column>,
+}
+
+/// The trials and rules of a topic for one variant.
+#[derive(Default)]
+pub(super) struct Compiled {
+    pub trials: Vec<Trial>,
+    pub rules: Vec<Rule>,
+}
+
+impl<'n> Topic<'n> {
+    /// Reads the frame of a topic file; `common` finds common suites by name.
+    pub(super) fn read(
+        node: &'n Node,
+        file: &str,
+        ground: &Ground<'_>,
+        common: &dyn Fn(&Node) -> Read<&'n Node>,
+    ) -> Read<Topic<'n>> {
+        let uses = node.get("use").is_some();
+        let keyed = Keyed::new(node, if uses { &keys::USE } else { &keys::TOPIC })?;
+        let name = keyed.must("suite")?;
+        if plain(name, "suite")? != file {
+            return Err(name.wrong(format!("this is the file `{file}`")).help(format!("write `suite: {file}`")));
+        }
+        let defaults = keyed.get("defaults").map(|node| Keyed::new(node, &keys::DEFAULTS)).transpose()?;
+        let (entries, give) = match uses {
+            false => (entries(keyed, ground)?, Vec::new()),
+            true => used(keyed, ground, common)?,
+        };
+        if entries.is_empty() {
+            return Err(node.wrong("an empty suite"));
+        }
+        Ok(Topic { name: file.to_owned(), defaults, entries, give })
+    }
+
+    /// Compiles everything for one variant.
+    pub(super) fn compile(&self, ground: &Ground<'_>, names: &Names<'_>) -> Compiled {
+        let mut compiled = Compiled::default();
+        let mut seen: FxHashMap<String, String> = FxHashMap::default();
+        let here = |column: &Column| {
+            let value = taken::of_variant(&column.value, &names.device().variants, names.variant);
+            Column::new(&column.name, value.clone())
+        };
+        let give: Vec<Column> = self.give.iter().map(here).collect();
+        for entry in &self.entries {
+            if ground.mistakes.enough() {
+                break;
+            }
+            // What the common suite was given is no name of the manual's own cases.
+            let give = if entry.shared.is_some() { give.as_slice() } else { &[] };
+            if entry.is_case {
+                if let Some(trials) = ground.mistakes.keep(self.case(entry, give, ground, names, &mut seen)) {
+                    compiled.trials.extend(trials);
+                }
+            } else if let Some(rule) = ground.mistakes.keep(self.rule(entry, give, ground, names)) {
+                compiled.rules.extend(rule);
+            }
+        }
+        compiled
+    }
+
+    fn case(
+        &self,
+        entry: &Entry<'n>,
+        give: &[Column],
+        ground: &Ground<'_>,
+        names: &Names<'_>,
+        seen: &mut FxHashMap<String, String>,
+    ) -> Read<Vec<Trial>> {
+        let own = entry.variants(names)?;
+        let rows = rows(entry, names, give)?;
+        let mut trials = Vec::new();
+        for row in &rows {
+            let narrowed = variants(row.variants, names)?;
+            if !own.iter().any(|variant| narrowed.contains(variant)) {
+                return Err(row.variants.unwrap_or(entry.keyed.node).wrong("no variant is left"));
+            }
+            if !own.contains(&names.variant) || !narrowed.contains(&names.variant) {
+                continue;
+            }
+            let label = row.label.as_deref().map_or(String::new(), |label| format!("[{label}]"));
+            let before = ground.mistakes.count();
+            let columns: Vec<Column> = give.iter().chain(&row.columns).cloned().collect();
+            columns.iter().for_each(|column| column.used.set(false));
+            let trial =
+                self.trial(entry, row, &columns, format!("{}/{}{label}", self.name, entry.id), ground, names, seen);
+            let trial = ground.mistakes.keep(trial);
+            if ground.mistakes.count() > before {
+                return Ok(trials);
+            }
+            if let Some(unused) = columns.iter().skip(give.len()).find(|column| !column.used.get()) {
+                return Err(unused.value.wrong(format!("the column `{}` is never used", unused.name)));
+            }
+            trials.extend(trial.flatten());
+        }
+        Ok(trials)
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "a trial is where everything meets")]
+    fn trial(
+        &self,
+        entry: &Entry<'n>,
+        row: &Row<'_>,
+        columns: &[Column],
+        id: String,
+        ground: &Ground<'_>,
+        names: &Names<'_>,
+        seen: &mut FxHashMap<String, String>,
+    ) -> Read<Option<Trial>> {
+        let node = entry.keyed.node;
+        let default = self.defaults.and_then(|defaults| defaults.get("start"));
+        let [under, over] =
+            [default, entry.keyed.get("start")].map(|start| start.map(|start| replaced(start, columns)));
+        let Some(start) = merged(under.transpose()?.as_ref(), over.transpose()?.as_ref())? else {
+            return Err(node.wrong("a case needs a `start`").help("write `start: { module: ... }` or `start: none`"));
+        };
+        let progress = Progress::default();
+        let frame = Frame { names, columns, progress: &progress, any_module: false };
+        let begin = if is_none(&start) { None } else { Some(frame.start(&start)?) };
+        let within = self.defaults.and_then(|defaults| defaults.get("within"));
+        let place = Place { ground, frame, within, start: Some(&start), in_procedure: false };
+
+        let list = |keyed: Option<Keyed<'n>>, key: &str| -> Read<Vec<Node>> {
+            let items = keyed.and_then(|keyed| keyed.get(key)).map_or(Ok(&[][..]), |node| node.items(key))?;
+            items.iter().map(|item| replaced(item, columns)).collect()
+        };
+        let mut given = list(self.defaults, "given")?;
+        given.extend(list(Some(entry.keyed), "given")?);
+        let steps = list(Some(entry.keyed), "steps")?;
+        let mut finally = list(Some(entry.keyed), "finally")?;
+        finally.extend(list(self.defaults, "finally")?);
+        if steps.is_empty() {
+            return Err(node.wrong("a case without steps"));
+        }
+        let text = [&given, &steps, &finally]
+            .map(|list| list.iter().map(Node::to_string).collect::<Vec<_>>().join("\n"))
+            .join("\n--\n");
+        if let Some(same) = seen.insert(format!("{start}\n{text}"), id.clone()) {
+            return Err(row.at.unwrap_or(node).wrong(format!("this trial is the same as `{same}`")));
+        }
+
+        let mut covers: Vec<usize> = Vec::new();
+        let said = entry.shared.as_ref().and_then(|shared| shared.covers);
+        for list in [entry.keyed.get("covers"), said, row.covers].into_iter().flatten() {
+            covers.extend(ground.covers(&replaced(list, columns)?, &frame)?);
+        }
+        let mut once = FxHashSet::default();
+        covers.retain(|requirement| once.insert(*requirement));
+        let before = ground.mistakes.noted();
+        let (given, steps, finally) = (place.steps(&given), place.steps(&steps), place.steps(&finally));
+        if ground.mistakes.noted() > before {
+            // A step that could not be read may be the one that is missed below.
+            return Ok(None);
+        }
+        let any_apart = any_step(&steps, &|step| !step.covers.is_empty());
+        if covers.is_empty() && !any_apart {
+            let at = entry.shared.as_ref().map_or(node, |shared| shared.at);
+            return Err(at.wrong(format!("`{id}` covers nothing")).help("name the requirements: `covers: [...]`"));
+        }
+        if !any_step(&steps, &|step| is_check(step)) {
+            return Err(node
+                .wrong(format!("`{id}` checks nothing"))
+                .help("a case needs an `expect`, a `read`, an `answer` or an `observe`"));
+        }
+        if !covers.is_empty() && any_apart && !any_check_of_the_case(&steps) {
+            let ids = node.get("covers").or(said).or(row.covers).unwrap_or(node);
+            return Err(ids
+                .wrong(format!("nothing in `{id}` can fail what the case itself covers: every check has its own `covers`"))
+                .help("name these requirements at the checks that show them, or take `covers` away from one of the checks"));
+        }
+        if !any_step(&steps, &wants_life) {
+            return Err(node
+                .wrong(format!("a dead device passes `{id}`"))
+                .help("add a check that only a living device passes"));
+        }
+        Ok(Some(Trial {
+            id,
+            why: entry.why.clone(),
+            covers,
+            catches: catches(entry, ground, names)?,
+            at: ground.location(row.at.unwrap_or(node)),
+            outline: Outline::default(),
+            how: TrialSteps {
+                start: begin,
+                given,
+                steps,
+                finally,
+                saved: progress.saved.take().into_iter().map(|(name, _)| name).collect(),
+            }
+            .into(),
+        }))
+    }
+
+    fn rule(&self, entry: &Entry<'n>, give: &[Column], ground: &Ground<'_>, names: &Names<'_>) -> Read<Option<Rule>> {
+        let node = entry.keyed.node;
+        if !entry.variants(names)?.contains(&names.variant) {
+            return Ok(None);
+        }
+        let progress = Progress::default();
+        let frame = Frame { names, columns: give, progress: &progress, any_module: true };
+        let place = Place { ground, frame, within: None, start: None, in_procedure: false };
+        let mut covers = Vec::new();
+        let said = entry.shared.as_ref().and_then(|shared| shared.covers);
+        for list in [entry.keyed.get("covers"), said].into_iter().flatten() {
+            covers.extend(ground.covers(list, &frame)?);
+        }
+        if covers.is_empty() {
+            return Err(node
+                .wrong(format!("`{}` covers nothing", entry.id))
+                .help("name the requirements: `covers: [...]`"));
+        }
+        let replaced = replaced(node, give)?;
+        let body = place.body(Keyed { node: &replaced })?;
+        let modules = place.modules(&body.names);
+        if modules.is_empty() {
+            return Err(node.wrong("no module has all the signals of this rule"));
+        }
+        Ok(Some(Rule {
+            id: format!("{}/{}", self.name, entry.id),
+            why: entry.why.clone(),
+            covers,
+            catches: catches(entry, ground, names)?,
+            body: body.body,
+            modules,
+            at: ground.location(node),
+        }))
+    }
+}

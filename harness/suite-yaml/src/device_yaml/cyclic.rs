@@ -1,0 +1,247 @@
+//! Signals, their bits, and the submodules and modules that carry them.
+
+use super::super::error::{Mistake, Read};
+use super::super::keys::{self, Keyed};
+use super::super::yaml::Node;
+use super::{Reader, flag, named, origin, pair, plain, whole, word};
+use expression::WordTable;
+use suite::device::{Diagnosis, Field, From, Module, Record, Signal, Submodule, UserParameters};
+
+/// What goes over the wire of a device in a connection and at its start.
+#[derive(Default)]
+pub(super) struct Wired {
+    pub signals: Vec<Signal>,
+    pub submodules: Vec<Submodule>,
+    pub modules: Vec<Module>,
+    pub records: Vec<Record>,
+    /// What only a device on PROFIBUS has.
+    pub slave: Option<WiredSlave>,
+}
+
+/// What stands beside the cyclic data of a device on PROFIBUS.
+pub(super) struct WiredSlave {
+    pub address: u8,
+    pub set_prm: UserParameters,
+    pub diagnosis: Diagnosis,
+}
+
+impl<'n> Reader<'n> {
+    /// Signals, submodules, modules and records of a device on PROFINET; each list is read only if the one before it is sound.
+    pub(super) fn cyclic(&mut self) -> Wired {
+        let before = self.mistakes.count();
+        let signals = self.signals();
+        let (mut submodules, mut modules) = (Vec::new(), Vec::new());
+        for (name, node) in self.entries("submodules") {
+            self.declare("submodule", name, node.spot);
+            if self.mistakes.count() == before {
+                let read = self.submodule(name, node, &signals);
+                submodules.extend(self.mistakes.keep(read));
+            }
+        }
+        for (name, node) in self.entries("modules") {
+            self.declare("module", name, node.spot);
+            if self.mistakes.count() == before {
+                modules.extend(self.mistakes.keep(module(name, node, &submodules)));
+            }
+        }
+        let sound = self.mistakes.count() == before;
+        let records = if sound { self.records(&submodules, &modules) } else { Vec::new() };
+        Wired { signals, submodules, modules, records, slave: None }
+    }
+
+    /// The signals of either bus.
+    pub(super) fn signals(&mut self) -> Vec<Signal> {
+        let mut signals = Vec::new();
+        for (name, node) in self.entries("signals") {
+            let signal = self.signal(name, node);
+            signals.extend(self.mistakes.keep(signal));
+        }
+        signals
+    }
+
+    fn signal(&mut self, name: &str, node: &Node) -> Read<Signal> {
+        let keyed = Keyed::new(node, &keys::SIGNAL)?;
+        let from = match word(keyed.must("from")?, "from", &["controller", "device"])? {
+            "controller" => From::Controller,
+            _ => From::Device,
+        };
+        let width = keyed.must("width")?;
+        let bits: u32 = whole(width, "a width")?;
+        if ![8, 16, 32, 64].contains(&bits) {
+            return Err(width.wrong("a width is 8, 16, 32 or 64 bits"));
+        }
+        let signed = flag(keyed, "signed")?;
+        let position_in =
+            keyed.get("position_in").map(|node| Ok::<_, Box<Mistake>>((node, plain(node, "a circle")?))).transpose()?;
+        if let Some((node, text)) = position_in {
+            if signed {
+                return Err(node.wrong("a place on a circle has no sign").help("leave out `signed`"));
+            }
+            if !self.circles.iter().any(|known| known.scalar() == Some(text)) {
+                self.circles.push(node.clone());
+            }
+        }
+        self.declare("signal", name, node.spot);
+        let fields = match keyed.get("fields") {
+            None => Vec::new(),
+            Some(node) => self.fields(node, bits, name)?,
+        };
+        let position_in = position_in.map(|(_, text)| text.to_owned());
+        let shift = self.shift(keyed, from, bits, signed)?;
+        let (name, origin) = (name.to_owned(), origin(keyed)?);
+        Ok(Signal { name, from, width: bits, signed, origin, position_in, shift, fields })
+    }
+
+    /// By how many bits the number of a signal stands further left than its lowest step, for each variant.
+    fn shift(&self, keyed: Keyed<'_>, from: From, width: u32, signed: bool) -> Read<Vec<u32>> {
+        let Some(node) = keyed.get("shift") else { return Ok(vec![0; self.variants.len()]) };
+        if from == From::Controller {
+            return Err(node.wrong("only what the device sends can stand further left"));
+        }
+        if signed {
+            return Err(node.wrong("a number with a sign does not stand further left").help("leave out `signed`"));
+        }
+        self.per_variant(node, |node, _| {
+            let shift: u32 = whole(node, "a number of bits")?;
+            if shift < width { Ok(shift) } else { Err(node.wrong(format!("there are {width} bits only"))) }
+        })
+    }
+
+    /// Bits and groups of bits of something `width` bits wide.
+    pub(super) fn fields(&mut self, node: &Node, width: u32, of: &str) -> Read<Vec<Field>> {
+        let mut fields = Vec::new();
+        for (name, node) in named(node, "fields")? {
+            fields.push(self.field(name, node, width)?);
+            self.declare("field", &format!("{of}.{name}"), node.spot);
+        }
+        if fields.is_empty() { Err(node.wrong("here no field is declared")) } else { Ok(fields) }
+    }
+
+    fn field(&self, name: &str, node: &Node, width: u32) -> Read<Field> {
+        let one = |node: &Node| whole::<u32>(node, "a bit").map(|bit| (bit, bit));
+        let keyed = match node.mapping() {
+            Some(_) => Some(Keyed::new(node, &keys::FIELD)?),
+            None => None,
+        };
+        let (low, high) = match keyed {
+            None if node.sequence().is_some() => pair(node, "a group of bits")?,
+            None => one(node)?,
+            Some(keyed) => match (keyed.get("bit"), keyed.get("bits")) {
+                (Some(bit), None) => one(bit)?,
+                (None, Some(bits)) => pair(bits, "bits")?,
+                _ => return Err(node.wrong("a field has either `bit` or `bits`")),
+            },
+        };
+        if high >= width {
+            return Err(node.wrong(format!("bit {high} is beyond the {width} bits there are")));
+        }
+        let (table, counts, signed) = match keyed {
+            None => (None, None, false),
+            Some(keyed) => (
+                keyed.get("words").map(|node| self.table(node)).transpose()?,
+                keyed.get("counts").map(|node| pair(node, "counts")).transpose()?,
+                flag(keyed, "signed")?,
+            ),
+        };
+        let width = high - low + 1;
+        if let Some((_, last)) = counts.filter(|(_, last)| u64::from(*last) >= 1u64 << width.min(63)) {
+            return Err(node.wrong(format!("{last} does not fit into {width} bits")));
+        }
+        if let Some((word, _)) =
+            table.iter().flat_map(|table| &table.words).find(|(_, number)| i128::from(*number) >= 1i128 << width)
+        {
+            return Err(node.wrong(format!("the number of `{word}` does not fit into {width} bits")));
+        }
+        Ok(Field { name: name.to_owned(), low, width, signed, words: words_of(table.as_deref()), table, counts })
+    }
+
+    fn submodule(&self, name: &str, node: &Node, signals: &[Signal]) -> Read<Submodule> {
+        let keyed = Keyed::new(node, &keys::SUBMODULE)?;
+        let (mut output_octets, mut input_octets) = (0, 0);
+        if let Some(octets) = keyed.get("octets") {
+            let octets = Keyed::new(octets, &keys::OCTETS)?;
+            output_octets = whole::<u16>(octets.must("out")?, "a length")?;
+            input_octets = whole::<u16>(octets.must("in")?, "a length")?;
+        }
+        let outputs = carried(keyed, "outputs", From::Controller, signals, output_octets)?;
+        let inputs = carried(keyed, "inputs", From::Device, signals, input_octets)?;
+        let ident = whole(keyed.must("ident")?, "an ident")?;
+        let slot = whole(keyed.must("slot")?, "a slot")?;
+        let module_idents = match keyed.get("module_ident") {
+            Some(node) => Some(self.per_variant(node, |node, _| whole(node, "an ident"))?),
+            None => (slot == 0).then(|| vec![ident; self.variants.len()]),
+        };
+        Ok(Submodule {
+            name: name.to_owned(),
+            slot,
+            subslot: whole(keyed.must("subslot")?, "a subslot")?,
+            api: keyed.get("api").map_or(Ok(0), |node| whole(node, "an API"))?,
+            ident,
+            module_idents,
+            ident_origin: origin(keyed)?,
+            output_octets,
+            input_octets,
+            outputs,
+            inputs,
+        })
+    }
+}
+
+/// The words of a table with their numbers as the wire has them.
+pub(super) fn words_of(table: Option<&WordTable>) -> Vec<(String, i128)> {
+    table
+        .map_or(&[][..], |table| &table.words)
+        .iter()
+        .map(|(word, number)| (word.clone(), i128::from(*number)))
+        .collect()
+}
+
+/// The signals of one direction, which together have to be as long as `octets` says.
+pub(super) fn carried(keyed: Keyed<'_>, key: &str, from: From, signals: &[Signal], octets: u16) -> Read<Vec<usize>> {
+    let list = keyed.get(key).map_or(Ok(&[][..]), |node| node.items(key))?;
+    let mut found = Vec::new();
+    for node in list {
+        let name = plain(node, "a signal")?;
+        let Some(index) = signals.iter().position(|signal| signal.name == name) else {
+            return Err(Mistake::unknown(node.spot, "signal", name, signals.iter().map(|signal| signal.name.as_str())));
+        };
+        if signals[index].from != from {
+            return Err(node.wrong(format!("`{name}` goes the other way")));
+        }
+        found.push(index);
+    }
+    let bits: u32 = found.iter().filter_map(|index| signals.get(*index)).map(|signal| signal.width).sum();
+    if bits != u32::from(octets) * 8 {
+        let at = keyed.get("octets").unwrap_or(keyed.node);
+        return Err(at.wrong(format!(
+            "the {key} have {} octets by the widths of their signals, but {octets} are written",
+            bits / 8
+        )));
+    }
+    Ok(found)
+}
+
+fn module(name: &str, node: &Node, submodules: &[Submodule]) -> Read<Module> {
+    let keyed = Keyed::new(node, &keys::MODULE)?;
+    let list = keyed.must("submodules")?;
+    let mut found = Vec::new();
+    for node in list.items("submodules")? {
+        let name = plain(node, "a submodule")?;
+        match submodules.iter().position(|submodule| submodule.name == name) {
+            Some(index) if found.contains(&index) => return Err(node.wrong(format!("`{name}` stands twice"))),
+            Some(index) => found.push(index),
+            None => {
+                return Err(Mistake::unknown(
+                    node.spot,
+                    "submodule",
+                    name,
+                    submodules.iter().map(|submodule| submodule.name.as_str()),
+                ));
+            }
+        }
+    }
+    if found.is_empty() {
+        return Err(list.wrong("a module without submodules"));
+    }
+    Ok(Module::on_profinet(name, whole(keyed.must("ident")?, "an ident")?, origin(keyed)?, found))
+}

@@ -1,0 +1,399 @@
+//! `device.yaml` to a [`Device`]: what a device is, read strictly and compared with itself.
+//!
+//! Lengths are compared with widths, words with their tables, names with each other. Expressions over start parameters
+//! (`derived`, `position_in`) are kept as text here; they are compiled with the name table.
+
+mod changes;
+mod cyclic;
+mod pages;
+mod plain;
+mod profibus;
+mod rest;
+
+pub use pages::{fields, path};
+pub use plain::{Counted, Place, flag, numeral, place};
+pub use plain::{duration, label, labels, named, origin, pair, plain, sourced, whole, word};
+
+pub(super) use rest::parameter_number;
+
+use self::cyclic::{Wired, WiredSlave};
+use self::rest::Access;
+use super::error::{Mistake, Mistakes, Read, Spot};
+use super::keys::{self, Keyed};
+use super::yaml::Node;
+use expression::{Allow, Found, Number, Program, Scope, Type, Value, WordTable};
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::Duration;
+use suite::device::{Changes, Device, Identity, ProfibusFacts, ProfinetFacts, Record, Timing};
+
+/// The cycle of connections where neither the case nor the bench says one.
+const CYCLE: Duration = Duration::from_millis(2);
+
+/// A `device.yaml` that was read, with what only the loader has to know of it.
+#[derive(Debug)]
+pub(super) struct Described {
+    pub device: Device,
+    /// Numbers by name, one for each variant.
+    pub constants: Vec<(String, Vec<Number>)>,
+    /// Names and texts of `derived`.
+    pub derived: Vec<(String, Node)>,
+    /// The texts of `position_in`, each once; the place in this list is the number of the circle.
+    pub circles: Vec<Node>,
+    /// The tables of words.
+    pub tables: Vec<Arc<WordTable>>,
+    /// What is used by other definitions of this file, named as in `declared`.
+    pub mentioned: Vec<String>,
+    /// Everything that is declared here and can go unused: its name as [`super::names`] marks it, and its place.
+    pub declared: Vec<(String, Spot)>,
+}
+
+/// Reads the device of the folder `folder`.
+pub(super) fn read(node: &Node, folder: &str, mistakes: &Mistakes) -> Option<Described> {
+    let before = mistakes.count();
+    let described = mistakes.keep(Reader::new(node, mistakes).and_then(|reader| reader.device(folder)));
+    described.filter(|_| mistakes.count() == before)
+}
+
+/// Interface and ports: subslots of slot 0 and idents.
+fn network(node: &Node) -> Read<Vec<(u16, u32)>> {
+    let mut network = Vec::new();
+    for (key, ident) in node.entries("network")? {
+        let subslot = whole::<u16>(key, "a subslot")?;
+        if !(0x8000..=0x8FFF).contains(&subslot) {
+            return Err(key
+                .wrong(format!("{subslot:#06X} is no subslot of an interface or a port"))
+                .help("an interface is at 0x8000, its ports are at 0x8001, 0x8002 ..."));
+        }
+        network.push((subslot, whole(ident, "an ident")?));
+    }
+    Ok(network)
+}
+
+/// What is known while a device is read.
+struct Reader<'n> {
+    top: Keyed<'n>,
+    mistakes: &'n Mistakes,
+    variants: Vec<String>,
+    tables: Vec<Arc<WordTable>>,
+    constants: Vec<(String, Vec<Number>)>,
+    circles: Vec<Node>,
+    mentioned: RefCell<Vec<String>>,
+    declared: Vec<(String, Spot)>,
+}
+
+impl<'n> Reader<'n> {
+    fn new(node: &'n Node, mistakes: &'n Mistakes) -> Read<Reader<'n>> {
+        let keys = match node.get("bus").and_then(Node::scalar) {
+            Some("profibus") => &keys::SLAVE,
+            _ => &keys::DEVICE,
+        };
+        let top = Keyed::new(node, keys)?;
+        let mentioned = RefCell::default();
+        let (variants, tables, constants, circles, declared) = Default::default();
+        Ok(Reader { top, mistakes, variants, tables, constants, circles, mentioned, declared })
+    }
+
+    fn device(mut self, folder: &str) -> Read<Described> {
+        let name = self.top.must("device")?;
+        if name.text("device")? != folder {
+            return Err(name.wrong(format!("this is the folder `{folder}`")).help(format!("write `device: {folder}`")));
+        }
+        let is_slave = word(self.top.must("bus")?, "bus", &["profinet", "profibus"])? == "profibus";
+        self.variants = labels(self.top.must("variants")?, "variants")?;
+        self.words();
+        self.constants();
+        let before = self.mistakes.count();
+        let codes = self.codes();
+        let Wired { signals, submodules, modules, records, slave } = match is_slave {
+            false => self.cyclic(),
+            true => self.slave(&codes)?,
+        };
+        // What refers to a definition with a mistake would only say so again.
+        let sound = self.mistakes.count() == before;
+        let parameters = self.parameters();
+        let access = match sound {
+            true => self.parameter_access(is_slave, &submodules, &parameters)?,
+            false => Access::default(),
+        };
+        let stand = self.stand()?;
+        let roles = self.roles()?;
+        let pages = self.pages();
+        let changes = if sound { self.changes(&signals, &parameters, &records, &pages)? } else { Changes::default() };
+        let derived = self.derived()?;
+        self.names_differ(&records);
+        let title = self.top.must("title")?.text("title")?.to_owned();
+        let rt_class = match self.top.get("rt_class") {
+            None => 1,
+            Some(node) => match whole::<u8>(node, "a class")? {
+                class @ (1 | 2) => class,
+                other => {
+                    return Err(node
+                        .wrong(format!("there is no class {other} of cyclic frames here"))
+                        .help("write 1 or 2"));
+                }
+            },
+        };
+        let network = self.top.get("network").map_or(Ok(Vec::new()), network)?;
+        let bus = match slave {
+            None => {
+                ProfinetFacts { identity: self.identity()?, rt_class, network, parameter_point: access.point }.into()
+            }
+            Some(WiredSlave { address, set_prm, diagnosis }) => {
+                let (ident, ident_origin) = self.ident()?;
+                let parameter_slot = access.slot;
+                ProfibusFacts { ident, ident_origin, address, set_prm, diagnosis, parameter_slot }.into()
+            }
+        };
+        let device = Device {
+            name: folder.to_owned(),
+            bus,
+            title,
+            variants: self.variants,
+            timing: timing(self.top.must("timing")?)?,
+            signals,
+            submodules,
+            modules,
+            records,
+            parameters,
+            parameter_access: access.common,
+            codes,
+            stand,
+            roles,
+            changes,
+            pages,
+        };
+        let mut mentioned = self.mentioned.into_inner();
+        // The submodules of the device access point are part of every connection.
+        let access_point = device.submodules.iter().filter(|submodule| submodule.slot == 0);
+        mentioned.extend(access_point.map(|submodule| format!("submodule `{}`", submodule.name)));
+        mentioned.extend(
+            device
+                .records
+                .iter()
+                .filter_map(|record| Some(format!("submodule `{}`", device.submodules.get(record.at)?.name))),
+        );
+        let access = access.point.and_then(|at| device.submodules.get(at));
+        mentioned.extend(access.map(|submodule| format!("submodule `{}`", submodule.name)));
+        Ok(Described {
+            device,
+            constants: self.constants,
+            derived,
+            circles: self.circles,
+            tables: self.tables,
+            mentioned,
+            declared: self.declared,
+        })
+    }
+
+    /// No two of the names that stand alone in an expression are the same.
+    fn names_differ(&self, records: &[Record]) {
+        let starts = records.iter().filter(|record| record.start);
+        let written = |record: &Record| match self.top.get("records") {
+            Some(records) => records.get(&record.name),
+            None => self.top.get(&record.name),
+        };
+        let fields = starts.filter_map(|record| written(record)?.get("fields")?.mapping());
+        let others =
+            ["constants", "derived", "signals", "records"].into_iter().filter_map(|key| self.top.get(key)?.mapping());
+        let mut known: Vec<&str> = RESERVED.to_vec();
+        for (key, _) in others.chain(fields).flatten() {
+            let Some(name) = key.scalar() else { continue };
+            if known.contains(&name) || parameter_number(name).is_some() {
+                self.mistakes.note(
+                    key.wrong(format!("`{name}` is a name already"))
+                        .help("names that can stand in an expression differ"),
+                );
+            }
+            known.push(name);
+        }
+    }
+
+    fn identity(&self) -> Read<Identity> {
+        let keyed = Keyed::new(self.top.must("identity")?, &keys::IDENTITY)?;
+        let (device_id, device_id_origin) = sourced(keyed.must("device_id")?)?;
+        let (vendor_id, _) = sourced(keyed.must("vendor_id")?)?;
+        let (station_type, _) = sourced(keyed.must("station_type")?)?;
+        Ok(Identity {
+            vendor_id: whole(vendor_id, "the vendor ID")?,
+            device_id: whole(device_id, "the device ID")?,
+            station_type: station_type.text("the type of station")?.to_owned(),
+            device_id_origin,
+        })
+    }
+
+    fn words(&mut self) {
+        for (name, node) in self.entries("words") {
+            let table = self.mistakes.keep(word_table(name, node));
+            let Some(table) = table else { continue };
+            for (word, _) in node.mapping().unwrap_or_default() {
+                self.declare("word", &format!("{name}.{}", word.scalar().unwrap_or_default()), word.spot);
+            }
+            self.tables.push(table);
+        }
+    }
+
+    fn constants(&mut self) {
+        for (name, node) in self.entries("constants") {
+            let read = label(node, name).and_then(|()| self.per_variant(node, |node, _| numeral(node, "a constant")));
+            if let Some(values) = self.mistakes.keep(read) {
+                self.declare("constant", name, node.spot);
+                self.constants.push((name.to_owned(), values));
+            }
+        }
+    }
+
+    fn derived(&mut self) -> Read<Vec<(String, Node)>> {
+        let mut derived = Vec::new();
+        for (name, node) in self.entries("derived") {
+            node.text("a derived value")?;
+            self.declare("derived value", name, node.spot);
+            derived.push((name.to_owned(), node.clone()));
+        }
+        Ok(derived)
+    }
+
+    /// A default of a field or parameter as it goes on the wire: a number, a word, `=` and an expression over constants.
+    fn default(&self, node: &Node, ty: &Type) -> Read<Vec<i128>> {
+        self.per_variant(node, |node, variant| {
+            let scope = Constants { constants: &self.constants, mentioned: &self.mentioned, variant };
+            let value = match node.expression() {
+                Some(text) => {
+                    let program = Program::value(text, Some(ty), &scope, Allow::DEVICE)
+                        .map_err(|error| Mistake::expression(node.spot, node.lead() + 1, text, error))?;
+                    program.constant().cloned()
+                }
+                None => {
+                    let text = plain(node, "a default")?;
+                    if let Type::Word(table) = ty {
+                        self.mentioned.borrow_mut().push(format!("word `{}.{text}`", table.name));
+                    }
+                    Some(
+                        expression::literal(text, ty)
+                            .map_err(|error| Mistake::expression(node.spot, 0, text, error))?,
+                    )
+                }
+            };
+            value.and_then(|value| value.as_whole()).ok_or_else(|| node.wrong("this is no whole number"))
+        })
+    }
+
+    /// One value for all variants, or a mapping with one for each.
+    fn per_variant<T: Clone>(&self, node: &Node, read: impl Fn(&Node, usize) -> Read<T>) -> Read<Vec<T>> {
+        let Some(entries) = node.mapping() else {
+            return (0..self.variants.len()).map(|variant| read(node, variant)).collect();
+        };
+        for (key, _) in entries {
+            let name = key.text("a variant")?;
+            if !self.variants.iter().any(|known| known == name) {
+                return Err(Mistake::unknown(key.spot, "variant", name, self.variants.iter().map(String::as_str)));
+            }
+        }
+        let each = self.variants.iter().enumerate().map(|(index, variant)| match node.get(variant) {
+            Some(value) => read(value, index),
+            None => Err(node.wrong(format!("there is no value for the variant `{variant}`"))),
+        });
+        each.collect()
+    }
+
+    fn table(&self, node: &Node) -> Read<Arc<WordTable>> {
+        let name = plain(node, "a table of words")?;
+        match self.tables.iter().find(|table| table.name == name) {
+            Some(table) => Ok(Arc::clone(table)),
+            None => Err(Mistake::unknown(
+                node.spot,
+                "table of words",
+                name,
+                self.tables.iter().map(|table| table.name.as_str()),
+            )),
+        }
+    }
+
+    /// The entries of a mapping at the top, with their names; a missing key has none.
+    fn entries(&self, key: &str) -> Vec<(&'n str, &'n Node)> {
+        let node = self.top.get(key);
+        let read = node.map_or(Ok(Vec::new()), |node| named(node, key));
+        self.mistakes.keep(read).unwrap_or_default()
+    }
+
+    fn declare(&mut self, kind: &str, name: &str, spot: Spot) {
+        self.declared.push((format!("{kind} `{name}`"), spot));
+    }
+}
+
+/// The names that a default may use.
+struct Constants<'r> {
+    constants: &'r [(String, Vec<Number>)],
+    mentioned: &'r RefCell<Vec<String>>,
+    variant: usize,
+}
+
+impl Scope for Constants<'_> {
+    fn lookup(&self, path: &str) -> Option<Found> {
+        let (_, values) = self.constants.iter().find(|(name, _)| name == path)?;
+        self.mentioned.borrow_mut().push(format!("constant `{path}`"));
+        let value = *values.get(self.variant)?;
+        Some(Found::Constant(Value::Number(value), if value.is_whole() { Type::WHOLE } else { Type::FRACTION }))
+    }
+
+    fn known(&self, visit: &mut dyn FnMut(&str)) {
+        self.constants.iter().for_each(|(name, _)| visit(name));
+    }
+}
+
+/// First parts of the names that every device has.
+const RESERVED: [&str; 24] = [
+    "io",
+    "connection",
+    "diag",
+    "cfg",
+    "station",
+    "power",
+    "link",
+    "device",
+    "shaft",
+    "fault",
+    "button",
+    "switch",
+    "supply",
+    "led",
+    "counter",
+    "alarm",
+    "abort",
+    "lldp",
+    "answer",
+    "page",
+    "bench",
+    "cycle",
+    "elapsed",
+    "timing",
+];
+
+fn timing(node: &Node) -> Read<Timing> {
+    let keyed = Keyed::new(node, &keys::TIMING)?;
+    let time = |key: &str| duration(keyed.must(key)?, key);
+    Ok(Timing {
+        reaction: time("reaction")?,
+        start: time("start")?,
+        power_up: time("power_up")?,
+        save: time("save")?,
+        cycle: CYCLE,
+        watchdog: None,
+    })
+}
+
+fn word_table(name: &str, node: &Node) -> Read<Arc<WordTable>> {
+    let words = named(node, "a table of words")?;
+    if words.is_empty() {
+        return Err(node.wrong(format!("the table `{name}` is empty")));
+    }
+    let mut list: Vec<(String, i64)> = Vec::new();
+    for (word, number) in words {
+        let value = whole::<i64>(number, "the number of a word")?;
+        if list.iter().any(|(_, known)| *known == value) {
+            return Err(number.wrong(format!("{value} has a word in `{name}` already")));
+        }
+        list.push((word.to_owned(), value));
+    }
+    Ok(WordTable::new(name, list))
+}

@@ -1,0 +1,194 @@
+//! Plain values: words, numbers, pairs, durations, flags, names, and where a datum comes from.
+
+use super::super::error::{Mistake, Read};
+use super::super::keys::{self, Keyed, ORIGINS};
+use super::super::yaml::Node;
+use expression::{Number, Span};
+use std::time::Duration;
+use suite::device::Origin;
+
+/// Words that YAML readers take for something else; a suite says what it means.
+const YAML_WORDS: [&str; 8] = ["on", "off", "yes", "no", "true", "false", "null", "~"];
+
+/// A scalar without quotes that is a word or a number, and none of YAML's own words.
+pub fn plain<'n>(node: &'n Node, what: &str) -> Read<&'n str> {
+    let text = node.text(what)?;
+    if node.plain().is_none() {
+        return Err(node.wrong(format!("{what} stands without quotes")).help(format!("write {text}")));
+    }
+    if YAML_WORDS.contains(&text.to_ascii_lowercase().as_str()) {
+        return Err(node
+            .wrong(format!("`{text}` is a word of YAML itself, not of the suites"))
+            .help("write the word that device.yaml declares"));
+    }
+    Ok(text)
+}
+
+/// One of a closed list of words.
+pub fn word(node: &Node, what: &str, words: &'static [&'static str]) -> Read<&'static str> {
+    let text = plain(node, what)?;
+    let found = words.iter().find(|word| **word == text);
+    found.copied().ok_or_else(|| Mistake::unknown(node.spot, &format!("word for {what}"), text, words.iter().copied()))
+}
+
+/// A number, with or without a fraction.
+pub fn numeral(node: &Node, what: &str) -> Read<Number> {
+    let text = plain(node, what)?;
+    expression::number(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))
+}
+
+/// A whole number that fits its type.
+pub fn whole<T: TryFrom<i128>>(node: &Node, what: &str) -> Read<T> {
+    let value = numeral(node, what)?;
+    let whole = value.as_whole().ok_or_else(|| node.wrong(format!("{what} is a whole number")))?;
+    T::try_from(whole).map_err(|_| node.wrong(format!("{whole} is out of range for {what}")))
+}
+
+/// Two whole numbers, the first not above the second.
+pub fn pair<T: TryFrom<i128> + PartialOrd>(node: &Node, what: &str) -> Read<(T, T)> {
+    match node.items(what)? {
+        [low, high] => {
+            let (low, high) = (whole(low, what)?, whole::<T>(high, what)?);
+            if low <= high {
+                Ok((low, high))
+            } else {
+                Err(node.wrong(format!("{what}: the first number is above the second")))
+            }
+        }
+        _ => Err(node.wrong(format!("{what} is a pair `[first, last]`"))),
+    }
+}
+
+/// A duration in time.
+pub fn duration(node: &Node, what: &str) -> Read<Duration> {
+    let text = plain(node, what)?;
+    match expression::duration(text).map_err(|error| Mistake::expression(node.spot, 0, text, error))? {
+        Span::Time(time) => Ok(time),
+        Span::Cycles(_) => Err(node.wrong(format!("{what} is a time, not a number of cycles"))),
+    }
+}
+
+/// In what the place of a field is counted, as the keys and the messages of its mapping have it.
+pub struct Counted {
+    /// One of it.
+    pub one: &'static str,
+    /// Some of it.
+    pub some: &'static str,
+    /// Many of it.
+    pub many: &'static str,
+    /// What has so many of them.
+    pub whole: &'static str,
+}
+
+impl Counted {
+    /// Octets of a record.
+    pub const OCTETS: Counted = Counted { one: "octet", some: "an octet", many: "octets", whole: "record" };
+    /// Bytes of a diagnosis.
+    pub const BYTES: Counted = Counted { one: "byte", some: "a byte", many: "bytes", whole: "diagnosis" };
+}
+
+/// Where a field lies.
+pub struct Place {
+    /// Its first octet.
+    pub first: usize,
+    /// In how many octets it lies.
+    pub octets: usize,
+    /// For bits in one octet: the lowest and how many.
+    pub bits: Option<(u32, u32)>,
+}
+
+/// Where a field lies among `size` octets.
+pub fn place(keyed: Keyed<'_>, counted: &Counted, size: usize) -> Read<Place> {
+    let Counted { one, some, many, whole: of } = counted;
+    let wrong = |message: String| Err(keyed.node.wrong(message));
+    let (first, last) = match (keyed.get(one), keyed.get(many)) {
+        (Some(only), None) => whole::<usize>(only, some).map(|only| (only, only))?,
+        (None, Some(both)) => pair(both, many)?,
+        _ => return wrong(format!("a field has either `{one}` or `{many}`")),
+    };
+    if last >= size {
+        return wrong(format!("{one} {last} is beyond the {size} {many} of the {of}"));
+    }
+    let bits = match (keyed.get("bit"), keyed.get("bits")) {
+        (None, None) => None,
+        (Some(bit), None) => Some((whole::<u32>(bit, "a bit")?, 1)),
+        (None, Some(bits)) => {
+            pair::<u32>(bits, "bits").map(|(low, high)| Some((low, (high - low).saturating_add(1))))?
+        }
+        _ => return wrong("a field has `bit` or `bits`, not both".into()),
+    };
+    if bits.is_some_and(|(low, width)| first != last || low.saturating_add(width) > 8) {
+        return wrong(format!("bits are counted 0 to 7 in one {one}"));
+    }
+    Ok(Place { first, octets: last - first + 1, bits })
+}
+
+/// A flag: `true`, or the key is left out.
+pub fn flag(keyed: Keyed<'_>, key: &str) -> Read<bool> {
+    match keyed.get(key) {
+        None => Ok(false),
+        Some(node) if node.plain() == Some("true") => Ok(true),
+        Some(node) => Err(node.wrong(format!("`{key}` is `true` or left out"))),
+    }
+}
+
+/// Names and values of a mapping that is not empty.
+pub fn named<'n>(node: &'n Node, what: &str) -> Read<Vec<(&'n str, &'n Node)>> {
+    let entries = node.entries(what)?;
+    entries
+        .iter()
+        .map(|(key, value)| {
+            let name = plain(key, "a name")?;
+            label(key, name)?;
+            Ok((name, value))
+        })
+        .collect()
+}
+
+/// A list of names that are declared here, each once.
+pub fn labels(node: &Node, what: &str) -> Read<Vec<String>> {
+    let mut names: Vec<String> = Vec::new();
+    for item in node.items(what)? {
+        let name = plain(item, what)?;
+        label(item, name)?;
+        if names.iter().any(|known| known == name) {
+            return Err(item.wrong(format!("`{name}` stands twice in {what}")));
+        }
+        names.push(name.to_owned());
+    }
+    if names.is_empty() { Err(node.wrong(format!("{what} is empty"))) } else { Ok(names) }
+}
+
+/// A name is made of letters, digits, `_` and `-`, and begins with a letter.
+pub fn label(at: &Node, name: &str) -> Read<()> {
+    let good = name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+    if good {
+        Ok(())
+    } else {
+        Err(at
+            .wrong(format!("`{name}` is no name"))
+            .help("a name has letters, digits, `_` and `-`, and begins with a letter"))
+    }
+}
+
+/// Where a datum comes from, by the key `from_source` beside it.
+pub fn origin(keyed: Keyed<'_>) -> Read<Origin> {
+    keyed.get("from_source").map_or(Ok(Origin::Manual), origin_word)
+}
+
+fn origin_word(node: &Node) -> Read<Origin> {
+    Ok(match word(node, "from_source", ORIGINS)? {
+        "description" => Origin::Description,
+        _ => Origin::Invented,
+    })
+}
+
+/// A datum, or `{ value, from_source }`.
+pub fn sourced(node: &Node) -> Read<(&Node, Origin)> {
+    if node.mapping().is_none() {
+        return Ok((node, Origin::Manual));
+    }
+    let keyed = Keyed::new(node, &keys::SOURCED)?;
+    Ok((keyed.must("value")?, origin_word(keyed.must("from_source")?)?))
+}

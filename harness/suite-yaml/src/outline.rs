@@ -1,0 +1,54 @@
+//! Works out what the steps of each trial come to.
+
+use std::slice;
+use suite::model::{Manual, Outline, Step, Trial, Variant, Verb};
+use suite::needs::{self, Need};
+use suite::scan::{each_step, each_step_of};
+
+/// The manual with the outlines of its trials.
+pub(super) fn outlined(mut manual: Manual) -> Manual {
+    let of_variant = |variant: &Variant| variant.trials.iter().map(|trial| of(&manual, variant, trial)).collect();
+    let outlines: Vec<Vec<Outline>> = manual.variants.iter().map(of_variant).collect();
+    for (variant, outlines) in manual.variants.iter_mut().zip(outlines) {
+        variant.trials.iter_mut().zip(outlines).for_each(|(trial, outline)| trial.outline = outline);
+    }
+    manual
+}
+
+fn of(manual: &Manual, variant: &Variant, trial: &Trial) -> Outline {
+    let mut outline = Outline::default();
+    each_step_of(trial, &mut |step| outline.checks.extend(&step.covers));
+    let stands = |needs: &[Need]| needs.iter().any(|need| matches!(need, Need::Stand(_)));
+    if !stands(&needs::needs(manual, variant, trial)) {
+        outline.without_stand.extend(&trial.covers);
+        each_step_of(trial, &mut |step| {
+            if !step.covers.is_empty() && !stands(&needs::of_step(manual, variant, step)) {
+                outline.without_stand.extend(&step.covers);
+            }
+        });
+    }
+    let mut covered: Vec<usize> = trial.covers.iter().chain(&outline.checks).copied().collect();
+    covered.sort_unstable();
+    covered.dedup();
+    for requirement in covered {
+        readings(trial, requirement, &mut |name| outline.readings.push((requirement, name.to_owned())));
+    }
+    outline
+}
+
+/// The readings by name that a trial accepts for a requirement.
+fn readings(trial: &Trial, requirement: usize, visit: &mut dyn FnMut(&str)) {
+    let mut named = |step: &Step| {
+        if let Verb::Either(readings) = &step.verb {
+            readings.iter().for_each(|reading| visit(&reading.name));
+        }
+    };
+    let covers = |step: &Step| step.covers.contains(&requirement);
+    each_step_of(trial, &mut |step| {
+        if covers(step) {
+            each_step(slice::from_ref(step), &mut named);
+        } else if step.covers.is_empty() && trial.covers.contains(&requirement) {
+            named(step);
+        }
+    });
+}

@@ -1,0 +1,204 @@
+//! Reads what steps on PROFIBUS have of their own: services of `send`, keys of `start` and of `instead`.
+
+use super::answer::Asked;
+use super::device_yaml::{duration, plain};
+use super::dialect::Service as Refuser;
+use super::error::{Mistake, Read};
+use super::frame::{Frame, is_none, octets};
+use super::yaml::Node;
+use controllers::profibus_dp::Broken;
+use expression::Type;
+use std::time::Duration;
+use suite::model::{DpService, InsteadStart, Service};
+use wire::profibus::fdl::BaudRate;
+use wire::profibus::global_control::ControlCommand;
+
+/// The keys of `instead` in `start` and `connect` on PROFIBUS.
+pub(super) const INSTEAD: &[(&str, &str)] = &[
+    ("set_prm", "`none`, or the whole Set_Prm as octets"),
+    ("user_octets", "the octets of Set_Prm behind the seven that every slave has, those of DP-V1 among them"),
+    ("dpv1", "the three octets of DP-V1"),
+    ("chk_cfg", "`none`, or the identifiers as octets"),
+    ("ident", "ident number in Set_Prm"),
+    ("lock", "lock, unlock, both, neither: what Set_Prm asks for"),
+    ("freeze_req", "1: Set_Prm asks for freeze mode"),
+    ("sync_req", "1: Set_Prm asks for sync mode"),
+    ("watchdog_factors", "the two factors of the watchdog"),
+    ("min_tsdr", "the least time until an answer, in bit times"),
+    ("groups", "the groups that the slave belongs to, as a mask"),
+    ("output_length", "octets of outputs that are sent in Data_Exchange"),
+    ("input_length", "octets of inputs that are taken in Data_Exchange"),
+];
+
+/// What `lock` in `instead` can say: the word, Lock_Req, Unlock_Req.
+const LOCKS: [(&str, bool, bool); 4] =
+    [("lock", true, false), ("unlock", false, true), ("both", true, true), ("neither", false, false)];
+
+/// The bits of `global_control`.
+const COMMANDS: [(&str, ControlCommand); 5] = [
+    ("clear", ControlCommand::CLEAR_DATA),
+    ("unfreeze", ControlCommand::UNFREEZE),
+    ("freeze", ControlCommand::FREEZE),
+    ("unsync", ControlCommand::UNSYNC),
+    ("sync", ControlCommand::SYNC),
+];
+
+impl Frame<'_, '_> {
+    /// A service of PROFIBUS whose name and fields are known to be right, and what its answer can consist of.
+    pub(super) fn dp_service(&self, name: &str, fields: &Node) -> Read<(Service, Asked<'static>)> {
+        let field = |key: &str| fields.get(key).ok_or_else(|| fields.wrong(format!("{name} needs `{key}`")));
+        let service = match name {
+            "set_slave_address" => DpService::SetSlaveAddress {
+                new: self.value(field("new")?, &Type::whole(8, false))?,
+                ident: self.number(field("ident")?, "an ident number")?,
+                lock: fields.get("lock").map_or(Ok(0), |node| self.number(node, "an octet"))?,
+                length: fields.get("length").map(|node| self.number(node, "a length")).transpose()?,
+            },
+            "global_control" => {
+                let mut command = 0;
+                for (key, bit) in COMMANDS {
+                    let said = fields.get(key).map_or(Ok(false), |node| self.bit(node))?;
+                    command |= if said { bit.0 } else { 0 };
+                }
+                let groups = fields.get("group").map_or(Ok(0), |node| self.number(node, "a mask of groups"))?;
+                DpService::GlobalControl { command, groups }
+            }
+            "fdl_status" => DpService::FdlStatus,
+            "slave_diag" => DpService::SlaveDiag,
+            "get_cfg" => DpService::GetCfg,
+            "set_prm" => DpService::SetPrm(octets(field("bytes")?)?),
+            "chk_cfg" => DpService::ChkCfg(octets(field("bytes")?)?),
+            "data_exchange" => DpService::DataExchange(octets(field("bytes")?)?),
+            "read_inputs" => DpService::ReadInputs,
+            "read_outputs" => DpService::ReadOutputs,
+            "ds_read" => DpService::Read {
+                slot: self.number(field("slot")?, "a slot")?,
+                index: self.number(field("index")?, "an index")?,
+                length: self.number(field("length")?, "a length")?,
+            },
+            "ds_write" => DpService::Write {
+                slot: self.number(field("slot")?, "a slot")?,
+                index: self.number(field("index")?, "an index")?,
+                bytes: octets(field("bytes")?)?,
+            },
+            _ => {
+                let frame = field("frame")?;
+                let word = plain(frame, "a frame")?;
+                let known = Broken::TABLE.iter().map(|(_, word, _)| *word);
+                return match Broken::by_word(word) {
+                    Some(_) => Ok((Service::Broken(word.to_owned()), Asked::Whole(Refuser::Dp))),
+                    None => Err(Mistake::unknown(frame.spot, "broken frame", word, known)),
+                };
+            }
+        };
+        Ok((Service::Dp(service), Asked::Whole(Refuser::Dp)))
+    }
+
+    fn bit(&self, node: &Node) -> Read<bool> {
+        match self.number::<u8>(node, "a bit")? {
+            0 => Ok(false),
+            1 => Ok(true),
+            other => Err(node.wrong(format!("{other} is no bit")).help("write 0 or 1")),
+        }
+    }
+
+    /// One key of `instead` in a start-up on PROFIBUS.
+    pub(super) fn instead_slave(&self, key: &Node, value: &Node) -> Read<InsteadStart> {
+        let name = key.text("a key")?;
+        Ok(match name {
+            "set_prm" if is_none(value) => InsteadStart::NoSetPrm,
+            "set_prm" => InsteadStart::SetPrm(octets(value)?),
+            "user_octets" => InsteadStart::UserOctets(octets(value)?),
+            "dpv1" => match <[u8; 3]>::try_from(octets(value)?) {
+                Ok(three) if self.names.device().profibus().is_some_and(|slave| slave.set_prm.dpv1.is_some()) => {
+                    InsteadStart::Dpv1(three)
+                }
+                Ok(_) => {
+                    return Err(key
+                        .wrong("this device has no octets of DP-V1")
+                        .help("`set_prm` declares them: `dpv1`"));
+                }
+                Err(_) => return Err(value.wrong("DP-V1 has three octets in Set_Prm")),
+            },
+            "chk_cfg" if is_none(value) => InsteadStart::NoChkCfg,
+            "chk_cfg" => InsteadStart::ChkCfg(octets(value)?),
+            "ident" => InsteadStart::Ident(self.number(value, "an ident number")?),
+            "lock" => {
+                let word = plain(value, "what is asked for")?;
+                match LOCKS.iter().find(|(known, ..)| *known == word) {
+                    Some((_, lock, unlock)) => InsteadStart::Lock { lock: *lock, unlock: *unlock },
+                    None => return Err(Mistake::unknown(value.spot, "lock", word, LOCKS.map(|(known, ..)| known))),
+                }
+            }
+            "freeze_req" | "sync_req" if !self.bit(value)? => {
+                return Err(value.wrong(format!("`{name}` is 1 or left out")));
+            }
+            "freeze_req" => InsteadStart::FreezeRequest,
+            "sync_req" => InsteadStart::SyncRequest,
+            "watchdog_factors" => match value.items("two factors")? {
+                [one, two] => {
+                    InsteadStart::WatchdogFactors(self.number(one, "a factor")?, self.number(two, "a factor")?)
+                }
+                _ => return Err(value.wrong("there are two factors").help("write [20, 5]")),
+            },
+            "min_tsdr" => InsteadStart::MinTsdr(self.number(value, "a number of bit times")?),
+            "groups" => InsteadStart::Groups(self.number(value, "a mask of groups")?),
+            "output_length" => InsteadStart::OutputLength(self.number(value, "a length")?),
+            "input_length" => InsteadStart::InputLength(self.number(value, "a length")?),
+            _ => {
+                let known = INSTEAD.iter().map(|(name, _)| *name);
+                return Err(Mistake::unknown(key.spot, "key of instead", name, known));
+            }
+        })
+    }
+
+    /// A transmission rate that the standard allows.
+    pub(super) fn baud(&self, node: &Node) -> Read<BaudRate> {
+        let rate = BaudRate(self.number(node, "a transmission rate")?);
+        if BaudRate::STANDARD.contains(&rate) {
+            return Ok(rate);
+        }
+        let known: Vec<String> = BaudRate::STANDARD.iter().map(|rate| rate.0.to_string()).collect();
+        Err(node.wrong("no bus runs at this rate").help(format!("the rates are {}", known.join(", "))))
+    }
+
+    /// The time of isochronous mode: a whole number of 125 us, and a slave that can be told it.
+    pub(super) fn isochronous(&self, node: &Node) -> Read<Duration> {
+        let slave = self.names.device().profibus();
+        if !slave.is_some_and(|slave| slave.set_prm.structured) {
+            return Err(node
+                .wrong("this device takes no structured blocks, so it cannot be told the times of isochronous mode")
+                .help("`set_prm` in device.yaml declares them: `structured: true`"));
+        }
+        let time = duration(node, "a time")?;
+        match time.as_nanos() {
+            0 => Err(node.wrong("a clock needs time between its strokes")),
+            nanos if !nanos.is_multiple_of(T_BASE_DP) => Err(node.wrong("the clock comes in steps of 125us")),
+            _ => Ok(time),
+        }
+    }
+
+    /// The watchdog of a slave: two factors of 1 to 255, counted in 10 ms, or 1 ms where the octets of DP-V1 say so.
+    pub(super) fn checked_slave_watchdog(&self, time: Duration, node: &Node, dpv1: Option<[u8; 3]>) -> Read<Duration> {
+        let base = if dpv1.is_some_and(|octets| octets[0] & WD_BASE_1MS != 0) { 1 } else { 10 };
+        let millis = time.as_millis();
+        let units = millis / base;
+        let good = time.as_nanos() == units * base * 1_000_000 && factors(units).is_some();
+        if good {
+            Ok(time)
+        } else {
+            Err(node.wrong(format!("no two factors of 1 to 255 make this watchdog out of {base} ms")))
+        }
+    }
+}
+
+/// The step of the clock of isochronous mode, in nanoseconds.
+const T_BASE_DP: u128 = 125_000;
+/// The bit of the first octet of DP-V1 that counts the watchdog in milliseconds.
+const WD_BASE_1MS: u8 = wire::profibus::prm::Dpv1Status1::WD_BASE_1MS.0;
+
+/// The two factors of a watchdog, the second as small as can be; none if no two of 1 to 255 make it.
+fn factors(units: u128) -> Option<(u8, u8)> {
+    let second = (1..=255_u128).find(|second| units.is_multiple_of(*second) && units / second <= 255)?;
+    Some((u8::try_from(units / second).ok().filter(|first| *first > 0)?, u8::try_from(second).ok()?))
+}

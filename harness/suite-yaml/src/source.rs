@@ -1,0 +1,285 @@
+//! Where the text of the suites comes from: a program that carries it, or a folder.
+//!
+//! This room knows files, and nothing of what stands in them.
+
+use super::error::{LoadError, LoadErrors, Mistake, Mistakes, Spot};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use suite::Location;
+use suite::device::Timing;
+
+/// The folder of the suite for any PROFINET IO device, whose `device.yaml` a description of a live device replaces.
+pub const ANY_DEVICE: &str = "profinet-io";
+
+/// The folder of what manuals share.
+pub(super) const COMMON: &str = "common";
+/// The folder of the personas.
+pub(super) const PERSONAS: &str = "personas";
+/// The list of a manual's requirements: this file, or several whose names begin so.
+pub(super) const REQUIREMENTS: &str = "requirements";
+/// The list of the deliberate bugs: this file, or several whose names begin so.
+pub(super) const BUGS: &str = "bugs";
+
+/// Whether the file `name` holds the list `list` or a part of it: `bugs`, `bugs-memory`.
+pub(super) fn is_part(name: &str, list: &str) -> bool {
+    name.strip_prefix(list).is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+}
+
+/// Whether the file `path` (below `suites`) holds bugs of a manual.
+pub(super) fn is_list_of_bugs(path: &str) -> bool {
+    path.split_once('/').is_some_and(|(_, file)| is_part(file.trim_end_matches(".yaml"), BUGS))
+}
+
+/// The text of all suite files, by their path below the folder `suites`.
+#[derive(Clone, Debug)]
+pub struct Sources {
+    /// What is put in front of a path when it is shown.
+    shown: PathBuf,
+    files: BTreeMap<String, Cow<'static, str>>,
+    pub(super) times: BenchTimes,
+    /// Files that stand elsewhere than their path below `suites` says, by that path.
+    elsewhere: BTreeMap<String, PathBuf>,
+    /// Whether nobody is going to run the cases, so that their steps need not be kept.
+    pub(super) is_for_rules: bool,
+    /// Manuals that were compiled from these very files, by name.
+    compiled: BTreeMap<&'static str, &'static [u8]>,
+}
+
+/// Times of a bench that stand in the place of those of the suites.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BenchTimes {
+    /// The cycle of connections that say none.
+    pub cycle: Option<Duration>,
+    /// The watchdog of connections that say none.
+    pub watchdog: Option<Duration>,
+    /// From power to an answer, at most.
+    pub power_up: Option<Duration>,
+}
+
+impl BenchTimes {
+    /// Puts the times in the place of those that a manual and the language have.
+    pub(super) fn apply(self, timing: &mut Timing) {
+        timing.cycle = self.cycle.unwrap_or(timing.cycle);
+        timing.watchdog = self.watchdog.or(timing.watchdog);
+        timing.power_up = self.power_up.unwrap_or(timing.power_up);
+    }
+}
+
+impl Sources {
+    /// Suites that are part of a program: the path of each file below `suites`, and its text.
+    pub fn of(files: &[(&'static str, &'static str)]) -> Sources {
+        let files = files.iter().map(|&(path, text)| (path.to_owned(), Cow::Borrowed(text))).collect();
+        Sources { files, ..Sources::none() }
+    }
+
+    /// No suites at all; [`Sources::with`] adds files.
+    pub fn none() -> Sources {
+        Sources {
+            shown: PathBuf::from("suites"),
+            files: BTreeMap::new(),
+            times: BenchTimes::default(),
+            elsewhere: BTreeMap::new(),
+            is_for_rules: false,
+            compiled: BTreeMap::new(),
+        }
+    }
+
+    /// The same suites with what [`compiled::write`](suite::compiled::write) gave for some of their manuals, each with its name.
+    ///
+    /// These are read in the place of the files. Whatever changes the text of a manual afterwards has it compiled anew.
+    #[must_use]
+    pub fn compiled(mut self, manuals: impl IntoIterator<Item = (&'static str, &'static [u8])>) -> Sources {
+        self.compiled = manuals.into_iter().collect();
+        self
+    }
+
+    /// The octets of a manual that was compiled from these very files.
+    pub(super) fn octets(&self, manual: &str) -> Option<&'static [u8]> {
+        self.compiled.get(manual).copied()
+    }
+
+    /// The suites in a folder that is laid out as `suites/` of this project is; only files ending in `.yaml` are read.
+    ///
+    /// Fails if the folder or a file in it cannot be read, or is no UTF-8.
+    pub fn folder(path: &Path) -> Result<Sources, LoadErrors> {
+        let mut files = BTreeMap::new();
+        let failed = |path: &Path, error: io::Error| {
+            let at = Location { file: Arc::new(path.to_owned()), line: 0, column: 0 };
+            LoadErrors(vec![LoadError { at, width: 0, line: String::new(), message: error.to_string(), help: None }])
+        };
+        let list = |folder: &Path| -> Result<Vec<PathBuf>, LoadErrors> {
+            let entries = fs::read_dir(folder).map_err(|error| failed(folder, error))?;
+            let paths: Result<Vec<PathBuf>, io::Error> = entries.map(|entry| Ok(entry?.path())).collect();
+            paths.map_err(|error| failed(folder, error))
+        };
+        let stray = |path: &Path, message: &str| Err(failed(path, io::Error::other(message.to_owned())));
+        for folder in list(path)?.into_iter().filter(|path| path.is_dir()) {
+            let is_shared = folder.file_name().is_some_and(|name| name == COMMON || name == PERSONAS);
+            if !is_shared && !folder.join("device.yaml").is_file() {
+                return stray(
+                    &folder,
+                    "a folder of suites needs a `device.yaml`; without it nothing in the folder is read",
+                );
+            }
+            for file in list(&folder)? {
+                match file.extension().and_then(|end| end.to_str()) {
+                    _ if file.is_dir() => return stray(&file, "folders inside the folder of a manual are not read"),
+                    Some("yaml") => {}
+                    Some("xml" | "gsd" | "md") => continue,
+                    _ => {
+                        return stray(&file, "only files that end in `.yaml` are read here; rename it or take it away");
+                    }
+                }
+                let text = fs::read_to_string(&file).map_err(|error| failed(&file, error))?;
+                let name = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+                if let (Some(folder), Some(file)) = (name(&folder), name(&file)) {
+                    files.insert(format!("{folder}/{file}"), Cow::Owned(text));
+                }
+            }
+        }
+        Ok(Sources { shown: path.to_owned(), files, ..Sources::none() })
+    }
+
+    /// The same suites for somebody who judges by their rules and runs no case: the steps of the cases are looked at and not kept,
+    /// which takes half the memory.
+    #[must_use]
+    pub fn for_rules(mut self) -> Sources {
+        self.is_for_rules = true;
+        self
+    }
+
+    /// The same suites with the text of one file replaced or added; `path` is below `suites`, with `/`.
+    #[must_use]
+    pub fn with(mut self, path: &str, text: impl Into<String>) -> Sources {
+        self.files.insert(path.to_owned(), Cow::Owned(text.into()));
+        match path.split_once('/') {
+            Some((PERSONAS, _)) => {}
+            // The bugs of one manual may be named by a common suite that others use.
+            Some((folder, file)) if folder != COMMON && !is_part(file.trim_end_matches(".yaml"), BUGS) => {
+                self.compiled.remove(folder);
+            }
+            _ => self.compiled.clear(),
+        }
+        self
+    }
+
+    /// The same suites, shown as if they stood in the folder `shown`.
+    #[must_use]
+    pub fn shown_in(mut self, shown: &Path) -> Sources {
+        self.shown = shown.to_owned();
+        self.compiled.clear();
+        self
+    }
+
+    /// The same suites with one file shown by the name under which somebody has it.
+    pub(super) fn called(mut self, path: &str, shown: &str) -> Sources {
+        self.elsewhere.insert(path.to_owned(), PathBuf::from(shown));
+        self
+    }
+
+    /// The same suites for the device that `text` describes, the text of `file`: it stands in the place of the `device.yaml`
+    /// of the suite for any PROFINET IO device, [`ANY_DEVICE`].
+    ///
+    /// A description is written as every `device.yaml` is. The suite asks it for the modules `data` and `mirror`, the signals
+    /// `given` and `mirrored`, the submodule `mirror`, the records `im0` and `im1`, the constant `vendor`, and the faults
+    /// `passing` and `standing`; what the device does not have is left out by the bench file.
+    #[must_use]
+    pub fn with_description(mut self, file: &Path, text: impl Into<String>) -> Sources {
+        let path = format!("{ANY_DEVICE}/device.yaml");
+        self.elsewhere.insert(path.clone(), file.to_owned());
+        self.with(&path, text)
+    }
+
+    /// The same suites with the times of a bench.
+    #[must_use]
+    pub fn on_bench(mut self, times: BenchTimes) -> Sources {
+        if times != self.times {
+            self.compiled.clear();
+        }
+        self.times = times;
+        self
+    }
+
+    /// Every file: its path below `suites`, and its text.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.files.iter().map(|(path, text)| (path.as_str(), text.as_ref()))
+    }
+
+    /// The folders that hold a manual: those with a `device.yaml`, in the order of their names.
+    pub fn manuals(&self) -> Vec<String> {
+        self.files.keys().filter_map(|path| path.strip_suffix("/device.yaml")).map(str::to_owned).collect()
+    }
+
+    /// The names (without `.yaml`) of the files in a folder, in order.
+    pub(super) fn names_in(&self, folder: &str) -> Vec<String> {
+        let name = |path: &String| {
+            let (of, name) = path.split_once('/')?;
+            (of == folder).then(|| name.strip_suffix(".yaml").map(str::to_owned))?
+        };
+        self.files.keys().filter_map(name).collect()
+    }
+}
+
+/// The files that were opened while a manual is loaded; a [`Spot`] names them by number.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Files(Vec<(Arc<PathBuf>, Cow<'static, str>)>);
+
+impl Files {
+    /// Opens `<folder>/<name>.yaml` of `sources`; none if there is no such file.
+    pub(super) fn open(&mut self, sources: &Sources, folder: &str, name: &str) -> Option<(u16, Cow<'static, str>)> {
+        let path = format!("{folder}/{name}.yaml");
+        let text = sources.files.get(&path)?.clone();
+        let number = self.0.len();
+        let shown = sources.elsewhere.get(&path).cloned().unwrap_or_else(|| sources.shown.join(path));
+        self.0.push((Arc::new(shown), text.clone()));
+        Some((u16::try_from(number).ok()?, text))
+    }
+
+    /// The place of `spot` as it is kept in the suites.
+    pub(super) fn location(&self, spot: Spot) -> Location {
+        let file = self.0.get(usize::from(spot.file)).map(|(path, _)| Arc::clone(path)).unwrap_or_default();
+        Location { file, line: spot.line, column: spot.column }
+    }
+
+    /// The mistake with its line.
+    fn error(&self, mistake: Mistake) -> LoadError {
+        let spot = mistake.spot;
+        let text = self.0.get(usize::from(spot.file)).map_or("", |(_, text)| text);
+        let line = (spot.line as usize).checked_sub(1).and_then(|line| text.lines().nth(line)).unwrap_or_default();
+        LoadError {
+            at: self.location(spot),
+            width: spot.width.max(1) as usize,
+            line: line.to_owned(),
+            message: mistake.message,
+            help: mistake.help,
+        }
+    }
+
+    /// All mistakes with their lines.
+    pub(super) fn errors(&self, mistakes: &Mistakes) -> LoadErrors {
+        LoadErrors(mistakes.take().into_iter().map(|mistake| self.error(mistake)).collect())
+    }
+}
+
+impl Sources {
+    /// The error that there is no such manual, or none at all.
+    pub(super) fn no_manual(&self, only: Option<&str>) -> LoadError {
+        let known = self.manuals();
+        let message = match only {
+            Some(name) => format!("there is no manual `{name}`"),
+            None => "there is no manual here: no folder has a device.yaml".to_owned(),
+        };
+        let help = match only.and_then(|name| plain_text::nearest(name, known.iter().map(String::as_str))) {
+            Some(meant) => Some(format!("did you mean `{meant}`?")),
+            None if known.is_empty() => None,
+            None => Some(format!("there are {}", known.join(", "))),
+        };
+        let at = Location { file: Arc::new(self.shown.clone()), line: 0, column: 0 };
+        LoadError { at, width: 0, line: String::new(), message, help }
+    }
+}

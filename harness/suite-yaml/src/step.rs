@@ -1,0 +1,440 @@
+//! Steps: one verb with its modifiers, compiled for one trial.
+
+use super::access::By;
+use super::answer::Asked;
+use super::device_yaml::{named, plain};
+use super::error::{Mistake, Mistakes, Read};
+use super::frame::{Column, Frame, in_expression, is_none, octets, replaced};
+use super::keys::{self, Keyed};
+use super::lists::Elsewhere;
+use super::names::Verbs;
+use super::source::{Files, Sources};
+use super::start::merged;
+use super::yaml::{Kind, Node};
+use expression::{Allow, Program, Type};
+use rustc_hash::FxHashMap;
+use suite::Location;
+use suite::device::{Device, NameKind};
+use suite::model::{ExchangeEntry, Hold, Reading, SetValue, Setting, Span, Step, Turn, Verb, Way};
+
+/// The verbs with their modifiers.
+pub(super) const VERBS: &[(&str, &[&str], &str)] = &[
+    ("set", &[], "Holds from now on; outputs also over reconnects, until the trial ends."),
+    ("turn", &[], "Moves the shaft through all places between."),
+    ("exchange", &[], "Each entry is exactly `times` cycles."),
+    ("connect", &["answer", "as", "to", "covers"], "Ends the own connection, then starts one; `none` only ends it."),
+    ("write", &["answer", "instead", "as", "to", "covers"], "One request that changes something."),
+    ("read", &["within", "instead", "as", "to", "covers"], "One request; the right side is the answer that is right."),
+    ("send", &["answer", "as", "to", "covers"], "One service without a value."),
+    ("expect", &["within", "for", "until", "covers"], "Looks."),
+    ("wait", &[], "Lets time go by."),
+    ("save", &[], "Keeps values of this trial, which the report shows as well."),
+    ("steps", &["times", "observe"], "A block."),
+    (
+        "either",
+        &["finding"],
+        "Readings of the manual: the first that holds is taken; one with a `finding` is a fault that says so.",
+    ),
+    ("do", &["give"], "Named steps."),
+];
+
+/// A procedure: names that are replaced, and steps.
+#[derive(Debug)]
+pub(super) struct Procedure {
+    pub takes: Vec<String>,
+    pub steps: Node,
+}
+
+/// What all steps of a manual have in common.
+pub(super) struct Ground<'g> {
+    pub device: &'g Device,
+    /// All files, for what other manuals list.
+    pub sources: &'g Sources,
+    pub files: &'g Files,
+    pub mistakes: &'g Mistakes,
+    /// Number of each requirement by id, with the variants it applies to.
+    pub requirements: &'g FxHashMap<String, (usize, Vec<usize>)>,
+    pub procedures: &'g FxHashMap<String, Procedure>,
+    /// The bugs, by name.
+    pub bugs: &'g [suite::model::Bug],
+    /// The bugs of all manuals.
+    pub elsewhere: &'g Elsewhere,
+}
+
+impl Ground<'_> {
+    pub(super) fn location(&self, node: &Node) -> Location {
+        self.files.location(node.spot)
+    }
+
+    /// Requirements of a list; each must exist and apply to the variant.
+    pub(super) fn covers(&self, node: &Node, frame: &Frame<'_, '_>) -> Read<Vec<usize>> {
+        let mut list = Vec::new();
+        for item in node.items("covers")? {
+            let id = plain(item, "a requirement")?;
+            let Some((index, variants)) = self.requirements.get(id) else {
+                return Err(Mistake::unknown(item.spot, "requirement", id, self.requirements_near(id)));
+            };
+            if !variants.contains(&frame.names.variant) {
+                let variant = &frame.names.device().variants[frame.names.variant];
+                return Err(item
+                    .wrong(format!("{id} does not apply to the variant {variant}"))
+                    .help("narrow `variants`"));
+            }
+            if list.contains(index) {
+                return Err(item.wrong(format!("{id} stands twice")));
+            }
+            list.push(*index);
+        }
+        if list.is_empty() { Err(node.wrong("an empty list of requirements")) } else { Ok(list) }
+    }
+
+    /// Requirements in a settled order, so that a suggestion is always the same.
+    fn requirements_near(&self, id: &str) -> Vec<&str> {
+        let mut near: Vec<(usize, &str)> =
+            self.requirements.iter().map(|(known, (index, _))| (*index, known.as_str())).collect();
+        near.retain(|(_, known)| known.len().abs_diff(id.len()) < 3);
+        near.sort_unstable();
+        near.into_iter().map(|(_, known)| known).collect()
+    }
+}
+
+/// The place of a step: what it may use and what holds by default.
+#[derive(Clone, Copy)]
+pub(super) struct Place<'f, 'm> {
+    pub ground: &'f Ground<'f>,
+    pub frame: Frame<'f, 'm>,
+    /// The deadline of expectations that have none.
+    pub within: Option<&'f Node>,
+    /// The start of the case, for `connect`.
+    pub start: Option<&'f Node>,
+    /// Inside a procedure, which does no other.
+    pub in_procedure: bool,
+}
+
+impl<'f, 'm> Place<'f, 'm> {
+    /// A list of steps; mistakes are noted and reading goes on.
+    pub(super) fn steps(&self, nodes: &[Node]) -> Vec<Step> {
+        nodes.iter().filter_map(|node| self.ground.mistakes.keep(self.step(node))).collect()
+    }
+
+    fn block(&self, node: &Node, what: &str) -> Read<Vec<Step>> {
+        let items = node.items(what)?;
+        if items.is_empty() {
+            return Err(node.wrong(format!("{what} is empty")));
+        }
+        Ok(self.steps(items))
+    }
+
+    fn step(&self, node: &Node) -> Read<Step> {
+        let entries = node.entries("a step")?;
+        let verbs: Vec<&(&str, &[&str], &str)> = VERBS.iter().filter(|(verb, ..)| node.get(verb).is_some()).collect();
+        let [(verb, modifiers, _)] = verbs.as_slice() else {
+            return Err(self.no_verb(node, entries, verbs.len()));
+        };
+        for (key, _) in entries {
+            let name = key.text("a key")?;
+            if name != *verb && !modifiers.contains(&name) {
+                let known = modifiers.iter().copied().chain([*verb]);
+                return Err(Mistake::unknown(key.spot, &format!("modifier of {verb}"), name, known));
+            }
+        }
+        let value = node.get(verb).ok_or_else(|| node.wrong("a step without a verb"))?;
+        // A manual may give `none` to a common suite: then the check counts for the case.
+        let covers = node.get("covers").filter(|covers| !is_none(covers));
+        let covers = covers.map_or(Ok(Vec::new()), |covers| self.ground.covers(covers, &self.frame))?;
+        let second = match node.get("as") {
+            None => false,
+            Some(by) if by.plain() == Some("second") => true,
+            Some(by) => return Err(by.wrong("`as` is `second` or left out")),
+        };
+        let verb = self.verb(verb, node, value, By { second, to: self.to(node)? })?;
+        Ok(Step { at: self.ground.location(node), text: shown(node), covers, verb })
+    }
+
+    /// The station address behind `to`.
+    fn to(&self, node: &Node) -> Read<Option<Program>> {
+        let Some(to) = node.get("to") else { return Ok(None) };
+        if self.ground.device.profinet().is_some() {
+            return Err(node.key("to").wrong("`to` exists on PROFIBUS only"));
+        }
+        self.frame.value(to, &Type::whole(8, false)).map(Some)
+    }
+
+    fn no_verb(&self, node: &Node, entries: &[(Node, Node)], count: usize) -> Box<Mistake> {
+        let words: Vec<&str> = VERBS.iter().map(|(verb, ..)| *verb).collect();
+        if count > 1 {
+            return node.wrong("a step has exactly one verb").help("write two steps");
+        }
+        let known = VERBS.iter().flat_map(|(verb, modifiers, _)| modifiers.iter().chain([verb]));
+        let strange =
+            entries.iter().map(|(key, _)| key).find(|key| !known.clone().any(|known| key.scalar() == Some(known)));
+        match strange.and_then(|key| key.scalar().map(|name| (key, name))) {
+            Some((key, name)) => Mistake::unknown(key.spot, "verb", name, words),
+            None => node.wrong("a step without a verb").help(format!("the verbs are {}", words.join(", "))),
+        }
+    }
+
+    fn verb(&self, verb: &str, node: &Node, value: &Node, by: By) -> Read<Verb> {
+        let frame = &self.frame;
+        let answer = node.get("answer");
+        let second = by.second;
+        Ok(match verb {
+            "set" => Verb::Set(self.settings(value)?),
+            "turn" => Verb::Turn(self.turn(value)?),
+            "exchange" => Verb::Exchange(self.exchange(value)?),
+            "connect" if is_none(value) => {
+                if let Some(answer) = answer {
+                    return Err(answer.wrong("ending a connection has no answer"));
+                }
+                Verb::Disconnect { second }
+            }
+            "connect" => {
+                value.entries("connect")?;
+                let case = self.start.filter(|start| !is_none(start));
+                let start = merged(case, Some(value))?.unwrap_or_else(|| value.clone());
+                let before = frame.progress.module.get();
+                let start = frame.start(&Node { spot: value.spot, ..start })?;
+                if second {
+                    frame.progress.module.set(before);
+                }
+                let answer = answer.map(|node| frame.answer(node, Asked::Connect)).transpose()?;
+                Verb::Connect { start, answer, second, to: by.to }
+            }
+            "write" => Verb::Write(frame.access(value, true, node.get("instead"), answer, by)?),
+            "read" => Verb::Read {
+                access: frame.access(value, false, node.get("instead"), None, by)?,
+                within: node.get("within").map(|within| frame.span(within)).transpose()?,
+            },
+            "send" => {
+                let (service, asked) = frame.service(value)?;
+                let answer = answer.map(|node| frame.answer(node, asked)).transpose()?;
+                Verb::Send { service, answer, second, to: by.to }
+            }
+            "expect" => {
+                let condition = frame.checks(value)?;
+                let within = match node.get("within").or(self.within) {
+                    Some(within) => frame.span(within)?,
+                    None => Span::Time(frame.names.device().timing.reaction),
+                };
+                Verb::Expect { condition, within, hold: self.hold(node)? }
+            }
+            "wait" => Verb::Wait(frame.span(value)?),
+            "save" => self.save(value)?,
+            "steps" => {
+                let times = node.get("times").map_or(Ok(1), |times| frame.number::<u32>(times, "a number of times"))?;
+                if let Some(node) = node.get("times").filter(|_| times == 0) {
+                    return Err(node.wrong("a block that is never done"));
+                }
+                let steps = self.block(value, "a block")?;
+                let observe = node.get("observe").map_or(Ok(Vec::new()), |observe| self.observations(observe))?;
+                Verb::Block { steps, times, observe }
+            }
+            "either" => self.either(value, node.get("finding"))?,
+            _ => self.procedure(value, node.get("give"))?,
+        })
+    }
+
+    /// `for` or `until`, of a step or a rule.
+    pub(super) fn hold(&self, node: &Node) -> Read<Hold> {
+        match (node.get("for"), node.get("until")) {
+            (None, None) => Ok(Hold::None),
+            (Some(hold), None) => Ok(Hold::For(self.frame.span(hold)?)),
+            (None, Some(until)) => Ok(Hold::Until(self.frame.checks(until)?)),
+            (Some(_), Some(until)) => Err(until.wrong("`until` replaces `for`")),
+        }
+    }
+
+    fn settings(&self, node: &Node) -> Read<Vec<Setting>> {
+        let entries = node.entries("set")?;
+        if entries.is_empty() {
+            return Err(node.wrong("an empty `set`"));
+        }
+        entries.iter().map(|(key, value)| self.setting(key, value)).collect()
+    }
+
+    fn setting(&self, key: &Node, value: &Node) -> Read<Setting> {
+        let name = self.frame.name(key, Verbs::SET, "set")?;
+        let counts = match name.kind {
+            NameKind::Signal { signal, field: Some(field), .. } => {
+                let of = self.frame.names.device().signals.get(signal).and_then(|signal| signal.fields.get(field));
+                of.is_some_and(|field| field.counts.is_some())
+            }
+            _ => false,
+        };
+        let set = match (&name.kind, &name.ty) {
+            (NameKind::OutputOctets(_), _) => SetValue::Bytes(octets(value)?),
+            (NameKind::Signal { .. }, _) => match value.plain() {
+                Some(word @ ("held" | "counting")) if counts => SetValue::Word(word.to_owned()),
+                Some(word) if counts && word.starts_with(|c: char| c.is_ascii_alphabetic()) => {
+                    return Err(Mistake::unknown(value.spot, "way to count", word, ["held", "counting"]));
+                }
+                _ => SetValue::Value(self.frame.value(value, &name.ty)?),
+            },
+            (_, Type::Word(table)) => {
+                self.frame.literal(value, &name.ty)?;
+                let word = plain(value, "a word")?;
+                debug_assert!(table.number(word).is_some(), "the literal was read");
+                SetValue::Word(word.to_owned())
+            }
+            _ => SetValue::Value(self.frame.value(value, &name.ty)?),
+        };
+        Ok(Setting { name: name.id, value: set })
+    }
+
+    fn turn(&self, node: &Node) -> Read<Turn> {
+        let keyed = Keyed::new(node, &keys::TURN)?;
+        let number = |node: &Node, ty: &Type| self.frame.value(node, ty);
+        let way = match (keyed.get("revolutions"), keyed.get("counts"), keyed.get("degrees")) {
+            (Some(way), None, None) => Way::Revolutions(number(way, &Type::FRACTION)?),
+            (None, Some(way), None) => Way::Counts(number(way, &Type::WHOLE)?),
+            (None, None, Some(way)) => Way::Degrees(number(way, &Type::FRACTION)?),
+            _ => return Err(node.wrong("a turn has one of `revolutions`, `counts`, `degrees`")),
+        };
+        let rpm = match keyed.get("rpm") {
+            Some(rpm) => number(rpm, &Type::FRACTION)?,
+            None => Program::value("60", Some(&Type::FRACTION), &self.frame, Allow::VALUE)
+                .map_err(|error| in_expression(node, "60", error))?,
+        };
+        Ok(Turn { way, rpm })
+    }
+
+    fn exchange(&self, node: &Node) -> Read<Vec<ExchangeEntry>> {
+        let items = node.items("exchange")?;
+        if items.is_empty() {
+            return Err(node.wrong("an empty `exchange`"));
+        }
+        let entry = |node: &Node| {
+            let keyed = Keyed::new(node, &keys::EXCHANGED)?;
+            if let Some(key) = keyed.key("expect").filter(|_| self.ground.device.profinet().is_some()) {
+                return Err(key
+                    .wrong("`expect` in `exchange` exists on PROFIBUS only")
+                    .help("the two directions of PROFINET are not in step: expect in a step of its own"));
+            }
+            let times = match keyed.get("times") {
+                Some(times) => {
+                    self.frame.number::<u32>(times, "a number of cycles")?;
+                    self.frame.value(times, &Type::WHOLE)?
+                }
+                None => Program::value("1", Some(&Type::WHOLE), &self.frame, Allow::VALUE)
+                    .map_err(|error| in_expression(node, "1", error))?,
+            };
+            let set = keyed.get("set").map_or(Ok(Vec::new()), |set| self.settings(set))?;
+            let expect = keyed.get("expect").map(|expect| self.frame.checks(expect)).transpose()?;
+            Ok(ExchangeEntry { set, times, expect })
+        };
+        items.iter().map(entry).collect()
+    }
+
+    fn save(&self, node: &Node) -> Read<Verb> {
+        let mut list = Vec::new();
+        let entries = named(node, "save")?;
+        if entries.is_empty() {
+            return Err(node.wrong("an empty `save`"));
+        }
+        for (name, value) in entries {
+            if self.frame.columns.iter().any(|column| column.name == name) || self.frame.names.find(name).is_some() {
+                return Err(node
+                    .key(name)
+                    .wrong(format!("`{name}` is a name already"))
+                    .help("save it under another name"));
+            }
+            let text = value.text("an expression")?;
+            let (text, ahead) = text.strip_prefix('=').map_or((text, 0), |text| (text, 1));
+            let program = Program::value(text, None, &self.frame, Allow::VALUE)
+                .map_err(|error| Mistake::expression(value.spot, value.lead() + ahead, text, error))?;
+            let mut saved = self.frame.progress.saved.borrow_mut();
+            let number = match saved.iter().position(|(known, ty)| known == name && ty == program.ty()) {
+                Some(number) => number,
+                None if saved.iter().any(|(known, _)| known == name) => {
+                    return Err(node.key(name).wrong(format!("`{name}` was saved with another type before")));
+                }
+                None => {
+                    saved.push((name.to_owned(), program.ty().clone()));
+                    saved.len() - 1
+                }
+            };
+            list.push((self.frame.names.saved(number, name, program.ty()), program));
+        }
+        Ok(Verb::Save(list))
+    }
+
+    fn either(&self, node: &Node, finding: Option<&Node>) -> Read<Verb> {
+        let readings = named(node, "either")?;
+        if readings.len() < 2 {
+            return Err(node.wrong("`either` has two or more readings"));
+        }
+        let findings = finding.map_or(Ok(Vec::new()), |finding| named(finding, "finding"))?;
+        for (name, said) in &findings {
+            if !readings.iter().any(|(known, _)| known == name) {
+                let key = finding.map_or(said.spot, |finding| finding.key(name).spot);
+                return Err(Mistake::unknown(key, "reading", name, readings.iter().map(|(name, _)| *name)));
+            }
+        }
+        if findings.len() == readings.len() {
+            return Err(node.wrong("every reading is a fault").help("one of them is right: give it no `finding`"));
+        }
+        let mut list: Vec<Reading> = Vec::new();
+        for (name, steps) in readings {
+            let said = findings.iter().find(|(known, _)| *known == name).map(|(_, said)| said.text("a finding"));
+            let said = said.transpose()?.map(str::to_owned);
+            if said.is_none() && list.iter().any(|reading| reading.finding.is_some()) {
+                return Err(node.key(name).wrong("a right reading stands before those that are faults"));
+            }
+            for step in steps.items("a reading")? {
+                if step.get("expect").is_none() && step.get("read").is_none() {
+                    return Err(step.wrong("a reading has only `expect` and `read`"));
+                }
+            }
+            list.push(Reading { name: name.to_owned(), steps: self.block(steps, "a reading")?, finding: said });
+        }
+        Ok(Verb::Either(list))
+    }
+
+    fn procedure(&self, node: &Node, give: Option<&Node>) -> Read<Verb> {
+        let name = plain(node, "a procedure")?;
+        if self.in_procedure {
+            return Err(node.wrong("a procedure does no other procedure"));
+        }
+        let Some(procedure) = self.ground.procedures.get(name) else {
+            let mut known: Vec<&str> = self.ground.procedures.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            return Err(Mistake::unknown(node.spot, "procedure", name, known));
+        };
+        self.frame.names.mark("procedure", name);
+        let given = give.map_or(Ok(Vec::new()), |give| named(give, "give"))?;
+        if let Some((strange, value)) = given.iter().find(|(name, _)| !procedure.takes.iter().any(|take| take == name))
+        {
+            let key = give.map_or(value.spot, |give| give.key(strange).spot);
+            return Err(Mistake::unknown(key, "entry of give", strange, procedure.takes.iter().map(String::as_str)));
+        }
+        if let Some(missing) = procedure.takes.iter().find(|take| !given.iter().any(|(name, _)| name == take)) {
+            return Err(node.wrong(format!("`{name}` has to be given `{missing}`")));
+        }
+        let columns: Vec<Column> = given.into_iter().map(|(name, value)| Column::new(name, value.clone())).collect();
+        let steps = replaced(&procedure.steps, &columns)?;
+        let place = Place {
+            ground: self.ground,
+            frame: self.frame.with(&columns),
+            within: self.within,
+            start: self.start,
+            in_procedure: true,
+        };
+        Ok(Verb::Block { steps: place.block(&steps, "a procedure")?, times: 1, observe: Vec::new() })
+    }
+}
+
+/// A step on one line; blocks and readings without what is in them.
+fn shown(node: &Node) -> String {
+    let part = |(key, value): &(Node, Node)| -> Option<String> {
+        match (key.scalar()?, &value.kind) {
+            ("steps" | "observe", Kind::Sequence(_)) => None,
+            ("either", Kind::Mapping(readings)) => {
+                let names: Vec<&str> = readings.iter().filter_map(|(name, _)| name.scalar()).collect();
+                Some(format!("either: {}", names.join(" | ")))
+            }
+            _ => Some(format!("{key}: {value}")),
+        }
+    };
+    let parts: Vec<String> = node.mapping().unwrap_or_default().iter().filter_map(part).collect();
+    if parts.is_empty() { "steps".to_owned() } else { parts.join(", ") }
+}
