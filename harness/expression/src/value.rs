@@ -1,6 +1,7 @@
 //! Values: what a name was seen to hold, and what an expression comes to.
 
 use super::{BytePattern, Number, Type};
+use plain_text::hex;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::num::NonZeroU64;
@@ -159,19 +160,12 @@ impl fmt::Display for Shown<'_> {
             Value::Cycles(cycles) => write!(f, "{cycles} cycles"),
             Value::Word(number) => f.write_str(&word(number)),
             Value::Text(text) => write!(f, "'{text}'"),
-            Value::Bytes(bytes) => show_octets(bytes, f),
+            Value::Bytes(bytes) => f.write_str(&hex(bytes)),
             Value::Pattern(pattern) => write!(f, "{pattern}"),
             Value::Address([a, b, c, d]) => write!(f, "{a}.{b}.{c}.{d}"),
             Value::Set(words) => write!(f, "[{}]", words.iter().map(word).collect::<Vec<_>>().join(", ")),
         }
     }
-}
-
-fn show_octets(octets: &[u8], f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    for (index, octet) in octets.iter().enumerate() {
-        write!(f, "{}{octet:02X}", if index == 0 { "" } else { " " })?;
-    }
-    Ok(())
 }
 
 /// In the largest unit that leaves a whole number, so `200ms` stays `200ms`; a minute is shown in seconds.

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use crate::wire::Step;
 use crate::{Clock, Lateness, LinkError, Serial};
+use plain_text::hex_start;
 use station::{Duration, Outbox, Station, Time};
 
 /// Bits on the line for one octet: start bit, 8 bits, even parity, stop bit.
@@ -167,11 +168,10 @@ impl SerialBus {
             let mut tap = |found: Heard<'_>| heard = Some(found.octets.to_vec());
             let step = self.step(&mut [], until, &mut |_| false, &mut tap)?;
             if let Some(octets) = heard {
-                let octets: Vec<String> = octets.iter().take(16).map(|octet| format!("{octet:02X}")).collect();
                 return Err(LinkError::Unusable(format!(
                     "somebody else sends on {}: {}; take the other master off the bus",
                     self.serial.describe(),
-                    octets.join(" ")
+                    hex_start(&octets, 16)
                 )));
             }
             if step == Step::Idle {

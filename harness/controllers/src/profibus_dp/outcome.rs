@@ -8,6 +8,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
+use plain_text::hex;
 use wire::profibus::diag::SlaveDiag;
 use wire::profibus::dpv1::Refusal;
 use wire::profibus::fdl::{AnswerFunction, StationType};
@@ -106,10 +107,7 @@ impl fmt::Display for Answer {
                     Some(word) => f.write_str(word)?,
                     None => write!(f, "function {:#04x}", function.0)?,
                 }
-                data.iter().enumerate().try_for_each(|(at, octet)| match at {
-                    0 => write!(f, ": {octet:02X}"),
-                    _ => write!(f, " {octet:02X}"),
-                })
+                if data.is_empty() { Ok(()) } else { write!(f, ": {}", hex(data)) }
             }
             Answer::None => f.write_str("no answer"),
             Answer::Unfit(why) => write!(f, "the answer does not fit: {why}"),

@@ -1,6 +1,7 @@
 //! Where manual and GSD disagree. What is invented says nothing here.
 
 use super::model::{Field, FieldType, Gsd, Module};
+use plain_text::hex;
 use results::outcome::{DescriptionKind, Finding, Severity};
 use suite::device::{Device, Origin, ProfibusFacts, RecordField};
 
@@ -14,12 +15,6 @@ pub fn compare(device: &Device, variant: usize, gsd: &Gsd) -> Vec<Finding> {
     work.diagnosis();
     work.parameters();
     work.findings
-}
-
-/// The octets in the manner of the suites: two capital digits each.
-pub(super) fn octets(octets: &[u8]) -> String {
-    let digits: Vec<String> = octets.iter().map(|octet| format!("{octet:02X}")).collect();
-    digits.join(" ")
 }
 
 /// The octets of Set_Prm between the first seven and the user octets whose fields the manual has.
@@ -76,10 +71,10 @@ impl<'w> Work<'w> {
     fn modules(&mut self) {
         for module in self.device.modules.iter().filter(|module| module.ident_origin == Origin::Manual) {
             if self.alike(module.cfg()).is_empty() {
-                let known: Vec<String> = self.gsd.modules.iter().map(|known| octets(&known.cfg)).collect();
+                let known: Vec<String> = self.gsd.modules.iter().map(|known| hex(&known.cfg)).collect();
                 let id = format!("{}.cfg", module.name);
                 let subject = format!("Identifiers of {}", module.name);
-                self.differ(&id, Severity::Warning, &subject, octets(module.cfg()), known.join(", "));
+                self.differ(&id, Severity::Warning, &subject, hex(module.cfg()), known.join(", "));
             }
         }
     }

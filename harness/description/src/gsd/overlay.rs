@@ -1,9 +1,10 @@
 //! Puts what no manual prints into the description of a slave: its ident number, the identifiers of its modules, and that the
 //! user octets lie where the GSD has them.
 
-use super::compare::{before_the_fields, is_at, octets};
+use super::compare::{before_the_fields, is_at};
 use super::model::Gsd;
 use crate::gsdml::Overlay;
+use plain_text::hex;
 use suite::device::{Device, Origin};
 use wire::profibus::cfg::{Identifier, sums};
 
@@ -53,7 +54,7 @@ fn modules(device: &mut Device, gsd: Option<&Gsd>, done: &mut Overlay) {
                         submodule.ident_origin = Origin::Description;
                     }
                 }
-                done.taken.push(format!("the identifiers of {name} are {}, as the GSD says", octets(&only.cfg)));
+                done.taken.push(format!("the identifiers of {name} are {}, as the GSD says", hex(&only.cfg)));
             }
             [] => done.missing.push(format!("the identifiers of {name}: no module of a GSD has its lengths")),
             _ => done.missing.push(format!("the identifiers of {name}: several modules of the GSD have its lengths")),

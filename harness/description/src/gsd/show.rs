@@ -1,7 +1,7 @@
 //! What a GSD says, for people.
 
-use super::compare::octets;
 use super::model::{Field, FieldType, Gsd};
+use plain_text::hex;
 use std::fmt::Write as _;
 
 /// What a GSD says, in lines.
@@ -33,8 +33,8 @@ fn show_into(gsd: &Gsd, out: &mut String) -> std::fmt::Result {
         writeln!(out, "  diagnosis        up to {longest} octets")?;
     }
     for module in &gsd.modules {
-        writeln!(out, "  module           {}: Chk_Cfg {}", text(&module.name), octets(&module.cfg))?;
-        writeln!(out, "    user octets    {}", octets(&gsd.default_octets(module)))?;
+        writeln!(out, "  module           {}: Chk_Cfg {}", text(&module.name), hex(&module.cfg))?;
+        writeln!(out, "    user octets    {}", hex(&gsd.default_octets(module)))?;
         for (at, field) in gsd.fields(module) {
             writeln!(out, "      {:<12} {}", place(at, field), line(field, &text(&field.name)))?;
         }

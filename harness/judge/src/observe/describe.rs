@@ -3,7 +3,7 @@
 //! What a station chose itself is escaped. A frame that cannot be read gets a line that says why.
 
 use super::{Ar, Direction, Placed};
-use plain_text::escaped;
+use plain_text::{escaped, hex_start};
 use std::fmt::Write as _;
 use wire::datagram::arp::{Arp, Operation};
 use wire::datagram::{Datagram, Ipv4};
@@ -388,10 +388,7 @@ fn lldp(payload: &[u8]) -> String {
 }
 
 pub(super) fn hex(octets: &[u8]) -> String {
-    let mut text = String::with_capacity(3 * octets.len().min(MOST_OCTETS));
-    for (place, octet) in octets.iter().take(MOST_OCTETS).enumerate() {
-        let _ = write!(text, "{}{octet:02x}", if place == 0 { "" } else { " " });
-    }
+    let mut text = hex_start(octets, MOST_OCTETS).to_lowercase();
     if octets.len() > MOST_OCTETS {
         let _ = write!(text, " .. ({} octets)", octets.len());
     }

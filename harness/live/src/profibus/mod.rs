@@ -8,6 +8,7 @@ pub mod preflight;
 
 pub use fence::Fence;
 
+use plain_text::hex_start;
 use wire::profibus::fdl::Frame;
 
 /// Octets of a frame that a message shows.
@@ -31,9 +32,6 @@ pub fn words(octets: &[u8]) -> String {
         }
         Ok(Frame::Data(frame)) => format!("an answer of station {} to station {}", frame.sa, frame.da),
         Ok(Frame::ShortAcknowledgement) => "a short acknowledgement".to_owned(),
-        Err(_) => {
-            let shown: Vec<String> = octets.iter().take(SHOWN).map(|octet| format!("{octet:02X}")).collect();
-            format!("something that is no frame ({})", shown.join(" "))
-        }
+        Err(_) => format!("something that is no frame ({})", hex_start(octets, SHOWN)),
     }
 }

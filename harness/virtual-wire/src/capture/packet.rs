@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::io;
 
+use plain_text::hex;
 use station::Time;
 use thiserror::Error;
 
@@ -100,8 +101,4 @@ pub enum NotACapture {
     /// Its first octets are those of neither pcap nor pcapng.
     #[error("is neither pcap nor pcapng: it begins with {}", hex(.0))]
     OtherFormat(Vec<u8>),
-}
-
-fn hex(octets: &[u8]) -> String {
-    octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
