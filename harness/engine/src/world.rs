@@ -108,6 +108,8 @@ pub struct World<'a> {
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
     recording: Option<Recording>,
+    /// Whether the wire is virtual, so that nothing but the device can spoil a trial.
+    is_virtual: bool,
 }
 
 /// What was seen from the begin of a step on.
@@ -149,6 +151,7 @@ impl<'a> World<'a> {
         World {
             manual,
             variant,
+            is_virtual: segment.is_model(),
             segment,
             addresses: ours.addresses(),
             ours,
@@ -229,6 +232,9 @@ impl<'a> World<'a> {
 
     /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
     pub fn halted(&self) -> Option<String> {
+        if self.is_virtual {
+            return None;
+        }
         if let Some(why) = self.segment.spoilt() {
             return Some(why);
         }
@@ -261,15 +267,27 @@ impl<'a> World<'a> {
 
     /// Lets the next thing happen, not later than `until`; false if nothing was left to do until then.
     pub fn step(&mut self, until: Time) -> bool {
-        let mut seen = std::mem::take(&mut self.trace);
-        let before = seen.len();
-        let comment = &mut self.comment;
-        let worked = self.segment.step(&mut self.ours, until, &mut |time, frame| {
-            let number = seen.push(time, 0, frame);
+        let World { segment, ours, trace, comment, .. } = self;
+        let before = trace.len();
+        let worked = segment.step(ours, until, &mut |time, frame| {
+            let number = trace.push(time, 0, frame);
             if let Some(text) = comment.take() {
-                seen.comment(number, &text);
+                trace.comment(number, &text);
             }
         });
+        if self.trace.len() > before {
+            self.see_all_behind(before);
+        }
+        if self.segment.take_touch() || !worked || self.now() >= self.looked_at_leds + LOOK {
+            self.look_at_leds();
+        }
+        self.let_time_go_by();
+        worked
+    }
+
+    /// Looks at the frames of the trace behind number `before`.
+    fn see_all_behind(&mut self, before: usize) {
+        let mut seen = std::mem::take(&mut self.trace);
         for number in before + 1..=seen.len() {
             // A short one arrives filled up.
             let is_sent = |broken: &Vec<u8>| seen.get(number).is_some_and(|frame| frame.octets.starts_with(broken));
@@ -282,21 +300,17 @@ impl<'a> World<'a> {
             }
         }
         self.trace = seen;
-        if self.segment.take_touch() || !worked || self.now() >= self.looked_at_leds + LOOK {
-            self.look_at_leds();
-        }
-        self.let_time_go_by();
-        worked
     }
 
     fn see(&mut self, number: u64, time: Time, octets: &[u8]) {
         self.judges.rules.time(&self.scene.view_at(time, number), time);
         let Some(mut tracker) = self.tracker.take() else { return };
         let own = self.addresses.first().copied();
-        let from_us = self.is_from_us(octets);
         tracker.frame(number, time, octets, &mut |ars, observation| {
             // What we break on purpose is no fault of the device.
-            if let (Observation::Unreadable { why }, false) = (&observation, from_us) {
+            if let Observation::Unreadable { why } = &observation
+                && !self.is_from_us(octets)
+            {
                 self.unreadable.push(((*why).to_owned(), number));
             }
             let ours = |ar: &Ar| Some(ar.controller.address) == own;
@@ -436,7 +450,12 @@ impl<'a> World<'a> {
             let led = *led;
             let (name, words) = &self.manual.device.stand.leds[led];
             let word = self.segment.stand().led(now, name);
-            if word == std::mem::replace(before, word) {
+            let is_as_before = match (word, std::mem::replace(before, word)) {
+                // Nearly always it is the very same word.
+                (Some(word), Some(before)) => std::ptr::eq(word, before) || word == before,
+                (word, before) => word == before,
+            };
+            if is_as_before {
                 continue;
             }
             let number = word.and_then(|word| words.iter().position(|known| known == word)).map(|index| index as i64);
@@ -451,6 +470,9 @@ impl<'a> World<'a> {
     }
 
     fn let_time_go_by(&mut self) {
+        if self.judges.blocks.is_empty() && self.judges.expecting.is_none() {
+            return;
+        }
         let now = self.now();
         let view = self.scene.view_at(now, self.trace.len() as u64);
         self.judges.blocks.iter_mut().for_each(|block| block.time(&view, now));

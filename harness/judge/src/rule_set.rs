@@ -20,8 +20,10 @@ type Rules = u128;
 pub struct RuleSet<'a> {
     rules: &'a [Rule],
     watches: Vec<RuleWatch<'a>>,
-    /// Whether a window is open.
+    /// Whether a window was open at the last look.
     is_waiting: bool,
+    /// Whether one may have closed since.
+    may_wait_no_more: bool,
     /// Whether somebody else recorded the frames.
     is_recorded: bool,
     /// Whether a rule was broken since somebody asked.
@@ -117,6 +119,7 @@ impl<'a> RuleSet<'a> {
             rules,
             watches,
             is_waiting: false,
+            may_wait_no_more: false,
             is_newly_broken: false,
             is_recorded: false,
             frames,
@@ -164,8 +167,11 @@ impl<'a> RuleSet<'a> {
                 if let Some(blip) = blip {
                     watch.take_back(blip);
                 }
+                let waited = watch.is_waiting();
                 look(watch, view, is_recorded);
                 self.is_newly_broken |= watch.is_news;
+                self.is_waiting |= watch.is_waiting();
+                self.may_wait_no_more |= waited && !watch.is_waiting();
                 if watch.steady().is_listed_otherwise() {
                     index.list(rule, watch.steady());
                 }
@@ -174,8 +180,9 @@ impl<'a> RuleSet<'a> {
                     *restless = if watch.is_idle(place) { *restless & !bit } else { *restless | bit };
                 }
             }
-            // In a recording time goes by with the frames, so that nobody asks.
-            self.is_waiting = !is_recorded && self.watches.iter().any(RuleWatch::is_waiting);
+            if std::mem::take(&mut self.may_wait_no_more) {
+                self.is_waiting = self.watches.iter().any(RuleWatch::is_waiting);
+            }
             return;
         }
         settle_all(self.index.as_ref(), &mut self.watches, &mut self.counted, self.frames);
@@ -208,6 +215,7 @@ impl<'a> RuleSet<'a> {
     /// Lets time go by without a frame.
     pub fn time(&mut self, view: &View<'_>, now: Time) {
         if self.is_waiting && !self.is_recorded {
+            self.may_wait_no_more = true;
             for watch in &mut self.watches {
                 watch.time(view, now);
                 self.is_newly_broken |= watch.is_news;

@@ -2,6 +2,7 @@
 
 use super::follow::Follower;
 use super::image::Happening;
+use super::settled::Settled;
 use super::view::{Notebook, View};
 use super::{Tick, TickKind};
 use station::Time;
@@ -18,13 +19,15 @@ pub struct Scene<'a> {
     /// The connection that is followed.
     pub follower: Follower,
     notebook: Notebook,
+    settled: Settled,
 }
 
 impl<'a> Scene<'a> {
     /// Nothing was seen yet.
     pub fn new(manual: &'a Manual, variant: &'a Variant) -> Scene<'a> {
         let device: &Device = &manual.device;
-        Scene { device, variant, follower: Follower::new(device), notebook: Notebook::default() }
+        let (notebook, settled) = (Notebook::default(), Settled::default());
+        Scene { device, variant, follower: Follower::new(device), notebook, settled }
     }
 
     /// What is known besides; nothing on a capture.
@@ -40,8 +43,8 @@ impl<'a> Scene<'a> {
 
     /// The names at an instant.
     pub fn view(&self, tick: Tick) -> View<'_> {
-        let Scene { device, variant, follower, notebook } = self;
-        View { device, variant, image: &follower.image, notebook, tick, reads: None, settled: None }
+        let Scene { device, variant, follower, notebook, settled } = self;
+        View { device, variant, image: &follower.image, notebook, tick, reads: None, settled: Some(settled) }
     }
 
     /// The names at a time at which no frame came.

@@ -17,7 +17,7 @@ pub struct ParameterVersion {
 }
 
 /// Values that hold until a parameter is another one; those of one variant.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Settled {
     of: Cell<ParameterVersion>,
     /// By the number of the name.

@@ -85,7 +85,7 @@ impl Trace {
             time: entry.time,
             port: entry.port,
             octets: &self.octets[start..entry.end],
-            comment: self.comments.get(&number).map(String::as_str),
+            comment: if self.comments.is_empty() { None } else { self.comments.get(&number).map(String::as_str) },
         })
     }
 

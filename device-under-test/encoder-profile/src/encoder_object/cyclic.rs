@@ -3,6 +3,7 @@
 use super::memory::Source;
 use super::{Live, Model, Phase};
 use crate::behaviour::ByPlc;
+use crate::encoder::Measuring;
 use crate::profidrive::life_sign::{Given, Watch};
 use crate::profidrive::mantel::Known;
 use crate::profidrive::sensor::{Request, Xist2};
@@ -159,9 +160,13 @@ impl<M: Model> Live<'_, M> {
             let settings = (rules.acts_since)(signal, settings, ram.settings_at_start);
             (rules.acts_on)(signal, settings, &self.hardware)
         };
+        let positions = |measuring: &Measuring| [measuring.position(), measuring.limited()];
+        let usual = positions(&ram.measuring);
         let shown = |signal, with_offset| {
-            let measuring = ram.measuring.under(acting(signal));
-            if with_offset { measuring.limited() } else { measuring.position() }
+            let settings = acting(signal);
+            let is_usual = settings == ram.measuring.settings;
+            let [plain, limited] = if is_usual { usual } else { positions(&ram.measuring.under(settings)) };
+            if with_offset { limited } else { plain }
         };
         let with_offset = (rules.presets_xist2)(&ram.user);
         let position = shown(Signal::G1Xist2, with_offset);
