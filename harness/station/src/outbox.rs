@@ -25,6 +25,7 @@ impl Outbox {
     }
 
     /// Sends the frame that `write` appends to the buffer it is given; whatever stood there before is left alone.
+    #[inline]
     pub fn push_with(&mut self, write: impl FnOnce(&mut Vec<u8>)) {
         let start = self.octets.len();
         write(&mut self.octets);

@@ -28,10 +28,22 @@ impl Time {
         self.0
     }
 
+    /// The instant `nanos` nanoseconds after this one.
+    #[inline]
+    pub const fn after_nanos(self, nanos: u64) -> Time {
+        Time(self.0.saturating_add(nanos))
+    }
+
+    /// The nanoseconds that went by since `earlier`, or 0 if `earlier` is later.
+    #[inline]
+    pub const fn nanos_since(self, earlier: Time) -> u64 {
+        self.0.saturating_sub(earlier.0)
+    }
+
     /// The time that went by since `earlier`, or zero if `earlier` is later.
     #[inline]
     pub const fn since(self, earlier: Time) -> Duration {
-        Duration::from_nanos(self.0.saturating_sub(earlier.0))
+        Duration::from_nanos(self.nanos_since(earlier))
     }
 }
 

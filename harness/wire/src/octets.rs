@@ -30,12 +30,14 @@ impl<'a> Reader<'a> {
     }
 
     /// The same reader under the name of an inner layer.
+    #[inline]
     pub fn layer(mut self, layer: &'static str) -> Reader<'a> {
         self.layer = layer;
         self
     }
 
     /// The same reader in another byte order.
+    #[inline]
     pub fn order(mut self, order: Order) -> Reader<'a> {
         self.order = order;
         self
@@ -80,6 +82,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A reader of the next `n` octets alone; offsets go on counting.
+    #[inline]
     pub fn sub(&mut self, n: usize) -> Result<Reader<'a>> {
         let base = self.offset();
         Ok(Reader { octets: self.take(n)?, at: 0, base, layer: self.layer, order: self.order })
@@ -120,11 +123,13 @@ impl<'a> Reader<'a> {
     }
 
     /// An error about the field that ends where the reader stands.
+    #[cold]
     pub fn wrong(&self, field: &'static str, octets: usize, wanted: &'static str, found: u64) -> WireError {
         WireError::Value { layer: self.layer, offset: self.offset().saturating_sub(octets), field, wanted, found }
     }
 
     /// Fails where octets are left; `wanted` says in words what is to be there.
+    #[inline]
     pub fn end(&self, wanted: &'static str) -> Result<()> {
         match self.left() {
             0 => Ok(()),
@@ -139,6 +144,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Passes over padding up to a multiple of `n` octets from the start of this reader, as far as there is any.
+    #[inline]
     pub fn align(&mut self, n: usize) {
         self.at = self.at.next_multiple_of(n).min(self.octets.len());
     }

@@ -25,6 +25,7 @@ impl BitTimes {
 impl Add for BitTimes {
     type Output = BitTimes;
 
+    #[inline]
     fn add(self, more: BitTimes) -> BitTimes {
         BitTimes(self.0.saturating_add(more.0))
     }

@@ -60,6 +60,7 @@ pub enum FrameCount {
 
 impl FrameCount {
     /// The count of the next new request after this one; a repetition has the same count again.
+    #[inline]
     pub fn next(self) -> FrameCount {
         match self {
             FrameCount::Unused => FrameCount::Unused,
@@ -99,21 +100,25 @@ impl FunctionCode {
     }
 
     /// Whether it is a request, else an answer.
+    #[inline]
     pub fn is_request(self) -> bool {
         self.0 & FunctionCode::REQUEST != 0
     }
 
     /// What is asked; none in an answer.
+    #[inline]
     pub fn requested(self) -> Option<RequestFunction> {
         self.is_request().then_some(RequestFunction(self.0 & FunctionCode::FUNCTION))
     }
 
     /// What is answered; none in a request.
+    #[inline]
     pub fn answered(self) -> Option<AnswerFunction> {
         (!self.is_request()).then_some(AnswerFunction(self.0 & FunctionCode::FUNCTION))
     }
 
     /// The count of a request; none in an answer.
+    #[inline]
     pub fn count(self) -> Option<FrameCount> {
         self.is_request().then_some(match (self.0 & FunctionCode::FCV != 0, self.0 & FunctionCode::FCB != 0) {
             (false, false) => FrameCount::Unused,
@@ -124,6 +129,7 @@ impl FunctionCode {
     }
 
     /// The type of the station that answers; none in a request.
+    #[inline]
     pub fn station(self) -> Option<StationType> {
         (!self.is_request()).then_some(StationType(self.0 >> 4 & 3))
     }
@@ -132,6 +138,7 @@ impl FunctionCode {
 impl RequestFunction {
     /// Whether a station that hears the request answers it; those sent to all stations and those without acknowledgement are
     /// not answered, and what no table knows neither.
+    #[inline]
     pub fn wants_answer(self) -> bool {
         match self {
             RequestFunction::TIME_EVENT
@@ -145,6 +152,7 @@ impl RequestFunction {
 
 impl AnswerFunction {
     /// Whether data come with the answer.
+    #[inline]
     pub fn has_data(self) -> bool {
         matches!(
             self,
@@ -156,6 +164,7 @@ impl AnswerFunction {
     }
 
     /// Whether the data are of high priority: in Data_Exchange the slave so says that a new diagnosis is to be fetched.
+    #[inline]
     pub fn is_high(self) -> bool {
         matches!(self, AnswerFunction::DATA_HIGH | AnswerFunction::NO_RESOURCE_DATA_HIGH)
     }

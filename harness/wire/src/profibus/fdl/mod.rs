@@ -62,15 +62,18 @@ impl Extension {
     }
 
     /// Whether no octet stands for it.
+    #[inline]
     pub fn is_empty(self) -> bool {
         self == Extension::NONE
     }
 
     /// How many octets stand for it, 0 to 2.
+    #[inline]
     pub fn length(self) -> usize {
         usize::from(self.segment.is_some()) + usize::from(self.sap.is_some())
     }
 
+    #[inline]
     fn read(reader: &mut Reader<'_>) -> Result<Extension> {
         let first = reader.u8()?;
         let number = Some(first & 0x3F);
@@ -88,6 +91,7 @@ impl Extension {
         }
     }
 
+    #[inline]
     fn write(self, out: &mut Vec<u8>) {
         let Extension { segment, sap } = self;
         if let Some(segment) = segment {
@@ -135,6 +139,7 @@ pub struct DataFrame<'a> {
 
 impl<'a> DataFrame<'a> {
     /// A frame between two access points, in the format that most masters take: SD1 without data, SD3 for 8 octets, else SD2.
+    #[inline]
     pub fn new(
         (da, destination): (u8, Extension),
         (sa, source): (u8, Extension),
@@ -150,6 +155,7 @@ impl<'a> DataFrame<'a> {
     }
 
     /// Reads what stands from DA to the last octet of data.
+    #[inline]
     fn read(mut reader: Reader<'a>, format: Format) -> Result<DataFrame<'a>> {
         let (da, sa) = (reader.u8()?, reader.u8()?);
         let fc = FunctionCode(reader.u8()?);
@@ -186,6 +192,7 @@ impl<'a> DataFrame<'a> {
 }
 
 /// The sum of octets without carry, as FCS holds it.
+#[inline]
 pub fn checksum(octets: &[u8]) -> u8 {
     octets.iter().fold(0, |sum, octet| sum.wrapping_add(*octet))
 }
@@ -250,6 +257,7 @@ impl<'a> Frame<'a> {
     }
 
     /// Appends the frame.
+    #[inline]
     pub fn write(&self, out: &mut Vec<u8>) {
         match self {
             Frame::Data(frame) => frame.write(out),
@@ -260,6 +268,7 @@ impl<'a> Frame<'a> {
 }
 
 /// Reads LE, LEr and the second SD2, and gives LE.
+#[inline]
 fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
     let length = reader.u8()?;
     if !(4..=249).contains(&length) {
@@ -277,6 +286,7 @@ fn variable_length(reader: &mut Reader<'_>) -> Result<usize> {
 }
 
 /// Reads `length` octets from DA on, FCS and ED.
+#[inline]
 fn body<'a>(reader: &mut Reader<'a>, format: Format, length: usize) -> Result<DataFrame<'a>> {
     let counted = reader.sub(length)?;
     let sum = reader.u8()?;
