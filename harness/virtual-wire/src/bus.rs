@@ -122,8 +122,9 @@ impl VirtualBus {
     ///
     /// An event is one burst that begins or ends at all the other ports (in port order) or one station being woken; after each
     /// input all frames that the station sends are taken over. Of events at one instant, a burst that ends comes first,
-    /// then wakes (by port), then the burst that begins. Deadlines are asked for anew at every step, so that the caller may act on
-    /// stations in between; one that lies in the past is due now. `tap` sees every burst once, as it ends.
+    /// then wakes (by port), then the burst that begins, which is no step of its own where it begins as it is sent. Deadlines are
+    /// asked for anew at every step, so that the caller may act on stations in between; one that lies in the past is due now.
+    /// `tap` sees every burst once, as it ends.
     pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
         let wake = self.wakes.earliest(self.now, stations).filter(|(due, _)| *due <= until);
         let burst = self.bursts.front().map(|burst| if self.is_heard { burst.end } else { burst.begin });
@@ -136,6 +137,7 @@ impl VirtualBus {
             (_, Some((due, port))) => {
                 self.now = due;
                 self.wake(port, stations);
+                self.begin_at_once(stations);
             }
             (None, None) => {
                 self.now = self.now.max(until);
@@ -143,6 +145,14 @@ impl VirtualBus {
             }
         }
         Step::Worked
+    }
+
+    /// Lets the first burst begin if it begins now and nobody is to be woken before.
+    fn begin_at_once(&mut self, stations: &mut [&mut dyn Station]) {
+        let begins = !self.is_heard && self.bursts.front().is_some_and(|burst| burst.begin <= self.now);
+        if begins && self.wakes.earliest(self.now, stations).is_none_or(|(due, _)| due > self.now) {
+            self.begin(stations);
+        }
     }
 
     /// Steps until nothing is left to do up to `until`; the clock then stands there.
@@ -160,13 +170,7 @@ impl VirtualBus {
     fn advance(&mut self, due: Time, stations: &mut [&mut dyn Station], tap: &mut dyn FnMut(Seen<'_>)) {
         self.now = self.now.max(due);
         if !self.is_heard {
-            self.is_heard = true;
-            let Some(burst) = self.bursts.front() else { return };
-            for (port, station) in stations.iter_mut().enumerate() {
-                if !burst.is_sent_by(port) {
-                    station.carrier(self.now);
-                }
-            }
+            self.begin(stations);
             return;
         }
         self.is_heard = false;
@@ -176,14 +180,29 @@ impl VirtualBus {
         tap(Seen { begin: burst.begin, time: self.now, port: burst.port, frame: &burst.octets });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| !burst.is_sent_by(*port)) {
             station.receive(self.now, &burst.octets, &mut self.outbox);
-            self.drain(port);
+            if !self.outbox.is_empty() {
+                self.drain(port);
+            }
         }
         self.spare.push(burst.octets);
     }
 
+    /// Lets the others hear that the first burst begins.
+    fn begin(&mut self, stations: &mut [&mut dyn Station]) {
+        self.is_heard = true;
+        let Some(burst) = self.bursts.front() else { return };
+        for (port, station) in stations.iter_mut().enumerate() {
+            if !burst.is_sent_by(port) {
+                station.carrier(self.now);
+            }
+        }
+    }
+
     fn wake(&mut self, port: usize, stations: &mut [&mut dyn Station]) {
         stations[port].wake(self.now, &mut self.outbox);
-        self.drain(port);
+        if !self.outbox.is_empty() {
+            self.drain(port);
+        }
         if let Some(livelock) = self.wakes.woken(self.now, port) {
             self.objections.raise(livelock);
         }
@@ -191,9 +210,6 @@ impl VirtualBus {
 
     /// Takes over what the station at `port` has put into the outbox.
     fn drain(&mut self, port: usize) {
-        if self.outbox.is_empty() {
-            return;
-        }
         let mut sent = std::mem::take(&mut self.outbox);
         for frame in sent.frames() {
             // The violation is on record; the sender learns no more of it than on a real bus.
@@ -213,7 +229,7 @@ impl VirtualBus {
         if begin.since(self.now) > BACKLOG {
             return Err(self.objections.raise(Violation::Congested { port, time: self.now }));
         }
-        let end = begin + Duration::from_nanos(self.baud.nanoseconds(BitTimes::of_octets(length)));
+        let end = begin.after_nanos(self.baud.nanoseconds(BitTimes::of_octets(length)));
         let mut copy = self.spare.pop().unwrap_or_default();
         copy.clear();
         copy.extend_from_slice(octets);
@@ -238,7 +254,7 @@ impl VirtualBus {
             None => self.last?,
         };
         let (port, time) = (burst.port, burst.begin);
-        let silent = self.bits(time.since(last.end));
+        let silent = self.bits(time.nanos_since(last.end));
         match burst.part {
             Part::Asks | Part::Tells if silent < BitTimes::SYNCHRONISATION.0 => {
                 Some(Violation::NoSilence { port, time, silent })
@@ -251,13 +267,18 @@ impl VirtualBus {
         }
     }
 
-    /// Whole bits in `time`; one that rounding up has cut by a nanosecond counts as whole.
-    fn bits(&self, time: Duration) -> u64 {
-        self.baud.bits(u64::try_from(time.as_nanos() + 1).unwrap_or(u64::MAX)).0
+    /// Whole bits in so many `nanoseconds`; one that rounding up has cut by a nanosecond counts as whole.
+    fn bits(&self, nanoseconds: u64) -> u64 {
+        self.baud.bits(nanoseconds.saturating_add(1)).0
     }
 
     /// Puts `burst` into its place, as one with all that it overlaps.
     fn insert(&mut self, mut burst: Burst) {
+        if self.bursts.is_empty() {
+            self.is_heard = false;
+            self.bursts.push_back(burst);
+            return;
+        }
         let is_sending = self.is_heard.then(|| self.bursts.front().map(|first| first.begin)).flatten();
         let octet = self.baud.nanoseconds(BitTimes(BitTimes::PER_OCTET)).max(1);
         while let Some(at) = self.bursts.iter().position(|other| other.begin < burst.end && burst.begin < other.end) {

@@ -1,7 +1,5 @@
 //! A compact store of the frames that were seen on a wire.
 
-use std::collections::BTreeMap;
-
 use station::Time;
 
 use crate::wire::Seen;
@@ -13,7 +11,8 @@ use crate::wire::Seen;
 pub struct Trace {
     octets: Vec<u8>,
     entries: Vec<Entry>,
-    comments: BTreeMap<usize, String>,
+    /// What was noted, by the number of the frame, ascending.
+    comments: Vec<(usize, String)>,
 }
 
 /// One frame of a [`Trace`].
@@ -47,7 +46,7 @@ impl Trace {
     /// An empty trace with room for so many frames of `octets` octets in all.
     pub fn with_room(frames: usize, octets: usize) -> Trace {
         let (octets, entries) = (Vec::with_capacity(octets), Vec::with_capacity(frames));
-        Trace { octets, entries, comments: BTreeMap::new() }
+        Trace { octets, entries, comments: Vec::new() }
     }
 
     /// Stores a frame and returns its number.
@@ -59,6 +58,7 @@ impl Trace {
     }
 
     /// Stores what a wire's tap has seen and returns its number.
+    #[inline]
     pub fn see(&mut self, seen: Seen<'_>) -> usize {
         self.push(seen.time, seen.port, seen.frame)
     }
@@ -67,11 +67,16 @@ impl Trace {
     ///
     /// The frame may be one that is yet to come: `trace.len() + 1` marks where a step begins.
     pub fn comment(&mut self, number: usize, text: &str) {
-        let noted = self.comments.entry(number).or_default();
-        if !noted.is_empty() {
-            noted.push('\n');
+        match self.comments.binary_search_by_key(&number, |(of, _)| *of) {
+            Ok(at) => {
+                let noted = &mut self.comments[at].1;
+                if !noted.is_empty() {
+                    noted.push('\n');
+                }
+                noted.push_str(text);
+            }
+            Err(at) => self.comments.insert(at, (number, text.to_owned())),
         }
-        noted.push_str(text);
     }
 
     /// The frame with this number, or `None` for 0 and for numbers beyond the end.
@@ -85,8 +90,19 @@ impl Trace {
             time: entry.time,
             port: entry.port,
             octets: &self.octets[start..entry.end],
-            comment: if self.comments.is_empty() { None } else { self.comments.get(&number).map(String::as_str) },
+            comment: if number > self.last_comment() { None } else { self.comment_of(number) },
         })
+    }
+
+    /// The number of the last frame that has a comment; nearly all frames are asked for as they come, behind it.
+    #[inline]
+    fn last_comment(&self) -> usize {
+        self.comments.last().map_or(0, |(number, _)| *number)
+    }
+
+    fn comment_of(&self, number: usize) -> Option<&str> {
+        let at = self.comments.binary_search_by_key(&number, |(of, _)| *of).ok()?;
+        Some(&self.comments[at].1)
     }
 
     /// The frames from the first to the last.

@@ -22,21 +22,34 @@ struct Port {
     livelocked: bool,
 }
 
+impl Port {
+    /// Whether the station was woken so often at the instant `due` that it would never end.
+    #[inline]
+    fn is_spinning(&self, due: Time) -> bool {
+        self.count >= WAKES_AT_ONE_INSTANT && self.at == due
+    }
+}
+
 impl Wakes {
     /// When which port is to be woken next; of several at one instant, the lowest.
+    #[inline]
     pub fn earliest(&mut self, now: Time, stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
         if self.ports.len() < stations.len() {
             self.ports.resize(stations.len(), Port::default());
         }
-        let due = stations.iter().zip(&self.ports).enumerate().filter_map(|(index, (station, port))| {
-            let due = station.deadline()?.max(now);
-            let spinning = port.count >= WAKES_AT_ONE_INSTANT && port.at == due;
-            (!spinning).then_some((due, index))
-        });
-        due.min()
+        let mut first: Option<(Time, usize)> = None;
+        for (index, (station, port)) in stations.iter().zip(&self.ports).enumerate() {
+            let Some(due) = station.deadline() else { continue };
+            let due = due.max(now);
+            if first.is_none_or(|(earliest, _)| due < earliest) && !port.is_spinning(due) {
+                first = Some((due, index));
+            }
+        }
+        first
     }
 
     /// Counts that `port` was woken; the violation, once, if it never goes to sleep.
+    #[inline]
     pub fn woken(&mut self, now: Time, port: usize) -> Option<Violation> {
         let state = self.ports.get_mut(port)?;
         state.count = if state.at == now { state.count + 1 } else { 1 };

@@ -9,7 +9,7 @@ use station::{Duration, Outbox, Station, Time};
 use crate::violation::Violation;
 use crate::wakes::{Objections, Wakes};
 
-/// One octet at 100 Mbit/s.
+/// One octet at 100 Mbit/s, in nanoseconds.
 const OCTET: u64 = 80;
 /// Preamble and start-of-frame delimiter, in octets (IEEE 802.3, 3.1.1).
 const PREAMBLE: usize = 8;
@@ -17,8 +17,8 @@ const PREAMBLE: usize = 8;
 const CHECK_SEQUENCE: usize = 4;
 /// Silence between two frames of one sender, in octets' worth of time.
 const GAP: usize = 12;
-/// A switch of an installation hands a frame on after some microseconds.
-const SWITCH_LATENCY: Duration = Duration::from_nanos(3_000);
+/// A switch of an installation hands a frame on after some microseconds; in nanoseconds.
+const SWITCH_LATENCY: u64 = 3_000;
 /// Two addresses and an EtherType.
 const SHORTEST: usize = 14;
 /// What a network interface fills a shorter frame up to, in octets without check sequence.
@@ -149,14 +149,18 @@ impl VirtualWire {
         tap(Seen { begin: flight.begin, time: self.now, port: flight.port, frame: &flight.frame });
         for (port, station) in stations.iter_mut().enumerate().filter(|(port, _)| *port != flight.port) {
             station.receive(self.now, &flight.frame, &mut self.outbox);
-            self.drain(port);
+            if !self.outbox.is_empty() {
+                self.drain(port);
+            }
         }
         self.spare.push(flight.frame);
     }
 
     fn wake(&mut self, port: usize, stations: &mut [&mut dyn Station]) {
         stations[port].wake(self.now, &mut self.outbox);
-        self.drain(port);
+        if !self.outbox.is_empty() {
+            self.drain(port);
+        }
         if let Some(livelock) = self.wakes.woken(self.now, port) {
             self.objections.raise(livelock);
         }
@@ -164,9 +168,6 @@ impl VirtualWire {
 
     /// Takes over what the station at `port` has put into the outbox.
     fn drain(&mut self, port: usize) {
-        if self.outbox.is_empty() {
-            return;
-        }
         let mut sent = std::mem::take(&mut self.outbox);
         for frame in sent.frames() {
             // The violation is on record; the sender learns no more of it than on a real wire.
@@ -192,22 +193,25 @@ impl VirtualWire {
         }
 
         let on_the_line = PREAMBLE + length.max(PADDED) + CHECK_SEQUENCE;
-        self.lines[port] = start + octets(on_the_line + GAP);
-        let arrival = start + octets(on_the_line) + SWITCH_LATENCY;
+        self.lines[port] = start.after_nanos(octets(on_the_line + GAP));
+        let arrival = start.after_nanos(octets(on_the_line) + SWITCH_LATENCY);
 
         let mut padded = self.spare.pop().unwrap_or_default();
         padded.clear();
         padded.extend_from_slice(frame);
         padded.resize(length.max(PADDED), 0);
-        let behind = self.in_flight.iter().rev().take_while(|flight| flight.arrival > arrival).count();
-        self.in_flight.insert(self.in_flight.len() - behind, Flight { begin: start, arrival, port, frame: padded });
+        let flight = Flight { begin: start, arrival, port, frame: padded };
+        match self.in_flight.iter().rev().take_while(|flight| flight.arrival > arrival).count() {
+            0 => self.in_flight.push_back(flight),
+            behind => self.in_flight.insert(self.in_flight.len() - behind, flight),
+        }
         Ok(())
     }
 }
 
-/// How long `count` octets take at 100 Mbit/s.
-fn octets(count: usize) -> Duration {
-    Duration::from_nanos(count as u64 * OCTET)
+/// How many nanoseconds `count` octets take at 100 Mbit/s.
+fn octets(count: usize) -> u64 {
+    count as u64 * OCTET
 }
 
 #[cfg(test)]
