@@ -217,7 +217,9 @@ impl Output {
     fn step(&mut self, given: &[u8]) {
         let mut bytes = self.set.to_be_bytes();
         let length = given.len().min(self.bytes);
-        bytes[8 - self.bytes..][..length].copy_from_slice(&given[..length]);
+        if length > 0 {
+            bytes[8 - self.bytes..][..length].copy_from_slice(&given[..length]);
+        }
         let mut next = u64::from_be_bytes(bytes);
         for (counter, mode) in &self.counters {
             let bits = mask(counter.low, counter.width);

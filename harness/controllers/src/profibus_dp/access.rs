@@ -1,7 +1,6 @@
 //! How the master gets at the medium: what it has and what it waits for.
 
 use super::message::Message;
-use alloc::vec::Vec;
 use station::Time;
 use wire::profibus::fdl::FrameCount;
 
@@ -38,8 +37,6 @@ pub(super) struct Transfer {
     pub message: Message,
     pub purpose: Purpose,
     pub count: FrameCount,
-    /// The frame, for repetitions.
-    pub octets: Vec<u8>,
     /// How often it may still be repeated.
     pub retries: u8,
     /// When it is repeated or given up.

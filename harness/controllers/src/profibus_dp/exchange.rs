@@ -24,6 +24,8 @@ pub(super) struct Exchange {
     wants_diagnosis: bool,
     /// The last diagnosis was Stat_Diag: it is read again behind each cycle until it is not.
     is_static: bool,
+    /// The memory of the outputs that were sent last.
+    spare: Vec<u8>,
 }
 
 /// What an answer of Data_Exchange means.
@@ -40,7 +42,8 @@ pub(super) enum Sample {
 impl Exchange {
     /// An exchange that begins at `now`.
     pub fn new(connection: Box<Connection>, now: Time) -> Exchange {
-        Exchange { connection, next: now, clock: now, missed: 0, wants_diagnosis: false, is_static: false }
+        let (missed, spare) = (0, Vec::new());
+        Exchange { connection, next: now, clock: now, missed, wants_diagnosis: false, is_static: false, spare }
     }
 
     /// The time from one cycle to the next; a cycle of 0 would never end.
@@ -80,7 +83,7 @@ impl Exchange {
     }
 
     /// The request of this cycle.
-    pub fn message(&self, outputs: &mut Outputs, is_clear: bool) -> Message {
+    pub fn message(&mut self, outputs: &mut Outputs, is_clear: bool) -> Message {
         let length = self.connection.output_length;
         let data = match (is_clear, self.connection.clear) {
             (true, ClearOutputs::Zeros) => alloc::vec![0; length],
@@ -88,12 +91,18 @@ impl Exchange {
             (true, ClearOutputs::AsSet) | (false, _) => {
                 outputs.step();
                 let place = outputs.place(OUTPUT_SLOT, OUTPUT_SUBSLOT);
-                let mut data = alloc::vec![0; length];
+                let mut data = core::mem::take(&mut self.spare);
+                data.resize(length, 0);
                 outputs.copy(place, &mut data);
                 data
             }
         };
         Message::exchange(self.connection.address, data)
+    }
+
+    /// Takes the memory of a request back that is over.
+    pub fn take_back(&mut self, request: Message) {
+        self.spare = request.data;
     }
 
     /// Takes the answer of a Data_Exchange.
@@ -146,7 +155,7 @@ pub(super) fn is_lost(diagnosis: &SlaveDiag, own: u8) -> bool {
 
 /// The first of `last`, `last` + cycle, ... behind `last` that is later than `now`.
 fn step(last: Time, cycle: Duration, now: Time) -> Time {
-    let cycles = now.since(last).as_nanos() / cycle.as_nanos().max(1) + 1;
-    let nanos = cycles.saturating_mul(cycle.as_nanos());
-    last + Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
+    let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX).max(1);
+    let cycles = (now.nanos_since(last) / cycle).saturating_add(1);
+    last.after_nanos(cycles.saturating_mul(cycle))
 }

@@ -1,6 +1,6 @@
 //! The master itself: who gets which request and which answer.
 
-use super::access::{Access, Hold, Purpose, Transfer};
+use super::access::{Access, Action, Hold, Purpose, Transfer};
 use super::acyclic::Pace;
 use super::exchange::{Exchange, Sample};
 use super::job::{Job, Next};
@@ -11,6 +11,7 @@ use super::ring::Ring;
 use super::{OUTPUT_SLOT, OUTPUT_SUBSLOT};
 use crate::outputs::Outputs;
 use alloc::vec::Vec;
+use core::cell::Cell;
 use core::time::Duration;
 use station::{Outbox, Time};
 use wire::profibus::fdl::{BitTimes, Frame, FrameCount};
@@ -53,6 +54,10 @@ pub struct Master {
     cycles_done: u64,
     pub(super) clock_offset: Duration,
     pub(super) is_clock_stopped: bool,
+    /// Its deadline, where it was asked since something happened to it: until then it stays the same.
+    pub(super) deadline: Cell<Option<Time>>,
+    /// What it then found to do next with the token, and when.
+    pub(super) planned: Cell<Option<(Time, Action)>>,
 }
 
 impl Master {
@@ -83,6 +88,8 @@ impl Master {
             cycles_done: 0,
             clock_offset: Duration::ZERO,
             is_clock_stopped: false,
+            deadline: Cell::default(),
+            planned: Cell::default(),
         }
     }
 
@@ -94,6 +101,7 @@ impl Master {
         if self.is_busy() && request != Request::Abort {
             return Err(Busy);
         }
+        self.replan();
         self.outcome = None;
         self.due = Some((now, request));
         Ok(())
@@ -133,11 +141,13 @@ impl Master {
 
     /// What is sent cyclically, as the outputs of slot [`OUTPUT_SLOT`], subslot [`OUTPUT_SUBSLOT`]; it outlives every connection.
     pub fn outputs_mut(&mut self) -> &mut Outputs {
+        self.replan();
         &mut self.outputs
     }
 
     /// Sets the outputs from the first octet on.
     pub fn set_outputs(&mut self, octets: &[u8]) {
+        self.replan();
         self.outputs.declare_bytes(OUTPUT_SLOT, OUTPUT_SUBSLOT, octets.len());
         self.outputs.set_bytes(octets);
     }
@@ -154,6 +164,7 @@ impl Master {
 
     /// Stops (`true`) or resumes the clock of isochronous mode; it outlives every connection.
     pub fn stop_clock(&mut self, stopped: bool) {
+        self.replan();
         self.is_clock_stopped = stopped;
     }
 
@@ -161,6 +172,7 @@ impl Master {
     ///
     /// A clock that is to come early is one that comes late by what the cycle is longer.
     pub fn shift_clock(&mut self, offset: Duration) {
+        self.replan();
         self.clock_offset = offset;
     }
 
@@ -169,9 +181,20 @@ impl Master {
         &self.settings
     }
 
+    /// Something happened: what is next, and when, has to be found out anew.
+    pub(super) fn replan(&mut self) {
+        self.deadline.take();
+        self.planned.take();
+    }
+
     /// How long `bits` last.
     pub(super) fn time(&self, bits: BitTimes) -> Duration {
         Duration::from_nanos(self.settings.baud.nanoseconds(bits))
+    }
+
+    /// The time `bits` after `time`.
+    pub(super) fn later(&self, time: Time, bits: BitTimes) -> Time {
+        time.after_nanos(self.settings.baud.nanoseconds(bits))
     }
 
     /// Begins what was asked for, with the token or without.
@@ -218,10 +241,15 @@ impl Master {
         (self.job, self.outcome) = (None, Some(outcome));
     }
 
-    /// Puts `octets` on the bus; the silence behind them begins at their end.
-    pub(super) fn transmit(&mut self, now: Time, octets: &[u8], out: &mut Outbox) {
-        out.push(octets);
-        self.quiet = now + self.time(BitTimes::of_octets(octets.len()));
+    /// Puts the frame that `write` appends on the bus; the silence behind it begins at its end.
+    pub(super) fn transmit(&mut self, now: Time, out: &mut Outbox, write: impl FnOnce(&mut Vec<u8>)) {
+        let mut length = 0;
+        out.push_with(|octets| {
+            let before = octets.len();
+            write(octets);
+            length = octets.len() - before;
+        });
+        self.quiet = self.later(now, BitTimes::of_octets(length));
         self.pause = self.settings.idle;
         self.hearing = None;
     }
@@ -229,9 +257,8 @@ impl Master {
     /// Sends `message` and waits for its answer, where there is to be one.
     pub(super) fn send(&mut self, now: Time, message: Message, purpose: Purpose, hold: Hold, out: &mut Outbox) {
         let count = if message.is_counted() { self.counts.next(message.to) } else { FrameCount::Unused };
-        let mut octets = Vec::new();
-        message.write(self.settings.address, count, &mut octets);
-        self.transmit(now, &octets, out);
+        let own = self.settings.address;
+        self.transmit(now, out, |octets| message.write(own, count, octets));
         let hold = Hold { has_worked: true, ..hold };
         if !message.wants_answer() {
             self.pause = self.pause.max(self.settings.max_tsdr);
@@ -239,8 +266,8 @@ impl Master {
             return;
         }
         let retries = if purpose == Purpose::Gap { 0 } else { self.settings.retries };
-        let until = self.quiet + self.time(self.settings.slot_time);
-        let transfer = Transfer { message, purpose, count, octets, retries, until, unfit: None };
+        let until = self.later(self.quiet, self.settings.slot_time);
+        let transfer = Transfer { message, purpose, count, retries, until, unfit: None };
         self.access = Access::Asking(transfer, hold);
     }
 
@@ -260,7 +287,7 @@ impl Master {
                 if let Ok(Frame::Data(frame)) = Frame::parse(&octets) {
                     self.counts.forget(frame.da);
                 }
-                self.transmit(now, &octets, out);
+                self.transmit(now, out, |frame| frame.extend_from_slice(&octets));
                 self.pause = self.pause.max(self.settings.slot_time);
                 self.access = Access::Holding(Hold { has_worked: true, has_asked: true, ..hold });
                 self.conclude(outcome);
@@ -321,7 +348,12 @@ impl Master {
                     self.ended(answer, end);
                 }
             }
-            Purpose::Exchange => self.sampled(answer),
+            Purpose::Exchange => {
+                if let Some(exchange) = &mut self.exchange {
+                    exchange.take_back(message);
+                }
+                self.sampled(answer);
+            }
             Purpose::Job => {
                 let Some(job) = &mut self.job else { return };
                 if let Job::SetAddress { new, .. } = job
@@ -341,22 +373,22 @@ impl Master {
         self.cycles_done += 1;
         let Some(exchange) = &mut self.exchange else { return };
         let is_high = matches!(&answer, Answer::Frame { function, .. } if function.is_high());
-        let sample = exchange.answered(answer.clone());
-        match &sample {
-            Sample::Good(inputs) => {
-                self.inputs.clone_from(inputs);
-                self.is_diagnosis_pending = is_high;
-            }
-            Sample::Missed => {}
-            Sample::End(end) => {
-                self.ended(answer, end.clone());
-                return;
+        // Only a start-up wants to know the answer itself.
+        let told = matches!(self.job, Some(Job::StartUp(_))).then(|| answer.clone());
+        let sample = exchange.answered(answer);
+        if let Sample::End(end) = &sample {
+            self.exchange = None;
+            if told.is_none() {
+                self.end = Some(end.clone());
             }
         }
-        if let Some(Job::StartUp(job)) = &mut self.job
+        if let (Some(Job::StartUp(job)), Some(answer)) = (&mut self.job, told)
             && let Some(outcome) = job.sampled(answer, &sample)
         {
             self.conclude(outcome);
+        }
+        if let Sample::Good(inputs) = sample {
+            (self.inputs, self.is_diagnosis_pending) = (inputs, is_high);
         }
     }
 

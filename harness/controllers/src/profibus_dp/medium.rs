@@ -10,6 +10,7 @@ use super::outcome::Answer;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Station, Time};
+use wire::WireError;
 use wire::profibus::fdl::{
     AnswerFunction, BitTimes, DataFrame, Extension, Frame, FunctionCode, LONGEST, RequestFunction, StationType,
 };
@@ -31,14 +32,14 @@ impl Master {
     /// When a token that there is nothing to do with is handed on; the others see within the slot time that it is used.
     fn hands_token_on(&self) -> Time {
         let half = BitTimes(self.settings.slot_time.0 / 2);
-        self.quiet + self.time(if self.ring.is_alone() { self.settings.token_pause } else { half })
+        self.later(self.quiet, if self.ring.is_alone() { self.settings.token_pause } else { half })
     }
 
     /// What is done next with the token, and when.
     fn plan(&self, hold: &Hold) -> (Time, Action) {
-        let free = self.quiet + self.time(self.pause);
+        let free = self.later(self.quiet, self.pause);
         let mut best = (if hold.has_worked { free } else { self.hands_token_on().max(free) }, Action::Pass);
-        if !self.ring.is_alone() && hold.has_worked && free >= hold.since + self.time(self.settings.rotation) {
+        if !self.ring.is_alone() && hold.has_worked && free >= self.later(hold.since, self.settings.rotation) {
             return best;
         }
         let clock = match &self.exchange {
@@ -121,13 +122,11 @@ impl Master {
     /// Sends the token to `to` for the `tries`-th time.
     fn pass(&mut self, now: Time, to: u8, tries: u8, out: &mut Outbox) {
         let own = self.settings.address;
-        let mut octets = Vec::new();
-        Frame::Token { da: to, sa: own }.write(&mut octets);
-        self.transmit(now, &octets, out);
+        self.transmit(now, out, |octets| Frame::Token { da: to, sa: own }.write(octets));
         if to == own {
             self.take_token(self.quiet);
         } else {
-            let until = self.quiet + self.time(self.settings.slot_time);
+            let until = self.later(self.quiet, self.settings.slot_time);
             self.begging = now;
             self.access = Access::Passing { to, tries, until };
         }
@@ -152,8 +151,9 @@ impl Master {
         match core::mem::replace(&mut self.access, Access::Listening) {
             Access::Asking(mut transfer, hold) if transfer.retries > 0 => {
                 transfer.retries -= 1;
-                self.transmit(now, &transfer.octets, out);
-                transfer.until = self.quiet + self.time(self.settings.slot_time);
+                let own = self.settings.address;
+                self.transmit(now, out, |octets| transfer.message.write(own, transfer.count, octets));
+                transfer.until = self.later(self.quiet, self.settings.slot_time);
                 self.access = Access::Asking(transfer, hold);
             }
             Access::Asking(mut transfer, hold) => {
@@ -165,13 +165,13 @@ impl Master {
     }
 
     /// A frame came while we wait for an answer.
-    fn take_answer(&mut self, now: Time, octets: &[u8]) {
+    fn take_answer(&mut self, now: Time, frame: Result<Frame<'_>, WireError>) {
         let own = self.settings.address;
         match core::mem::replace(&mut self.access, Access::Listening) {
-            Access::Asking(mut transfer, hold) => match transfer.message.answer(own, octets) {
+            Access::Asking(mut transfer, hold) => match transfer.message.answer(own, frame) {
                 Answer::Unfit(why) => {
                     transfer.unfit = Some(Answer::Unfit(why));
-                    transfer.until = now + self.time(self.settings.idle);
+                    transfer.until = self.later(now, self.settings.idle);
                     self.access = Access::Asking(transfer, hold);
                 }
                 answer => self.answered(now, transfer, hold, answer),
@@ -191,33 +191,33 @@ impl Master {
         self.access = Access::Waiting;
     }
 
-    /// Whether `octets` are what only a master with the token sends, and who that is.
-    fn speaker(&self, octets: &[u8]) -> Option<u8> {
-        let speaker = match Frame::parse(octets) {
-            Ok(Frame::Token { sa, .. }) => sa,
-            Ok(Frame::Data(frame)) if frame.fc.is_request() => frame.sa,
-            _ => return None,
+    /// Whether `frame` is what only another master sends, one that has the token.
+    fn is_of_other_master(&self, frame: &Frame<'_>) -> bool {
+        let speaker = match frame {
+            Frame::Token { sa, .. } => *sa,
+            Frame::Data(frame) if frame.fc.is_request() => frame.sa,
+            _ => return false,
         };
-        (speaker != self.settings.address).then_some(speaker)
+        speaker != self.settings.address
     }
 
     /// Takes a frame of another master.
-    fn overhear(&mut self, now: Time, octets: &[u8]) {
+    fn overhear(&mut self, now: Time, frame: Frame<'_>) {
         let own = self.settings.address;
         match self.access {
             Access::Listening | Access::Waiting => {}
             Access::Passing { .. } => self.access = Access::Waiting,
             Access::Holding(_) | Access::Asking(..) => self.lose_token(now),
         }
-        match Frame::parse(octets) {
-            Ok(Frame::Token { da, sa }) => {
+        match frame {
+            Frame::Token { da, sa } => {
                 self.ring.heard(sa, da);
                 let is_in = matches!(self.access, Access::Waiting) || self.ring.is_known();
                 if da == own && is_in {
                     self.take_token(now);
                 }
             }
-            Ok(Frame::Data(frame)) if frame.da == own && frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => {
+            Frame::Data(frame) if frame.da == own && frame.fc.requested() == Some(RequestFunction::FDL_STATUS) => {
                 let station = match self.access {
                     Access::Listening if self.ring.is_known() => StationType::MASTER_READY,
                     Access::Listening => StationType::MASTER_NOT_READY,
@@ -241,20 +241,24 @@ impl Master {
 
 impl Station for Master {
     fn carrier(&mut self, now: Time) {
+        self.replan();
         self.hearing = Some(now);
     }
 
     fn receive(&mut self, now: Time, frame: &[u8], _out: &mut Outbox) {
+        self.replan();
         self.hearing = None;
         (self.quiet, self.pause) = (now, self.settings.idle);
-        if self.speaker(frame).is_some() {
-            self.overhear(now, frame);
-        } else if matches!(self.access, Access::Asking(..)) {
-            self.take_answer(now, frame);
+        match Frame::parse(frame) {
+            Ok(frame) if self.is_of_other_master(&frame) => self.overhear(now, frame),
+            frame if matches!(self.access, Access::Asking(..)) => self.take_answer(now, frame),
+            _ => {}
         }
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
+        let planned = self.planned.take().filter(|_| self.due.is_none());
+        self.replan();
         if let Some((_, request)) = self.due.take_if(|(due, _)| now >= *due) {
             self.begin(now, request);
         }
@@ -265,7 +269,7 @@ impl Station for Master {
             }
         }
         if let Some((_, reply)) = self.reply.take_if(|(due, _)| now >= *due) {
-            self.transmit(now, &reply, out);
+            self.transmit(now, out, |octets| octets.extend_from_slice(&reply));
             return;
         }
         if let Some(since) = self.hearing {
@@ -282,7 +286,7 @@ impl Station for Master {
             }
             Access::Holding(hold) => {
                 let hold = *hold;
-                let (at, action) = self.plan(&hold);
+                let (at, action) = planned.unwrap_or_else(|| self.plan(&hold));
                 if now >= at {
                     self.act(now, hold, action, out);
                 }
@@ -308,14 +312,27 @@ impl Station for Master {
     }
 
     fn deadline(&self) -> Option<Time> {
+        let deadline = self.deadline.get().unwrap_or_else(|| self.next_due());
+        self.deadline.set(Some(deadline));
+        Some(deadline)
+    }
+}
+
+impl Master {
+    /// When it has something to do, as things stand.
+    fn next_due(&self) -> Time {
         let due = self.due.as_ref().map(|(due, _)| *due);
         let reply = self.reply.as_ref().map(|(due, _)| *due);
         let medium = match (self.hearing, &self.access) {
             (Some(since), _) => since + self.longest(),
             (None, Access::Listening | Access::Waiting) => self.quiet + self.time_out(),
-            (None, Access::Holding(hold)) => self.plan(hold).0,
+            (None, Access::Holding(hold)) => {
+                let planned = self.plan(hold);
+                self.planned.set(Some(planned));
+                planned.0
+            }
             (None, Access::Asking(Transfer { until, .. }, _) | Access::Passing { until, .. }) => *until,
         };
-        [due, reply, self.patience(), Some(medium)].into_iter().flatten().min()
+        [due, reply, self.patience()].into_iter().flatten().fold(medium, Time::min)
     }
 }

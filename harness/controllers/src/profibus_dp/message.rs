@@ -4,6 +4,7 @@ use super::outcome::Answer;
 use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
+use wire::WireError;
 use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Frame, FrameCount, FunctionCode, RequestFunction};
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::sap::{MasterSap, SlaveSap};
@@ -67,9 +68,9 @@ impl Message {
         DataFrame::new((self.to, extension(self.dsap)), (own, extension(self.ssap)), fc, &self.data).write(out);
     }
 
-    /// What `octets`, which came after it, answer.
-    pub fn answer(&self, own: u8, octets: &[u8]) -> Answer {
-        let frame = match Frame::parse(octets) {
+    /// What `frame`, which came after it, answers.
+    pub fn answer(&self, own: u8, frame: Result<Frame<'_>, WireError>) -> Answer {
+        let frame = match frame {
             Ok(Frame::ShortAcknowledgement) => return Answer::Short,
             Ok(Frame::Token { da, sa }) => return Answer::Unfit(format!("a token from {sa} to {da}")),
             Err(error) => return Answer::Unfit(error.to_string()),

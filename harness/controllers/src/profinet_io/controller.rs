@@ -408,17 +408,25 @@ impl Station for Controller {
 impl Controller {
     /// When it has something to do, as things stand.
     fn next_due(&self) -> Option<Time> {
-        let due = self.due.as_ref().map(|(due, _)| *due);
-        let call = self.context.call.as_ref().map(|call| call.deadline());
-        let job = self.job.as_ref().and_then(Job::deadline);
-        let ar = self.context.ar.as_ref();
-        let exchange = ar.and_then(|ar| ar.exchange.as_ref());
-        let sending = exchange.map(|exchange| exchange.provider.deadline());
-        let watchdog = exchange.and_then(|exchange| exchange.consumer.deadline());
-        let alarms = ar.and_then(|ar| ar.alarms.as_ref()).and_then(|alarms| alarms.deadline());
-        let browser = self.context.browser.as_ref().and_then(|browser| browser.due());
-        let again = self.again.as_ref().and_then(|(_, due)| *due).filter(|_| !self.is_busy());
-        [due, call, job, sending, watchdog, alarms, browser, again].into_iter().flatten().min()
+        let mut first: Option<Time> = None;
+        let mut consider = |due: Option<Time>| {
+            if let Some(due) = due {
+                first = Some(first.map_or(due, |first| first.min(due)));
+            }
+        };
+        if let Some(ar) = &self.context.ar {
+            if let Some(exchange) = &ar.exchange {
+                consider(Some(exchange.provider.deadline()));
+                consider(exchange.consumer.deadline());
+            }
+            consider(ar.alarms.as_ref().and_then(|alarms| alarms.deadline()));
+        }
+        consider(self.due.as_ref().map(|(due, _)| *due));
+        consider(self.context.call.as_ref().map(|call| call.deadline()));
+        consider(self.job.as_ref().and_then(Job::deadline));
+        consider(self.context.browser.as_ref().and_then(|browser| browser.due()));
+        consider(self.again.as_ref().and_then(|(_, due)| *due).filter(|_| !self.is_busy()));
+        first
     }
 }
 
