@@ -190,10 +190,7 @@ impl DutSpec {
         let known = self.model();
         let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.manual.mac(DEVICE.0.0));
         let is_slave = known.as_ref().is_ok_and(|known| matches!(known.manual.bus, Bus::Profibus(_)));
-        let on = |device: Box<dyn DeviceOnStand + 'a>| match is_slave {
-            true => VirtualSegment::bus(device, line.baud, MasterSettings::new(0, line.baud).slot_time),
-            false => VirtualSegment::new(device),
-        };
+        let on = Onto { is_slave, line };
         let built = move |bugs: &[String], is_named: bool| {
             let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
             let build = if is_named { Subject::build } else { Subject::build_delivered };
@@ -205,34 +202,51 @@ impl DutSpec {
             let delivered = built.clone();
             Ok(Model::new(built(bugs, true)?, Box::new(move || delivered(bugs, false))))
         };
-        Ok(Box::new(match &self.kind {
-            DutKind::Live(device) => return Ok(device.0.segment()),
-            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => on(Box::new(model(bugs)?)),
-            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on(Box::new(Stranger(Silent, NoStand))),
+        Ok(match &self.kind {
+            DutKind::Live(device) => device.0.segment(),
+            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => on.put(model(bugs)?),
+            DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on.put(Stranger(Silent, NoStand)),
             DutKind::Nobody(Nobody::Reflector) => match is_slave {
                 true => {
                     let delay = Duration::from_nanos(line.baud.nanoseconds(REFLECTS_AFTER));
-                    on(Box::new(Stranger(BusReflector::new(delay), NoStand)))
+                    on.put(Stranger(BusReflector::new(delay), NoStand))
                 }
-                false => on(Box::new(Stranger(Reflector, NoStand))),
+                false => on.put(Stranger(Reflector, NoStand)),
             },
             DutKind::Nobody(Nobody::Babbler) => match is_slave {
                 true => {
                     let babbler = BusBabbler::new(shaft, BABBLES_EACH, line.station, line.masters[0]);
-                    on(Box::new(Stranger(babbler, NoStand)))
+                    on.put(Stranger(babbler, NoStand))
                 }
                 false => {
                     let babbler = Babbler::new(shaft, BABBLES_EACH, DEVICE.0.0, CONTROLLER.0.0);
-                    on(Box::new(Stranger(babbler, NoStand)))
+                    on.put(Stranger(babbler, NoStand))
                 }
             },
             DutKind::Nobody(Nobody::WrongIdentity) => {
                 let device = Boxed(built(&[], true)?);
                 let rewrite = if is_slave { other_ident } else { other_identity };
-                on(Box::new(Stranger(Rewriting::new(device, rewrite), NoStand)))
+                on.put(Stranger(Rewriting::new(device, rewrite), NoStand))
             }
-            DutKind::Nobody(Nobody::DiesAfter(frames)) => on(Box::new(Mortal(DiesAfter::new(model(&[])?, *frames)))),
-        }))
+            DutKind::Nobody(Nobody::DiesAfter(frames)) => on.put(Mortal(DiesAfter::new(model(&[])?, *frames))),
+        })
+    }
+}
+
+/// The segment that a device is put on.
+#[derive(Clone, Copy)]
+struct Onto {
+    is_slave: bool,
+    line: DpLine,
+}
+
+impl Onto {
+    fn put<'a>(self, device: impl DeviceOnStand + 'a) -> Box<dyn Segment + 'a> {
+        let DpLine { baud, .. } = self.line;
+        match self.is_slave {
+            true => Box::new(VirtualSegment::bus(device, baud, MasterSettings::new(0, baud).slot_time)),
+            false => Box::new(VirtualSegment::new(device)),
+        }
     }
 }
 

@@ -38,12 +38,12 @@ impl Reborn {
 
     /// What its own clock shows when that of the wire shows `now`.
     fn own(&self, now: Time) -> Time {
-        Time::ZERO + now.since(self.born)
+        Time::from_nanos(now.nanos_since(self.born))
     }
 
     /// What the clock of the wire shows when its own shows `own`.
     fn wires(&self, own: Time) -> Time {
-        self.born + own.since(Time::ZERO)
+        self.born.after_nanos(own.as_nanos())
     }
 }
 

@@ -88,9 +88,9 @@ enum Medium {
 }
 
 /// A reference device, or nobody, on a virtual wire.
-pub struct VirtualSegment<'a> {
+pub struct VirtualSegment<D> {
     medium: Medium,
-    device: Box<dyn DeviceOnStand + 'a>,
+    device: D,
 }
 
 /// A station with a stand: what a virtual segment has besides our controllers.
@@ -105,19 +105,33 @@ pub trait DeviceOnStand {
     }
 }
 
-impl<'a> VirtualSegment<'a> {
+impl<D: DeviceOnStand + ?Sized> DeviceOnStand for Box<D> {
+    fn station(&mut self) -> &mut dyn Station {
+        (**self).station()
+    }
+
+    fn stand(&mut self) -> &mut dyn Stand {
+        (**self).stand()
+    }
+
+    fn take_touch(&mut self) -> bool {
+        (**self).take_touch()
+    }
+}
+
+impl<D: DeviceOnStand> VirtualSegment<D> {
     /// A segment of PROFINET with `device` and our controllers.
-    pub fn new(device: Box<dyn DeviceOnStand + 'a>) -> VirtualSegment<'a> {
+    pub fn new(device: D) -> VirtualSegment<D> {
         VirtualSegment { medium: Medium::Wire(VirtualWire::new()), device }
     }
 
     /// A segment of PROFIBUS at `baud` with `device` and our masters, which wait for answers for the time `slot`.
-    pub fn bus(device: Box<dyn DeviceOnStand + 'a>, baud: BaudRate, slot: BitTimes) -> VirtualSegment<'a> {
+    pub fn bus(device: D, baud: BaudRate, slot: BitTimes) -> VirtualSegment<D> {
         VirtualSegment { medium: Medium::Bus(VirtualBus::new(baud, slot)), device }
     }
 }
 
-impl Segment for VirtualSegment<'_> {
+impl<D: DeviceOnStand> Segment for VirtualSegment<D> {
     fn now(&self) -> Time {
         match &self.medium {
             Medium::Wire(wire) => wire.now(),

@@ -107,9 +107,9 @@ pub struct World<'a> {
     looked_at_leds: Time,
     comment: Option<String>,
     damaged: Vec<Vec<u8>>,
-    recording: Option<Recording>,
-    /// Whether the wire is virtual, so that nothing but the device can spoil a trial.
-    is_virtual: bool,
+    recording: Option<Box<Recording>>,
+    /// What the clock of a virtual wire shows, which goes on only in a step; a virtual wire cannot spoil a trial either.
+    virtual_clock: Option<Time>,
 }
 
 /// What was seen from the begin of a step on.
@@ -151,7 +151,7 @@ impl<'a> World<'a> {
         World {
             manual,
             variant,
-            is_virtual: segment.is_model(),
+            virtual_clock: segment.is_model().then(|| segment.now()),
             segment,
             addresses: ours.addresses(),
             ours,
@@ -180,8 +180,9 @@ impl<'a> World<'a> {
     }
 
     /// What the clock shows.
+    #[inline]
     pub fn now(&self) -> Time {
-        self.segment.now()
+        self.virtual_clock.unwrap_or_else(|| self.segment.now())
     }
 
     /// The names at this instant.
@@ -231,10 +232,12 @@ impl<'a> World<'a> {
     }
 
     /// Why the trial cannot go on whatever the device does: somebody wants the end of the run, or the line broke.
+    #[inline]
     pub fn halted(&self) -> Option<String> {
-        if self.is_virtual {
-            return None;
-        }
+        if self.virtual_clock.is_some() { None } else { self.halted_on_line() }
+    }
+
+    fn halted_on_line(&self) -> Option<String> {
         if let Some(why) = self.segment.spoilt() {
             return Some(why);
         }
@@ -275,6 +278,9 @@ impl<'a> World<'a> {
                 trace.comment(number, &text);
             }
         });
+        if let Some(clock) = &mut self.virtual_clock {
+            *clock = self.segment.now();
+        }
         if self.trace.len() > before {
             self.see_all_behind(before);
         }
@@ -367,9 +373,9 @@ impl<'a> World<'a> {
             TickKind::Event => {}
         }
         self.last = Some(tick);
-        let moment = self.recording.is_some().then(|| self.moment(tick));
-        if let (Some(recording), Some(moment)) = (&mut self.recording, moment) {
-            recording.kept.push(moment);
+        if let Some(mut recording) = self.recording.take() {
+            recording.kept.push(self.moment(tick));
+            self.recording = Some(recording);
         }
         let view = self.scene.view(tick);
         // Rules are judged on connections; announcements and diagnoses also come without one.
@@ -413,7 +419,7 @@ impl<'a> World<'a> {
     pub fn record_from_here(&mut self) {
         let began = self.now();
         let before = self.moment(self.view().tick);
-        self.recording = Some(Recording { began, before, kept: Vec::new() });
+        self.recording = Some(Box::new(Recording { began, before, kept: Vec::new() }));
     }
 
     /// Forgets what was kept.
@@ -428,7 +434,7 @@ impl<'a> World<'a> {
 
     /// Shows an expectation everything that was kept, and before that how things stood when keeping began.
     pub fn replay_recording(&self, expectation: &mut Expectation<'_>) {
-        let Some(Recording { before, kept, .. }) = &self.recording else { return };
+        let Some(Recording { before, kept, .. }) = self.recording.as_deref() else { return };
         let mut notebook = self.scene.notebook().clone();
         let mut show = |moment: &Moment, look: &mut dyn FnMut(&View<'_>)| {
             notebook.leds.clone_from(&moment.leds);
@@ -446,10 +452,11 @@ impl<'a> World<'a> {
         let now = self.now();
         self.looked_at_leds = now;
         let mut changed = false;
+        let stand = self.segment.stand();
         for (led, before) in &mut self.leds {
             let led = *led;
             let (name, words) = &self.manual.device.stand.leds[led];
-            let word = self.segment.stand().led(now, name);
+            let word = stand.led(now, name);
             let is_as_before = match (word, std::mem::replace(before, word)) {
                 // Nearly always it is the very same word.
                 (Some(word), Some(before)) => std::ptr::eq(word, before) || word == before,
