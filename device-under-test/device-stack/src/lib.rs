@@ -105,3 +105,14 @@ extern crate std;
 
 pub mod profibus;
 pub mod profinet;
+
+use station::Time;
+
+/// The earlier one of two times, of which there may be none.
+#[inline]
+fn earlier(one: Option<Time>, other: Option<Time>) -> Option<Time> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (None, one) | (one, None) => one,
+    }
+}

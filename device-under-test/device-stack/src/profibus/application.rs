@@ -135,6 +135,14 @@ pub trait Application {
         false
     }
 
+    /// Somebody looks at the LEDs at `now` and has `seen` what the stack knows: what they show together is settled here, once.
+    ///
+    /// [`led`](Application::led) follows for each LED that is looked at, with the same `now` and `seen`. Nothing is called
+    /// between them.
+    fn look(&mut self, now: Time, seen: &Seen) {
+        let (_, _) = (now, seen);
+    }
+
     /// What the LED `name` shows at `now` to who has `seen` what the stack knows, in a word of `device.yaml`.
     fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str>;
 

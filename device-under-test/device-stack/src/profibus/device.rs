@@ -3,6 +3,7 @@
 use super::application::{Application, Seen};
 use super::behaviour::SlaveBehaviour;
 use super::slave::{Env, Slave};
+use crate::earlier;
 use alloc::boxed::Box;
 use alloc::string::String;
 use core::time::Duration;
@@ -23,6 +24,8 @@ pub struct Device<A> {
     is_fed: bool,
     supply: Supply,
     is_linked: bool,
+    /// What there was to be seen, by the encoder's clock, as long as nothing happens and no time goes by.
+    shown: Option<(Time, Seen)>,
 }
 
 /// Whether there is power.
@@ -45,6 +48,7 @@ impl<A: Application> Device<A> {
             is_fed: true,
             supply: Supply::On,
             is_linked: true,
+            shown: None,
         }
     }
 
@@ -55,6 +59,7 @@ impl<A: Application> Device<A> {
 
     /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
     pub fn power(&mut self, now: Time, on: bool) {
+        self.shown = None;
         self.is_fed = on;
         self.feel_supply(now + self.ahead);
     }
@@ -113,12 +118,14 @@ impl<A: Application> Device<A> {
 
 impl<A: Application> Station for Device<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
+        self.shown = None;
         if self.is_linked && self.supply == Supply::On && !self.application.is_stuck() {
             self.run(now + self.ahead, out, |slave, env| slave.receive(env, frame));
         }
     }
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
+        self.shown = None;
         let now = now + self.ahead;
         if let Supply::Booting { until } = self.supply
             && until <= now
@@ -142,7 +149,7 @@ impl<A: Application> Station for Device<A> {
         let due = match self.supply {
             Supply::Off => None,
             Supply::Booting { until } => Some(self.encoder_due().map_or(until, |due| due.min(until))),
-            Supply::On => [self.slave.deadline(), self.encoder_due()].into_iter().flatten().min(),
+            Supply::On => earlier(self.slave.deadline(), self.encoder_due()),
         };
         due.map(|due| due - self.ahead)
     }
@@ -150,6 +157,7 @@ impl<A: Application> Station for Device<A> {
 
 impl<A: Application> Stand for Device<A> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
+        self.shown = None;
         match action {
             StandAction::Power(on) => self.power(now, *on),
             StandAction::Link(up) => self.is_linked = *up,
@@ -165,12 +173,19 @@ impl<A: Application> Stand for Device<A> {
     }
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
-        let seen = self.seen();
-        let seen = Seen { heard: seen.heard.map(|time| time + self.encoder_ahead), ..seen };
-        self.application.led(now + self.ahead + self.encoder_ahead, name, &seen)
+        let now = now + self.ahead + self.encoder_ahead;
+        if self.shown.is_none_or(|(at, _)| at != now) {
+            let seen = self.seen();
+            let seen = Seen { heard: seen.heard.map(|time| time + self.encoder_ahead), ..seen };
+            self.application.look(now, &seen);
+            self.shown = Some((now, seen));
+        }
+        let (_, seen) = self.shown.as_ref()?;
+        self.application.led(now, name, seen)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {
+        self.shown = None;
         self.application.counter(now + self.ahead + self.encoder_ahead, name)
     }
 }

@@ -5,6 +5,7 @@ use super::behaviour::{SlaveBehaviour, View};
 use super::link::{Answer, Link};
 use super::records::{Records, Request};
 use super::start_up::Session;
+use crate::earlier;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Time};
@@ -324,6 +325,6 @@ impl Slave {
     /// When something is due, the encoder's own affairs apart.
     pub fn deadline(&self) -> Option<Time> {
         let watchdog = self.watchdog.map(|(_, expires)| expires);
-        [self.link.due(), self.records.due(), watchdog].into_iter().flatten().min()
+        earlier(self.link.due(), earlier(self.records.due(), watchdog))
     }
 }

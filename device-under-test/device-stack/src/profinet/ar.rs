@@ -5,6 +5,7 @@ use super::cyclic::{Consumer, Provider};
 use super::phase::{Event, Phase};
 use super::plugged::{Expected, Scope};
 use super::rpc::Call;
+use crate::earlier;
 use crate::profinet::ArKey;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
@@ -29,6 +30,8 @@ pub(super) struct Ar {
     pub expected: Vec<Expected>,
     /// How what is plugged differs from them, as told to the initiator.
     pub difference: Option<ModuleDiffBlock>,
+    /// Whether what is plugged now differs from them.
+    pub differs: bool,
     /// Cyclic data and alarms, unless it is for records alone.
     pub exchange: Option<Exchange>,
     /// ApplicationReady while it is not confirmed.
@@ -79,16 +82,9 @@ impl Ar {
 
     /// When something is to be done without a frame.
     pub(super) fn due(&self) -> Option<Time> {
-        let exchange = self.exchange.as_ref();
-        [
-            self.phase_due,
-            self.call.as_ref().map(Call::due),
-            exchange.map(|exchange| exchange.provider.due()),
-            exchange.and_then(|exchange| exchange.consumer.expires()),
-            exchange.and_then(|exchange| exchange.alarms.due()),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
+        let due = earlier(self.phase_due, self.call.as_ref().map(Call::due));
+        let Some(Exchange { provider, consumer, alarms }) = &self.exchange else { return due };
+        let cyclic = earlier(Some(provider.due()), consumer.expires());
+        earlier(due, earlier(cyclic, alarms.due()))
     }
 }

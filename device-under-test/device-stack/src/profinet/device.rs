@@ -3,6 +3,7 @@
 use super::StackBehaviour;
 use super::ahead::Ahead;
 use super::stack::{Env, Kept, Stack};
+use crate::earlier;
 use crate::profinet::{Application, Seen};
 use alloc::string::String;
 use core::time::Duration;
@@ -127,7 +128,7 @@ impl<A: Application> Device<A> {
         match self.supply {
             Supply::Off => None,
             Supply::Booting { until } => Some(self.application.deadline().map_or(until, |due| due.min(until))),
-            Supply::On => [self.stack.deadline(), self.application.deadline()].into_iter().flatten().min(),
+            Supply::On => earlier(self.stack.deadline(), self.application.deadline()),
         }
     }
 
@@ -191,12 +192,11 @@ impl<A: Application> Stand for Device<A> {
 
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
         let now = now + self.ahead;
-        let seen = match self.shown {
-            Some((at, seen)) if at == now => seen,
-            _ => self.seen(now),
-        };
-        self.shown = Some((now, seen));
-        self.application.led(now, name, &seen)
+        if self.shown.is_none_or(|(at, _)| at != now) {
+            self.shown = Some((now, self.seen(now)));
+        }
+        let (_, seen) = self.shown.as_ref()?;
+        self.application.led(now, name, seen)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -13,6 +13,7 @@ use super::phase::{Event, Phase};
 use super::plugged::{PORT_SUBSLOT, Plugged, Scope};
 use super::rpc::{Progress, Registered, Server, Taken};
 use super::{End, Past, StackBehaviour};
+use crate::earlier;
 use crate::profinet::{Application, ArKey, DiagnosisChange, Seen, StationData};
 use alloc::vec::Vec;
 use core::net::SocketAddrV4;
@@ -144,15 +145,14 @@ impl Stack {
 
     /// Adds to what is `seen` of a device what its stack knows at `now`.
     pub(super) fn seen(&self, now: Time, seen: Seen) -> Seen {
-        let exchanges = || self.ars.iter().filter_map(|ar| Some((ar, ar.exchange.as_ref()?)));
-        Seen {
-            has_connection: exchanges().next().is_some(),
-            exchanges_data: exchanges()
-                .any(|(ar, exchange)| ar.phase == Phase::Data && exchange.consumer.expires().is_some()),
-            module_differs: exchanges().any(|(ar, _)| self.plugged.differs(&ar.expected)),
-            is_signalling: self.is_signalling(now),
-            ..seen
+        let mut seen = Seen { is_signalling: self.is_signalling(now), ..seen };
+        for ar in &self.ars {
+            let Some(exchange) = &ar.exchange else { continue };
+            seen.has_connection = true;
+            seen.exchanges_data |= ar.phase == Phase::Data && exchange.consumer.expires().is_some();
+            seen.module_differs |= ar.differs;
         }
+        seen
     }
 
     /// The name of the device by its neighbour.
@@ -190,7 +190,9 @@ impl Stack {
 
     /// Whether frames of this device come from `mac`: the address of the device, or of one of its ports.
     fn sends_as(&self, mac: Mac) -> bool {
-        mac == self.kept.mac || self.plugged.ports().any(|port| mac == self.port_mac(port.subslot))
+        let is_of_ports = || self.plugged.ports().any(|port| mac == self.port_mac(port.subslot));
+        // What distinguishes the addresses of a device is not in their first half.
+        mac == self.kept.mac || mac.0[..3] == self.kept.mac.0[..3] && is_of_ports()
     }
 
     /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over, or if it is to be
@@ -234,10 +236,11 @@ impl Stack {
     }
 
     fn receive_cyclic(&mut self, env: &mut Env<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
-        let is_damaged = self.ars.iter().filter_map(|ar| ar.exchange.as_ref()).any(|exchange| {
-            exchange.consumer.expects(source, frame_id, &self.behaviour) && !exchange.consumer.is_whole(payload)
-        });
-        if is_damaged && !self.behaviour.survives_short_frames {
+        let is_damaged = |ar: &Ar| {
+            let consumer = ar.exchange.as_ref().map(|exchange| &exchange.consumer);
+            consumer.is_some_and(|one| one.expects(source, frame_id, &self.behaviour) && !one.is_whole(payload))
+        };
+        if !self.behaviour.survives_short_frames && self.ars.iter().any(is_damaged) {
             return self.end_all(env, AbortReason::ABORT_REQUEST);
         }
         for ar in &mut self.ars {
@@ -361,9 +364,11 @@ impl Stack {
             self.use_station(now, StationData { name, ..self.station.clone() });
             env.application.set_station(now, &self.station, &self.stored);
         }
-        let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
-        let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
-        self.lldp.wake(env.now, macs, name, &self.behaviour, env.out);
+        if self.lldp.due() <= now {
+            let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
+            let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
+            self.lldp.wake(env.now, macs, name, &self.behaviour, env.out);
+        }
         if is_due(self.ip.due()) {
             self.ip.poll(env.now, env.out);
             self.receive_datagrams(env);
@@ -502,12 +507,10 @@ impl Stack {
 
     /// When something is to be done without a frame, the application's own affairs apart.
     pub(super) fn deadline(&self) -> Option<Time> {
-        let connections = self.ars.iter().filter_map(Ar::due);
-        [self.desk.due(), Some(self.lldp.due()), self.ip.due(), self.server.due()]
-            .into_iter()
-            .flatten()
-            .chain(connections)
-            .chain(self.returning.as_ref().map(|(due, _)| *due))
-            .min()
+        let connections = self.ars.iter().fold(None, |due, ar| earlier(due, ar.due()));
+        let datagrams = earlier(self.ip.due(), self.server.due());
+        let announcements = earlier(self.desk.due(), Some(self.lldp.due()));
+        let due = earlier(connections, earlier(datagrams, announcements));
+        earlier(due, self.returning.as_ref().map(|(due, _)| *due))
     }
 }

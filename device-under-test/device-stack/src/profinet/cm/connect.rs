@@ -66,6 +66,7 @@ impl Stack {
             difference: None,
             exchange: None,
             call: None,
+            differs: false,
             has_ended: false,
             phase_due: None,
             request: plan.ar.clone(),
@@ -115,6 +116,10 @@ impl Stack {
         ar.phase = Phase::Parameters;
         ar.expected = plan.expected.clone();
         ar.difference = self.difference(&plan.expected);
+        let Stack { ars, plugged, .. } = self;
+        for ar in ars.iter_mut().chain([&mut *ar]) {
+            ar.differs = plugged.differs(&ar.expected);
+        }
         env.application.started(env.now, ar.key, &fitting);
         for iocr in &plan.iocrs {
             answer.blocks.push(

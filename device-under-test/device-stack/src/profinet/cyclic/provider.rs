@@ -123,8 +123,10 @@ impl Provider {
         if env.now < self.due {
             return;
         }
-        let late = env.now.since(self.due).as_nanos() as u64 / self.cycle_nanos();
-        let sent_at = self.due + Duration::from_nanos(late.saturating_mul(self.cycle_nanos()));
+        let (behind, cycle) = (env.now.as_nanos() - self.due.as_nanos(), self.cycle_nanos());
+        // Nearly always it is sent in its own cycle.
+        let missed = if behind < cycle { 0 } else { behind - behind % cycle };
+        let sent_at = self.due + Duration::from_nanos(missed);
         self.due = sent_at + self.interval;
         if !state.waits_for_outputs {
             env.application.frame(env.now);

@@ -4,6 +4,7 @@ mod set;
 mod values;
 
 use super::stack::{Env, Stack};
+use crate::earlier;
 use crate::profinet::StationData;
 use alloc::vec::Vec;
 use station::{Duration, Time};
@@ -66,9 +67,9 @@ impl Desk {
 
     /// When something is to be sent or given up.
     pub(super) fn due(&self) -> Option<Time> {
-        let waiting = self.waiting.iter().map(|waiting| waiting.due);
-        let transaction = self.transaction.iter().map(|transaction| transaction.expires);
-        waiting.chain(transaction).chain(self.hello).min()
+        let waiting = self.waiting.iter().map(|waiting| waiting.due).min();
+        let transaction = self.transaction.as_ref().map(|transaction| transaction.expires);
+        earlier(waiting, earlier(transaction, self.hello))
     }
 }
 
