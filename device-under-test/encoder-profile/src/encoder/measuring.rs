@@ -82,14 +82,17 @@ impl Step {
     /// The hardware steps from the place before to the place now, the shorter way round.
     pub fn way(&self) -> i64 {
         let range = self.hardware.range() as i64;
-        let way = self.before.map_or(0, |(before, _)| self.now as i64 - before as i64);
-        (way + range / 2).rem_euclid(range) - range / 2
+        let way = self.before.map_or(0, |(before, _)| self.now as i64 - before as i64) + range / 2;
+        // Nearly always it is the shorter way as it is.
+        let shorter = if (0..range).contains(&way) { way } else { way.rem_euclid(range) };
+        shorter - range / 2
     }
 
     /// 1 if the way leads over the physical zero forward, -1 backward, 0 if it does not.
     pub fn crossing(&self) -> i64 {
         let Some((before, _)) = self.before else { return 0 };
-        (before as i64 + self.way()).div_euclid(self.hardware.range() as i64)
+        let (range, place) = (self.hardware.range() as i64, before as i64 + self.way());
+        if (0..range).contains(&place) { 0 } else { place.div_euclid(range) }
     }
 
     /// The units that the hardware counts from physical zero to physical zero.
@@ -169,6 +172,7 @@ pub fn relative(preset: Preset) -> u64 {
 /// The sum of a position and an offset on the circle of `range` units.
 pub fn shift(position: u64, offset: u64, range: u64) -> u64 {
     match position.checked_add(offset) {
+        Some(sum) if sum < range => sum,
         Some(sum) => sum % range.max(1),
         None => ((u128::from(position) + u128::from(offset)) % u128::from(range.max(1))) as u64,
     }
@@ -204,16 +208,19 @@ impl Measuring {
 
     /// Takes what the sensor sees.
     pub fn sample(&mut self, place: u64) {
-        let step = Step {
-            before: self.before.map(|(before, settings)| (self.counted(before), settings)),
-            now: self.counted(place),
+        let mut step = Step {
+            before: self.before,
+            now: place,
             settings: self.settings,
             offset: self.offset,
             slip: self.slip,
             hardware: self.hardware,
         };
-        let clockwise = Step { before: self.before, now: place, ..step };
-        self.laps = (self.rules.laps)(self.laps + clockwise.crossing(), &clockwise);
+        self.laps = (self.rules.laps)(self.laps + step.crossing(), &step);
+        if let Some((before, _)) = &mut step.before {
+            *before = self.counted(*before);
+        }
+        step.now = self.counted(place);
         self.slip = (self.rules.slip)(&step);
         (self.place, self.before) = (place, Some((place, self.settings)));
     }
@@ -296,18 +303,30 @@ impl Measuring {
 
     /// The position with the offset, as far as it acts, in units.
     pub fn shifted(&self) -> u64 {
+        self.shifted_from(self.position())
+    }
+
+    fn shifted_from(&self, position: u64) -> u64 {
         match self.settings.offset_acts {
-            true => (self.rules.shift)(self.position(), self.offset, self.range()),
-            false => self.position(),
+            true => (self.rules.shift)(position, self.offset, self.range()),
+            false => position,
         }
     }
 
     /// The position with the offset, at the last value of its range where it has gone beyond and is to stand there.
     pub fn limited(&self) -> u64 {
-        match self.settings.saturates_at {
-            Some(range) => (self.rules.limit)(self.shifted(), range, self.range()),
-            None => self.shifted(),
-        }
+        self.positions()[1]
+    }
+
+    /// The [position](Measuring::position) without the offset, and the [limited](Measuring::limited) one with it.
+    pub fn positions(&self) -> [u64; 2] {
+        let position = self.position();
+        let shifted = self.shifted_from(position);
+        let limited = match self.settings.saturates_at {
+            Some(range) => (self.rules.limit)(shifted, range, self.range()),
+            None => shifted,
+        };
+        [position, limited]
     }
 
     /// The offset that a preset now would give; nothing is changed.

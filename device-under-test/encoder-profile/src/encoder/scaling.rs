@@ -11,13 +11,20 @@ pub struct Hardware {
 
 impl Hardware {
     /// Steps over all revolutions.
+    #[inline]
     pub const fn range(&self) -> u64 {
         self.steps_per_revolution * self.revolutions
     }
 
     /// The place that the sensor sees where the shaft is: a shaft goes on beyond what the sensor can tell apart.
+    #[inline]
     pub fn sense(&self, place: i64) -> u64 {
-        i128::from(place).rem_euclid(self.range() as i128) as u64
+        let range = self.range();
+        match i64::try_from(range) {
+            Ok(range) if (0..range).contains(&place) => place as u64,
+            Ok(range) => place.rem_euclid(range) as u64,
+            Err(_) => i128::from(place).rem_euclid(range as i128) as u64,
+        }
     }
 }
 
@@ -50,12 +57,31 @@ impl Scaling {
     /// It is a pure conversion of the physical place, rounded down, so that nothing adds up. Where the range does not
     /// divide what the hardware counts, the last range before the physical zero is cut short: the *red zone*.
     pub fn position(&self, hardware: &Hardware, place: u64) -> u64 {
-        (self.units(hardware, place) % u128::from(self.range.max(1))) as u64
+        self.within_range(self.units(hardware, place))
+    }
+
+    /// What is left of so many units where the range begins anew.
+    pub fn within_range(&self, units: u128) -> u64 {
+        let range = self.range.max(1);
+        // Nearly always they are few, and dividing long numbers is slow.
+        match u64::try_from(units) {
+            Ok(units) if units < range => units,
+            Ok(units) => units % range,
+            Err(_) => (units % u128::from(range)) as u64,
+        }
     }
 
     /// The units from the physical zero to a hardware place, rounded down.
+    #[inline]
     pub fn units(&self, hardware: &Hardware, place: u64) -> u128 {
-        u128::from(place) * u128::from(self.units_per_revolution) / u128::from(hardware.steps_per_revolution)
+        let (units, steps) = (self.units_per_revolution, hardware.steps_per_revolution);
+        if units == steps {
+            return place.into();
+        }
+        match place.checked_mul(units) {
+            Some(product) => (product / steps).into(),
+            None => u128::from(place) * u128::from(units) / u128::from(steps),
+        }
     }
 }
 
@@ -76,9 +102,20 @@ impl Gear {
     /// Nothing adds up and nothing jumps, also where the revolutions that the encoder tells apart are no whole number of
     /// revolutions of the axis.
     pub fn position(&self, hardware: &Hardware, place: i128) -> u64 {
+        if let Some((above, below)) = self.short(hardware, place) {
+            return above.div_euclid(below.max(1)).rem_euclid((self.range as i64).max(1)) as u64;
+        }
         let above = place * i128::from(self.range) * i128::from(self.divisor);
         let below = i128::from(self.nominator) * i128::from(hardware.steps_per_revolution);
         above.div_euclid(below.max(1)).rem_euclid(i128::from(self.range.max(1))) as u64
+    }
+
+    /// Numerator and denominator of the position, where both are short: dividing long numbers is slow.
+    fn short(&self, hardware: &Hardware, place: i128) -> Option<(i64, i64)> {
+        let short = |number: u64| i64::try_from(number).ok();
+        let above = i64::try_from(place).ok()?.checked_mul(short(self.range)?)?.checked_mul(short(self.divisor)?)?;
+        let below = short(self.nominator)?.checked_mul(short(hardware.steps_per_revolution)?)?;
+        Some((above, below))
     }
 }
 

@@ -50,7 +50,15 @@ impl Shaft {
     }
 
     /// Where the shaft is at `now`.
+    #[inline]
     pub fn place(&self, now: Time) -> i64 {
+        match self.motion {
+            Motion::Standing => self.from,
+            _ => self.place_in_motion(now),
+        }
+    }
+
+    fn place_in_motion(&self, now: Time) -> i64 {
         match self.motion {
             Motion::Standing => self.from,
             Motion::Turning { speed } => self.from.saturating_add(self.way(speed, now.since(self.since))),
@@ -76,7 +84,11 @@ impl Shaft {
     /// Revolutions per minute at `now`, rounded to the nearest.
     pub fn rounded_rpm(&self, now: Time) -> i64 {
         let speed = self.speed(now);
-        ((speed + speed.signum() * MICRO / 2) / MICRO) as i64
+        // A speed that is longer is none that a shaft can be given.
+        match i64::try_from(speed + speed.signum() * MICRO / 2) {
+            Ok(speed) => speed / MICRO as i64,
+            Err(_) => ((speed + speed.signum() * MICRO / 2) / MICRO) as i64,
+        }
     }
 
     /// The speed at `now`, in millionths of a revolution per minute.

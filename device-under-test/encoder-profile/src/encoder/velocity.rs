@@ -102,14 +102,19 @@ fn sign(direction: Direction) -> i64 {
 /// changes the motion of the shaft or the unit calls [`advance`](Velocity::advance) before and so keeps the past.
 #[derive(Clone, Debug)]
 pub struct Velocity {
-    /// The unit in force.
-    pub unit: Unit,
+    unit: Unit,
     hardware: Hardware,
     sampling: Sampling,
+    /// How it is measured: what the rules make of `sampling` and `unit`.
+    in_force: Sampling,
     last: Time,
+    /// When the present interval ends.
+    due: Time,
     /// The places at the ends of the intervals of the last two means, the oldest one first.
     places: VecDeque<i64>,
     steps: i64,
+    /// The steps as revolutions per minute.
+    rpm: i64,
     rules: Rules,
 }
 
@@ -129,27 +134,56 @@ impl Velocity {
         rules: Rules,
     ) -> Velocity {
         let places = VecDeque::from([shaft.place(now)]);
-        Velocity { unit, hardware, sampling, last: now, places, steps: 0, rules }
+        let (in_force, last, due, steps, rpm) = (sampling, now, now, 0, 0);
+        let mut velocity = Velocity { unit, hardware, sampling, in_force, last, due, places, steps, rpm, rules };
+        velocity.settle();
+        velocity
+    }
+
+    /// The unit in force.
+    pub fn unit(&self) -> Unit {
+        self.unit
+    }
+
+    /// Gives velocities in `unit` from now on.
+    pub fn set_unit(&mut self, unit: Unit) {
+        self.unit = unit;
+        self.settle();
+    }
+
+    /// Works out what only sampling and unit, and the end of the last interval, change.
+    fn settle(&mut self) {
+        let Sampling { every, of } = (self.rules.sampling)(self.sampling);
+        let every = (self.rules.window)(every, self.unit).max(Duration::from_nanos(1));
+        self.in_force = Sampling { every, of: of.max(1) };
+        self.due = self.last + every;
+        self.take(self.steps);
     }
 
     /// Measures as `sampling` says from `now` on; what was measured before is forgotten if it is another sampling.
     pub fn sample(&mut self, sampling: Sampling, now: Time, shaft: &Shaft) {
         if sampling != self.sampling {
             self.sampling = sampling;
+            self.settle();
             self.restart(now, shaft);
         }
     }
 
     /// How it is measured.
     pub fn sampling(&self) -> Sampling {
-        let Sampling { every, of } = (self.rules.sampling)(self.sampling);
-        let every = (self.rules.window)(every, self.unit).max(Duration::from_nanos(1));
-        Sampling { every, of: of.max(1) }
+        self.in_force
     }
 
     /// Measures all intervals that have ended by `now`.
+    #[inline]
     pub fn advance(&mut self, now: Time, shaft: &Shaft) {
-        let Sampling { every, of } = self.sampling();
+        if now >= self.due {
+            self.measure(now, shaft);
+        }
+    }
+
+    fn measure(&mut self, now: Time, shaft: &Shaft) {
+        let Sampling { every, of } = self.in_force;
         if now.since(self.last) < every {
             return;
         }
@@ -165,7 +199,14 @@ impl Velocity {
             self.note(shaft.place(self.last), of);
         }
         let of_a_revolution = self.hardware.steps_per_revolution;
-        self.steps = (self.rules.steps)(Steps { before: self.steps, now: self.ways().1, of_a_revolution });
+        self.take((self.rules.steps)(Steps { before: self.steps, now: self.ways().1, of_a_revolution }));
+        self.due = self.last + every;
+    }
+
+    /// Takes the steps of the last measurements.
+    fn take(&mut self, steps: i64) {
+        self.steps = steps;
+        self.rpm = if steps == 0 { 0 } else { self.in_rpm(steps, self.measured_nanos()) };
     }
 
     /// Notes a place at the end of an interval; before the first one the shaft stood where it was first seen.
@@ -194,10 +235,12 @@ impl Velocity {
     pub fn restart(&mut self, now: Time, shaft: &Shaft) {
         self.places.clear();
         self.places.push_back(shaft.place(now));
-        (self.last, self.steps) = (now, 0);
+        (self.last, self.due) = (now, now + self.in_force.every);
+        self.take(0);
     }
 
     /// Hardware steps in the last measurements that make a velocity, clockwise positive.
+    #[inline]
     pub fn steps(&self) -> i64 {
         self.steps
     }
@@ -222,8 +265,9 @@ impl Velocity {
     }
 
     /// Revolutions per minute, clockwise positive, rounded to the nearest, whatever the unit in force.
+    #[inline]
     pub fn rounded_rpm(&self) -> i64 {
-        if self.steps == 0 { 0 } else { self.rpm(self.steps, self.measured_nanos()) }
+        self.rpm
     }
 
     /// Revolutions per minute and second, clockwise positive, rounded to the nearest: how much the velocity differs from
@@ -234,11 +278,11 @@ impl Velocity {
             return 0;
         }
         let nanos = self.measured_nanos();
-        self.rpm(now.saturating_sub(before), nanos.saturating_mul(nanos) / 1_000_000_000)
+        self.in_rpm(now.saturating_sub(before), nanos.saturating_mul(nanos) / 1_000_000_000)
     }
 
     /// `steps` in `nanos` as revolutions per minute.
-    fn rpm(&self, steps: i64, nanos: i128) -> i64 {
+    fn in_rpm(&self, steps: i64, nanos: i128) -> i64 {
         let steps_per_revolution = i128::from(self.hardware.steps_per_revolution);
         rounded(i128::from(steps) * 60_000_000_000, (steps_per_revolution * nanos).max(1))
     }

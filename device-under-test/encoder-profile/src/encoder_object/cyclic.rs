@@ -3,7 +3,6 @@
 use super::memory::Source;
 use super::{Live, Model, Phase};
 use crate::behaviour::ByPlc;
-use crate::encoder::Measuring;
 use crate::profidrive::life_sign::{Given, Watch};
 use crate::profidrive::mantel::Known;
 use crate::profidrive::sensor::{Request, Xist2};
@@ -59,7 +58,7 @@ impl<M: Model> Live<'_, M> {
         let taken = self.ram.emitter.control_words(&self.ram.outputs);
         let outputs @ [stw2_enc, g1_stw] = taken.unwrap_or_default();
         let trigger = self.ram.outputs.preset.unwrap_or(0);
-        let before = self.ram.emitter.before();
+        let Image { position: position_before, outputs: outputs_before, .. } = self.ram.emitter.before().truth;
         let is_set = stw2_enc & CONTROL_BY_PLC != 0;
         match taken {
             None => self.ram.good_since = None,
@@ -76,7 +75,7 @@ impl<M: Model> Live<'_, M> {
         let by_plc = ByPlc {
             was_set: is_fresh && self.ram.had_control,
             compatible: self.ram.user.compatible,
-            before: before.truth.outputs[0] & CONTROL_BY_PLC != 0,
+            before: outputs_before[0] & CONTROL_BY_PLC != 0,
             now: is_set,
         };
         let control = &self.behaviour.control;
@@ -108,7 +107,7 @@ impl<M: Model> Live<'_, M> {
             self.ram.measuring.resume(position);
         }
         if !was_parked {
-            self.ram.parked_at = before.truth.position;
+            self.ram.parked_at = position_before;
         }
         self.look_for_errors();
         let (rules, sensor) = (&self.behaviour.life_sign, &self.ram.sensor);
@@ -120,12 +119,13 @@ impl<M: Model> Live<'_, M> {
             self.ram.sign_of_life = Given::default();
         }
         let sign_of_life = if gives { self.ram.sign_of_life.advance(self.now, counts, rules) } else { 0 };
-        let faults = self.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
+        let faults = self.fault_bits();
         let bit = |n: u32, set: bool| u16::from(set) << n;
         let zsw2_enc = u16::from(sign_of_life) << 12
             | bit(9, (control.is_requested)(by_plc))
             | bit(3, (control.fault_present)(faults));
-        let signals = if self.now < self.ram.held_up_until { before.sent } else { self.image() };
+        let is_held_up = self.now < self.ram.held_up_until;
+        let signals = if is_held_up { self.ram.emitter.before().sent } else { self.image() };
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
         self.ram.emitter.begin(image);
     }
@@ -160,12 +160,11 @@ impl<M: Model> Live<'_, M> {
             let settings = (rules.acts_since)(signal, settings, ram.settings_at_start);
             (rules.acts_on)(signal, settings, &self.hardware)
         };
-        let positions = |measuring: &Measuring| [measuring.position(), measuring.limited()];
-        let usual = positions(&ram.measuring);
+        let usual = ram.measuring.positions();
         let shown = |signal, with_offset| {
             let settings = acting(signal);
             let is_usual = settings == ram.measuring.settings;
-            let [plain, limited] = if is_usual { usual } else { positions(&ram.measuring.under(settings)) };
+            let [plain, limited] = if is_usual { usual } else { ram.measuring.under(settings).positions() };
             if with_offset { limited } else { plain }
         };
         let with_offset = (rules.presets_xist2)(&ram.user);

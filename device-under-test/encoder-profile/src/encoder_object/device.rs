@@ -359,7 +359,7 @@ impl<M: Model> Application for EncoderObject<M> {
     fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
         let live = self.live(now);
         let right = M::led(&live, name, seen)?;
-        let faults = live.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
+        let faults = live.fault_bits();
         let (has_wrong_parameters, has_record) = (live.ram.wrong_parameters, live.ram.has_record);
         let exchanged_for = live.ram.data_since.map(|since| now.since(since));
         let lit = Lit {

@@ -10,12 +10,45 @@ use device_stack::profinet::{Diagnosis, DiagnosisChange, Severity};
 /// Channel of a diagnosis that concerns the submodule as a whole.
 const WHOLE_SUBMODULE: u16 = 0x8000;
 
-/// The numbers of the errors that may be there without a fault of the stand; the first one may stand for a warning.
-pub(super) fn without_fault(facts: &Facts) -> Vec<usize> {
-    let by_itself = |error: &ErrorFact| error.causes.iter().any(|cause| !matches!(cause, Cause::Stand(_)));
-    let may_be =
-        |(number, error): &(usize, &ErrorFact)| *number == 0 || error.effect == Effect::NoMemory || by_itself(error);
-    facts.errors.iter().enumerate().filter(may_be).map(|(number, _)| number).collect()
+/// An error that may be there without a fault of the stand.
+#[derive(Clone, Copy)]
+pub(super) struct Unprovoked {
+    /// Its place in the facts.
+    number: usize,
+    /// What brings it about by itself.
+    causes: OwnCauses,
+}
+
+/// What of the causes of an error is no fault of the stand.
+#[derive(Clone, Copy)]
+struct OwnCauses {
+    has_life_sign: bool,
+    has_wrong_parameters: bool,
+    has_model: bool,
+}
+
+impl OwnCauses {
+    fn of(error: &ErrorFact) -> OwnCauses {
+        OwnCauses {
+            has_life_sign: error.causes.contains(&Cause::LifeSign),
+            has_wrong_parameters: error.causes.contains(&Cause::WrongParameters),
+            has_model: error.causes.contains(&Cause::Model),
+        }
+    }
+
+    fn are_none(self) -> bool {
+        !(self.has_life_sign || self.has_wrong_parameters || self.has_model)
+    }
+}
+
+/// The errors that may be there without a fault of the stand; the first one may stand for a warning.
+pub(super) fn without_fault(facts: &Facts) -> Vec<Unprovoked> {
+    let known = facts.errors.iter().enumerate();
+    let known = known.map(|(number, error)| Unprovoked { number, causes: OwnCauses::of(error) });
+    let may_be = |one: &Unprovoked| {
+        one.number == 0 || facts.errors[one.number].effect == Effect::NoMemory || !one.causes.are_none()
+    };
+    known.filter(may_be).collect()
 }
 
 impl<M: Model> Live<'_, M> {
@@ -23,26 +56,26 @@ impl<M: Model> Live<'_, M> {
     pub fn causes(&self) -> Vec<Error> {
         let rules = &self.behaviour.diagnosis;
         let is_warning = rules.warning_is_error && self.ram.warnings != 0;
-        let is_raised =
-            |number, error: &ErrorFact| (self.is_caused(error) || number == 0 && is_warning) && (rules.raises)(error);
-        let raised = |number: usize| {
-            let error = self.facts.errors.get(number).filter(|error| is_raised(number, error))?;
-            Some(Error { number: number as u16, code: (rules.code)(error) })
+        let raised = |number: usize, causes: OwnCauses| {
+            let error = &self.facts.errors[number];
+            let is_there = self.is_caused(error, causes) || number == 0 && is_warning;
+            let is_raised = is_there && (rules.raises)(error);
+            is_raised.then(|| Error { number: number as u16, code: (rules.code)(error) })
         };
         match self.faults.are_none() {
-            true => self.ram.without_fault.iter().copied().filter_map(raised).collect(),
-            false => (0..self.facts.errors.len()).filter_map(raised).collect(),
+            true => self.ram.without_fault.iter().filter_map(|one| raised(one.number, one.causes)).collect(),
+            false => {
+                let known = self.facts.errors.iter().enumerate();
+                known.filter_map(|(number, error)| raised(number, OwnCauses::of(error))).collect()
+            }
         }
     }
 
-    fn is_caused(&self, error: &ErrorFact) -> bool {
+    fn is_caused(&self, error: &ErrorFact, causes: OwnCauses) -> bool {
         let memory = &self.behaviour.memory;
-        let by_itself = error.causes.iter().any(|cause| match cause {
-            Cause::Stand(_) => false,
-            Cause::LifeSign => self.ram.watch.has_failed(),
-            Cause::WrongParameters => self.ram.wrong_parameters,
-            Cause::Model => M::is_caused(self, error),
-        });
+        let by_itself = causes.has_life_sign && self.ram.watch.has_failed()
+            || causes.has_wrong_parameters && self.ram.wrong_parameters
+            || causes.has_model && M::is_caused(self, error);
         match error.effect {
             Effect::NoMemory => {
                 let is_unnoticed = !memory.reports_unreadable && self.ram.was_unreadable;
@@ -64,6 +97,14 @@ impl<M: Model> Live<'_, M> {
             there.or_else(|| self.facts.errors.iter().find(|fact| fact.code.is_some() && fact.code == error.code))
         };
         self.ram.sensor.errors().iter().filter_map(known).collect()
+    }
+
+    /// The fault bits of the errors that are there.
+    pub fn fault_bits(&self) -> u32 {
+        match self.ram.sensor.errors().is_empty() {
+            true => 0,
+            false => self.errors().iter().fold(0, |bits, error| bits | error.fault_bits),
+        }
     }
 
     /// The bits of the warnings that are there.

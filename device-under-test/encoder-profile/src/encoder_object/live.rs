@@ -1,7 +1,7 @@
 //! The encoder object at work: what it stores, what it holds while it has power, and what it does as time goes by.
 
 use super::Model;
-use super::diagnosis::without_fault;
+use super::diagnosis::{Unprovoked, without_fault};
 use super::places;
 use crate::behaviour::Behaviour;
 use crate::encoder::{Cell, Hardware, Measuring, Settings, Shaft, Velocity};
@@ -47,21 +47,25 @@ impl Faults {
     }
 
     /// Whether the fault of this name is there.
+    #[inline]
     pub fn has(&self, name: &str) -> bool {
-        self.0.contains(&name)
+        !self.0.is_empty() && self.0.contains(&name)
     }
 
     /// Whether there is none.
+    #[inline]
     pub fn are_none(&self) -> bool {
         self.0.is_empty()
     }
 
     /// Whether a fault is there that brings an error about.
+    #[inline]
     pub fn cause(&self, error: &ErrorFact) -> bool {
         !self.0.is_empty() && error.causes.iter().any(|cause| matches!(cause, Cause::Stand(name) if self.has(name)))
     }
 
     /// Whether a fault is there that has this effect.
+    #[inline]
     pub fn have(&self, effect: Effect, facts: &Facts) -> bool {
         !self.0.is_empty() && facts.errors.iter().any(|error| error.effect == effect && self.cause(error))
     }
@@ -108,8 +112,8 @@ pub struct Ram {
     pub wrong_parameters: bool,
     /// The warnings that are there.
     pub(super) warnings: u32,
-    /// The numbers of the errors that may be there without a fault of the stand.
-    pub(super) without_fault: Vec<usize>,
+    /// The errors that may be there without a fault of the stand.
+    pub(super) without_fault: Vec<Unprovoked>,
     /// P65000.
     pub preset_value: u32,
     /// The IP address in use.
@@ -323,7 +327,7 @@ impl<M: Model> Live<'_, M> {
             stays_wrong || is_missing || user.are_wrong(&self.hardware, self.ram.telegram(), &default, rules);
         let settings = (rules.measures_by)(before, user).settings(&self.hardware, rules);
         self.ram.measuring.settings = M::settings(self, settings);
-        self.ram.velocity.unit = user.velocity_unit(rules);
+        self.ram.velocity.set_unit(user.velocity_unit(rules));
         M::parametrized(self);
     }
 }

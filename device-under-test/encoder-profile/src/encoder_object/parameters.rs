@@ -94,7 +94,7 @@ impl<M: Model> Live<'_, M> {
     /// version 4.1, operating time (not measured), offset, units per revolution, range, velocity unit.
     pub fn operating_status(&self) -> [u64; 12] {
         let (user, measuring) = (&self.ram.user, &self.ram.measuring);
-        let faults = self.errors().iter().fold(0, |bits, error| bits | error.fault_bits);
+        let faults = self.fault_bits();
         [
             self.facts.status_header.into(),
             user.bits.into(),
@@ -128,7 +128,7 @@ impl<M: Model> Live<'_, M> {
             hardware: self.hardware,
             other: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
             user: &self.ram.user,
-            faults: self.errors().iter().fold(0, |bits, error| bits | error.fault_bits),
+            faults: self.fault_bits(),
             measuring: &self.ram.measuring,
             preset_value: self.ram.preset_value,
             offset_at_power_up: self.ram.offset_at_power_up,

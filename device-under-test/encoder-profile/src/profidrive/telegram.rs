@@ -263,8 +263,8 @@ impl Emitter {
     }
 
     /// The last cycle.
-    pub fn before(&self) -> Before {
-        self.before
+    pub fn before(&self) -> &Before {
+        &self.before
     }
 
     /// Takes what the controller sent to one telegram; what comes with others stays as it is.

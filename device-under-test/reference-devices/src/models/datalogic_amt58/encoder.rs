@@ -1,7 +1,7 @@
 //! The encoder at work: what it stores, what it holds while it has power, how it measures and makes presets.
 
 use super::knobs::{Rules, Storing, Switches, Zone};
-use super::lights::{Lamps, Situation};
+use super::lights::{DARK, Lamps, Situation};
 use super::preset::{Order, Trigger, Wanted};
 use super::program::{self, Program};
 use core::time::Duration;
@@ -34,6 +34,8 @@ pub struct Amt58 {
     /// The first program that was ever taken.
     pub(super) first: Option<Program>,
     pub(super) ram: Ram,
+    /// What the LEDs show to who looks at them.
+    pub(super) shown: Lamps,
 }
 
 /// What is lost without power.
@@ -88,6 +90,7 @@ impl Amt58 {
             power_ups: 0,
             first: None,
             ram,
+            shown: DARK,
         }
     }
 

@@ -222,19 +222,24 @@ pub fn unit(code: u8) -> Option<Unit> {
 /// The units of all revolutions, and those that are no whole range at their end: the red zone (manual, 6.9).
 pub fn zone(scaling: &Scaling, hardware: &Hardware) -> (u128, u128) {
     let all = scaling.units(hardware, hardware.range());
-    (all, all % u128::from(scaling.range.max(1)))
+    (all, scaling.within_range(all).into())
 }
 
 /// The position at a place: in the red zone it is counted so that the last one before the physical zero is the last of the range.
 pub fn position(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
     let (all, zone) = zone(scaling, hardware);
     let (units, range) = (scaling.units(hardware, place), u128::from(scaling.range.max(1)));
-    let position = if units >= all - zone { (range + units).saturating_sub(all) } else { units % range };
-    position as u64
+    match units >= all - zone {
+        true => (range + units).saturating_sub(all) as u64,
+        false => scaling.within_range(units),
+    }
 }
 
 /// Whether the shaft is in the red zone.
 pub fn is_in_zone(of: &Zone<'_>) -> bool {
+    if !of.program.scales {
+        return false;
+    }
     let (all, zone) = zone(&of.program.scaling, of.hardware);
-    of.program.scales && zone > 0 && of.program.scaling.units(of.hardware, of.place) >= all - zone
+    zone > 0 && of.program.scaling.units(of.hardware, of.place) >= all - zone
 }

@@ -65,7 +65,7 @@ impl Application for Amt58 {
                 self.ram.is_first_preset = program.scaling != self.ram.program.scaling;
                 self.ram.program = program;
                 self.ram.measuring.settings = Settings::scaled(program.direction, program.scaling, true);
-                self.ram.velocity.unit = program.unit;
+                self.ram.velocity.set_unit(program.unit);
                 self.ram.offset = (rules.offset_at_start)(self.ram.offset);
                 self.use_offset(self.place(now));
                 if let Some(value) = (rules.preset_at_start)(&program) {
@@ -215,8 +215,12 @@ impl Application for Amt58 {
         self.ram.is_stuck
     }
 
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
-        let Lamps { red, green } = self.lamps(now, seen);
+    fn look(&mut self, now: Time, seen: &Seen) {
+        self.shown = self.lamps(now, seen);
+    }
+
+    fn led(&mut self, _: Time, name: &str, _: &Seen) -> Option<&'static str> {
+        let Lamps { red, green } = self.shown;
         match name {
             "fault" => Some(red),
             "power" => Some(green),

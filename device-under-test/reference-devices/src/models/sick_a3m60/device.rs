@@ -84,7 +84,8 @@ impl Encoder {
 
     fn blocks(&mut self, now: Time) -> Vec<u8> {
         let live = self.object.live(now);
-        (live.rules.own.blocks)(&status::told_numbers(&live), &status::known(&live))
+        let known = status::known(&live);
+        (live.rules.own.blocks)(&status::told_numbers(&live, &known), &known)
     }
 
     fn plugged(&self) -> Option<Plug> {
@@ -228,7 +229,8 @@ impl Application for Encoder {
         self.object.advance(now);
         self.look(now);
         let live = self.object.live(now);
-        let has_error = status::told_numbers(&live).iter().any(|number| status::is_error(&live, *number));
+        let told = status::told_numbers(&live, &status::known(&live));
+        let has_error = told.iter().any(|number| status::is_error(&live, *number));
         let ext_diag = (live.rules.own.ext_diag)(has_error);
         out.extend_from_slice(&self.told);
         DiagnosisBits { ext_diag, ..DiagnosisBits::default() }

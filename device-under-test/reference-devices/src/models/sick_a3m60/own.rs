@@ -167,6 +167,11 @@ pub fn freeze(live: &mut Live<'_, State>, is_frozen: bool) {
     }
 }
 
+/// Milliseconds since power-up.
+pub fn powered(live: &Live<'_, State>) -> u64 {
+    live.now.since(live.model.powered_since).as_millis() as u64
+}
+
 /// What a time stamp could be made of.
 pub fn seconds(live: &Live<'_, State>) -> Seconds {
     let milliseconds = |time: Duration| time.as_millis() as u64;
@@ -199,11 +204,11 @@ impl Model for State {
     }
 
     fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
-        let Wrong { is_missing, is_deviating } = live.model.clock.wrong(&live.rules.own);
+        let wrong = || live.model.clock.wrong(&live.rules.own);
         match error.code {
             Some(ENCODER_SIGNAL) => live.model.begins_with_error,
-            Some(CLOCK_DEVIATES) => is_deviating,
-            Some(NO_CLOCK) => is_missing,
+            Some(CLOCK_DEVIATES) => wrong().is_deviating,
+            Some(NO_CLOCK) => wrong().is_missing,
             _ => false,
         }
     }
@@ -253,10 +258,9 @@ impl Model for State {
 
     fn shown(live: &Live<'_, State>, image: Image) -> Image {
         let time_stamp = (live.rules.own.time_stamp)(&seconds(live));
-        let plain_position = match status::shown_code(live).filter(|_| is_of_vendor(live.ram.telegram())) {
-            Some(code) => code as u32,
-            None => image.plain_position,
-        };
+        let known = status::known(live);
+        let code = known.is_of_vendor.then(|| status::shown_code(live, &known)).flatten();
+        let plain_position = code.map_or(image.plain_position, |code| code as u32);
         let image = Image { time_stamp, plain_position, ..image };
         let is_disturbed = live.rules.own.test_disturbs
             && live.model.disturbed_at.is_some_and(|at| live.now < at + Duration::from_secs(1));
@@ -264,7 +268,7 @@ impl Model for State {
             true => Image { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image },
             false => image,
         };
-        (live.rules.own.image)(&status::known(live), image)
+        (live.rules.own.image)(&known, image)
     }
 
     fn advance(live: &mut Live<'_, State>) {
@@ -275,10 +279,11 @@ impl Model for State {
         live.model.laps.keep(&live.ram.measuring, place);
         live.model.begins_with_error = false;
         let passed = live.now.since(core::mem::replace(&mut live.model.last, live.now));
-        if status::words(live) != Words::default() {
+        let words = status::words(live);
+        if words != Words::default() {
             live.model.faulty += passed;
         }
-        status::note_status(live);
+        status::note_status(live, words);
         presets::carry_out_queue(live);
         presets::look_for_falling_edge(live);
     }
@@ -307,7 +312,8 @@ impl Model for State {
 
     fn parametrized(live: &mut Live<'_, State>) {
         if is_of_vendor(live.ram.telegram()) {
-            live.ram.velocity.unit = (live.rules.own.vendor_unit)(live.ram.velocity.unit);
+            let unit = (live.rules.own.vendor_unit)(live.ram.velocity.unit());
+            live.ram.velocity.set_unit(unit);
         }
         parameters::measure_speed(live);
         let place = live.hardware.sense(live.shaft.place(live.now));

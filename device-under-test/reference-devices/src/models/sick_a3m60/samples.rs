@@ -46,11 +46,12 @@ impl Samples {
 
     fn take(&mut self, now: Time, seen: &impl Fn(Time) -> i64) {
         let mut next = match self.last {
-            Some(last) if now.since(last) < INTERVAL * 2 * MOST as u32 => last + INTERVAL,
+            Some(last) if now.since(last) <= INTERVAL * MOST as u32 => last + INTERVAL,
             // After a long time only the last samples count.
             Some(last) => {
-                let intervals = (now.since(last).as_nanos() / INTERVAL.as_nanos()) as u64 - MOST as u64;
-                last + Duration::from_nanos(INTERVAL.as_nanos() as u64 * intervals)
+                let interval = INTERVAL.as_nanos() as u64;
+                let passed = (now.as_nanos() - last.as_nanos()) / interval;
+                last + Duration::from_nanos(interval * (passed - MOST as u64).max(1))
             }
             None => now,
         };

@@ -160,13 +160,12 @@ pub fn known(live: &Live<'_, State>) -> Known {
         is_isochronous: model.clock.times().is_some(),
         is_of_vendor: is_of_vendor(live.ram.telegram()),
         is_connected: live.ram.phase != Phase::Alone,
-        powered: own::seconds(live).powered,
+        powered: own::powered(live),
     }
 }
 
-/// Keeps in mind what is wrong.
-pub fn note_status(live: &mut Live<'_, State>) {
-    let words = words(live);
+/// Keeps in mind what is wrong, which `words` tell.
+pub fn note_status(live: &mut Live<'_, State>, words: Words) {
     let seen = &mut live.model.seen;
     (seen.a, seen.b) = (seen.a | words.a, seen.b | words.b);
     let codes = codes(live);
@@ -177,13 +176,13 @@ fn codes(live: &Live<'_, State>) -> Vec<i32> {
     noticed(live).filter_map(|fault| (live.rules.own.fault_code)(fault.name, fault.code)).collect()
 }
 
-/// What the diagnosis tells.
-pub fn told_numbers(live: &Live<'_, State>) -> Vec<u8> {
+/// What the diagnosis tells, from what is known.
+pub fn told_numbers(live: &Live<'_, State>, known: &Known) -> Vec<u8> {
     let rules = &live.behaviour.diagnosis;
     if !(rules.are_sent)(live.ram.user.compatible, live.ram.user.alarm_channel) {
         return Vec::new();
     }
-    let told = numbers((live.rules.own.told)(&known(live)));
+    let told = numbers((live.rules.own.told)(known));
     let told = told.into_iter().filter_map(|number| (rules.error_type)(number.into()));
     let mut told: Vec<u8> = told.map(|number| number as u8).collect();
     if !rules.side_by_side {
@@ -198,12 +197,12 @@ pub fn is_error(live: &Live<'_, State>, number: u8) -> bool {
     (live.behaviour.diagnosis.severity)(number.into(), right) == Severity::Fault
 }
 
-/// The code that takes the place of the position in the telegrams of the vendor.
-pub fn shown_code(live: &Live<'_, State>) -> Option<i32> {
+/// The code that takes the place of the position in the telegrams of the vendor, from what is known.
+pub fn shown_code(live: &Live<'_, State>, known: &Known) -> Option<i32> {
     if !(live.rules.own.shows_codes)(live.model.fields.shows_codes()) {
         return None;
     }
-    (live.rules.own.code)(&Causes { codes: &codes(live), known: &known(live) })
+    (live.rules.own.code)(&Causes { codes: &codes(live), known })
 }
 
 /// Whether the speed is above its limit: manual, table 37, bit 5.

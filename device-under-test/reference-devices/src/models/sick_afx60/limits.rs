@@ -136,7 +136,7 @@ pub fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) ->
     live.model.limits.speed = speed;
     if let Some((number, unit)) = new_unit {
         live.ram.user.speed_unit = number;
-        live.ram.velocity.unit = unit.unwrap_or(live.ram.velocity.unit);
+        live.ram.velocity.set_unit(unit.unwrap_or(live.ram.velocity.unit()));
     }
     measure_speed(live);
     Ok(())

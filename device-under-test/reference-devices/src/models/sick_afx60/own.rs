@@ -105,7 +105,7 @@ impl Model for State {
 
     fn advance(live: &mut Live<'_, State>) {
         live.model.begins_with_error = false;
-        live.model.status.faults_seen |= live.operating_status()[2];
+        live.model.status.faults_seen |= u64::from(live.fault_bits());
         limits::measure_speed(live);
         log::log(live);
         status::end_saves(live);

@@ -107,10 +107,13 @@ pub fn status_c(live: &Live<'_, State>) -> u16 {
 /// The three words as they are shown.
 pub fn status_words(live: &Live<'_, State>) -> [u16; 3] {
     let right = [status_a(live), status_b(live), status_c(live)];
-    (live.rules.own.words)(right, live.operating_status()[2])
+    (live.rules.own.words)(right, live.fault_bits().into())
 }
 
 fn faults_in(live: &Live<'_, State>, faults: &[(&str, u32)]) -> u16 {
+    if live.faults.are_none() {
+        return 0;
+    }
     faults.iter().filter(|(name, _)| live.faults.has(name)).fold(0, |bits, (_, bit)| bits | 1 << bit)
 }
 
