@@ -38,6 +38,8 @@ pub struct Surroundings {
     pub stays_low: bool,
     switches: [u32; 3],
     pressed_since: Option<Time>,
+    /// Whether the button was found to have been held for long enough: then nothing more is due for it.
+    was_held: bool,
     /// Whether the next start begins with the factory settings.
     pub reset_is_due: bool,
 }
@@ -53,6 +55,7 @@ impl Default for Surroundings {
             stays_low: false,
             switches: [0; 3],
             pressed_since: None,
+            was_held: false,
             reset_is_due: false,
         }
     }
@@ -79,14 +82,15 @@ impl Surroundings {
         self.pressed_since.filter(|_| self.has_power && !self.reset_is_due).map(|since| since + takes)
     }
 
-    /// When the button will have been held for long enough.
+    /// When the button will have been held for long enough, until that was found.
     pub fn deadline(&self) -> Option<Time> {
-        self.held(RESET_TAKES)
+        self.held(RESET_TAKES).filter(|_| !self.was_held)
     }
 
     /// The supply has come or gone.
     pub fn power(&mut self, has_power: bool) {
         (self.has_power, self.pressed_since, self.comes_back, self.stays_low) = (has_power, None, false, false);
+        self.was_held = false;
     }
 }
 
@@ -109,7 +113,7 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
             let at = ["hundreds", "tens", "ones"].iter().position(|known| *known == name)?;
             around.switches[at] = place;
         }
-        StandAction::Button("preset", true) => around.pressed_since = Some(live.now),
+        StandAction::Button("preset", true) => (around.pressed_since, around.was_held) = (Some(live.now), false),
         StandAction::Button("preset", false) => {
             let pressed = around.pressed_since.take().filter(|_| around.has_power);
             let asks_for_reset = (rules.asks_for_reset)(around.switches);
@@ -129,7 +133,12 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
 pub fn watch_button(live: &mut Live<'_, State>) {
     let rules = &live.rules.own;
     let around = &mut live.model.around;
-    let is_done = around.held((rules.reset_takes)(RESET_TAKES)).is_some_and(|done| done <= live.now);
+    if around.pressed_since.is_none() {
+        return;
+    }
+    let has_come = |due: Option<Time>| due.is_some_and(|due| due <= live.now);
+    around.was_held |= has_come(around.held(RESET_TAKES));
+    let is_done = has_come(around.held((rules.reset_takes)(RESET_TAKES)));
     if is_done && (rules.asks_for_reset)(around.switches) {
         around.reset_is_due = true;
         // A reset that does not wait for the supply brings a start of its own.
