@@ -180,3 +180,12 @@ pub struct Conversation {
     /// When the last frame came.
     pub end: Time,
 }
+
+/// What was heard in a capture, and when its first frame came.
+#[derive(Clone, Debug)]
+pub struct Heard {
+    /// What was said between the controller and the device.
+    pub said: Conversation,
+    /// The time of the first frame.
+    pub begin: Time,
+}

@@ -4,7 +4,7 @@ use super::ask::Ask;
 use super::compare::{Difference, Kind, compare, every, firsts};
 use super::drive::{Bench, CannotDrive};
 use super::follows::{Follows, UNKNOWN};
-use super::heard::{Conversation, Value};
+use super::heard::{Conversation, Heard, Value};
 use super::infer::{self, put};
 use super::listen::{Ear, Whom};
 use super::masks::Masks;
@@ -14,7 +14,6 @@ use super::turn::{Turning, follow};
 use engine::DutSpec;
 use judge::observe::link_type;
 use replay::{AgainstReport, IpReassembler, Reassembled};
-use station::Time;
 use std::io::Read;
 use virtual_wire::CaptureReader;
 use virtual_wire::capture::{Item, LinkType, NotACapture};
@@ -23,15 +22,6 @@ use virtual_wire::capture::{Item, LinkType, NotACapture};
 const NEAR: u32 = 4;
 /// Differences of a turning shaft that are looked at one by one.
 const MOST_LOOKED_AT: usize = 5_000;
-
-/// What was heard in a capture, and when its first frame came.
-#[derive(Clone, Debug)]
-pub struct Heard {
-    /// What was said between the controller and the device.
-    pub said: Conversation,
-    /// The time of the first frame.
-    pub begin: Time,
-}
 
 /// Listens to a capture, pcap or pcapng; of several devices the first one that speaks as the manual has it is followed.
 ///

@@ -1,8 +1,7 @@
 //! Differences and what was left out, as the report of a capture has them.
 
 use super::compare::{Difference, Kind};
-use super::heard::{LeftOut, Value};
-use super::hold::Heard;
+use super::heard::{Heard, LeftOut, Value};
 use super::listen::Whom;
 use replay::{DifferenceReport, LeftOutReport};
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@ use super::ask::Ask;
 use super::checks;
 use super::compare::{Kind, compare};
 use super::drive::{Bench, CannotDrive};
-use super::hold::Heard;
+use super::heard::Heard;
 use super::masks::Masks;
 use super::report::related;
 use super::script::script;

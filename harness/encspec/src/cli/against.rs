@@ -3,7 +3,8 @@
 use super::{Stop, Suites, complain, dut, live, show, sources};
 use clap::Args;
 use compare::drive::{Bench, CannotDrive};
-use compare::hold::{Heard, hear, hold, nothing_to_drive};
+use compare::heard::Heard;
+use compare::hold::{hear, hold, nothing_to_drive};
 use compare::masks::Masks;
 use compare::shrink::{Pair, Shrunk, shrink};
 use compare::slice::slice;

@@ -2,7 +2,8 @@
 
 use crate::shipped;
 use encspec::compare::drive::Bench;
-use encspec::compare::hold::{Heard, hold};
+use encspec::compare::heard::Heard;
+use encspec::compare::hold::hold;
 use encspec::compare::listen::listen;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
 use encspec::replay::AgainstReport;

@@ -3,7 +3,8 @@
 use crate::shipped;
 use encspec::compare::drive::Bench;
 use encspec::compare::heard::Conversation;
-use encspec::compare::hold::{Heard, hold};
+use encspec::compare::heard::Heard;
+use encspec::compare::hold::hold;
 use encspec::compare::listen::listen;
 use encspec::compare::shrink::{Pair, Shrunk, shrink};
 use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
