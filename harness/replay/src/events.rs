@@ -1,5 +1,6 @@
 //! What happened in a capture, for people: one entry for each thing, a bounded number of each kind.
 
+use super::clock::seconds;
 use super::dcp::Stations;
 use super::decode::Decoder;
 use super::read::reassembly::LostDatagram;
@@ -259,12 +260,6 @@ fn link_word(link: u16) -> &'static str {
         189 | 220 | 249 => " (USB)",
         _ => "",
     }
-}
-
-/// Seconds since the first frame.
-pub(super) fn seconds(first: Option<Time>, time: Time) -> f64 {
-    let nanos = |time: Time| i128::from(time.as_nanos());
-    (nanos(time) - first.map_or(0, nanos)) as f64 / 1e9
 }
 
 /// The sender of a direction.

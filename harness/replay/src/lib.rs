@@ -4,6 +4,7 @@
 //! report. The rules are the same as in a run. This room must not know how trials are run.
 
 mod against;
+mod clock;
 mod dcp;
 mod decode;
 mod events;

@@ -3,7 +3,7 @@
 //!
 //! This room must not know what is wrong, only where.
 
-use super::super::events::seconds;
+use super::super::clock::seconds;
 use judge::observe::{Ar, ArId, ProfibusWords, describe};
 use plain_text::printable;
 use serde::Serialize;

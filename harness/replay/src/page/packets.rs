@@ -1,7 +1,7 @@
 //! The packets that findings name, cut into their parts: those that every frame has, then the signals of the manual.
 
 use super::unsigned;
-use crate::events::seconds;
+use crate::clock::seconds;
 use crate::speaks_to;
 use judge::image::Image;
 use judge::observe::{Ar, ArId, Direction, Part, anatomy};

@@ -5,7 +5,7 @@
 mod lanes;
 mod series;
 
-use crate::events::seconds;
+use crate::clock::seconds;
 use crate::speaks_to;
 use judge::image::Image;
 use judge::observe::{Ar, ArId, Direction, Observation};

@@ -1,0 +1,9 @@
+//! The time of a frame as reports tell it.
+
+use station::Time;
+
+/// Seconds since the first frame; less than 0 where time went backwards.
+pub(super) fn seconds(first: Option<Time>, time: Time) -> f64 {
+    let nanos = |time: Time| i128::from(time.as_nanos());
+    (nanos(time) - first.map_or(0, nanos)) as f64 / 1e9
+}
