@@ -2,9 +2,9 @@
 //!
 //! This room must not know what is sent, nor why.
 
+use super::fence::Fence;
 use super::guard::Guard;
 use super::held_back::HeldBack;
-use super::profibus::Fence;
 use link::{Lateness, LinkError, SerialBus, Wire};
 use station::Time;
 

@@ -5,7 +5,9 @@
 use super::guard::Guard;
 use super::journal::{self, Found, Journal};
 use super::line::Line;
-use super::scout::{Heard, Scout, TICK, Ticker};
+use super::scout::{Heard, Scout, Wanted};
+use super::ticker::{TICK, Ticker};
+use super::unusable::{Ready, Unusable, unusable};
 use controllers::profinet_io::{Controller, Settings, StationSeen};
 use description::gsdml::DeviceSays;
 use link::{FrameSocket, Nic, Port, SocketAddress, Wire};
@@ -22,19 +24,6 @@ const LISTEN: Duration = Duration::from_millis(1500);
 const SLACK_CYCLES: u32 = 2;
 /// Our addresses where the link has none of its own.
 const WITHOUT_INTERFACE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x00];
-
-/// What the device has to be.
-#[derive(Clone, Debug)]
-pub struct Wanted {
-    /// Its vendor number.
-    pub vendor_id: u16,
-    /// Its device number, where a manual or a description prints it.
-    pub device_id: Option<u16>,
-    /// The cycle of most connections, for the slack.
-    pub cycle: Duration,
-    /// The web pages whose forms let it wait for another firmware, by their paths.
-    pub firmware_pages: Vec<String>,
-}
 
 /// A bench that can be used.
 pub struct Prepared {
@@ -62,23 +51,6 @@ pub struct Prepared {
     pub passive: Option<String>,
     /// Remarks for the report.
     pub notes: Vec<String>,
-}
-
-/// Why a bench cannot be used, in one sentence that says what to do.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Unusable(pub String);
-
-impl From<link::LinkError> for Unusable {
-    fn from(error: link::LinkError) -> Unusable {
-        Unusable(error.to_string())
-    }
-}
-
-pub(super) type Ready<T> = Result<T, Unusable>;
-
-pub(super) fn unusable<T>(why: impl Into<String>) -> Ready<T> {
-    Err(Unusable(why.into()))
 }
 
 /// Opens the port of a link.

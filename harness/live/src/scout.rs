@@ -4,7 +4,7 @@
 
 use super::guard::Guard;
 use super::journal::{Entry, Journal};
-use super::preflight::{Ready, Unusable, Wanted, unusable};
+use super::unusable::{Ready, Unusable, unusable};
 use controllers::profinet_io::{
     Controller, DcpOutcome, IdentifyBy, Outcome, Partner, RecordOutcome, Request, StationSeen, Target,
 };
@@ -27,10 +27,21 @@ const IDENTIFY: Duration = Duration::from_millis(1300);
 const QUESTIONS: u32 = 4;
 /// How long answers to an ARP question are waited for.
 const ARP_WAIT: Duration = Duration::from_millis(300);
-/// How often the listener asks to be woken, to see how punctual this machine is.
-pub(super) const TICK: Duration = Duration::from_millis(1);
 /// Most octets of a record that are asked for.
 const RECORD: u32 = 4096;
+
+/// What the device has to be.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// Its vendor number.
+    pub vendor_id: u16,
+    /// Its device number, where a manual or a description prints it.
+    pub device_id: Option<u16>,
+    /// The cycle of most connections, for the slack.
+    pub cycle: Duration,
+    /// The web pages whose forms let it wait for another firmware, by their paths.
+    pub firmware_pages: Vec<String>,
+}
 
 /// Whether a frame is one of the cyclic exchange, of whatever class; a tag may stand before its type.
 pub fn is_cyclic(frame: &[u8]) -> bool {
@@ -70,23 +81,6 @@ impl Heard {
             }
             _ => {}
         }
-    }
-}
-
-/// Somebody who wants to be woken every millisecond.
-pub(super) struct Ticker(pub Time);
-
-impl Station for Ticker {
-    fn receive(&mut self, _: Time, _: &[u8], _: &mut Outbox) {}
-
-    fn wake(&mut self, now: Time, _: &mut Outbox) {
-        while self.0 <= now {
-            self.0 += TICK;
-        }
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        Some(self.0)
     }
 }
 

@@ -1,12 +1,8 @@
-//! A live slave at a serial line: what may be sent to whom ([`Fence`]), how long is waited ([`controllers::profibus_dp::Pace`]), and whether the bus can
-//! be used ([`preflight`]).
+//! A live slave at a serial line: whether the bus can be used ([`preflight`]), and what is heard on it, in words.
 //!
 //! This room must not know suites.
 
-mod fence;
 pub mod preflight;
-
-pub use fence::Fence;
 
 use plain_text::hex_start;
 use wire::profibus::fdl::Frame;

@@ -2,12 +2,13 @@
 //!
 //! The bus is listened to before the first frame of ours, and nothing is changed here. This room must not know suites.
 
-use super::{Fence, is_of_master, words};
+use super::{is_of_master, words};
 use crate::fdl::FdlFrames;
+use crate::fence::Fence;
 use crate::journal::{self, Found, Journal};
 use crate::line::Line;
-use crate::preflight::{Ready, Unusable, unusable};
-use crate::scout::{TICK, Ticker};
+use crate::ticker::{TICK, Ticker};
+use crate::unusable::{Ready, Unusable, unusable};
 use controllers::profibus_dp::Pace;
 use controllers::profibus_dp::{Answer, Master, Outcome, Request};
 use link::{Heard, Serial, SerialBus, SerialSettings};
