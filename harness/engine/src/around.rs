@@ -2,14 +2,14 @@
 //!
 //! This room must not know how a single trial is run.
 
-use super::driver;
+use super::bus;
 use super::dut::DutSpec;
-use super::live::{Excluded, LiveDevice};
-use super::probe::{Kept, Looked};
-use super::run::{BenchError, RuleSeen, TrialOutcome, level};
+use super::live::{Excluded, Kept, LiveDevice};
+use super::outcome::{BenchError, RuleSeen, TrialOutcome};
+use super::requirements::level;
 use super::scan::check_covers;
 use super::trial::Run;
-use super::world::World;
+use super::trial::probe::Looked;
 use results::journal::{Entry, Found};
 use results::outcome::{CaseKind, CaseResult, Covered, Decided, Finding, Severity};
 use results::verdict::Verdict;
@@ -99,13 +99,8 @@ fn with_run<R>(
     // Each call has names of its own, else the device takes its requests for those of the call before.
     place.seed = place.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
     let trial = variant.trials.first().ok_or_else(|| format!("{} has no case", manual.device.name))?;
-    let world = World::new(
-        manual,
-        variant,
-        dut.segment(&trial.id, place.line)?,
-        driver::of(&manual.device).stations(manual, &place, trial),
-    );
-    Ok(work(&mut Run::new(world, trial, &place)))
+    let segment = dut.segment(&trial.id, place.line)?;
+    Ok(work(&mut bus::trial(manual, variant, segment, trial, &place)))
 }
 
 /// Ends a live run: what was changed is put back; what did not go back is told.

@@ -1,8 +1,8 @@
 //! Devices under test: how each kind is put on a segment.
 
 use super::live::{LiveDevice, SharedLiveDevice};
+use super::place::{DpLine, Place};
 use super::segment::{DeviceOnStand, Model, NoStand, Segment, Stranger, VirtualSegment};
-use super::trial::{DpLine, Place};
 use controllers::profibus_dp::Settings as MasterSettings;
 use deviations::{BuildError, Bus, Line, ReferenceDevice, Setup, Subject, subject};
 use station::{Duration, Outbox, Stand, Station, Time};

@@ -1,6 +1,6 @@
 //! What a trial leaves behind: a capture with its frames and the step beside the first frame of each.
 
-use super::run::RunOptions;
+use super::options::RunOptions;
 use judge::observe::link_type;
 use results::outcome::CaseResult;
 use results::verdict::{Colour, Verdict};

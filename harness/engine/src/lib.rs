@@ -3,44 +3,41 @@
 //! It drives our controllers and the stand, and looks at nothing but the frames on the wire. It must not know which kind of
 //! wire that is ([`segment`]), nor how its results are shown.
 
-mod access;
 mod around;
 mod block;
-mod driver;
+mod bus;
 pub mod dut;
 mod evidence;
 mod expect;
-mod failure;
 pub mod live;
-mod looks;
 pub mod needs;
+mod one_trial;
+mod options;
 mod ours;
+mod outcome;
 mod outputs;
-pub mod persona;
+mod persona;
+mod place;
 mod plan;
-mod probe;
 mod profibus;
 mod profinet;
 pub mod reborn;
+mod record;
 mod requirements;
 mod run;
 pub mod segment;
-mod settings;
-mod startup;
-mod station;
 mod trial;
-mod verbs;
-mod web;
 mod world;
 
 pub use around::{looked_after, put_back};
 pub use dut::{DutKind, DutSpec, Nobody};
-pub use live::{Excluded, LiveDevice, SharedLiveDevice};
+pub use live::{Excluded, Kept, LiveDevice, SharedLiveDevice};
+pub use one_trial::{line, run_trial, run_trial_on};
+pub use options::{Part, Progress, RunOptions, selects};
 pub use ours::Ours;
-pub use probe::Kept;
+pub use outcome::{BenchError, RuleSeen, TrialOutcome};
+pub use place::{DpLine, Place};
 pub use profibus::{ISOCHRONOUS_GROUP, isochronous_times};
-pub use run::{
-    BenchError, Part, Progress, RuleSeen, RunOptions, TrialOutcome, line, run, run_trial, run_trial_on, selects,
-};
+pub use profinet::lay_over;
+pub use run::run;
 pub use suite::scan;
-pub use trial::{DpLine, Place};

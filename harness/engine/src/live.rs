@@ -3,9 +3,8 @@
 //! [`LiveDevice`] is implemented where the real wires are. This module must not know how a device is found or prepared, nor what
 //! carries its frames.
 
-use super::probe::Kept;
+use super::place::Place;
 use super::segment::Segment;
-use super::trial::Place;
 use results::bench_file::BenchFile;
 use results::journal::{Entry, Found, Parameter};
 use results::outcome::Finding;
@@ -21,6 +20,17 @@ pub enum Excluded {
     Inconclusive(String),
     /// The run is over.
     NotRun(String),
+}
+
+/// What a run may have changed of the parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept<'a> {
+    /// The parameters as they were found.
+    pub parameters: &'a [Parameter],
+    /// Whether trials wrote parameters.
+    pub wrote_parameters: bool,
+    /// Whether trials wrote the memory.
+    pub saved: bool,
 }
 
 /// A device outside of this process on a bench that was prepared; one trial at a time has it.

@@ -1,85 +1,24 @@
-//! A persona at work: how it changes a connection, how much longer its deadlines are, and what cannot be judged in its
-//! manner.
+//! A persona at work: how much longer its deadlines are, and what cannot be judged in its manner.
 //!
 //! A case is written for the cycle that connections have without a persona. In a slower one a value is seen later, so
 //! deadlines get some cycles more; where that is more than half of the deadline itself, or a time is too short for two
 //! frames, nothing is said about the device: the trial is not applicable, and never passes.
 
 use super::scan::each_step_of;
-use controllers::profinet_io::{ConnectPart, Connection, StartUpMode};
 use expression::{Program, Value};
 use judge::violation::Violation;
 use station::Duration;
 use suite::device::{Device, NameId, NameKind};
 use suite::model::{Hold, InsteadStart, Manual, Observation, Rule, RuleBody, Span, Start, Step, Trial, Variant, Verb};
-use suite::persona::{ConnectBlock, Expects, Persona};
+use suite::persona::{Expects, Persona};
 use virtual_wire::Trace;
 use wire::ethernet::{EtherType, FrameHeader, Mac};
-use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::rt::FrameId;
 
 /// So many cycles go by from what is set to what is seen of it: out, through the device, back.
 const ROUND_TRIP: u32 = 3;
 /// Frames that a time needs at least, so that it can be said what held in it.
 const SAMPLES: u32 = 2;
-
-/// Lays a persona over a connection: what it says takes the place of what our controller does by default.
-///
-/// The cycle and the watchdog of the case stay where it gave them.
-pub fn lay_over(persona: &Persona, start: &Start, connection: &mut Connection) {
-    let put = |field: &mut u16, value: Option<u16>| *field = value.unwrap_or(*field);
-    if let Some(name) = &persona.station_name {
-        connection.station_name = Some(name.clone().into_bytes());
-    }
-    if let Some(advanced) = persona.advanced {
-        connection.startup = if advanced { StartUpMode::Advanced } else { StartUpMode::Legacy };
-    }
-    connection.little_endian = persona.little_endian.unwrap_or(connection.little_endian);
-    if let Some(order) = &persona.order {
-        connection.order = order.iter().map(|block| part(*block)).collect();
-    }
-    connection.extra_blocks.clone_from(&persona.extra);
-    connection.write_multiple = persona.write_multiple.unwrap_or(connection.write_multiple);
-    if let Some(class) = persona.class {
-        connection.rt_class = RtClass(class.rt);
-        (connection.frame_id_in, connection.frame_id_out) = (class.frame_id_in, class.frame_id_out);
-    }
-    connection.vlan = persona.tagged.unwrap_or(connection.vlan);
-    put(&mut connection.iocr_tag, persona.tags[0]);
-    put(&mut connection.alarm_tags.0, persona.tags[1]);
-    put(&mut connection.alarm_tags.1, persona.tags[2]);
-    connection.iocr_references = persona.iocr_references.unwrap_or(connection.iocr_references);
-    connection.alarm_reference = persona.alarm_reference.or(connection.alarm_reference);
-    put(&mut connection.rta_timeout_factor, persona.rta_timeout);
-    put(&mut connection.rta_retries, persona.rta_retries);
-    put(&mut connection.max_alarm_data_length, persona.max_alarm);
-    put(&mut connection.activity_timeout_factor, persona.activity_timeout);
-    connection.args_maximum = persona.args_max.or(connection.args_maximum);
-    connection.same_uuid = persona.reconnect.is_some_and(|again| again.same_uuid);
-    if let Some(cycle) = persona.cycle.filter(|_| start.cycle.is_none()) {
-        (connection.send_clock_factor, connection.reduction_ratio) = (cycle.send_clock, cycle.reduction);
-        (connection.phase_in, connection.phase_out) = (cycle.phase_in, cycle.phase_out);
-    }
-    match (start.watchdog, persona.factors) {
-        (Some(watchdog), _) => {
-            let cycles = watchdog.as_nanos() / connection.cycle().as_nanos().max(1);
-            connection.watchdog_factor = u16::try_from(cycles.max(1)).unwrap_or(u16::MAX);
-            connection.data_hold_factor = connection.watchdog_factor;
-        }
-        (None, Some(factors)) => (connection.watchdog_factor, connection.data_hold_factor) = factors,
-        (None, None) => {}
-    }
-}
-
-fn part(block: ConnectBlock) -> ConnectPart {
-    match block {
-        ConnectBlock::Inputs => ConnectPart::Inputs,
-        ConnectBlock::Outputs => ConnectPart::Outputs,
-        ConnectBlock::Submodules => ConnectPart::Submodules,
-        ConnectBlock::Alarms => ConnectPart::Alarms,
-        ConnectBlock::Extra => ConnectPart::Extra,
-    }
-}
 
 /// By how much deadlines are longer in the manner of a persona: a round trip at its cycle instead of the usual one.
 pub fn slack(persona: &Persona, device: &Device) -> Duration {

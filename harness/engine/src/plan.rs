@@ -3,7 +3,9 @@
 //! Models wait for nobody, so their trials are one heap of work. This room must not know what a trial does.
 
 use super::dut::DutSpec;
-use super::run::{Progress, RunOptions, TrialOutcome, one, selects};
+use super::one_trial::one;
+use super::options::{Progress, RunOptions, selects};
+use super::outcome::TrialOutcome;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;

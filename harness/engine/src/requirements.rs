@@ -1,9 +1,9 @@
 //! From the results of cases to the verdict of each requirement.
 
-use results::outcome::{CaseResult, RequirementResult};
+use results::outcome::{CaseResult, Covered, RequirementResult};
 use results::verdict::Verdict;
 pub use results::verdict::worse;
-use suite::model::{Class, Manual, Variant};
+use suite::model::{Class, Level, Manual, Variant};
 
 /// The requirements that apply to a variant, in the order of the manual, with the worst verdict of their cases.
 pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<RequirementResult> {
@@ -37,4 +37,11 @@ pub fn results(manual: &Manual, variant: &Variant, cases: &[CaseResult]) -> Vec<
     };
     let applies = |(_, of): &(usize, &suite::model::Requirement)| of.variants.contains(&number);
     manual.requirements.iter().enumerate().filter(applies).map(result).collect()
+}
+
+/// The weight of a result: the weightiest requirement that failed, else the weightiest that is covered.
+pub fn level(manual: &Manual, covers: &[Covered], verdict: Verdict) -> Level {
+    let of = |covered: &Covered| manual.requirements[covered.requirement].level;
+    let failed = covers.iter().filter(|covered| covered.verdict == verdict).map(of).min();
+    failed.or_else(|| covers.iter().map(of).min()).unwrap_or(Level::Must)
 }

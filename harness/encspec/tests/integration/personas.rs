@@ -3,8 +3,7 @@
 
 use crate::shipped;
 use controllers::profinet_io::{Connection, DeviceAddress, Settings, Submodule, connect_blocks};
-use encspec::engine::persona::lay_over;
-use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
+use encspec::engine::{DutKind, DutSpec, RunOptions, lay_over, run, run_trial};
 use encspec::report::{self, ExitStatus, Look};
 use encspec::result::RunResult;
 use encspec::suite::model::{Class, Manual, Requirement, Start};

@@ -1,8 +1,9 @@
 //! What is read and written of a slave: its diagnosis, its configuration, where it is, and parameters over data set 47.
 
-use super::super::access::Answered;
-use super::super::trial::{Run, Trouble};
 use super::{failed, reply, unexpected};
+use crate::trial::Run;
+use crate::trial::access::Answered;
+use crate::trial::trouble::Trouble;
 use controllers::profibus_dp::{Outcome, ParameterOutcome, RecordOutcome, Request};
 use expression::Value;
 use judge::answer::{Refusal, Reply};
@@ -18,7 +19,7 @@ const LONGEST: u8 = 240;
 
 impl<'a> Run<'a> {
     /// Reads the diagnosis.
-    pub fn diagnosis(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
+    pub(super) fn diagnosis(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
         let to = self.station_of(access.to.as_ref())?;
         let answer = self.diagnose(access.second, to)?;
         let mut answered = Answered::whole(reply(&answer), access.items.len());
@@ -44,7 +45,7 @@ impl<'a> Run<'a> {
     }
 
     /// Reads the configuration.
-    pub fn configuration(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
+    pub(super) fn configuration(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
         let to = self.station_of(access.to.as_ref())?;
         let answer = self.ask_link(access.second, Request::Configuration { to })?;
         let mut answered = Answered::whole(reply(&answer), access.items.len());
@@ -56,7 +57,7 @@ impl<'a> Run<'a> {
     }
 
     /// Finds out where a slave with the right ident number is: every address is asked.
-    pub fn station_address(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
+    pub(super) fn station_address(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
         let wanted = self.ident();
         let masters = self.place.line.masters;
         let mut found = Vec::new();
@@ -84,7 +85,7 @@ impl<'a> Run<'a> {
     }
 
     /// Sends a parameter request by the data set for it; its response, or why there is none.
-    pub fn data_set(&mut self, access: &'a Access, request: Vec<u8>) -> Result<Result<Vec<u8>, Reply>, Trouble> {
+    pub(super) fn data_set(&mut self, access: &'a Access, request: Vec<u8>) -> Result<Result<Vec<u8>, Reply>, Trouble> {
         let to = self.station_of(access.to.as_ref())?;
         let (mut slot, mut index) = (self.parameter_slot(), None);
         for instead in &access.instead {

@@ -1,17 +1,15 @@
 //! Who is there on the bus: a slave is what the bench claims before a trial, and still lives behind it; cycles that are counted.
 
-use super::super::trial::{Done, Run, Trouble};
-use super::super::verbs::no_connection;
-use super::super::world::World;
 use super::unexpected;
+use crate::trial::Run;
+use crate::trial::trouble::{Done, Trouble, no_connection};
+use crate::world::World;
 use controllers::profibus_dp::{Answer, Ended, Outcome, Request};
-use judge::Truth;
-use judge::condition::Memory;
 use judge::observe::Address;
 use results::outcome::Blame;
 use results::verdict::Verdict;
 use station::{Duration, StandAction, Time};
-use suite::model::{AnswerPart, Condition};
+use suite::model::AnswerPart;
 use wire::profibus::address::SetSlaveAddress;
 
 /// The time between two questions whether the slave is there.
@@ -21,49 +19,6 @@ const AGAIN: Duration = Duration::from_millis(50);
 const AT_ONCE: Duration = Duration::from_millis(100);
 /// How long the supply is off before it comes again.
 const WITHOUT_POWER: Duration = Duration::from_secs(1);
-
-/// Where the slave under test is.
-#[derive(Clone, Debug)]
-pub struct SlaveAt {
-    /// The address that the bench gives it.
-    pub address: u8,
-    /// The ident number that it said.
-    pub ident: Option<u16>,
-    /// Every address at which it may be after what the trial did.
-    met: Vec<u8>,
-    /// Those of them that the trial has told it to take by the bus.
-    told: Vec<u8>,
-}
-
-impl SlaveAt {
-    /// A slave at the address of the bench, not asked yet.
-    pub fn new(address: u8) -> SlaveAt {
-        SlaveAt { address, ident: None, met: vec![address], told: Vec::new() }
-    }
-
-    /// Remembers an address at which the trial looks for the slave, or that it gives it.
-    pub fn meet(&mut self, address: u8) {
-        if address < 127 && !self.met.contains(&address) {
-            self.met.push(address);
-        }
-    }
-
-    /// Remembers an address that the trial tells the slave to take by the bus.
-    pub fn tell(&mut self, address: u8) {
-        self.meet(address);
-        self.told.push(address);
-    }
-
-    /// Whether it may be at this address.
-    pub fn is_at(&self, address: Address) -> bool {
-        matches!(address, Address::Fdl(address) if self.met.contains(&address))
-    }
-
-    /// Who it said that it is, for the report.
-    pub fn identity(&self) -> Option<String> {
-        self.ident.map(|ident| format!("ident 0x{ident:04X} at station {}", self.address))
-    }
-}
 
 impl Run<'_> {
     /// The ident number that the device claims.
@@ -77,7 +32,7 @@ impl Run<'_> {
     }
 
     /// The slave answers Slave_Diag and has the ident number that the bench claims; anything else says nothing about it.
-    pub fn slave_answers(&mut self) -> Done {
+    pub(super) fn slave_answers(&mut self) -> Done {
         let wanted = self.ident();
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
@@ -104,14 +59,14 @@ impl Run<'_> {
     }
 
     /// One Slave_Diag, which is seen as one of the device.
-    pub fn diagnose(&mut self, second: bool, to: u8) -> Result<Answer, Trouble> {
+    pub(super) fn diagnose(&mut self, second: bool, to: u8) -> Result<Answer, Trouble> {
         self.world.scene.follower.station = Some(Address::Fdl(to));
         self.ask_link(second, Request::Diagnosis { to })
     }
 
     /// The slave answers at one of the addresses that it may have by now.
-    pub fn slave_still_lives(&mut self) -> Done {
-        let met = self.slave.met.clone();
+    pub(super) fn slave_still_lives(&mut self) -> Done {
+        let met = self.slave.met().to_vec();
         self.found_at(&met, self.patience())?;
         Ok(())
     }
@@ -120,9 +75,9 @@ impl Run<'_> {
     /// switches or faults that are not there any more, so that it has to start again.
     ///
     /// An address that the slave keeps for another position of its switches stays: no service takes one back.
-    pub fn put_slave_back(&mut self, has_read: bool) -> Done {
+    pub(super) fn put_slave_back(&mut self, has_read: bool) -> Done {
         let home = self.slave.address;
-        let met = self.slave.met.clone();
+        let met = self.slave.met().to_vec();
         let mut patience = AT_ONCE;
         if has_read {
             self.act_on_stand(&StandAction::Power(false))?;
@@ -136,7 +91,7 @@ impl Run<'_> {
             return Ok(());
         }
         let at = self.found_at(&met, self.patience())?;
-        if self.slave.told.contains(&at) {
+        if self.slave.was_told(at) {
             let ident = self.ident();
             let set = SetSlaveAddress { address: home, ident, no_change: 0, kept: Vec::new() };
             self.ask_link(false, Request::SetSlaveAddress { to: at, set })?;
@@ -172,7 +127,7 @@ impl Run<'_> {
     }
 
     /// Gives the slave free.
-    pub fn release(&mut self, second: bool) -> Done {
+    pub(super) fn release(&mut self, second: bool) -> Done {
         match self.ask_master(second, Request::Release)? {
             Outcome::Ended(Ended::Released(answer)) => {
                 self.world.scene.notebook_mut().answers = vec![(AnswerPart::Whole, super::reply(&answer))];
@@ -183,26 +138,15 @@ impl Run<'_> {
         }
     }
 
-    /// Stops or shifts the clock of isochronous mode.
-    pub fn clock(&mut self, stopped: Option<bool>, offset: Option<Duration>) {
-        let Some(master) = self.world.ours.master_mut(0) else { return };
-        if let Some(stopped) = stopped {
-            master.stop_clock(stopped);
-        }
-        if let Some(offset) = offset {
-            master.shift_clock(offset);
-        }
-    }
-
     /// Waits until a request with the outputs that are set now has left; its answer is the next sample.
-    pub fn outputs_leave(&mut self) -> Done {
+    pub(super) fn outputs_leave(&mut self) -> Done {
         let (sent, seen) = (self.world.ours.cycles_begun(), self.world.outputs_seen);
         let done = self.run_cycles(1, |world| world.ours.cycles_begun() > sent && world.outputs_seen > seen)?;
         if done { Ok(()) } else { Err(no_connection()) }
     }
 
     /// Lets so many exchanges come to their end; what is under way already does not count.
-    pub fn whole_cycles(&mut self, count: u64) -> Done {
+    pub(super) fn whole_cycles(&mut self, count: u64) -> Done {
         let target = self.world.ours.cycles_begun() + count;
         let done = self.run_cycles(count, |world| world.ours.cycles_done() >= target)?;
         if done { Ok(()) } else { Err(no_connection()) }
@@ -218,25 +162,5 @@ impl Run<'_> {
 
     fn cycle_in_use(&self) -> Option<Duration> {
         self.world.ours.is_connected(0).then(|| self.world.scene.follower.image.cycle()).flatten()
-    }
-
-    /// Lets so many exchanges come to their end; the answer of each is judged.
-    pub fn judged_cycles(&mut self, condition: &Condition, times: u64) -> Done {
-        for cycle in 1..=times {
-            let before = self.world.last_sample;
-            self.whole_cycles(1)?;
-            self.checks += 1;
-            let Some(tick) = self.world.last_sample.filter(|_| self.world.last_sample != before) else {
-                let what = format!("The device did not answer in cycle {cycle} of {times}.");
-                return Err(Trouble::device(what, Vec::new()).at(self.world.trace.len() as u64));
-            };
-            let view = self.world.view_at(tick);
-            let memory = Memory::default();
-            if memory.truth(condition, &view) != Truth::True {
-                let what = format!("The answer of cycle {cycle} of {times} is not the one that is right.");
-                return Err(Trouble::device(what, memory.parts(condition, &view)).at(tick.frame));
-            }
-        }
-        Ok(())
     }
 }

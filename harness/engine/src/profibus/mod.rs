@@ -9,15 +9,15 @@ mod probe;
 mod services;
 mod start;
 
-pub use life::SlaveAt;
 pub use start::{ISOCHRONOUS_GROUP, isochronous_times};
 
-use super::access::Answered;
-use super::driver::BusDriver;
+use super::live::Kept;
 use super::ours::{Ours, sender};
-use super::probe::Kept;
-use super::trial::{Done, Place, Run, Trouble};
-use super::verbs::other_bus;
+use super::place::Place;
+use super::trial::Run;
+use super::trial::access::Answered;
+use super::trial::driver::BusDriver;
+use super::trial::trouble::{Done, Trouble, other_bus};
 use controllers::profibus_dp::{AcyclicError, Answer, Master, Outcome, Request, Settings as MasterSettings};
 use expression::{Program, State};
 use judge::answer::{Refusal, Reply};
@@ -27,7 +27,7 @@ use results::outcome::Blame;
 use results::verdict::Verdict;
 use station::Duration;
 use suite::device::Record;
-use suite::model::{Access, Answer as ExpectedAnswer, Manual, Service as DeviceService, Start, Trial};
+use suite::model::{Access, Answer as ExpectedAnswer, Manual, Service as DeviceService, Start, Trial, Via};
 use wire::profibus::fdl::BitTimes;
 
 /// PROFIBUS DP.
@@ -75,6 +75,10 @@ impl BusDriver for Profibus {
         run.clock(Some(false), Some(Duration::ZERO));
     }
 
+    fn identity(&self, run: &Run<'_>) -> Option<String> {
+        run.slave.identity()
+    }
+
     fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool {
         sender(frame, Address::Fdl(0)).is_some_and(|by| run.slave.is_at(by))
     }
@@ -117,8 +121,13 @@ impl BusDriver for Profibus {
         }
     }
 
-    fn station<'a>(&self, run: &mut Run<'a>, access: &'a Access, _: bool) -> Result<Answered, Trouble> {
-        run.station_address(access)
+    fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, _: bool) -> Result<Answered, Trouble> {
+        match access.via {
+            Via::Station => run.station_address(access),
+            Via::Diagnosis => run.diagnosis(access),
+            Via::Configuration => run.configuration(access),
+            Via::Record(_) | Via::Pages | Via::Parameters | Via::Stand => Err(other_bus()),
+        }
     }
 
     fn parameters<'a>(
@@ -160,10 +169,10 @@ impl BusDriver for Profibus {
 
 impl Run<'_> {
     /// Asks one of our masters for something and waits for its outcome.
-    pub fn ask_master(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+    fn ask_master(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let which = usize::from(second);
         let now = self.world.now();
-        let begin = |ours: &mut super::ours::Ours| {
+        let begin = |ours: &mut Ours| {
             let master = ours.master_mut(which).ok_or("There is no second master on this bench.")?;
             master.request(now, request).map_err(|why| format!("Our master cannot: {why}."))
         };

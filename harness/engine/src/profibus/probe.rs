@@ -2,9 +2,10 @@
 //!
 //! It judges no requirement.
 
-use super::super::trial::{Run, Trouble};
 use super::start::connection;
 use super::unexpected;
+use crate::trial::Run;
+use crate::trial::trouble::Trouble;
 use controllers::profibus_dp::{Outcome, ParameterOutcome, Request};
 use judge::observe::Address;
 use results::journal::Found;
@@ -12,7 +13,7 @@ use suite::model::Start;
 
 impl Run<'_> {
     /// Whether the slave exchanges data after this start-up; none where it neither takes nor refuses it.
-    pub fn slave_stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
+    pub(super) fn slave_stands_with(&mut self, start: &Start) -> Result<Option<bool>, Trouble> {
         self.disconnect(false)?;
         let address = self.slave.address;
         self.world.scene.follower.station = Some(Address::Fdl(address));
@@ -30,7 +31,7 @@ impl Run<'_> {
     }
 
     /// The response to a parameter request over data set 47, in the connection that stands.
-    pub fn slave_parameter(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
+    pub(super) fn slave_parameter(&mut self, request: Vec<u8>) -> Option<Vec<u8>> {
         let slot = self.parameter_slot();
         let to = self.slave.address;
         match self.ask_master(false, Request::Parameter { to, slot, request }) {
@@ -40,7 +41,7 @@ impl Run<'_> {
     }
 
     /// Looks whether the slave is where it was found; it cannot be looked for among other stations.
-    pub fn look_for_slave(&mut self, found: &Found, left: &mut Vec<String>) {
+    pub(super) fn look_for_slave(&mut self, found: &Found, left: &mut Vec<String>) {
         let Some(station) = found.station else { return };
         let there = self.diagnose(false, station);
         let ident = there.ok().and_then(|answer| answer.diagnosis()).map(|diagnosis| diagnosis.ident);

@@ -1,8 +1,9 @@
 //! `send` on PROFIBUS: one service, sent once and as it stands.
 
-use super::super::trial::{Done, Run, Trouble};
 use super::access::record;
 use super::{reply, unexpected};
+use crate::trial::Run;
+use crate::trial::trouble::{Done, Trouble};
 use controllers::profibus_dp::{Broken, Outcome, RecordOutcome, Request};
 use expression::{Program, State, Value};
 use judge::answer::Reply;
@@ -16,7 +17,7 @@ use wire::profibus::sap::{MasterSap, SlaveSap};
 
 impl<'a> Run<'a> {
     /// Sends a service and judges its answer.
-    pub fn serve(
+    pub(super) fn serve(
         &mut self,
         service: &'a DpService,
         answer: Option<&'a Answer>,
@@ -99,7 +100,7 @@ impl<'a> Run<'a> {
     }
 
     /// Sends a frame that is damaged on purpose.
-    pub fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> Done {
+    pub(super) fn broken_frame(&mut self, word: &str, second: bool, to: Option<&'a Program>) -> Done {
         let to = self.station_of(to)?;
         let Some(broken) = Broken::by_word(word) else {
             return Err(Trouble::other(Blame::Suite, Verdict::Error, format!("There is no broken frame {word}.")));

@@ -1,8 +1,9 @@
 //! Start-ups of a slave: from `start` of a suite to what our master sends, and from its outcome to replies.
 
-use super::super::startup;
-use super::super::trial::{Done, Run, Trouble};
 use super::{reply, unexpected};
+use crate::record;
+use crate::trial::Run;
+use crate::trial::trouble::{Done, Trouble};
 use controllers::profibus_dp::{ClearOutputs, Clock, Connection, FailureReason, Outcome, Request, Service, StartUp};
 use expression::{Program, Value};
 use judge::answer::Reply;
@@ -25,7 +26,7 @@ const USUAL_WATCHDOG: (Duration, (u8, u8)) = (Duration::from_secs(1), (20, 5));
 
 impl<'a> Run<'a> {
     /// Parameterises and configures the slave and begins the exchange of data.
-    pub fn parameterise(
+    pub(super) fn parameterise(
         &mut self,
         start: &'a Start,
         answer: Option<&'a Answer>,
@@ -161,7 +162,7 @@ fn set_prm(device: &Device, start: &Start) -> (Vec<u8>, bool) {
 fn user_octets(device: &Device, start: &Start) -> Vec<u8> {
     let of_record = start.parameters.iter().filter(|of| of.record == UserParameters::RECORD);
     let record = device.records.get(UserParameters::RECORD);
-    let fields = record.map(|record| startup::octets(record, of_record.map(|of| (of.field, of.value))));
+    let fields = record.map(|record| record::octets(record, of_record.map(|of| (of.field, of.value))));
     let mut user = fields.unwrap_or_default();
     let block = |kind, data| PrmBlock { kind, slot: 0, reserved: 0, data };
     if start.isochronous.is_some() && !user.is_empty() {

@@ -1,18 +1,18 @@
 //! Connections on PROFINET: asking our controller, start-up, cyclic frames, release.
 
-use super::super::access::unexpected;
-use super::super::ours::Ours;
-use super::super::startup;
-use super::super::trial::{Done, Run, Trouble};
-use super::super::verbs::no_connection;
-use controllers::profinet_io::{ConnectOutcome, Ended, Outcome, Request};
+use super::startup::{self, Whereabouts};
+use super::unexpected;
+use crate::ours::Ours;
+use crate::trial::Run;
+use crate::trial::trouble::{Done, Trouble, no_connection};
+use controllers::profinet_io::{ConnectOutcome, DeviceAddress, Ended, Outcome, Request};
 use judge::answer::Reply;
 use suite::model::{Answer, AnswerPart, Start};
 use wire::profinet::status::ErrorCode;
 
 impl<'a> Run<'a> {
     /// Sends a request and waits for its outcome.
-    pub fn ask(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+    pub(super) fn ask(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let which = usize::from(second);
         let now = self.world.now();
         let begin = |ours: &mut Ours| {
@@ -23,12 +23,22 @@ impl<'a> Run<'a> {
     }
 
     /// Sends a request that goes through a connection; where none stands nothing was sent, and nothing can be an answer.
-    pub fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
+    pub(super) fn ask_in_connection(&mut self, second: bool, request: Request) -> Result<Outcome, Trouble> {
         let is_inside = !matches!(request, Request::ReadImplicit { .. });
         if is_inside && !self.world.ours.is_connected(usize::from(second)) {
             return Err(no_connection());
         }
         self.ask(second, request)
+    }
+
+    /// Where our controller finds the device now.
+    fn whereabouts(&self) -> Whereabouts {
+        let address = match self.renamed {
+            true => DeviceAddress::Mac(self.mac),
+            false => DeviceAddress::Name(self.place.name.clone()),
+        };
+        let persona = self.place.persona.clone();
+        Whereabouts { address, ip: self.place.ip, search: self.patience(), persona }
     }
 
     /// Opens an AR with the device; its first data are awaited where it is the own one.

@@ -1,7 +1,8 @@
 //! Which station is there on the wire: a device is what the bench claims before a trial, still lives after it and has its name back.
 
-use super::super::access::unexpected;
-use super::super::trial::{Done, IDENTIFY, Run, Trouble};
+use super::{IDENTIFY, unexpected};
+use crate::trial::Run;
+use crate::trial::trouble::{Done, Trouble};
 use controllers::profinet_io::{DcpOutcome, IdentifyBy, Outcome, Request, StationSeen};
 use judge::observe::Address;
 use results::outcome::Blame;
@@ -122,7 +123,7 @@ impl Run<'_> {
 
     /// What the device of a live bench says of itself: asked for by its name, which is answered at once, else among all, since
     /// it may have another name now.
-    pub fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
+    pub(super) fn seen_now(&mut self) -> Result<Option<StationSeen>, Trouble> {
         let by_name = (IdentifyBy::Name(self.place.name.clone().into_bytes()), FOUND);
         let questions = [Some(by_name).filter(|_| !self.place.name.is_empty()), Some((IdentifyBy::All, IDENTIFY))];
         for (by, wait) in questions.into_iter().flatten() {

@@ -1,25 +1,41 @@
 //! Trials on PROFINET: what the verbs mean for an IO device and our controller.
 //!
-//! Which station is there and still lives ([`life`]), connections ([`connection`]), the services of `send` ([`services`]), what a live
-//! device is found and left like ([`probe`]). Windows, rules and the stand are those of every bus; this module must not know them.
+//! Which station is there and still lives ([`life`]), connections ([`connection`], [`startup`], [`mod@persona`]), what is read and
+//! written ([`records`], [`station`], [`web`]), the services of `send` ([`services`]), what a live device is found and left like
+//! ([`probe`]). Windows, rules and the stand are those of every bus; this module must not know them.
 
 mod connection;
 mod life;
+mod persona;
 mod probe;
+mod records;
 mod services;
+mod startup;
+mod station;
+mod web;
 
-use super::access::Answered;
-use super::driver::BusDriver;
+pub use persona::lay_over;
+
+use super::live::Kept;
 use super::ours::Ours;
-use super::probe::Kept;
-use super::trial::{Done, Place, Run, Trouble};
-use controllers::profinet_io::{AlarmAcknowledge, Controller, Settings};
+use super::place::Place;
+use super::trial::Run;
+use super::trial::access::Answered;
+use super::trial::driver::BusDriver;
+use super::trial::trouble::{Done, Trouble, other_bus};
+use ::station::Duration;
+use controllers::profinet_io::{AlarmAcknowledge, Controller, Outcome, Settings, StationSeen};
 use expression::Program;
 use judge::answer::Reply;
 use results::journal::Found;
+use results::outcome::Blame;
+use results::verdict::Verdict;
 use std::net::Ipv4Addr;
 use suite::device::Record;
-use suite::model::{Access, Answer, Manual, Service, Start, Trial};
+use suite::model::{Access, Answer, Manual, Service, Start, Trial, Via};
+
+/// How long answers to an Identify are collected.
+const IDENTIFY: Duration = Duration::from_millis(1300);
 
 /// PROFINET IO.
 pub struct Profinet;
@@ -48,6 +64,10 @@ impl BusDriver for Profinet {
         if let Some(controller) = run.world.ours.controller_mut(0) {
             controller.acknowledge_alarms(AlarmAcknowledge::Given);
         }
+    }
+
+    fn identity(&self, run: &Run<'_>) -> Option<String> {
+        run.identity.as_ref().map(identity)
     }
 
     fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool {
@@ -88,8 +108,13 @@ impl BusDriver for Profinet {
         run.send(service, answer, second)
     }
 
-    fn station<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
-        run.station(access, write)
+    fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+        match access.via {
+            Via::Record(record) => run.record(access, record, write),
+            Via::Station => run.station(access, write),
+            Via::Pages => run.pages(access),
+            Via::Diagnosis | Via::Configuration | Via::Parameters | Via::Stand => Err(other_bus()),
+        }
     }
 
     fn parameters<'a>(
@@ -146,4 +171,19 @@ fn controllers(place: &Place, id: &str) -> Vec<Controller> {
             Controller::new(settings)
         })
         .collect()
+}
+
+/// The trouble with an outcome that does not belong to the request.
+fn unexpected(outcome: &Outcome) -> Trouble {
+    let what = match outcome {
+        Outcome::Impossible(why) => format!("The controller cannot do that: {why}."),
+        outcome => format!("The controller answered something else: {outcome:?}."),
+    };
+    Trouble::other(Blame::Harness, Verdict::Error, what)
+}
+
+fn identity(station: &StationSeen) -> String {
+    let (vendor, device) = station.id.unwrap_or_default();
+    let text = |octets: &[u8]| String::from_utf8_lossy(octets).escape_debug().to_string();
+    format!("{} (vendor 0x{vendor:04X}, device 0x{device:04X})", text(&station.station_type))
 }

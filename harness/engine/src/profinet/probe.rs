@@ -2,8 +2,8 @@
 //!
 //! It judges no requirement.
 
-use super::super::probe::Kept;
-use super::super::trial::Run;
+use crate::live::Kept;
+use crate::trial::Run;
 use controllers::profinet_io::{DcpOutcome, Outcome, ParameterOutcome, RecordOutcome, Request, Target};
 use results::journal::Found;
 use suite::device;

@@ -1,11 +1,10 @@
 //! `send` on PROFINET: one request, sent once and as it stands.
 
-use super::super::access::{is_request, unexpected};
-use super::super::startup;
-use super::super::station::dcp;
-use super::super::trial::{Done, IDENTIFY, Run, Trouble};
-use super::super::verbs::other_bus;
-use super::super::web;
+use super::station::dcp;
+use super::{IDENTIFY, startup, unexpected, web};
+use crate::trial::Run;
+use crate::trial::access::is_request;
+use crate::trial::trouble::{Done, Trouble, other_bus};
 use controllers::profinet_io::{Broken, IdentifyBy, Outcome, RecordOutcome, Request, Reset, Target};
 use expression::{State, Value};
 use judge::answer::Reply;

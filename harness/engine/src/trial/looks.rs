@@ -1,9 +1,10 @@
 //! The verbs that look: `expect`, blocks that are observed, and readings of the manual.
 
-use super::block::BlockWatch;
-use super::expect::{Expectation, asks_for_events};
-use super::trial::{Check, Done, Run, Trouble};
+use super::trouble::{Done, Trouble};
 use super::verbs::Stepped;
+use super::{Check, Run};
+use crate::block::BlockWatch;
+use crate::expect::{Expectation, asks_for_events};
 use judge::Tick;
 use judge::window::Outcome as Decision;
 use results::outcome::{Blame, PartSeen};

@@ -1,7 +1,8 @@
 //! `set` and `turn`: outputs to the controller, everything else to the stand.
 
-use super::outputs::{self, OutputChange};
-use super::trial::{Done, Run, Trouble};
+use super::Run;
+use super::trouble::{Done, Trouble};
+use crate::outputs::{self, OutputChange};
 use controllers::outputs::CounterMode;
 use controllers::profinet_io::AlarmAcknowledge;
 use expression::{State, Value};
@@ -113,6 +114,17 @@ impl<'a> Run<'a> {
             }
             (NameKind::Stand(name), value) => self.stand(*name, value).map(|()| false),
             _ => Err(unknown()),
+        }
+    }
+
+    /// Stops or shifts the clock of isochronous mode.
+    pub fn clock(&mut self, stopped: Option<bool>, offset: Option<Duration>) {
+        let Some(master) = self.world.ours.master_mut(0) else { return };
+        if let Some(stopped) = stopped {
+            master.stop_clock(stopped);
+        }
+        if let Some(offset) = offset {
+            master.shift_clock(offset);
         }
     }
 

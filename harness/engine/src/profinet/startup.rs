@@ -1,6 +1,7 @@
 //! Start-ups: from `start` of a suite to the connection that the controller makes, and from its outcome to replies.
 
 use super::persona;
+use crate::record::octets;
 use controllers::profinet_io::{
     CallError, ConnectOutcome, Connection, ControlOutcome, DeviceAddress, Record as StartRecord, RecordOutcome,
     StartUp, Submodule, Target,
@@ -9,8 +10,8 @@ use expression::Value;
 use judge::answer::{Refusal, Reply};
 use station::Duration;
 use std::sync::Arc;
-use suite::device::{Device, Record};
-use suite::model::{AnswerPart, InsteadStart, Start, StartParameter};
+use suite::device::Device;
+use suite::model::{AnswerPart, InsteadStart, Start};
 use suite::persona::{Expects, Persona};
 use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::blocks::module_diff::{IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
@@ -29,26 +30,6 @@ pub struct Whereabouts {
     pub search: Duration,
     /// In whose manner it is addressed.
     pub persona: Option<Arc<Persona>>,
-}
-
-/// The start-up with a module and every start parameter at its default.
-pub fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
-    let mut parameters = Vec::new();
-    for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
-        for (field, of) in of.fields.iter().enumerate() {
-            parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
-        }
-    }
-    Start {
-        module,
-        cycle: None,
-        watchdog: None,
-        unwatched: false,
-        baud: None,
-        isochronous: None,
-        parameters,
-        instead: Vec::new(),
-    }
 }
 
 /// The frame ids that are proposed for inputs, by class.
@@ -181,29 +162,6 @@ fn start_records(device: &Device, start: &Start, submodules: &[Submodule]) -> (V
         }
     }
     (records, indices)
-}
-
-/// The octets of a record with these fields set and all others 0.
-pub fn octets(record: &Record, values: impl Iterator<Item = (usize, i128)>) -> Vec<u8> {
-    let mut octets = vec![0; record.octets];
-    for (field, value) in values {
-        put(record, field, value, &mut octets);
-    }
-    octets
-}
-
-/// Puts a number into a field of a record.
-pub fn put(record: &Record, field: usize, value: i128, octets: &mut [u8]) {
-    let Some(field) = record.fields.get(field) else { return };
-    let Some(place) = octets.get_mut(field.octet..field.octet + field.octets) else { return };
-    let old = place.iter().fold(0u128, |number, &octet| (number << 8) | u128::from(octet));
-    let (low, width) = field.bits.unwrap_or((0, field.octets as u32 * 8));
-    let mask = if width >= 128 { u128::MAX } else { ((1u128 << width) - 1) << low };
-    let mut number = (old & !mask) | (((value as u128) << low) & mask);
-    for octet in place.iter_mut().rev() {
-        *octet = number as u8;
-        number >>= 8;
-    }
 }
 
 /// A refusal, which has to say of which service it is.

@@ -1,32 +1,25 @@
-//! Acyclic access: which request carries a `read` or `write`, and what its answer says; here parameters, records and counters.
-//! What DCP carries stands in [`station`](super::station), web pages in [`web`](super::web).
+//! Acyclic access: which request carries a `read` or `write`, and what its answer says; here parameters and counters, which
+//! are the same on every bus.
 
-use super::startup;
-use super::trial::{Run, Trouble};
-use controllers::profinet_io::{Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
+use super::Run;
+use super::trouble::Trouble;
 use expression::{State, Value};
 use judge::answer::{Refusal, Reply};
-use judge::image::field_number;
 use results::outcome::Blame;
 use results::verdict::Verdict;
 use station::Duration;
-use suite::device::{Device, NameKind, ParameterType, RecordField};
+use suite::device::{Device, NameKind, ParameterType};
 use suite::model::{Access, AnswerPart, Instead, Matcher, Via};
 use wire::ethernet::{EtherType, FrameHeader};
 use wire::profidrive::{
     Attribute, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, RequestId, Response,
 };
-use wire::profinet::rpc::ObjectUuid;
 use wire::profinet::rt::FrameId;
-use wire::profinet::status::ErrorCode;
 
 /// How long a live stand may take to look at a counter.
 const LONGEST_LOOK: Duration = Duration::from_secs(2);
 /// The time between two questions whether it has looked.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
-
-/// Octets asked for when a record is read: more than any record has.
-const READ_LENGTH: u32 = 4096;
 
 /// What came back: replies by part, and a value for each item that was answered with one.
 pub struct Answered {
@@ -49,12 +42,10 @@ impl<'a> Run<'a> {
         let before = self.world.trace.len();
         let answered = match access.via {
             Via::Parameters => self.parameters(access, write),
-            Via::Record(record) => self.record(access, record, write),
-            Via::Station => self.driver.station(self, access, write),
-            Via::Diagnosis => self.diagnosis(access),
-            Via::Configuration => self.configuration(access),
-            Via::Pages => self.pages(access),
             Via::Stand => Ok(self.counters(access)),
+            Via::Record(_) | Via::Station | Via::Diagnosis | Via::Configuration | Via::Pages => {
+                self.driver.access(self, access, write)
+            }
         };
         if !access.instead.is_empty() {
             self.world.mark_broken(before, is_request);
@@ -108,30 +99,6 @@ impl<'a> Run<'a> {
             Ok(octets) => Ok(self.parameter_octets(access, &addressed, write, &octets)),
             Err(reply) => Ok(Answered::whole(reply, access.items.len())),
         }
-    }
-
-    /// Sends a parameter request by the record for it; its response, or why there is none.
-    pub fn parameter_record(&mut self, access: &'a Access, octets: Vec<u8>) -> Result<Result<Vec<u8>, Reply>, Trouble> {
-        let mut at = match self.parameter_access_point() {
-            Some(at) => at,
-            None => {
-                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
-            }
-        };
-        elsewhere(&mut at, &access.instead);
-        let outcome = self.ask_in_connection(access.second, Request::Parameter { at, request: octets })?;
-        let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        Ok(Err(match outcome {
-            ParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
-            ParameterOutcome::OtherReference { sent, answer } => {
-                let seen = answer.first().copied().unwrap_or_default();
-                Reply::Wrong(format!("the answer carries reference {seen}, the request had {sent}"))
-            }
-            ParameterOutcome::WriteRefused(status) => startup::refused(&status, ErrorCode::WRITE_RESPONSE),
-            ParameterOutcome::ReadRefused(status) => startup::refused(&status, ErrorCode::READ_RESPONSE),
-            ParameterOutcome::NotReady(status, wait) => Reply::Silent(format!("{wait}; last {status}")),
-            ParameterOutcome::Failed(error) => startup::failed(&error),
-        }))
     }
 
     /// What the octets of a parameter response say.
@@ -228,92 +195,6 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The target of the base mode parameter access: where `device.yaml` says, else the submodule of the module in use that the
-    /// records of the start-up go to.
-    pub fn parameter_access_point(&self) -> Option<Target> {
-        let device = &self.world.manual.device;
-        let module = self.module.and_then(|module| device.modules.get(module));
-        let access = device.parameter_access;
-        let inside = |index: &usize| module.is_none_or(|module| module.submodules.contains(index));
-        let index = device.parameter_points().find(inside).or_else(|| device.parameter_points().next())?;
-        let at = device.submodules.get(index)?;
-        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
-    }
-
-    fn record(&mut self, access: &'a Access, record: usize, write: bool) -> Result<Answered, Trouble> {
-        let device = &self.world.manual.device;
-        let of = &device.records[record];
-        let at = &device.submodules[of.at];
-        let mut target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
-        let mut data = vec![0; of.octets];
-        if write {
-            let variant = self.world.manual.variants.iter().position(|variant| variant.name == self.world.variant.name);
-            for (index, field) in of.fields.iter().enumerate() {
-                let default = field.default.get(variant.unwrap_or_default()).or(field.default.first());
-                startup::put(of, index, default.copied().unwrap_or_default(), &mut data);
-            }
-            for item in &access.items {
-                let value = self.written(&item.value)?;
-                match (self.kind(item.name), value) {
-                    (Some(NameKind::Record { field: None, .. }), Value::Bytes(octets)) => data = octets.to_vec(),
-                    (Some(NameKind::Record { field: Some(field), .. }), value) => {
-                        startup::put(of, *field, value.as_whole().unwrap_or_default(), &mut data);
-                    }
-                    _ => {}
-                }
-            }
-        }
-        let mut length = READ_LENGTH;
-        elsewhere(&mut target, &access.instead);
-        for instead in &access.instead {
-            match instead {
-                Instead::Index(index) => target.index = *index,
-                Instead::Length(octets) => {
-                    data.resize(*octets, 0);
-                    length = u32::try_from(*octets).unwrap_or(READ_LENGTH);
-                }
-                Instead::Bytes(octets) => data.clone_from(octets),
-                _ => {}
-            }
-        }
-        let request = match write {
-            true => Request::Write { target, data },
-            false => self.record_read(access.second, target, length),
-        };
-        let outcome = self.ask_in_connection(access.second, request)?;
-        let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
-        let reply = startup::record(&outcome, write);
-        let mut answered = Answered::whole(reply.clone(), access.items.len());
-        answered.replies.push((AnswerPart::Record(record), reply));
-        if let (RecordOutcome::Accepted { data }, false) = (&outcome, write) {
-            answered.replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
-            answered.values = access
-                .items
-                .iter()
-                .map(|item| match self.kind(item.name) {
-                    Some(NameKind::Record { field: Some(field), .. }) => {
-                        of.fields.get(*field).map_or(Value::Unknown, |field| field_value(field, data))
-                    }
-                    Some(NameKind::Record { field: None, .. }) => Value::bytes(data.as_slice()),
-                    _ => Value::Unknown,
-                })
-                .collect();
-        }
-        Ok(answered)
-    }
-
-    /// Reads a record; the second controller does it without a connection where it has none.
-    pub fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
-        if !second || self.world.ours.is_connected(1) {
-            return Request::Read { target, length };
-        }
-        let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
-        let object = ObjectUuid { instance: 1, device_id, vendor_id };
-        let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
-        let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
-        Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
-    }
-
     fn counters(&mut self, access: &Access) -> Answered {
         let value = |run: &mut Run<'a>, item: &suite::model::AccessItem| match run.kind(item.name) {
             Some(NameKind::Counter(counter)) => {
@@ -348,15 +229,6 @@ impl Run<'_> {
 pub fn is_request(frame: &[u8]) -> bool {
     let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
     header.ether_type != EtherType::PROFINET || FrameId::peek(payload).is_ok_and(|id| !id.is_cyclic())
-}
-
-/// The trouble with an outcome that does not belong to the request.
-pub fn unexpected(outcome: &Outcome) -> Trouble {
-    let what = match outcome {
-        Outcome::Impossible(why) => format!("The controller cannot do that: {why}."),
-        outcome => format!("The controller answered something else: {outcome:?}."),
-    };
-    Trouble::other(Blame::Harness, Verdict::Error, what)
 }
 
 fn parameter_value(value: &Value, format: Format) -> ParameterValue {
@@ -394,18 +266,6 @@ fn changed(request: &mut ParameterRequest, instead: &[Instead]) -> Vec<u8> {
     octets
 }
 
-/// Puts the slot, subslot and API into a target that are asked for instead.
-fn elsewhere(target: &mut Target, instead: &[Instead]) {
-    for instead in instead {
-        match instead {
-            Instead::Slot(slot) => target.slot = *slot,
-            Instead::Subslot(subslot) => target.subslot = *subslot,
-            Instead::Api(api) => target.api = *api,
-            _ => {}
-        }
-    }
-}
-
 fn each<T>(list: &mut [T], change: impl FnMut(&mut T)) {
     list.iter_mut().for_each(change);
 }
@@ -441,18 +301,4 @@ fn seen(device: &Device, parameter: Option<usize>, bits: Option<(u32, u32)>, val
 /// Whether the elements of a parameter are octets, which are one value.
 fn is_octets(kind: ParameterType) -> bool {
     kind.text || kind.octets.is_some()
-}
-
-/// The value of a field of a record.
-fn field_value(field: &RecordField, data: &[u8]) -> Value {
-    if field.text {
-        let Some(octets) = data.get(field.octet..field.octet + field.octets) else { return Value::Unknown };
-        return Value::text(String::from_utf8_lossy(octets).trim_end().to_owned());
-    }
-    match field_number(field, data) {
-        Some(number) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
-        Some(number) if field.bits.is_some_and(|(_, width)| width == 1) => Value::Bit(number != 0),
-        Some(number) => Value::whole(number),
-        None => Value::Unknown,
-    }
 }

@@ -1,14 +1,16 @@
 //! The verbs that act: set, exchange, connect, write, read, send, wait, save; those that look are in [`super::looks`].
 
+use super::Run;
 use super::access::Answered;
 use super::looks::NO_SAMPLE;
-use super::ours::Ours;
-use super::trial::{Done, Run, Trouble};
+use super::trouble::{Done, Trouble, halted};
+use crate::needs;
+use crate::ours::Ours;
 use expression::{Program, State, Value};
 use judge::Truth;
 use judge::answer::{self, Reply};
 use judge::answer_parts;
-use judge::condition;
+use judge::condition::{self, Memory};
 use judge::rule::length;
 use results::bench_file::BenchFile;
 use results::outcome::{Blame, PartSeen};
@@ -16,7 +18,7 @@ use results::verdict::Verdict;
 use station::{Duration, StandAction};
 use std::sync::Arc;
 use suite::device::{NameId, NameKind};
-use suite::model::{Access, Answer, AnswerPart, ExchangeEntry, Matcher, Span, Start, Step, Verb};
+use suite::model::{Access, Answer, AnswerPart, Condition, ExchangeEntry, Matcher, Span, Start, Step, Verb};
 
 /// The longest that a request may take before it counts as a mistake of ours: every wait of the controller is shorter.
 const LONGEST_REQUEST: Duration = Duration::from_secs(120);
@@ -135,9 +137,29 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
+    /// Lets so many exchanges of PROFIBUS come to their end; the answer of each is judged.
+    fn judged_cycles(&mut self, condition: &Condition, times: u64) -> Done {
+        for cycle in 1..=times {
+            let before = self.world.last_sample;
+            self.cycles(1)?;
+            self.checks += 1;
+            let Some(tick) = self.world.last_sample.filter(|_| self.world.last_sample != before) else {
+                let what = format!("The device did not answer in cycle {cycle} of {times}.");
+                return Err(Trouble::device(what, Vec::new()).at(self.world.trace.len() as u64));
+            };
+            let view = self.world.view_at(tick);
+            let memory = Memory::default();
+            if memory.truth(condition, &view) != Truth::True {
+                let what = format!("The answer of cycle {cycle} of {times} is not the one that is right.");
+                return Err(Trouble::device(what, memory.parts(condition, &view)).at(tick.frame));
+            }
+        }
+        Ok(())
+    }
+
     /// What follows a start-up on either bus: the first data of the own connection are awaited, then `answer` is judged. Without
     /// one the connection has to stand and nothing may be refused; `stands` says what was, or why it does not stand.
-    pub(super) fn started(
+    pub fn started(
         &mut self,
         stands: Result<Option<String>, Option<String>>,
         answer: Option<&'a Answer>,
@@ -267,9 +289,7 @@ impl<'a> Run<'a> {
     /// Whether the stand lets a long time go by for the device at once; while a connection stands the time is ours, too.
     fn can_skip(&self, length: Duration) -> bool {
         let serves = |bench: &Arc<BenchFile>| bench.stand.serves("clock");
-        length >= super::needs::LONG
-            && self.place.bench.as_ref().is_some_and(serves)
-            && !self.world.ours.is_connected(0)
+        length >= needs::LONG && self.place.bench.as_ref().is_some_and(serves) && !self.world.ours.is_connected(0)
     }
 
     fn save(&mut self, values: &'a [(NameId, expression::Program)]) -> Done {
@@ -289,19 +309,4 @@ impl<'a> Run<'a> {
         }
         Ok(())
     }
-}
-
-/// The trouble with a step that the end of the run or of the line came upon.
-pub fn halted(why: &str) -> Trouble {
-    Trouble::other(Blame::Environment, Verdict::Inconclusive, format!("The trial could not go on: {why}."))
-}
-
-/// The trouble with a step that needs a connection where none stands.
-pub fn no_connection() -> Trouble {
-    Trouble::device("No connection stands, so nothing can be exchanged or asked for.", Vec::new())
-}
-
-/// A suite for one bus asks for something of the other; the loader does not let it through.
-pub(super) fn other_bus() -> Trouble {
-    Trouble::other(Blame::Suite, Verdict::Error, "This is a service of the other bus.")
 }

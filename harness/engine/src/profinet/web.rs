@@ -1,7 +1,9 @@
 //! Web pages: a page is asked for, a form is sent, and values are taken out of pages.
 
-use super::access::{Answered, unexpected};
-use super::trial::{Run, Trouble};
+use super::unexpected;
+use crate::trial::Run;
+use crate::trial::access::Answered;
+use crate::trial::trouble::Trouble;
 use controllers::profinet_io::{Outcome, PageOutcome, Partner, Request};
 use expression::Value;
 use judge::answer::{Refusal, Reply};
@@ -17,7 +19,7 @@ const SAVED: usize = 2000;
 
 impl<'a> Run<'a> {
     /// The request for a page, or with its form filled in.
-    pub fn page_request(&self, index: usize, entered: Option<&[(usize, String)]>) -> Result<Request, Trouble> {
+    pub(super) fn page_request(&self, index: usize, entered: Option<&[(usize, String)]>) -> Result<Request, Trouble> {
         let of = &self.world.manual.device.pages[index];
         let request = match entered {
             None => http::Request::get(&of.path),
@@ -36,7 +38,7 @@ impl<'a> Run<'a> {
     }
 
     /// Reads values from pages; each page is asked for once.
-    pub fn pages(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
+    pub(super) fn pages(&mut self, access: &'a Access) -> Result<Answered, Trouble> {
         let mut asked: Vec<(usize, Option<String>)> = Vec::new();
         let mut whole = Reply::Accepted;
         let mut values = Vec::new();

@@ -3,25 +3,15 @@
 //!
 //! It judges no requirement; what is found here are findings about the bench.
 
-use super::startup;
-use super::trial::Run;
+use super::Run;
+use crate::live::Kept;
 use description::gsdml::Connected;
 use results::bench_file::BenchFile;
 use results::journal::{self, Found};
 use results::outcome::{Finding, Severity};
-use suite::device::Parameter;
+use suite::device::{Device, Parameter};
+use suite::model::{Start, StartParameter};
 use wire::profidrive::{ErrorNumber, Format, ParameterAddress, ParameterValue, Request as ParameterRequest, Response};
-
-/// What a run may have changed of the parameters.
-#[derive(Clone, Copy, Debug)]
-pub struct Kept<'a> {
-    /// The parameters as they were found.
-    pub parameters: &'a [journal::Parameter],
-    /// Whether trials wrote parameters.
-    pub wrote_parameters: bool,
-    /// Whether trials wrote the memory.
-    pub saved: bool,
-}
 
 /// What was seen before the first trial.
 #[derive(Clone, Debug, Default)]
@@ -55,7 +45,7 @@ impl Run<'_> {
         let mut standing = false;
         for (index, module) in device.modules.iter().enumerate() {
             let is_claimed = bench.telegrams.as_ref().is_none_or(|claimed| claimed.contains(&module.name));
-            let start = startup::plain_start(device, self.variant_number(), index);
+            let start = plain_start(device, self.variant_number(), index);
             let unknown = description::gsdml::needs_description(device, &start).is_some();
             // Without a claim one connection is enough to look around by.
             if unknown || (bench.telegrams.is_none() && standing) {
@@ -165,7 +155,7 @@ impl Run<'_> {
     fn put_parameters_back(&mut self, kept: &Kept<'_>, left: &mut Vec<String>) {
         let device = &self.world.manual.device;
         let module = (0..device.modules.len())
-            .map(|index| startup::plain_start(device, self.variant_number(), index))
+            .map(|index| plain_start(device, self.variant_number(), index))
             .find(|start| description::gsdml::needs_description(device, start).is_none());
         let stands = module.is_some_and(|start| matches!(self.driver.stands_with(self, &start), Ok(Some(true))));
         let mut all = stands;
@@ -225,5 +215,25 @@ fn wrong_claim(name: &str, claims: &str, does: &str) -> Finding {
         manual: Some(format!("{claims} {name} (bench file)")),
         description: None,
         device: Some(does.to_owned()),
+    }
+}
+
+/// The start-up with a module and every start parameter at its default.
+fn plain_start(device: &Device, variant: usize, module: usize) -> Start {
+    let mut parameters = Vec::new();
+    for (record, of) in device.records.iter().enumerate().filter(|(_, record)| record.starts(module)) {
+        for (field, of) in of.fields.iter().enumerate() {
+            parameters.extend(of.default.get(variant).map(|&value| StartParameter { record, field, value }));
+        }
+    }
+    Start {
+        module,
+        cycle: None,
+        watchdog: None,
+        unwatched: false,
+        baud: None,
+        isochronous: None,
+        parameters,
+        instead: Vec::new(),
     }
 }

@@ -1,156 +1,40 @@
 //! A trial from begin to end: proof of life, start, `given`, `steps`, `finally`, clean-up; and what it comes to.
+//!
+//! A step is a verb that acts ([`verbs`], [`settings`], [`access`]) or one that looks ([`looks`]); what went wrong is a
+//! [`trouble`], which [`failure`] tells to people. What differs with the bus goes through [`driver`]. [`probe`] looks at a live
+//! device before the first trial. This room must not know which buses there are, nor what becomes of a verdict.
 
-use super::driver::{self, BusDriver};
-use super::failure;
-use super::outputs;
-use super::profibus::SlaveAt;
-use super::startup::Whereabouts;
-use super::world::World;
-use controllers::profibus_dp::Pace;
-use controllers::profinet_io::{DeviceAddress, StationSeen};
+pub mod access;
+pub mod driver;
+pub mod failure;
+mod looks;
+pub mod probe;
+mod settings;
+pub mod slave;
+pub mod trouble;
+mod verbs;
+
+use crate::outputs;
+use crate::place::Place;
+use crate::world::World;
+use controllers::profinet_io::StationSeen;
+use driver::BusDriver;
 use expression::NameId;
 use judge::image::Image;
-use judge::place::Spot;
 use judge::view::{BenchAddresses, StationNumbers};
-use results::bench_file::BenchFile;
-use results::outcome::{Blame, Failure, PartSeen};
+use results::outcome::{Blame, Failure};
 use results::verdict::Verdict;
+use slave::SlaveAt;
 use station::Duration;
 use std::net::Ipv4Addr;
-use std::ops::{Deref, DerefMut};
-use std::sync::Arc;
-use suite::Location;
 use suite::device::{EventName, NameKind, StandName};
 use suite::model::{Step, Trial, Verb};
-use suite::persona::Persona;
+use trouble::{Done, Trouble, halted};
 use wire::ethernet::Mac;
-use wire::profibus::fdl::BaudRate;
 use wire::profinet::dcp::block::IpParameter;
 
-/// How long answers to an Identify are collected.
-pub(super) const IDENTIFY: Duration = Duration::from_millis(1300);
 /// Good samples that prove that a device lives.
 const LIVING_SAMPLES: u64 = 3;
-
-/// Why a step did not go as it should; boxed, since nearly every step goes well.
-#[derive(Clone, Debug)]
-pub struct Trouble(Box<Facts>);
-
-impl Deref for Trouble {
-    type Target = Facts;
-
-    fn deref(&self) -> &Facts {
-        &self.0
-    }
-}
-
-impl DerefMut for Trouble {
-    fn deref_mut(&mut self) -> &mut Facts {
-        &mut self.0
-    }
-}
-
-/// What is known about a step that did not go as it should.
-#[derive(Clone, Debug)]
-pub struct Facts {
-    /// Who is to blame.
-    pub blame: Blame,
-    /// What broke, in one sentence.
-    pub what: String,
-    /// Wanted and seen.
-    pub parts: Vec<PartSeen>,
-    /// The frame in which it shows.
-    pub frame: Option<u64>,
-    /// Where each name stood.
-    pub places: Vec<(NameId, Option<Spot>)>,
-    /// The verdict where the device is not found wanting: the stand cannot do it, nothing can be said.
-    pub verdict: Option<Verdict>,
-    /// What was judged, where that is a rule inside the step.
-    pub step: Option<(String, Location)>,
-}
-
-impl Trouble {
-    /// The device did something else than was asked for.
-    pub fn device(what: impl Into<String>, parts: Vec<PartSeen>) -> Trouble {
-        let what = what.into();
-        let facts =
-            Facts { blame: Blame::Device, what, parts, frame: None, places: Vec::new(), verdict: None, step: None };
-        Trouble(Box::new(facts))
-    }
-
-    /// Something else than the device broke, and `verdict` says how.
-    pub fn other(blame: Blame, verdict: Verdict, what: impl Into<String>) -> Trouble {
-        let mut trouble = Trouble::device(what, Vec::new());
-        (trouble.blame, trouble.verdict) = (blame, Some(verdict));
-        trouble
-    }
-
-    /// The same with the frame in which it shows.
-    pub fn at(mut self, frame: u64) -> Trouble {
-        self.frame = Some(frame);
-        self
-    }
-
-    /// The same where the device only had to be brought to where the test begins: nothing can be said about it.
-    fn before_the_test(mut self) -> Trouble {
-        self.verdict = Some(self.verdict.unwrap_or(Verdict::Inconclusive));
-        self
-    }
-}
-
-/// How a step went.
-pub type Done = Result<(), Trouble>;
-
-/// The bench of a trial: who the device is, where it is found, and who our controllers are.
-#[derive(Clone, Debug)]
-pub struct Place {
-    /// The station name that the bench gives the device.
-    pub name: String,
-    /// The MAC address, where the bench knows it.
-    pub mac: Option<Mac>,
-    /// The address that our controller gives the device.
-    pub ip: IpParameter,
-    /// The addresses of our controllers.
-    pub controllers: [(Mac, Ipv4Addr); 2],
-    /// An address of the device's subnet that nobody has.
-    pub free_ip: Ipv4Addr,
-    /// The addresses and the rate of a PROFIBUS.
-    pub line: DpLine,
-    /// What their UUIDs and transaction numbers are made of, besides the name of the trial.
-    pub seed: u64,
-    /// By how many steps two looks at a shaft at rest may differ.
-    pub noise: u32,
-    /// The extra time that deadlines get on a live bench.
-    pub slack: Duration,
-    /// The bench file of a live bench.
-    pub bench: Option<Arc<BenchFile>>,
-    /// In the manner of which controller the device is addressed.
-    pub persona: Option<Arc<Persona>>,
-    /// Whether the device is told to deviate from its manual.
-    pub deviates: bool,
-}
-
-/// Who is where on a PROFIBUS.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DpLine {
-    /// The station address of the device.
-    pub station: u8,
-    /// Those of our masters.
-    pub masters: [u8; 2],
-    /// One that nobody has.
-    pub free: u8,
-    /// The rate of the bus.
-    pub baud: BaudRate,
-    /// How long is waited on a live bus; none on a virtual one.
-    pub pace: Option<Pace>,
-}
-
-/// The bench of a device that is built in: the device at 3, our masters at 1 and 2.
-impl Default for DpLine {
-    fn default() -> DpLine {
-        DpLine { station: 3, masters: [1, 2], free: 99, baud: BaudRate(1_500_000), pace: None }
-    }
-}
 
 /// A check with requirements of its own.
 pub struct Check {
@@ -219,8 +103,8 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A trial that has not begun.
-    pub fn new(mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
+    /// A trial that has not begun, on the bus of `driver`.
+    pub fn new(driver: &'static dyn BusDriver, mut world: World<'a>, trial: &'a Trial, place: &'a Place) -> Run<'a> {
         let notebook = world.scene.notebook_mut();
         notebook.bench = Some(BenchAddresses {
             controller: place.controllers[0].1,
@@ -240,7 +124,7 @@ impl<'a> Run<'a> {
             outputs::declare(&world.manual.device, sent);
         }
         Run {
-            driver: driver::of(&world.manual.device),
+            driver,
             mac: place.mac.unwrap_or_default(),
             identity: None,
             slave: SlaveAt::new(place.line.station),
@@ -280,16 +164,6 @@ impl<'a> Run<'a> {
         self.world.manual.device.variants.iter().position(|known| known == name).unwrap_or_default()
     }
 
-    /// Where our controller finds the device now.
-    pub fn whereabouts(&self) -> Whereabouts {
-        let address = match self.renamed {
-            true => DeviceAddress::Mac(self.mac),
-            false => DeviceAddress::Name(self.place.name.clone()),
-        };
-        let persona = self.place.persona.clone();
-        Whereabouts { address, ip: self.place.ip, search: self.patience(), persona }
-    }
-
     /// Runs the trial; the failure that decided, if there is one.
     pub fn run(&mut self) -> Option<(Verdict, Failure)> {
         let trial = self.trial;
@@ -321,7 +195,7 @@ impl<'a> Run<'a> {
     fn disturbed(&mut self) -> Option<(Verdict, Failure)> {
         self.world.segment.look_at_line();
         let why = self.world.halted().or_else(|| self.world.segment.withheld())?;
-        Some((Verdict::Inconclusive, failure::failure(self, None, super::verbs::halted(&why), &[])))
+        Some((Verdict::Inconclusive, failure::failure(self, None, halted(&why), &[])))
     }
 
     /// Why nothing can be said about the device, whatever was seen: the line, the end of the run, or ourselves.
@@ -538,8 +412,8 @@ impl<'a> Run<'a> {
     /// Why a check that is judged for itself cannot be served by a live bench.
     fn excluded(&self, step: &Step) -> Option<String> {
         let bench = self.place.bench.as_ref().filter(|_| !step.covers.is_empty())?;
-        let needs = super::needs::of_step(self.world.manual, self.world.variant, step);
-        super::needs::missing(&needs, bench, true, u32::MAX)
+        let needs = crate::needs::of_step(self.world.manual, self.world.variant, step);
+        crate::needs::missing(&needs, bench, true, u32::MAX)
     }
 
     /// Whether the next expectation among `steps`, before another connection, asks for the end of this one.
@@ -552,7 +426,7 @@ impl<'a> Run<'a> {
             match &step.verb {
                 Verb::Connect { .. } | Verb::Disconnect { .. } => return false,
                 Verb::Expect { .. } | Verb::Block { .. } | Verb::Either(_) => {
-                    return super::scan::names(std::slice::from_ref(step)).iter().any(is_end);
+                    return crate::scan::names(std::slice::from_ref(step)).iter().any(is_end);
                 }
                 _ => {}
             }

@@ -1,7 +1,8 @@
 //! What a person is told about a failure: what was asked for, what came, where it stands in which frame, what to do next.
 
-use super::trial::{Run, Trouble};
-use super::world::{Lost, World};
+use super::Run;
+use super::trouble::Trouble;
+use crate::world::{Lost, World};
 use judge::follow::Ending;
 use judge::observe::{Direction, Leaving};
 use judge::place::decisive;

@@ -1,17 +1,17 @@
 //! What a trial asks of the bus that it runs on.
 //!
-//! [`profinet`] and [`profibus`] implement [`BusDriver`]; the rest of the engine talks to a bus through it alone and does not know
-//! which one it is.
+//! Each bus implements [`BusDriver`]; a trial talks to a bus through it alone and does not know which one it is.
 
+use super::Run;
 use super::access::Answered;
-use super::ours::Ours;
-use super::probe::Kept;
-use super::trial::{Done, Place, Run, Trouble};
-use super::{profibus, profinet};
+use super::trouble::{Done, Trouble};
+use crate::live::Kept;
+use crate::ours::Ours;
+use crate::place::Place;
 use expression::Program;
 use judge::answer::Reply;
 use results::journal::Found;
-use suite::device::{Bus, Device, Record};
+use suite::device::Record;
 use suite::model::{Access, Answer, Manual, Service, Start, Trial};
 
 /// A bus: how a device is found, connected with, asked, and put back there.
@@ -31,6 +31,9 @@ pub trait BusDriver {
 
     /// Takes back what a trial has set of our own station.
     fn undo_settings(&self, run: &mut Run<'_>);
+
+    /// Who the device said that it is, for the report.
+    fn identity(&self, run: &Run<'_>) -> Option<String>;
 
     /// Whether a frame says that the device under test has sent it.
     fn is_from_device(&self, run: &Run<'_>, frame: &[u8]) -> bool;
@@ -64,8 +67,8 @@ pub trait BusDriver {
         to: Option<&'a Program>,
     ) -> Done;
 
-    /// Reads or writes the values of the station.
-    fn station<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble>;
+    /// Reads or writes what is reached in another way on each bus: records, the station, diagnosis, configuration, web pages.
+    fn access<'a>(&self, run: &mut Run<'a>, access: &'a Access, write: bool) -> Result<Answered, Trouble>;
 
     /// Sends a parameter request; its response, or why there is none.
     fn parameters<'a>(
@@ -92,12 +95,4 @@ pub trait BusDriver {
 
     /// Gives a live device back what it was found with; what did not go back, in words.
     fn put_back(&self, run: &mut Run<'_>, found: &Found, kept: &Kept<'_>) -> Vec<String>;
-}
-
-/// The driver for a device.
-pub fn of(device: &Device) -> &'static dyn BusDriver {
-    match device.bus.kind() {
-        Bus::Profinet => &profinet::Profinet,
-        Bus::Profibus => &profibus::Profibus,
-    }
 }

@@ -2,8 +2,10 @@
 //!
 //! It must not know records, nor whether a connection stands.
 
-use super::access::{Answered, unexpected};
-use super::trial::{IDENTIFY, Run, Trouble};
+use super::{IDENTIFY, unexpected};
+use crate::trial::Run;
+use crate::trial::access::Answered;
+use crate::trial::trouble::Trouble;
 use controllers::profinet_io::{DcpOutcome, IdentifyBy, Outcome, Request};
 use expression::Value;
 use judge::answer::{Refusal, Reply};
@@ -18,7 +20,7 @@ use wire::profinet::rt::{FrameId, FrameKind};
 
 impl<'a> Run<'a> {
     /// Reads or writes name, address and identity of the station.
-    pub fn station(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
+    pub(super) fn station(&mut self, access: &'a Access, write: bool) -> Result<Answered, Trouble> {
         let names: Vec<StationName> = access
             .items
             .iter()

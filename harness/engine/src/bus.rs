@@ -1,0 +1,32 @@
+//! The bus of a device: which driver it has, and a trial on it.
+
+use super::place::Place;
+use super::profibus::Profibus;
+use super::profinet::Profinet;
+use super::segment::Segment;
+use super::trial::Run;
+use super::trial::driver::BusDriver;
+use super::world::World;
+use suite::device::{Bus, Device};
+use suite::model::{Manual, Trial, Variant};
+
+/// The driver for a device.
+fn driver(device: &Device) -> &'static dyn BusDriver {
+    match device.bus.kind() {
+        Bus::Profinet => &Profinet,
+        Bus::Profibus => &Profibus,
+    }
+}
+
+/// A trial on `segment` that has not begun, with fresh stations of ours.
+pub fn trial<'a>(
+    manual: &'a Manual,
+    variant: &'a Variant,
+    segment: Box<dyn Segment + 'a>,
+    trial: &'a Trial,
+    place: &'a Place,
+) -> Run<'a> {
+    let driver = driver(&manual.device);
+    let ours = driver.stations(manual, place, trial);
+    Run::new(driver, World::new(manual, variant, segment, ours), trial, place)
+}

@@ -1,0 +1,218 @@
+//! One trial of a run: on which segment it runs, and what it comes to, with its checks and with what the rules saw in it.
+//!
+//! This room must not know which other trials there are.
+
+use super::dut::DutSpec;
+use super::live::Excluded;
+use super::options::RunOptions;
+use super::outcome::{BenchError, RuleSeen, TrialOutcome};
+use super::place::{DpLine, Place};
+use super::requirements::{level, worse};
+use super::scan::{self, check_covers};
+use super::segment::Segment;
+use super::trial::{Run, failure};
+use super::world::World;
+use super::{around, bus, evidence, needs, persona};
+use judge::violation::Violation;
+use results::journal::Entry;
+use results::outcome::{Blame, CaseKind, CaseResult, Covered, Failure, Finding, Severity};
+use results::verdict::Verdict;
+use station::Time;
+use suite::model::{Manual, Rule, Trial, Variant};
+use wire::profibus::fdl::BaudRate;
+
+/// The fastest rate that the standard has.
+const FAST: BaudRate = BaudRate(12_000_000);
+
+/// Runs one trial against a fresh device and gives what it and the rules came to, with every frame.
+pub fn run_trial(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> Result<TrialOutcome, BenchError> {
+    one(manual, variant, dut, trial, options).map_err(BenchError)
+}
+
+/// Where everybody is on the PROFIBUS of a trial. On a virtual one a clock needs a fast bus: its cycle is short.
+pub fn line(dut: &DutSpec, manual: &Manual, trial: Option<&Trial>) -> DpLine {
+    let line = dut.place().line;
+    if dut.live().is_some() {
+        return line;
+    }
+    let said = trial.and_then(|trial| trial.start()?.baud);
+    let usual = if trial.is_some_and(scan::has_clock) { FAST } else { line.baud };
+    let baud = said.unwrap_or(usual);
+    DpLine { station: manual.device.profibus().map_or(line.station, |slave| slave.address), baud, ..line }
+}
+
+/// Where the device is found, and in whose manner it is addressed.
+pub(super) fn place(dut: &DutSpec, options: &RunOptions, manual: &Manual, trial: Option<&Trial>) -> Place {
+    let mut place = dut.place();
+    // A trial that is run again asks anew, else the device takes its requests for late ones of the time before.
+    place.seed = place.seed.wrapping_add(dut.live().map_or(0, |live| live.next_call()));
+    place.line = line(dut, manual, trial);
+    place.persona = options.persona.clone().or(place.persona);
+    if let (Some(persona), None) = (&place.persona, &place.bench) {
+        place.slack = persona::slack(persona, &manual.device);
+    }
+    place
+}
+
+/// Runs one trial, if the device may be given it.
+pub(super) fn one(
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> Result<TrialOutcome, String> {
+    let persona = options.persona.clone().or_else(|| dut.live()?.place().persona.clone());
+    let unfit = persona.and_then(|persona| persona::unfit_trial(&persona, manual, variant, trial));
+    if let Some(why) = unfit {
+        return Ok(around::not_run(manual, variant, trial, Excluded::NotApplicable(why)));
+    }
+    let Some(live) = dut.live() else {
+        let segment = dut.segment(&trial.id, line(dut, manual, Some(trial)))?;
+        return Ok(run_trial_on(segment, manual, variant, dut, trial, options));
+    };
+    let outcome = match live.admit(variant, trial) {
+        Ok(()) => {
+            run_trial_on(dut.segment(&trial.id, line(dut, manual, Some(trial)))?, manual, variant, dut, trial, options)
+        }
+        Err(excluded) => around::not_run(manual, variant, trial, excluded),
+    };
+    let answered = outcome.identity.is_some() || outcome.case.frames == 0;
+    live.counts(answered);
+    let verdict = outcome.case.verdict.word().to_owned();
+    if let Err(why) = live.note(&Entry::Verdict { trial: trial.id.clone(), verdict }) {
+        live.lose(&why);
+    }
+    Ok(outcome)
+}
+
+/// Runs one trial on a segment that somebody has prepared.
+pub fn run_trial_on(
+    segment: Box<dyn Segment + '_>,
+    manual: &Manual,
+    variant: &Variant,
+    dut: &DutSpec,
+    trial: &Trial,
+    options: &RunOptions,
+) -> TrialOutcome {
+    let mut place = place(dut, options, manual, Some(trial));
+    if let Some(bench) = &place.bench {
+        place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
+    }
+    let mut run = bus::trial(manual, variant, segment, trial, &place);
+    let decided = run.run();
+    outcome(run, decided, dut, options)
+}
+
+fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec, options: &RunOptions) -> TrialOutcome {
+    let why = if run.world.segment.is_model() { None } else { run.not_the_device() };
+    let disturbed = why.is_some();
+    let identity = run.driver.identity(&run);
+    let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
+    let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
+    let repeat = format!("--dut {dut}{}{bugs}", persona.unwrap_or_default());
+    let manual = run.world.manual;
+    let trial = run.trial;
+    let main = match (&decided, run.checks) {
+        (Some((verdict, _)), _) => *verdict,
+        (None, 0) => Verdict::Error,
+        (None, _) => Verdict::Pass,
+    };
+    let mut covers: Vec<Covered> = Vec::new();
+    let mut add = |requirement: usize, verdict: Verdict| {
+        let id = manual.requirements[requirement].id.clone();
+        match covers.iter_mut().find(|known| known.requirement == requirement) {
+            Some(known) => known.verdict = worse(known.verdict, verdict),
+            None => covers.push(Covered { requirement, id, verdict }),
+        }
+    };
+    trial.covers.iter().for_each(|&requirement| add(requirement, main));
+    let mut verdict = main;
+    let mut failures: Vec<Failure> = Vec::new();
+    let mut reached: Vec<usize> = Vec::new();
+    let reason = decided.as_ref().map(|(_, failure)| failure.what.clone());
+    for check in run.checked {
+        check.covers.iter().for_each(|&requirement| add(requirement, check.verdict));
+        reached.extend(&check.covers);
+        if check.verdict != Verdict::NotApplicable {
+            verdict = worse(verdict, check.verdict);
+        }
+        failures.extend(check.failure);
+    }
+    for requirement in check_covers(trial) {
+        if !reached.contains(&requirement) {
+            add(requirement, if main == Verdict::Pass { Verdict::NotApplicable } else { Verdict::NotRun });
+        }
+    }
+    if let Some((_, failure)) = decided {
+        failures.insert(0, failure);
+    }
+    let reason = reason.or_else(|| failures.first().map(|failure| failure.what.clone()));
+    let level = level(manual, &covers, verdict);
+    let saved = trial.how().saved.iter().zip(&run.world.scene.notebook().saved);
+    let saved = saved.map(|(name, value)| (name.clone(), judge::format::plain(value))).collect();
+    let objections = run.world.segment.objections();
+    let with_persona = run.place.persona.is_some();
+    run.world.judges.rules.settle();
+    let rules = run.world.judges.rules.iter().map(|(of, rule)| {
+        let is_seen =
+            |violation: &&Violation| !with_persona || !persona::is_unseen(violation, &run.world.trace, run.mac);
+        let broken = rule.violation().filter(is_seen).map(|violation| {
+            let failure = rule_failure(&run.world, of, violation, trial, &repeat);
+            (violation.clone(), failure)
+        });
+        RuleSeen { decided: rule.decided(), broken, disturbed }
+    });
+    let rules = rules.collect();
+    let finding = |(reading, text): (String, String)| Finding {
+        id: format!("{}:{reading}", trial.case()),
+        severity: Severity::Error,
+        text,
+        manual: None,
+        description: None,
+        device: None,
+    };
+    let findings = run.findings.into_iter().map(finding).collect();
+    let case = CaseResult {
+        id: format!("{}/{}", manual.device.name, trial.id),
+        kind: CaseKind::Trial,
+        why: trial.why.clone(),
+        verdict,
+        level,
+        covers,
+        reason: (verdict != Verdict::Pass).then_some(reason).flatten(),
+        failures,
+        readings: run.readings,
+        saved,
+        notes: run.notes.into_iter().chain(objections).collect(),
+        decided: None,
+        duration: run.world.now().since(Time::ZERO),
+        frames: run.world.trace.len() as u64,
+        at: trial.at.clone(),
+        evidence: None,
+    };
+    let case = evidence::keep(case, run.world.manual, run.world.variant, &run.world.trace, options);
+    TrialOutcome { case, rules, findings, identity, disturbed: why, trace: run.world.trace }
+}
+
+fn rule_failure(world: &World<'_>, rule: &Rule, violation: &Violation, trial: &Trial, repeat: &str) -> Failure {
+    let (octet, bit) = violation.place.map_or((None, None), |(_, octet, bit)| (Some(octet), bit));
+    let frame = violation.frame();
+    Failure {
+        blame: Blame::Device,
+        what: format!("The rule is broken: {}. It was seen in the trial {}.", violation.how, trial.id),
+        step: rule.why.clone(),
+        at: rule.at.clone(),
+        requirements: failure::requirements(world.manual, &rule.covers),
+        parts: violation.parts.clone(),
+        place: Some(results::outcome::Place { frame, octet, bit, filter: format!("frame.number == {frame}") }),
+        trace: failure::trace(world, frame),
+        next: format!("Run the trial alone: encspec run {repeat} '{}' --exact", trial.id),
+    }
+}

@@ -1,0 +1,163 @@
+//! Records: the request that carries a `read` or `write` of one or of parameters, and what its answer says.
+
+use super::{startup, unexpected};
+use crate::record::put;
+use crate::trial::Run;
+use crate::trial::access::Answered;
+use crate::trial::trouble::Trouble;
+use controllers::profinet_io::{Outcome, ParameterOutcome, Partner, RecordOutcome, Request, Target};
+use expression::Value;
+use judge::answer::Reply;
+use judge::image::field_number;
+use results::outcome::Blame;
+use results::verdict::Verdict;
+use suite::device::{NameKind, RecordField};
+use suite::model::{Access, AnswerPart, Instead};
+use wire::profinet::rpc::ObjectUuid;
+use wire::profinet::status::ErrorCode;
+
+/// Octets asked for when a record is read: more than any record has.
+const READ_LENGTH: u32 = 4096;
+
+impl<'a> Run<'a> {
+    /// Sends a parameter request by the record for it; its response, or why there is none.
+    pub(super) fn parameter_record(
+        &mut self,
+        access: &'a Access,
+        octets: Vec<u8>,
+    ) -> Result<Result<Vec<u8>, Reply>, Trouble> {
+        let mut at = match self.parameter_access_point() {
+            Some(at) => at,
+            None => {
+                return Err(Trouble::other(Blame::Suite, Verdict::Error, "The module has no parameter access point."));
+            }
+        };
+        elsewhere(&mut at, &access.instead);
+        let outcome = self.ask_in_connection(access.second, Request::Parameter { at, request: octets })?;
+        let Outcome::Parameter(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        Ok(Err(match outcome {
+            ParameterOutcome::Answer(octets) => return Ok(Ok(octets)),
+            ParameterOutcome::OtherReference { sent, answer } => {
+                let seen = answer.first().copied().unwrap_or_default();
+                Reply::Wrong(format!("the answer carries reference {seen}, the request had {sent}"))
+            }
+            ParameterOutcome::WriteRefused(status) => startup::refused(&status, ErrorCode::WRITE_RESPONSE),
+            ParameterOutcome::ReadRefused(status) => startup::refused(&status, ErrorCode::READ_RESPONSE),
+            ParameterOutcome::NotReady(status, wait) => Reply::Silent(format!("{wait}; last {status}")),
+            ParameterOutcome::Failed(error) => startup::failed(&error),
+        }))
+    }
+
+    /// The target of the base mode parameter access: where `device.yaml` says, else the submodule of the module in use that the
+    /// records of the start-up go to.
+    pub(super) fn parameter_access_point(&self) -> Option<Target> {
+        let device = &self.world.manual.device;
+        let module = self.module.and_then(|module| device.modules.get(module));
+        let access = device.parameter_access;
+        let inside = |index: &usize| module.is_none_or(|module| module.submodules.contains(index));
+        let index = device.parameter_points().find(inside).or_else(|| device.parameter_points().next())?;
+        let at = device.submodules.get(index)?;
+        Some(Target { api: at.api, slot: at.slot, subslot: at.subslot, index: access.index })
+    }
+
+    /// Reads or writes a record, in the connection or without one.
+    pub(super) fn record(&mut self, access: &'a Access, record: usize, write: bool) -> Result<Answered, Trouble> {
+        let device = &self.world.manual.device;
+        let of = &device.records[record];
+        let at = &device.submodules[of.at];
+        let mut target = Target { api: at.api, slot: at.slot, subslot: at.subslot, index: of.index };
+        let mut data = vec![0; of.octets];
+        if write {
+            let variant = self.world.manual.variants.iter().position(|variant| variant.name == self.world.variant.name);
+            for (index, field) in of.fields.iter().enumerate() {
+                let default = field.default.get(variant.unwrap_or_default()).or(field.default.first());
+                put(of, index, default.copied().unwrap_or_default(), &mut data);
+            }
+            for item in &access.items {
+                let value = self.written(&item.value)?;
+                match (self.kind(item.name), value) {
+                    (Some(NameKind::Record { field: None, .. }), Value::Bytes(octets)) => data = octets.to_vec(),
+                    (Some(NameKind::Record { field: Some(field), .. }), value) => {
+                        put(of, *field, value.as_whole().unwrap_or_default(), &mut data);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let mut length = READ_LENGTH;
+        elsewhere(&mut target, &access.instead);
+        for instead in &access.instead {
+            match instead {
+                Instead::Index(index) => target.index = *index,
+                Instead::Length(octets) => {
+                    data.resize(*octets, 0);
+                    length = u32::try_from(*octets).unwrap_or(READ_LENGTH);
+                }
+                Instead::Bytes(octets) => data.clone_from(octets),
+                _ => {}
+            }
+        }
+        let request = match write {
+            true => Request::Write { target, data },
+            false => self.record_read(access.second, target, length),
+        };
+        let outcome = self.ask_in_connection(access.second, request)?;
+        let Outcome::Record(outcome) = outcome else { return Err(unexpected(&outcome)) };
+        let reply = startup::record(&outcome, write);
+        let mut answered = Answered::whole(reply.clone(), access.items.len());
+        answered.replies.push((AnswerPart::Record(record), reply));
+        if let (RecordOutcome::Accepted { data }, false) = (&outcome, write) {
+            answered.replies.push((AnswerPart::Bytes, Reply::Value(Value::bytes(data.as_slice()))));
+            answered.values = access
+                .items
+                .iter()
+                .map(|item| match self.kind(item.name) {
+                    Some(NameKind::Record { field: Some(field), .. }) => {
+                        of.fields.get(*field).map_or(Value::Unknown, |field| field_value(field, data))
+                    }
+                    Some(NameKind::Record { field: None, .. }) => Value::bytes(data.as_slice()),
+                    _ => Value::Unknown,
+                })
+                .collect();
+        }
+        Ok(answered)
+    }
+
+    /// Reads a record; the second controller does it without a connection where it has none.
+    pub(super) fn record_read(&self, second: bool, target: Target, length: u32) -> Request {
+        if !second || self.world.ours.is_connected(1) {
+            return Request::Read { target, length };
+        }
+        let (vendor_id, device_id) = self.world.manual.device.ids().unwrap_or_default();
+        let object = ObjectUuid { instance: 1, device_id, vendor_id };
+        let partner = self.world.ours.controller(0).and_then(|controller| controller.partner());
+        let address = partner.map_or(self.station_ip.address, |partner| partner.ip);
+        Request::ReadImplicit { partner: Partner { mac: self.mac, ip: address }, object, target, length }
+    }
+}
+
+/// Puts the slot, subslot and API into a target that are asked for instead.
+fn elsewhere(target: &mut Target, instead: &[Instead]) {
+    for instead in instead {
+        match instead {
+            Instead::Slot(slot) => target.slot = *slot,
+            Instead::Subslot(subslot) => target.subslot = *subslot,
+            Instead::Api(api) => target.api = *api,
+            _ => {}
+        }
+    }
+}
+
+/// The value of a field of a record.
+fn field_value(field: &RecordField, data: &[u8]) -> Value {
+    if field.text {
+        let Some(octets) = data.get(field.octet..field.octet + field.octets) else { return Value::Unknown };
+        return Value::text(String::from_utf8_lossy(octets).trim_end().to_owned());
+    }
+    match field_number(field, data) {
+        Some(number) if !field.words.is_empty() => i64::try_from(number).map_or(Value::Unknown, Value::Word),
+        Some(number) if field.bits.is_some_and(|(_, width)| width == 1) => Value::Bit(number != 0),
+        Some(number) => Value::whole(number),
+        None => Value::Unknown,
+    }
+}
