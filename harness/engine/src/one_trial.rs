@@ -106,6 +106,7 @@ pub fn run_trial_on(
         place.noise = needs::position_noise(&needs::needs(manual, variant, trial), bench);
     }
     let mut run = bus::trial(manual, variant, segment, trial, &place);
+    run.world.look_only_at_leds(&trial.outline.leds);
     let decided = run.run();
     outcome(run, decided, dut, options)
 }

@@ -139,6 +139,8 @@ impl<'n> Topic<'n> {
         let Some(start) = merged(under.transpose()?.as_ref(), over.transpose()?.as_ref())? else {
             return Err(node.wrong("a case needs a `start`").help("write `start: { module: ... }` or `start: none`"));
         };
+        // What was named before belongs to something else.
+        names.take_leds();
         let progress = Progress::default();
         let frame = Frame { names, columns, progress: &progress, any_module: false };
         let begin = if is_none(&start) { None } else { Some(frame.start(&start)?) };
@@ -204,7 +206,7 @@ impl<'n> Topic<'n> {
             covers,
             catches: catches(entry, ground, names)?,
             at: ground.location(row.at.unwrap_or(node)),
-            outline: Outline::default(),
+            outline: Outline { leds: names.take_leds(), ..Outline::default() },
             how: TrialSteps {
                 start: begin,
                 given,

@@ -12,6 +12,7 @@ use super::yaml::Node;
 use expression::{Allow, Found, NameId, Program, Scope, Type, WordTable};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use suite::device::{AnswerPart, Device, NameKind};
 use suite::model::{Rule, Trial, Variant};
@@ -92,6 +93,8 @@ pub(super) struct Names<'m> {
     saved: RefCell<FxHashMap<(usize, String), NameId>>,
     circles: RefCell<Vec<Option<Program>>>,
     derived: RefCell<Vec<(String, Program)>>,
+    /// The LEDs that were asked for since [`take_leds`](Self::take_leds).
+    leds: RefCell<BTreeSet<usize>>,
 }
 
 impl<'m> Names<'m> {
@@ -106,6 +109,7 @@ impl<'m> Names<'m> {
             saved: RefCell::default(),
             circles: RefCell::default(),
             derived: RefCell::default(),
+            leds: RefCell::default(),
         };
         for name in &described.mentioned {
             used.known.borrow_mut().insert(name.clone());
@@ -167,17 +171,24 @@ impl<'m> Names<'m> {
 
     /// The name `path`; `None` if there is none, a mistake's text and help if there could be one.
     pub(super) fn find(&self, path: &str) -> Option<Result<Name, (String, Option<String>)>> {
-        if let Some(name) = self.paths.borrow().get(path) {
-            return Some(Ok(name.clone()));
-        }
-        match self.build(path)? {
-            Ok((kind, ty, verbs)) => {
+        let known = self.paths.borrow().get(path).cloned();
+        let found = match known {
+            Some(name) => Ok(name),
+            None => self.build(path)?.map(|(kind, ty, verbs)| {
                 let name = Name { id: self.make(kind.clone(), path, ty.clone()), kind, ty, verbs };
                 self.paths.borrow_mut().insert(path.to_owned(), name.clone());
-                Some(Ok(name))
-            }
-            Err(wrong) => Some(Err(wrong)),
+                name
+            }),
+        };
+        if let Ok(Name { kind: NameKind::Led(led), .. }) = &found {
+            self.leds.borrow_mut().insert(*led);
         }
+        Some(found)
+    }
+
+    /// The LEDs that were asked for since the last call.
+    pub(super) fn take_leds(&self) -> Vec<usize> {
+        self.leds.take().into_iter().collect()
     }
 
     /// The name of a saved value of a trial, by its number there.

@@ -1,13 +1,18 @@
 //! Works out what the steps of each trial come to.
 
+use std::collections::BTreeSet;
 use std::slice;
-use suite::model::{Manual, Outline, Step, Trial, Variant, Verb};
+use suite::device::{NameId, NameKind};
+use suite::model::{Hold, Manual, Outline, RuleBody, Step, Trial, Variant, Verb};
 use suite::needs::{self, Need};
 use suite::scan::{each_step, each_step_of};
 
 /// The manual with the outlines of its trials.
 pub(super) fn outlined(mut manual: Manual) -> Manual {
-    let of_variant = |variant: &Variant| variant.trials.iter().map(|trial| of(&manual, variant, trial)).collect();
+    let of_variant = |variant: &Variant| {
+        let always = leds_of_rules(variant);
+        variant.trials.iter().map(|trial| of(&manual, variant, trial, &always)).collect()
+    };
     let outlines: Vec<Vec<Outline>> = manual.variants.iter().map(of_variant).collect();
     for (variant, outlines) in manual.variants.iter_mut().zip(outlines) {
         variant.trials.iter_mut().zip(outlines).for_each(|(trial, outline)| trial.outline = outline);
@@ -15,8 +20,33 @@ pub(super) fn outlined(mut manual: Manual) -> Manual {
     manual
 }
 
-fn of(manual: &Manual, variant: &Variant, trial: &Trial) -> Outline {
-    let mut outline = Outline::default();
+/// The LEDs that are looked at in every trial of a variant: those that a rule names, or a derived value.
+fn leds_of_rules(variant: &Variant) -> BTreeSet<usize> {
+    let mut leds = BTreeSet::new();
+    let mut visit = |name: NameId| {
+        if let Some(NameKind::Led(led)) = variant.names.get(name.0 as usize) {
+            leds.insert(*led);
+        }
+    };
+    variant.derived.iter().flat_map(|(_, program)| program.names()).for_each(&mut visit);
+    for rule in &variant.rules {
+        match &rule.body {
+            RuleBody::Always(condition) => condition.each_name(&mut visit),
+            RuleBody::When { premise, then, hold, .. } => {
+                premise.names().for_each(&mut visit);
+                then.each_name(&mut visit);
+                if let Hold::Until(end) = hold {
+                    end.each_name(&mut visit);
+                }
+            }
+        }
+    }
+    leds
+}
+
+fn of(manual: &Manual, variant: &Variant, trial: &Trial, always: &BTreeSet<usize>) -> Outline {
+    let leds: BTreeSet<usize> = trial.outline.leds.iter().chain(always).copied().collect();
+    let mut outline = Outline { leds: leds.into_iter().collect(), ..Outline::default() };
     each_step_of(trial, &mut |step| outline.checks.extend(&step.covers));
     let stands = |needs: &[Need]| needs.iter().any(|need| matches!(need, Need::Stand(_)));
     if !stands(&needs::needs(manual, variant, trial)) {

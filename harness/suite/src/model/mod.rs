@@ -195,6 +195,8 @@ pub struct Outline {
     /// Names of readings that it accepts, each with the requirement that is read so: those of the checks that cover it for
     /// themselves, or of the whole trial.
     pub readings: Vec<(usize, String)>,
+    /// The LEDs that its steps name, in order: nobody looks at the others.
+    pub leds: Vec<usize>,
 }
 
 /// A connection to be made.
