@@ -131,7 +131,7 @@ fn sockets_are_opened_in_the_link_room_only() {
 fn the_link_room_knows_no_protocol() {
     for name in dependencies("harness/link/Cargo.toml") {
         let allowed =
-            ["station", "libc", "pnet_datalink", "rustix", "signal-hook", "thiserror"].contains(&name.as_str());
+            ["plain-text", "station", "libc", "pnet_datalink", "rustix", "signal-hook", "thiserror"].contains(&name.as_str());
         assert!(allowed, "link depends on {name}");
     }
 }
@@ -156,7 +156,7 @@ const DEVICES: [(&str, &[&str]); 4] = [
 #[test]
 fn controllers_and_devices_see_wire_and_station_only() {
     for name in dependencies("harness/controllers/Cargo.toml") {
-        let allowed = ["station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
+        let allowed = ["plain-text", "station", "wire", "smoltcp", "thiserror"].contains(&name.as_str());
         assert!(allowed, "the controllers depend on {name}");
     }
     for (room, below) in DEVICES {
