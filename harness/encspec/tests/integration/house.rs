@@ -130,8 +130,8 @@ fn sockets_are_opened_in_the_link_room_only() {
 #[test]
 fn the_link_room_knows_no_protocol() {
     for name in dependencies("harness/link/Cargo.toml") {
-        let allowed =
-            ["plain-text", "station", "libc", "pnet_datalink", "rustix", "signal-hook", "thiserror"].contains(&name.as_str());
+        let allowed = ["plain-text", "station", "libc", "pnet_datalink", "rustix", "signal-hook", "thiserror"]
+            .contains(&name.as_str());
         assert!(allowed, "link depends on {name}");
     }
 }
