@@ -169,11 +169,6 @@ impl Velocity {
         }
     }
 
-    /// How it is measured.
-    pub fn sampling(&self) -> Sampling {
-        self.in_force
-    }
-
     /// Measures all intervals that have ended by `now`.
     #[inline]
     pub fn advance(&mut self, now: Time, shaft: &Shaft) {
@@ -288,7 +283,7 @@ impl Velocity {
     }
 
     fn measured_nanos(&self) -> i128 {
-        let Sampling { every, of } = self.sampling();
+        let Sampling { every, of } = self.in_force;
         every.as_nanos() as i128 * i128::from(of)
     }
 }
