@@ -115,9 +115,11 @@ impl Turning {
     /// The steps, with the shaft ahead by `ahead` nanoseconds of the capture.
     pub fn script(&self, timed: &Timed, ahead: i64) -> Vec<Ask> {
         let mut timed = timed.clone();
+        let begin = self.legs.first().map_or(0, |leg| leg.at.as_nanos());
         for (place, leg) in self.legs.iter().enumerate() {
-            let at = if place == 0 { leg.at.as_nanos() } else { leg.at.as_nanos().saturating_add_signed(-ahead) };
-            timed.insert(Time::from_nanos(at), speed(leg.rpm));
+            // However early a leg comes, it follows the first one.
+            let at = leg.at.as_nanos().saturating_add_signed(-ahead).max(begin + 1);
+            timed.insert(Time::from_nanos(if place == 0 { begin } else { at }), speed(leg.rpm));
         }
         let mut script = timed.script();
         script.insert(0, put(self.put));

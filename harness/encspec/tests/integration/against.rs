@@ -45,7 +45,7 @@ fn trial<'m>(manual: &'m Manual, part: &str) -> (&'m Variant, &'m Trial) {
 #[test]
 fn which_way_a_shaft_turned_is_in_no_capture() {
     let manuals = shipped::only("lika-xac77-profinet");
-    let (variant, trial) = trial(&manuals[0], "position/code-sequence[clockwise]");
+    let (variant, trial) = trial(&manuals[0], "position/revolutions-of-a-range");
     let report = held(&manuals[0], variant, trial, &["direction-reversed"]);
     assert!(report.shaft.contains("which way the shaft itself turned is not in a capture"), "{report}");
     assert!(report.differences.is_empty(), "{report}");

@@ -121,7 +121,7 @@ fn a_name(#[case] look: &str, #[case] verdict: Verdict) {
 #[case::by_a_ramp("set: { shaft.speed: 60, shaft.acceleration: 60 }", Pass)]
 #[case::at_once("set: { shaft.speed: 60 }", Fail)]
 fn a_speed_is_reached(#[case] speed: &str, #[case] verdict: Verdict) {
-    let look = "expect: { G1_XIST1: { from: 0x21000, to: 0x21500 } }\n        within: 0";
+    let look = "expect: { G1_XIST1: { from: 0x21000, to: 0x21700 } }\n        within: 0";
     let outcome = steps(&[], PRESET, &[speed, "wait: 1s", look]);
     assert_eq!(outcome.case.verdict, verdict, "{:?}", outcome.case.reason);
 }

@@ -28,7 +28,7 @@ use std::time::Duration;
 use suite::device::{Changes, Device, Identity, ProfibusFacts, ProfinetFacts, Record, Timing};
 
 /// The cycle of connections where neither the case nor the bench says one.
-const CYCLE: Duration = Duration::from_millis(2);
+const CYCLE: Duration = Duration::from_millis(4);
 
 /// A `device.yaml` that was read, with what only the loader has to know of it.
 #[derive(Debug)]

@@ -30,7 +30,7 @@ pub(super) const NAMES: Sentences = &[
 /// The keys of `start` and `connect` besides start parameters.
 pub(super) const SETTINGS: Sentences = &[
     ("module", "the module"),
-    ("cycle", "the time from one Data_Exchange to the next; by default that of the bench, else 2ms"),
+    ("cycle", "the time from one Data_Exchange to the next; by default that of the bench, else 4ms"),
     (
         "watchdog",
         "the time without a master after which the slave gives up, or `none`; by default that of the bench, else 1s",

@@ -53,7 +53,7 @@ pub(super) const NAMES: Sentences = &[
 /// The keys of `start` and `connect` besides start parameters, each with its sentence.
 pub(super) const SETTINGS: Sentences = &[
     ("module", "the module"),
-    ("cycle", "the time between two cyclic frames; by default that of the bench, else 2ms"),
+    ("cycle", "the time between two cyclic frames; by default that of the bench, else 4ms"),
     (
         "watchdog",
         "the time without frames after which the connection ends; by default that of the bench, else ten cycles",

@@ -67,7 +67,7 @@ impl<'a> Scan<'a> {
             variant,
             needs: Vec::new(),
             module: None,
-            cycle: Duration::from_millis(2),
+            cycle: manual.device.timing.cycle,
             waits: Duration::ZERO,
             really: Duration::ZERO,
             connected: false,
