@@ -12,6 +12,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod manuals;
+pub mod seams;
 mod subject;
 pub mod tables;
 #[cfg(test)]

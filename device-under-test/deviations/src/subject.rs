@@ -1,5 +1,6 @@
 //! A manual with the bugs that its devices can be told to have, and the devices built from both.
 
+use crate::seams::Deviations;
 use crate::tables::{self, Bug, Table};
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -41,13 +42,13 @@ impl Subject {
 
     /// How a device behaves that has these bugs and no others.
     pub fn behaviour(&self, bugs: &[&str]) -> Result<Behaviour, BuildError> {
-        let mut behaviour = self.manual.behaviour();
+        let mut deviations = Deviations { behaviour: self.manual.behaviour(), ..Deviations::default() };
         for name in bugs {
             let bug = self.bugs().chain(bugs_of_the_field()).find(|bug| bug.name == *name);
             let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() })?;
-            (bug.apply)(&mut behaviour);
+            (bug.apply)(&mut deviations);
         }
-        Ok(behaviour)
+        Ok(deviations.behaviour())
     }
 
     /// A device of this variant, with power and plugged in.

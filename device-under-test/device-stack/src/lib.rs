@@ -7,7 +7,8 @@
 //! A slave that gives its outputs back as inputs; a master asks it for its status:
 //!
 //! ```
-//! use device_stack::profibus::{Application, Device, DiagnosisBits, End, Identity, Seen, SlaveBehaviour};
+//! use device_stack::Beside;
+//! use device_stack::profibus::{Application, Device, DiagnosisBits, End, Identity, Seen};
 //! use station::{Duration, Outbox, StandAction, Station, Time};
 //! use wire::profibus::cfg::Sums;
 //! use wire::profibus::fdl::BaudRate;
@@ -83,7 +84,7 @@
 //!     set_ext_prm: false,
 //! };
 //! let mirror = Mirror { identity, seen: vec![0; 2] };
-//! let mut device = Device::new(mirror, BaudRate(1_500_000), SlaveBehaviour::default());
+//! let mut device = Device::new(mirror, BaudRate(1_500_000), Beside::NOBODY);
 //!
 //! // The master 2 asks 5 for its status, and is answered min TSDR later: a slave that is not ready for the ring.
 //! let mut out = Outbox::new();
@@ -103,8 +104,11 @@ extern crate self as device_stack;
 #[cfg(test)]
 extern crate std;
 
+mod beside;
 pub mod profibus;
 pub mod profinet;
+
+pub use beside::Beside;
 
 use station::Time;
 

@@ -3,19 +3,19 @@
 //! This room must not know the bugs.
 
 use crate::models::{datalogic_amt58, lika_xac77, plain, sick, sick_a3m60, sick_afx60};
-use device_stack::profibus::SlaveBehaviour;
 use device_stack::profinet::StackBehaviour;
+use device_stack::{Beside, profibus};
 use encoder_profile::behaviour;
 
 /// How a reference device behaves; the default is the profile, and healthy where a manual says nothing else.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Behaviour {
     /// The encoder.
     pub encoder: behaviour::Behaviour,
     /// The PROFINET stack.
     pub stack: StackBehaviour,
-    /// The PROFIBUS slave.
-    pub slave: SlaveBehaviour,
+    /// Who stands beside the PROFIBUS slave.
+    pub slave: Beside<dyn profibus::Deviation>,
     /// The web server of the XAC77.
     pub web: lika_xac77::knobs::Web,
     /// What the encoders of SICK share.

@@ -2,6 +2,7 @@
 
 use super::Bug;
 use super::presets::absolute_beyond_the_range;
+use super::slave_memory::Zeroes;
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring;
@@ -54,7 +55,7 @@ pub static BUGS: &[Bug] = bugs! {
     "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
         => |b| b.encoder.mantel.ignores_missing = true;
     "inputs-0-in-clear" "During Clear the inputs are 0."
-        => |b| b.slave.keeps_inputs_in_clear = false;
+        => |b| b.slave.add(Zeroes::default());
 
     // By either
     "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before."

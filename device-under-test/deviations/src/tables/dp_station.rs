@@ -1,6 +1,7 @@
 //! Bugs of what hands set and lights show at an encoder with PROFIBUS.
 
 use super::Bug;
+use super::slave_memory::FollowsAddress;
 use reference_devices::models::sick_a3m60::knobs::address;
 
 /// The bugs of this seam.
@@ -39,7 +40,10 @@ pub static BUGS: &[Bug] = bugs! {
     "address-taken-over-the-bus" "Set_Slave_Address is taken."
         => |b| b.a3m60.takes_address = true;
     "address-changes-on-the-fly" "The switches count at once."
-        => |b| (b.a3m60.reads_switches_at_once, b.slave.follows_address) = (true, true);
+        => |b| {
+            b.a3m60.reads_switches_at_once = true;
+            b.slave.add(FollowsAddress);
+        };
     "one-switch-terminates" "One switch is enough for the termination."
         => |b| b.a3m60.terminates = |switches| switches != [0; 2];
 

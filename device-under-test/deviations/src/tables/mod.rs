@@ -4,7 +4,7 @@
 //! of them its devices can be told to have (`manuals`), one that stands outside of this crate too. This room must not hold
 //! healthy behaviour: that stands at the seam which reads the knob.
 
-use reference_devices::behaviour::Behaviour;
+use crate::seams::Deviations;
 
 /// Lines of `"name" "Sentence." => |b| what is turned;`.
 macro_rules! bugs {
@@ -12,7 +12,7 @@ macro_rules! bugs {
         &[$($crate::tables::Bug {
             name: $name,
             sentence: $sentence,
-            apply: |$behaviour: &mut ::reference_devices::behaviour::Behaviour| { $turn; },
+            apply: |$behaviour: &mut $crate::seams::Deviations| { $turn; },
         }),*]
     };
 }
@@ -56,6 +56,7 @@ pub mod service;
 pub mod set_prm;
 pub mod signals;
 pub mod slave;
+pub mod slave_memory;
 pub mod stack;
 pub mod start;
 pub mod station;
@@ -72,8 +73,8 @@ pub struct Bug {
     pub name: &'static str,
     /// What the device does wrong, in one sentence.
     pub sentence: &'static str,
-    /// What it changes in a behaviour.
-    pub apply: fn(&mut Behaviour),
+    /// Puts itself beside a device.
+    pub apply: fn(&mut Deviations),
 }
 
 /// Bugs of one seam that a model can be told to have.

@@ -5,6 +5,7 @@ use super::set_prm::with;
 use encoder_profile::behaviour::View;
 use encoder_profile::encoder::Gear;
 use reference_devices::models::sick_a3m60::knobs::{Origin, Words};
+use wire::profibus::sap::SlaveSap;
 use wire::profidrive::{ErrorNumber, ParameterError, RequestId};
 
 /// The bugs of this seam.
@@ -164,7 +165,13 @@ pub static BUGS: &[Bug] = bugs! {
     "unknown-index-answered" "Any index goes to the parameters."
         => |b| b.a3m60.has_index = |_| true;
     "every-slot-keeps-silent" "A request for a record of another slot than 0 and 1 is never answered."
-        => |b| b.slave.never_answers = |slot| slot > 1;
+        => |b| b.slave.request(SlaveSap::SERVER, |data| {
+            // An empty request is acknowledged and fetches nothing.
+            if data.get(1).is_some_and(|slot| *slot > 1) {
+                data.clear();
+            }
+            true
+        });
     "hangs-after-short-request" "After a request of fewer than four octets none is answered."
         => |b| b.encoder.parameters.hangs = |octets| octets.len() < 4;
     "parameters-with-telegrams-only" "There are no parameters with the telegrams of the vendor."

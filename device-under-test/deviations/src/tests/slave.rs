@@ -9,18 +9,18 @@ mod toy;
 
 use self::bench::{Answer, Bench};
 use self::toy::{CFG, PRM, Toy, bench};
+use crate::seams::Deviations;
 use crate::tables::slave::BUGS;
 use core::time::Duration;
 use device_stack::profibus::Device;
-use reference_devices::behaviour::Behaviour;
 use rstest::rstest;
 
 /// A slave with this bug, in exchange.
 fn with(name: &str) -> Bench<Device<Toy>> {
-    let mut behaviour = Behaviour::default();
+    let mut deviations = Deviations::default();
     let bug = BUGS.iter().find(|bug| bug.name == name).expect("the bug is known");
-    (bug.apply)(&mut behaviour);
-    let mut bench = bench(behaviour.slave);
+    (bug.apply)(&mut deviations);
+    let mut bench = bench(deviations.behaviour().slave);
     bench.ask(Some((61, 62)), &PRM);
     bench.ask(Some((62, 62)), &CFG);
     bench.ask(None, &[1, 2]);

@@ -1,11 +1,13 @@
 //! The device as a party on the bus and as a thing on a stand: supply, cable, and the slave that lives while there is power.
 
 use super::application::{Application, Seen};
-use super::behaviour::SlaveBehaviour;
+use super::deviation::Deviation;
 use super::slave::{Env, Slave};
+use crate::beside::Beside;
 use crate::earlier;
 use alloc::boxed::Box;
 use alloc::string::String;
+use alloc::vec::Vec;
 use core::time::Duration;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use wire::profibus::fdl::BaudRate;
@@ -15,6 +17,7 @@ use wire::profibus::fdl::BaudRate;
 /// A stand may let time go by for it at once. While a watchdog runs only the encoder's clock jumps, for the master has not
 /// waited; otherwise that of the whole device does.
 pub struct Device<A> {
+    beside: Beside<dyn Deviation>,
     application: Box<A>,
     /// By how much the encoder's clock is ahead of the slave's.
     encoder_ahead: Duration,
@@ -38,9 +41,10 @@ enum Supply {
 
 impl<A: Application> Device<A> {
     /// A device that has power and is plugged in since long before the run, on a bus of this rate.
-    pub fn new(application: A, baud: BaudRate, behaviour: SlaveBehaviour) -> Device<A> {
-        let slave = Slave::new(baud, behaviour, &application);
+    pub fn new(application: A, baud: BaudRate, beside: Beside<dyn Deviation>) -> Device<A> {
+        let slave = Slave::new(baud, beside.clone(), &application);
         Device {
+            beside,
             application: Box::new(application),
             encoder_ahead: Duration::ZERO,
             slave,
@@ -102,12 +106,24 @@ impl<A: Application> Device<A> {
     }
 
     fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Slave, &mut Env<'_>)) {
-        let mut lost = Outbox::new();
-        let out = if self.is_linked { out } else { &mut lost };
-        let mut env = Env { now, encoder_ahead: self.encoder_ahead, application: &mut *self.application, out };
+        let mut own = Outbox::new();
+        let leaves_at_once = self.is_linked && !self.beside.is_anybody();
+        let sent = if leaves_at_once { &mut *out } else { &mut own };
+        let encoder = &mut *self.application;
+        let mut env = Env { now, encoder_ahead: self.encoder_ahead, application: encoder, out: sent };
         input(&mut self.slave, &mut env);
         self.slave.settle(&mut env);
         self.feel_supply(now);
+        for telegram in own.frames().filter(|_| self.is_linked) {
+            let encoder = &*self.application;
+            let telegram = self.beside.ask(telegram.to_vec(), |who, mut telegram| {
+                who.goes(encoder, &mut telegram);
+                telegram
+            });
+            if !telegram.is_empty() {
+                out.push(&telegram);
+            }
+        }
     }
 
     /// When the encoder has something to do, by the clock of the slave.
@@ -119,8 +135,16 @@ impl<A: Application> Device<A> {
 impl<A: Application> Station for Device<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.shown = None;
-        if self.is_linked && self.supply == Supply::On && !self.application.is_stuck() {
+        if !self.is_linked || self.supply != Supply::On || self.application.is_stuck() {
+            return;
+        }
+        if !self.beside.is_anybody() {
             self.run(now + self.ahead, out, |slave, env| slave.receive(env, frame));
+            return;
+        }
+        let application = &*self.application;
+        for heard in self.beside.ask(Vec::new(), |who, _| who.comes(application, frame)) {
+            self.run(now + self.ahead, out, |slave, env| slave.receive(env, &heard));
         }
     }
 
@@ -158,6 +182,7 @@ impl<A: Application> Station for Device<A> {
 impl<A: Application> Stand for Device<A> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
         self.shown = None;
+        self.beside.tell(|who| who.act(action));
         match action {
             StandAction::Power(on) => self.power(now, *on),
             StandAction::Link(up) => self.is_linked = *up,

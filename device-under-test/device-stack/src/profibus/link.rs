@@ -2,7 +2,6 @@
 //!
 //! This room must not know services and states.
 
-use super::behaviour::SlaveBehaviour;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
 use wire::profibus::fdl::{
@@ -23,8 +22,6 @@ pub(super) enum Answer {
     },
     /// Nothing but a function code.
     Code(AnswerFunction),
-    /// No answer at all.
-    Silence,
 }
 
 impl Answer {
@@ -71,27 +68,29 @@ impl Link {
         self.waiting = None;
     }
 
-    /// Answers a repetition with what was answered before; says whether the request is one.
-    pub fn repeats(&mut self, now: Time, frame: &DataFrame<'_>, behaviour: &SlaveBehaviour) -> bool {
+    /// Whether a request is the last counted one once more.
+    pub fn is_repetition(&self, frame: &DataFrame<'_>) -> bool {
         let (Some(count), Some(last)) = (frame.fc.count(), &self.last) else { return false };
-        let is_repetition = match (count, last.count) {
+        match (count, last.count) {
             (FrameCount::One, FrameCount::One | FrameCount::First) | (FrameCount::Zero, FrameCount::Zero) => {
                 last.sa == frame.sa
             }
             (FrameCount::Unused | FrameCount::First, _)
             | (FrameCount::One, FrameCount::Zero | FrameCount::Unused)
             | (FrameCount::Zero, FrameCount::One | FrameCount::First | FrameCount::Unused) => false,
-        };
-        if is_repetition && behaviour.knows_repetitions {
-            let answer = last.answer.clone();
-            self.send_later(now, answer, behaviour);
-            return true;
         }
-        false
     }
 
-    /// Answers a request that came to `own`.
-    pub fn answer(&mut self, now: Time, own: u8, frame: &DataFrame<'_>, answer: &Answer, behaviour: &SlaveBehaviour) {
+    /// Gives the last answer again, after so many bits.
+    pub fn repeat(&mut self, now: Time, delay: BitTimes) {
+        if let Some(last) = &self.last {
+            let answer = last.answer.clone();
+            self.send_later(now, answer, delay);
+        }
+    }
+
+    /// Answers a request that came to `own`, after so many bits.
+    pub fn answer(&mut self, now: Time, own: u8, frame: &DataFrame<'_>, answer: &Answer, delay: BitTimes) {
         let Some(octets) = octets(own, frame, answer) else { return };
         match frame.fc.count() {
             Some(count @ (FrameCount::First | FrameCount::Zero | FrameCount::One)) => {
@@ -101,11 +100,11 @@ impl Link {
             }
             Some(FrameCount::Unused) | None => {}
         }
-        self.send_later(now, octets, behaviour);
+        self.send_later(now, octets, delay);
     }
 
-    fn send_later(&mut self, now: Time, octets: Vec<u8>, behaviour: &SlaveBehaviour) {
-        let delay = Duration::from_nanos(self.baud.nanoseconds((behaviour.delay)(self.delay)));
+    fn send_later(&mut self, now: Time, octets: Vec<u8>, delay: BitTimes) {
+        let delay = Duration::from_nanos(self.baud.nanoseconds(delay));
         self.waiting = Some((now + delay, octets));
     }
 
@@ -129,7 +128,6 @@ fn octets(own: u8, request: &DataFrame<'_>, answer: &Answer) -> Option<Vec<u8>> 
     };
     let none = Extension::NONE;
     let frame = match answer {
-        Answer::Silence => return None,
         Answer::Taken => Frame::ShortAcknowledgement,
         Answer::Code(function) => data_frame(*function, &[], Format::NoData, none, none),
         Answer::Data { octets, is_high } => {

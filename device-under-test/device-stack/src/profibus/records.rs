@@ -3,7 +3,6 @@
 //! A request is acknowledged, and its answer is fetched by an empty poll once it is there. This room must not know records.
 
 use super::application::{Access, Channel, Identity, Refusal};
-use super::behaviour::SlaveBehaviour;
 use super::link::Answer;
 use super::slave::Env;
 use alloc::vec::Vec;
@@ -17,6 +16,8 @@ use wire::profibus::sap::SlaveSap;
 const MOST_DATA: u8 = 240;
 /// The least Send_Timeout that the slave can keep, in 10 ms.
 const LEAST_TIMEOUT: u16 = 10;
+/// How long a record takes; invented.
+const RECORD_TIME: Duration = Duration::from_millis(2);
 
 /// A request to an access point of class 2 masters.
 #[derive(Clone, Copy, Debug)]
@@ -70,18 +71,15 @@ pub(super) struct Records {
 
 impl Records {
     /// A request or a poll of the class 1 master.
-    pub fn serve_ms1(&mut self, env: &mut Env<'_>, data: &[u8], behaviour: &SlaveBehaviour) -> Answer {
+    pub fn serve_ms1(&mut self, env: &mut Env<'_>, data: &[u8]) -> Answer {
         if data.is_empty() {
             return self.ms1.poll(env.now);
         }
         if self.ms1.answer.is_some() {
             return Answer::Code(AnswerFunction::NO_RESOURCE);
         }
-        if data.get(1).is_some_and(|slot| (behaviour.never_answers)(*slot)) {
-            return Answer::Taken;
-        }
-        let due = env.now + behaviour.record_time;
-        self.ms1.put(due, &answer(env, Channel::Ms1, data, behaviour));
+        let due = env.now + RECORD_TIME;
+        self.ms1.put(due, &answer(env, Channel::Ms1, data));
         Answer::Taken
     }
 
@@ -92,18 +90,12 @@ impl Records {
     }
 
     /// A request or a poll of a class 2 master.
-    pub fn serve_ms2(
-        &mut self,
-        env: &mut Env<'_>,
-        request: Request<'_>,
-        identity: &Identity,
-        behaviour: &SlaveBehaviour,
-    ) -> Answer {
+    pub fn serve_ms2(&mut self, env: &mut Env<'_>, request: Request<'_>, identity: &Identity) -> Answer {
         if identity.ms2 == 0 {
             return Answer::NO_SERVICE;
         }
         if SlaveSap(request.sap) == SlaveSap::RESOURCE_MANAGER {
-            return self.manage(env, request, identity, behaviour);
+            return self.manage(env, request, identity);
         }
         let known = self.connections.iter_mut().position(|of| (of.sap, of.master) == (request.sap, request.master));
         let Some(at) = known else { return Answer::NO_SERVICE };
@@ -115,25 +107,19 @@ impl Records {
         if connection.desk.answer.is_some() {
             return Answer::Code(AnswerFunction::NO_RESOURCE);
         }
-        let due = env.now + behaviour.record_time;
+        let due = env.now + RECORD_TIME;
         match Pdu::parse(request.data, Side::Request) {
             Ok(Pdu::Abort { .. }) => self.end(env, at),
             Ok(Pdu::Idle(_)) => connection.desk.put(env.now, &Pdu::Idle(Vec::new())),
             _ => {
-                let answer = answer(env, Channel::Ms2(request.sap), request.data, behaviour);
+                let answer = answer(env, Channel::Ms2(request.sap), request.data);
                 connection.desk.put(due, &answer);
             }
         }
         Answer::Taken
     }
 
-    fn manage(
-        &mut self,
-        env: &mut Env<'_>,
-        request: Request<'_>,
-        identity: &Identity,
-        behaviour: &SlaveBehaviour,
-    ) -> Answer {
+    fn manage(&mut self, env: &mut Env<'_>, request: Request<'_>, identity: &Identity) -> Answer {
         if request.data.is_empty() {
             return match &mut self.manager {
                 Some((master, desk)) if *master == request.master => {
@@ -164,10 +150,7 @@ impl Records {
             });
             Abilities { source: abilities.destination, destination: abilities.source, ..own }
         };
-        desk.put(
-            env.now + behaviour.record_time,
-            &Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) },
-        );
+        desk.put(env.now + RECORD_TIME, &Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) });
         self.connections.push(Connection { sap, master: request.master, timeout, until: env.now + timeout, desk });
         let mut desk = Desk::default();
         desk.put(env.now, &Pdu::ResourceManager { sap, send_timeout });
@@ -194,16 +177,15 @@ impl Records {
 }
 
 /// The answer to a request for a record.
-fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8], behaviour: &SlaveBehaviour) -> Pdu {
+fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8]) -> Pdu {
     let at = env.at();
     let access = |record: &Record| Access { channel, slot: record.slot, index: record.index };
-    let mut pdu = match Pdu::parse(data, Side::Request) {
+    match Pdu::parse(data, Side::Request) {
         Ok(Pdu::Read(record)) => {
             let mut octets = Vec::new();
             match env.application.read(at, access(&record), &mut octets) {
                 Ok(()) => {
-                    let most = if behaviour.cuts_records { record.length } else { u8::MAX }.min(MOST_DATA);
-                    octets.truncate(most.into());
+                    octets.truncate(record.length.min(MOST_DATA).into());
                     Pdu::Read(Record { length: octets.len() as u8, data: octets, ..record })
                 }
                 Err(refusal) => refused(Function::READ_REFUSED, refusal),
@@ -222,9 +204,7 @@ fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8], behaviour: &SlaveBeh
             let function = Function(data.first().copied().unwrap_or_default() | 0x80);
             refused(function, Refusal::error(RecordError::WRITE_LENGTH_ERROR))
         }
-    };
-    (behaviour.told_record)(&mut pdu);
-    pdu
+    }
 }
 
 fn refused(function: Function, refusal: Refusal) -> Pdu {

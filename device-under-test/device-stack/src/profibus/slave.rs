@@ -1,10 +1,10 @@
 //! The slave: which service a frame is for, and what it keeps from one to the next.
 
 use super::application::{Application, DiagnosisBits, End, Identity, Seen, State};
-use super::behaviour::{SlaveBehaviour, View};
+use super::deviation::{Check, Deviation};
 use super::link::{Answer, Link};
 use super::records::{Records, Request};
-use super::start_up::Session;
+use crate::beside::Beside;
 use crate::earlier;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -35,7 +35,7 @@ impl Env<'_> {
 
 /// A slave while it has power.
 pub(super) struct Slave {
-    pub(super) behaviour: SlaveBehaviour,
+    pub(super) beside: Beside<dyn Deviation>,
     pub(super) identity: Identity,
     pub(super) link: Link,
     pub(super) address: u8,
@@ -56,17 +56,11 @@ pub(super) struct Slave {
     pub(super) frozen: Option<Vec<u8>>,
     /// Whether Sync holds the outputs, and those that wait for the next one.
     pub(super) held: Option<Option<Vec<u8>>>,
-    /// What was exchanged last, and the outputs before.
-    pub(super) image: Image,
+    /// The outputs of the last exchange.
+    pub(super) outputs: Vec<u8>,
     /// Whether the master is to fetch the diagnosis.
     pub(super) is_announced: bool,
-    /// Whether the diagnosis that was told last has a fault.
-    pub(super) told_fault: bool,
-    /// How many answers of Data_Exchange there were.
-    pub(super) answers: u32,
-    pub(super) past: Past,
     pub(super) records: Records,
-    pub(super) session: Session,
     heard: Option<Time>,
 }
 
@@ -78,27 +72,11 @@ pub(super) struct Faults {
     pub not_supported: bool,
 }
 
-/// Who had the slave, and what was wrong before.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Past {
-    pub first_master: Option<u8>,
-    pub last_master: Option<u8>,
-    pub had_prm_fault: bool,
-}
-
-/// What was exchanged last.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Image {
-    pub outputs: Vec<u8>,
-    pub first_outputs: Option<Vec<u8>>,
-    pub first_inputs: Option<Vec<u8>>,
-}
-
 impl Slave {
     /// A slave that has just started.
-    pub fn new(baud: BaudRate, behaviour: SlaveBehaviour, application: &dyn Application) -> Slave {
+    pub fn new(baud: BaudRate, beside: Beside<dyn Deviation>, application: &dyn Application) -> Slave {
         Slave {
-            behaviour,
+            beside,
             identity: application.identity().clone(),
             link: Link::new(baud),
             address: application.address(),
@@ -114,25 +92,17 @@ impl Slave {
             is_clear: false,
             frozen: None,
             held: None,
-            image: Image::default(),
+            outputs: Vec::new(),
             is_announced: false,
-            told_fault: false,
-            answers: 0,
-            past: Past::default(),
             records: Records::default(),
-            session: Session::default(),
             heard: None,
         }
     }
 
     /// The slave after a new start.
     pub fn restarted(&self, env: &mut Env<'_>) -> Slave {
-        let mut slave = Slave::new(self.link.baud(), self.behaviour, env.application);
-        slave.past.last_master = self.past.last_master;
-        if !self.behaviour.waits_for_parameters {
-            slave.resume(env, self);
-        }
-        slave
+        self.beside.tell(|who| who.starts());
+        Slave::new(self.link.baud(), self.beside.clone(), env.application)
     }
 
     /// What there is to be seen of it.
@@ -153,16 +123,18 @@ impl Slave {
         self.watchdog.is_some()
     }
 
+    /// What is decided, in the end.
+    pub(super) fn check(&self, env: &Env<'_>, check: Check, verdict: bool) -> bool {
+        self.beside.ask(verdict, |who, verdict| who.check(env.application, check, verdict))
+    }
+
     /// Takes a frame off the bus.
     pub fn receive(&mut self, env: &mut Env<'_>, octets: &[u8]) {
-        if self.behaviour.follows_address {
-            self.address = env.application.address();
-        }
         self.heard = Some(env.now);
         self.link.hear();
         let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return };
         let Some(function) = frame.fc.requested() else { return };
-        let is_for_own = self.address <= UNNAMED && (self.behaviour.is_addressed)(self.address, frame.da);
+        let is_for_own = self.address <= UNNAMED && self.check(env, Check::Address(frame.da), self.address == frame.da);
         if frame.destination.segment.is_some() || !(is_for_own || frame.da == BROADCAST) {
             return;
         }
@@ -173,14 +145,15 @@ impl Slave {
                 }
             }
             _ if !is_for_own || !function.wants_answer() => {}
-            RequestFunction::FDL_STATUS if !self.behaviour.answers_fdl_status => {}
             _ => self.serve(env, function, &frame),
         }
     }
 
     fn serve(&mut self, env: &mut Env<'_>, function: RequestFunction, frame: &DataFrame<'_>) {
         let own = self.address;
-        if self.link.repeats(env.now, frame, &self.behaviour) {
+        let delay = self.beside.ask(self.link.delay, |who, delay| who.delay(delay));
+        if self.check(env, Check::Repetition, self.link.is_repetition(frame)) {
+            self.link.repeat(env.now, delay);
             self.trigger_watchdog(env.now, frame.sa);
             return;
         }
@@ -193,7 +166,8 @@ impl Slave {
             }
             _ => Answer::NO_SERVICE,
         };
-        self.link.answer(env.now, own, frame, &answer, &self.behaviour);
+        let delay = self.beside.ask(self.link.delay, |who, delay| who.delay(delay));
+        self.link.answer(env.now, own, frame, &answer, delay);
     }
 
     fn service(&mut self, env: &mut Env<'_>, frame: &DataFrame<'_>) -> Answer {
@@ -216,16 +190,14 @@ impl Slave {
             (SlaveSap::READ_OUTPUTS, Some(MasterSap::MS0)) => self.read_outputs(),
             (SlaveSap::SET_SLAVE_ADDRESS, Some(MasterSap::MS0)) => self.set_slave_address(env, data),
             (SlaveSap::SERVER, Some(MasterSap::MS1)) => {
-                let may = self.identity.ms1
-                    && (self.has_dpv1 || !self.behaviour.records_need_enable)
-                    && (self.is_exchanging_with(sa) || !self.behaviour.records_need_exchange);
-                if !may {
+                let is_on = self.check(env, Check::Dpv1, self.has_dpv1);
+                if !self.identity.ms1 || !is_on || !self.is_exchanging_with(sa) {
                     return Answer::NO_SERVICE;
                 }
-                self.records.serve_ms1(env, data, &self.behaviour)
+                self.records.serve_ms1(env, data)
             }
             (SlaveSap(sap), Some(MasterSap::MS2)) => {
-                self.records.serve_ms2(env, Request { sap, master: sa, data }, &self.identity, &self.behaviour)
+                self.records.serve_ms2(env, Request { sap, master: sa, data }, &self.identity)
             }
             _ => Answer::NO_SERVICE,
         }
@@ -237,31 +209,12 @@ impl Slave {
     }
 
     fn slave_diag(&mut self, env: &mut Env<'_>, sa: u8) -> Answer {
-        if !(self.behaviour.answers_diagnosis)(self.state) {
-            return Answer::Silence;
-        }
         let mut ext = Vec::new();
         let bits = env.application.diagnosis(env.at(), &mut ext);
-        self.told_fault = bits.ext_diag;
         let mut diagnosis = self.diagnosis(bits);
         diagnosis.ext = ext;
-        let Past { first_master, last_master, had_prm_fault } = self.past;
-        let view = View {
-            state: self.state,
-            address: self.address,
-            asked_by: sa,
-            master: self.master,
-            first_master,
-            last_master,
-            parameters: self.session.parameters.as_ref(),
-            had_prm_fault,
-        };
-        (self.behaviour.told_diagnosis)(&mut diagnosis, &view);
         if self.master == Some(sa) {
             self.is_announced = false;
-        }
-        if !self.behaviour.diagnosis_is_harmless && self.state == State::DataExchange {
-            self.leave(env, End::Fault);
         }
         let mut octets = Vec::new();
         diagnosis.write(&mut octets);

@@ -1,14 +1,18 @@
 //! The way to the exchange of data and back: parameters, configuration, lock, watchdog, and the address.
 
 use super::application::{End, State};
+use super::deviation::Check;
 use super::link::Answer;
-use super::slave::{Env, Faults, Image, Slave};
+use super::slave::{Env, Faults, Slave};
 use alloc::vec;
-use alloc::vec::Vec;
+use core::time::Duration;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::{Dpv1, Dpv1Status1, PrmBlock, SetPrm, StationStatus};
+
+/// The highest address of a slave: 126 is for those that wait for one.
+const LAST: u8 = 125;
 
 /// What Set_Prm asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,25 +25,19 @@ enum Wish {
     DelayOnly,
 }
 
-/// What has made the slave what it is, for one that does not wait to be told again.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Session {
-    pub parameters: Option<SetPrm>,
-    pub identifiers: Vec<u8>,
-}
-
 impl Slave {
     /// Takes parameters, or gives the slave free.
     pub(super) fn set_prm(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
-        if self.behaviour.is_locked && self.master.is_some_and(|master| master != sa) {
+        let may = self.master.is_none_or(|master| master == sa);
+        if !self.check(env, Check::Master(sa), may) {
             return Answer::NO_SERVICE;
         }
         let Ok(parameters) = SetPrm::parse(data) else {
             self.refuse(env, Faults { prm: true, ..self.faults });
             return Answer::Taken;
         };
-        let lock = parameters.status.has(StationStatus::LOCK_REQ) || !self.behaviour.needs_lock_request;
-        let wish = match (lock, parameters.status.has(StationStatus::UNLOCK_REQ)) {
+        let asks = |bit| parameters.status.has(bit);
+        let wish = match (asks(StationStatus::LOCK_REQ), asks(StationStatus::UNLOCK_REQ)) {
             (_, true) => Wish::Unlock,
             (true, false) => Wish::Lock,
             (false, false) => Wish::DelayOnly,
@@ -47,12 +45,11 @@ impl Slave {
         match wish {
             Wish::Lock => self.take(env, sa, parameters),
             Wish::DelayOnly => self.take_delay(parameters.min_tsdr),
-            Wish::Unlock if self.behaviour.unlocks => {
+            Wish::Unlock => {
                 self.leave(env, End::Unlocked);
                 self.faults = Faults::default();
                 self.has_expired = false;
             }
-            Wish::Unlock => {}
         }
         Answer::Taken
     }
@@ -72,37 +69,30 @@ impl Slave {
         let dpv1 = parameters.dpv1().filter(|_| self.identity.dpv1).unwrap_or_default();
         let factors = u32::from(parameters.wd_fact_1) * u32::from(parameters.wd_fact_2);
         let has_watchdog = status.has(StationStatus::WD_ON);
-        let is_right = (self.behaviour.takes_ident)(parameters.ident, self.identity.ident)
-            && (self.behaviour.takes_min_tsdr)(parameters.min_tsdr)
-            && !(has_watchdog && factors == 0 && self.behaviour.checks_watchdog_factors);
-        if not_supported && self.behaviour.tells_not_supported || !is_right {
-            let not_supported = not_supported && self.behaviour.tells_not_supported;
+        let is_own = self.check(env, Check::Ident(parameters.ident), parameters.ident == self.identity.ident);
+        let is_right = is_own && !(has_watchdog && factors == 0);
+        if not_supported || !is_right {
             self.refuse(env, Faults { prm: !is_right, cfg: self.faults.cfg, not_supported });
             return;
         }
-        if self.behaviour.starts_anew {
-            self.leave(env, End::Parameters);
-        }
-        (self.behaviour.taken_parameters)(&mut parameters);
-        let comes_too_late = !self.behaviour.takes_new_parameters && !self.session.identifiers.is_empty();
-        if !comes_too_late && !env.application.parameters(env.at(), &parameters) {
+        self.leave(env, End::Parameters);
+        let are_given = self.beside.ask(true, |who, _| who.parameters(&mut parameters));
+        if are_given && !env.application.parameters(env.at(), &parameters) {
             self.refuse(env, Faults { prm: true, ..self.faults });
             return;
         }
         self.take_delay(parameters.min_tsdr);
-        let watchdog = (self.behaviour.watchdog)(factors, has_watchdog, dpv1.watchdog_base_ms());
-        self.watchdog = watchdog.map(|time| (time, env.now + time));
+        let time = Duration::from_millis(u64::from(factors) * u64::from(dpv1.watchdog_base_ms()));
+        let time = self.beside.ask(time, |who, time| who.watchdog(time));
+        self.watchdog = has_watchdog.then(|| (time, env.now + time));
         self.master = Some(sa);
-        self.past.first_master.get_or_insert(sa);
-        self.past.last_master = Some(sa);
         self.groups = parameters.groups;
         self.use_dpv1(dpv1);
-        self.faults = Faults { cfg: self.faults.cfg && !self.behaviour.forgets_cfg_fault, ..Faults::default() };
+        self.faults = Faults::default();
         self.has_expired = false;
         if self.state == State::WaitPrm {
             self.state = State::WaitCfg;
         }
-        self.session.parameters = Some(parameters);
     }
 
     fn use_dpv1(&mut self, dpv1: Dpv1) {
@@ -124,18 +114,14 @@ impl Slave {
 
     /// Checks the configuration and begins the exchange of data.
     pub(super) fn check_cfg(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
-        let comes_too_early = self.behaviour.checks_order && self.state == State::WaitPrm;
-        if comes_too_early || self.master.is_some_and(|master| master != sa) {
+        let has_parameters = self.check(env, Check::Order, self.state != State::WaitPrm);
+        if !has_parameters || self.master.is_some_and(|master| master != sa) {
             return Answer::NO_SERVICE;
         }
         match env.application.check_configuration(env.at(), data) {
-            None if self.behaviour.leaves_after_wrong_configuration => {
-                self.refuse(env, Faults { cfg: true, ..self.faults });
-            }
-            None => self.faults.cfg = true,
+            None => self.refuse(env, Faults { cfg: true, ..self.faults }),
             Some(sums) => {
-                self.faults.cfg &= !self.behaviour.forgets_cfg_fault;
-                self.session.identifiers = data.to_vec();
+                self.faults.cfg = false;
                 self.begin(env, sums);
             }
         }
@@ -146,7 +132,7 @@ impl Slave {
     pub(super) fn begin(&mut self, env: &mut Env<'_>, sums: Sums) {
         if self.state != State::DataExchange || sums != self.sums {
             self.sums = sums;
-            self.image = Image { outputs: vec![0; sums.outputs], first_outputs: None, first_inputs: None };
+            self.outputs = vec![0; sums.outputs];
         }
         if self.state != State::DataExchange {
             self.state = State::DataExchange;
@@ -157,16 +143,13 @@ impl Slave {
     /// What the master sent is wrong: the slave tells so and waits for parameters.
     pub(super) fn refuse(&mut self, env: &mut Env<'_>, faults: Faults) {
         self.leave(env, End::Fault);
-        self.past.had_prm_fault |= faults.prm;
         self.faults = faults;
     }
 
     /// Ends whatever there is with the master, and waits for parameters.
     pub(super) fn leave(&mut self, env: &mut Env<'_>, end: End) {
         if self.state == State::DataExchange {
-            if self.behaviour.clears_at_end {
-                env.application.outputs(env.at(), None);
-            }
+            self.put(env, None);
             env.application.exchange_ends(env.at(), end);
         }
         self.state = State::WaitPrm;
@@ -180,36 +163,16 @@ impl Slave {
         self.records.end_ms1(env);
     }
 
-    /// Exchanges data again with what the slave before was told.
-    pub(super) fn resume(&mut self, env: &mut Env<'_>, before: &Slave) {
-        self.state = State::WaitPrm;
-        let Session { parameters: Some(parameters), identifiers } = before.session.clone() else { return };
-        let is_right = env.application.parameters(env.at(), &parameters);
-        let sums = env.application.check_configuration(env.at(), &identifiers).filter(|_| is_right);
-        if let Some(sums) = sums {
-            self.begin(env, sums);
-        }
-        self.session = before.session.clone();
-    }
-
     /// Takes another address.
     pub(super) fn set_slave_address(&mut self, env: &mut Env<'_>, data: &[u8]) -> Answer {
-        let may = env.application.takes_address();
-        let mut data = data.to_vec();
-        if self.behaviour.fills_address_telegram && data.len() == 3 {
-            data.push(0);
-        }
-        let (true, Ok(mut request)) = ((self.behaviour.takes_address)(self.state, may), SetSlaveAddress::parse(&data))
-        else {
+        let may = self.check(env, Check::AddressTime, self.state == State::WaitPrm) && env.application.takes_address();
+        let (true, Ok(request)) = (may, SetSlaveAddress::parse(data)) else {
             return Answer::NO_SERVICE;
         };
-        (self.behaviour.understood_address)(&mut request);
-        let is_meant = (self.behaviour.compares_ident_of_address)(request.ident, self.identity.ident);
-        if is_meant && (self.behaviour.takes_new_address)(request.address) {
+        let is_meant = self.check(env, Check::AddressIdent(request.ident), request.ident == self.identity.ident);
+        if is_meant && self.check(env, Check::NewAddress(request.address), request.address <= LAST) {
             env.application.set_address(env.at(), request.address, request.no_change != 0);
-            if self.behaviour.moves_at_once {
-                self.address = request.address;
-            }
+            self.address = request.address;
         }
         Answer::Taken
     }

@@ -1,6 +1,7 @@
 //! Bugs of the switches and of the address that the bus gives.
 
 use crate::tables::Bug;
+use crate::tables::slave_memory::FollowsAddress;
 
 /// The bugs of this seam.
 pub static BUGS: &[Bug] = bugs! {
@@ -31,7 +32,10 @@ pub static BUGS: &[Bug] = bugs! {
     "address-126-refused" "With the switches at 126 the device answers nobody."
         => |b| b.amt58.address = |switches| if switches.address == 126 { NOBODY } else { switches.address };
     "address-changes-on-the-fly" "The switches are read all the time, and their address counts at once."
-        => |b| (b.amt58.switches_act_at_once, b.slave.follows_address) = (true, true);
+        => |b| {
+            b.amt58.switches_act_at_once = true;
+            b.slave.add(FollowsAddress);
+        };
 };
 
 /// An address at which no slave answers.

@@ -12,7 +12,9 @@ use reference_devices::models::datalogic_amt58::program::{
 /// The bugs of this seam.
 pub static BUGS: &[Bug] = bugs! {
     "operating-octet-9" "The operating parameters are read from octet 9 of the telegram, all others from where they are."
-        => |b| b.slave.taken_parameters = |parameters| parameters.user.copy_within(2..3, OPERATING);
+        => |b| b.slave.parameters(|parameters| if parameters.user.len() > OPERATING {
+            parameters.user.copy_within(2..3, OPERATING);
+        });
     "zero-resolution-in-class-1" "Counts per revolution of 0 are refused in Class 1 too."
         => |b| b.amt58.takes_octets = |octets| has(octets[OPERATING], CLASS_2) || octets[4..8] != [0; 4];
     "reserved-octets-of-class-1-checked" "In Class 1 octet 20 has to be 0, else Prm_Fault."
@@ -24,9 +26,9 @@ pub static BUGS: &[Bug] = bugs! {
     "velocity-not-recognised" "The bit of the velocity is ignored; there are 4 input octets, and D3 E1 is refused."
         => |b| b.amt58.has_velocity = |_, _| false;
     "unit-from-octet-20" "The unit of the velocity is read from octet 20; values above 1 are refused."
-        => |b| b.slave.taken_parameters = |parameters| if parameters.user.len() == OCTETS {
+        => |b| b.slave.parameters(|parameters| if parameters.user.len() == OCTETS {
             parameters.user.copy_within(LAST.., SPEED_UNIT);
-        };
+        });
     "direction-reversed" "Code sequence 0 rises counterclockwise and 1 clockwise."
         => |b| b.amt58.in_force = |program, _| Program { direction: other(program.direction), ..program };
     "distance-for-direction" "The position rises with each movement, whichever way it goes."
@@ -41,9 +43,9 @@ pub static BUGS: &[Bug] = bugs! {
             false => Program { direction: Direction::Clockwise, ..program },
         };
     "class-bit-ignored" "The device is in Class 2 whatever bit 1 says."
-        => |b| b.slave.taken_parameters = |parameters| if let Some(bits) = parameters.user.get_mut(OPERATING) {
+        => |b| b.slave.parameters(|parameters| if let Some(bits) = parameters.user.get_mut(OPERATING) {
             *bits |= CLASS_2;
-        };
+        });
     "velocity-in-class-1" "In Class 1 the bit of the velocity is obeyed, and D3 E1 accepted."
         => |b| b.amt58.has_velocity = |bits, _| has(bits, VELOCITY);
     "reserved-bit-acts" "Bit 2 of octet 10 reverses the counting direction."

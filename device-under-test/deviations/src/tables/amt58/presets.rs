@@ -1,6 +1,7 @@
 //! Bugs of presets and of the memory that keeps them.
 
 use crate::tables::Bug;
+use crate::tables::slave_memory::KeepsOutputs;
 use core::time::Duration;
 use encoder_profile::encoder::Direction;
 use reference_devices::models::datalogic_amt58::knobs::Storing;
@@ -49,7 +50,10 @@ pub static BUGS: &[Bug] = bugs! {
     "outputs-taken-before-exchange" "Outputs that come before the data exchange are refused, yet they count as cycles and make a preset."
         => |b| b.amt58.outputs_before_exchange_count = true;
     "outputs-held-after-loss" "When the watchdog has expired the last outputs stay, and their preset is made once more when data are exchanged again."
-        => |b| (b.slave.clears_at_end, b.amt58.keeps_outputs) = (false, true);
+        => |b| {
+            b.slave.add(KeepsOutputs::default());
+            b.amt58.keeps_outputs = true;
+        };
     "preset-from-octet-20" "With octet 20 at FFh Set_Prm makes a preset to 0."
         => |b| b.amt58.preset_at_start = |program| (program.octets[LAST] == 0xFF).then_some(0);
 

@@ -28,11 +28,11 @@ pub static BUGS: &[Bug] = bugs! {
     "values-checked-without-scaling" "Counts per revolution and total resolution are looked at although scaling is off."
         => |b| b.amt58.checks_scaling = |_, octets| has(octets[OPERATING], CLASS_2);
     "units-and-range-little-endian" "Counts per revolution and total resolution are read least significant octet first."
-        => |b| b.slave.taken_parameters = |parameters| for at in [4, 8] {
+        => |b| b.slave.parameters(|parameters| for at in [4, 8] {
             if let Some(number) = parameters.user.get_mut(at..at + 4) {
                 number.reverse();
             }
-        };
+        });
 
     // Limits
     "limits-of-the-other-variant" "The hardware resolution is that of the other variant, as the limits of the scaling are."

@@ -1,0 +1,289 @@
+//! The seams of a PROFIBUS slave, as the rows of the tables use them.
+//!
+//! Whatever has no state is a function here; a deviation that remembers something stands beside its row as a
+//! [`Deviation`] of its own and is [`add`](Slave::add)ed.
+
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::time::Duration;
+use device_stack::profibus::{Application, Check, Deviation};
+use station::StandAction;
+use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::diag::SlaveDiag;
+use wire::profibus::dpv1::{Pdu, Side};
+use wire::profibus::fdl::{BitTimes, DataFrame, Format, Frame};
+use wire::profibus::global_control::GlobalControl;
+use wire::profibus::prm::SetPrm;
+use wire::profibus::sap::{Service, SlaveSap};
+
+/// Everybody who stands beside one slave.
+#[derive(Default)]
+pub struct Slave(Vec<Box<dyn Deviation>>);
+
+impl Slave {
+    /// Puts somebody beside the slave.
+    pub fn add(&mut self, deviation: impl Deviation + 'static) {
+        self.0.push(Box::new(deviation));
+    }
+
+    /// Whether nobody is there.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Decides otherwise than the slave: from what it is about and what the slave has decided.
+    pub fn check(&mut self, decide: impl FnMut(Check, bool) -> bool + 'static) {
+        self.add(Decides(decide));
+    }
+
+    /// The same with a look at the encoder.
+    pub fn check_with(&mut self, decide: impl FnMut(&dyn Application, Check, bool) -> bool + 'static) {
+        self.add(DecidesWith(decide));
+    }
+
+    /// Changes the data of the requests for a service; with `false` the slave does not hear the request.
+    pub fn request(&mut self, of: SlaveSap, change: impl FnMut(&mut Vec<u8>) -> bool + 'static) {
+        self.add(Requests(Service::Slave(of), change));
+    }
+
+    /// Changes each Set_Prm before the slave takes it.
+    pub fn set_prm(&mut self, mut change: impl FnMut(&mut SetPrm) + 'static) {
+        self.request(SlaveSap::SET_PRM, move |data| {
+            if let Ok(mut parameters) = SetPrm::parse(data) {
+                change(&mut parameters);
+                data.clear();
+                parameters.write(data);
+            }
+            true
+        });
+    }
+
+    /// Changes each Set_Slave_Address before the slave takes it.
+    pub fn set_slave_address(&mut self, mut change: impl FnMut(&mut SetSlaveAddress) + 'static) {
+        self.request(SlaveSap::SET_SLAVE_ADDRESS, move |data| {
+            if let Ok(mut asked) = SetSlaveAddress::parse(data) {
+                change(&mut asked);
+                data.clear();
+                asked.write(data);
+            }
+            true
+        });
+    }
+
+    /// Changes each Global_Control before the slave follows it.
+    pub fn global_control(&mut self, mut change: impl FnMut(&mut GlobalControl) + 'static) {
+        self.request(SlaveSap::GLOBAL_CONTROL, move |data| {
+            if let Ok(mut control) = GlobalControl::parse(data) {
+                change(&mut control);
+                data.clear();
+                control.write(data);
+            }
+            true
+        });
+    }
+
+    /// Changes each request for a record before the slave takes it.
+    pub fn record(&mut self, mut change: impl FnMut(&mut Pdu) + 'static) {
+        self.request(SlaveSap::SERVER, move |data| {
+            if let Ok(mut pdu) = Pdu::parse(data, Side::Request) {
+                change(&mut pdu);
+                data.clear();
+                pdu.write(data);
+            }
+            true
+        });
+    }
+
+    /// Whether the slave hears a request.
+    pub fn hear(&mut self, hears: impl FnMut(&DataFrame<'_>, Service) -> bool + 'static) {
+        self.add(Hears(hears));
+    }
+
+    /// Changes each telegram that the slave sends; an empty one is not sent.
+    pub fn answer(&mut self, change: impl FnMut(&mut Vec<u8>) + 'static) {
+        self.add(Answers(change));
+    }
+
+    /// Changes each diagnosis that is told, in view of the frame that carries it.
+    pub fn diagnosis(&mut self, change: impl FnMut(&mut SlaveDiag, &DataFrame<'_>) + 'static) {
+        self.add(Tells(change));
+    }
+
+    /// Waits another time until it answers.
+    pub fn delay(&mut self, delay: impl FnMut(BitTimes) -> BitTimes + 'static) {
+        self.add(Waits(delay));
+    }
+
+    /// Lets the watchdog wait another time.
+    pub fn watchdog(&mut self, time: impl FnMut(Duration) -> Duration + 'static) {
+        self.add(Watches(time));
+    }
+
+    /// Changes the parameters that the encoder is given.
+    pub fn parameters(&mut self, change: impl FnMut(&mut SetPrm) + 'static) {
+        self.add(Parametrizes(change));
+    }
+}
+
+impl Deviation for Slave {
+    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+        self.0.iter_mut().fold(verdict, |verdict, of| of.check(encoder, check, verdict))
+    }
+
+    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let mut heard = vec![telegram.to_vec()];
+        for of in &mut self.0 {
+            heard = heard.iter().flat_map(|telegram| of.comes(encoder, telegram)).collect();
+        }
+        heard
+    }
+
+    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {
+        self.0.iter_mut().for_each(|of| of.goes(encoder, telegram));
+    }
+
+    fn delay(&mut self, right: BitTimes) -> BitTimes {
+        self.0.iter_mut().fold(right, |right, of| of.delay(right))
+    }
+
+    fn watchdog(&mut self, right: Duration) -> Duration {
+        self.0.iter_mut().fold(right, |right, of| of.watchdog(right))
+    }
+
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        self.0.iter_mut().fold(true, |given, of| of.parameters(parameters) && given)
+    }
+
+    fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {
+        self.0.iter_mut().for_each(|of| of.outputs(outputs));
+    }
+
+    fn inputs(&mut self, inputs: &mut [u8]) {
+        self.0.iter_mut().for_each(|of| of.inputs(inputs));
+    }
+
+    fn starts(&mut self) {
+        self.0.iter_mut().for_each(|of| of.starts());
+    }
+
+    fn act(&mut self, action: &StandAction<'_>) {
+        self.0.iter_mut().for_each(|of| of.act(action));
+    }
+}
+
+/// The frame of a telegram that has data.
+pub fn frame(telegram: &[u8]) -> Option<DataFrame<'_>> {
+    match Frame::parse(telegram) {
+        Ok(Frame::Data(frame)) => Some(frame),
+        _ => None,
+    }
+}
+
+/// A telegram like `frame` with other data.
+pub fn with_data(frame: &DataFrame<'_>, data: &[u8]) -> Vec<u8> {
+    let has_octets = !data.is_empty() || !frame.source.is_empty() || !frame.destination.is_empty();
+    let format = if has_octets { Format::Variable } else { Format::NoData };
+    let mut telegram = Vec::new();
+    Frame::Data(DataFrame { format, data, ..*frame }).write(&mut telegram);
+    telegram
+}
+
+/// The answer of the service that a telegram is, as `parse` and `write` have it; none if it is another telegram.
+pub fn told_diagnosis(telegram: &[u8]) -> Option<(DataFrame<'_>, SlaveDiag)> {
+    let frame = frame(telegram).filter(|frame| !frame.fc.is_request())?;
+    let is_diagnosis = Service::of(&frame) == Service::Slave(SlaveSap::SLAVE_DIAG);
+    let diagnosis = SlaveDiag::parse(frame.data).ok().filter(|_| is_diagnosis)?;
+    Some((frame, diagnosis))
+}
+
+/// What a master requests by a telegram: the service and its data.
+pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, Service)> {
+    let frame = frame(telegram).filter(|frame| frame.fc.is_request())?;
+    Some((frame, Service::of(&frame)))
+}
+
+struct Decides<F>(F);
+
+impl<F: FnMut(Check, bool) -> bool> Deviation for Decides<F> {
+    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+        (self.0)(check, verdict)
+    }
+}
+
+struct DecidesWith<F>(F);
+
+impl<F: FnMut(&dyn Application, Check, bool) -> bool> Deviation for DecidesWith<F> {
+    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+        (self.0)(encoder, check, verdict)
+    }
+}
+
+struct Requests<F>(Service, F);
+
+impl<F: FnMut(&mut Vec<u8>) -> bool> Deviation for Requests<F> {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let Some((frame, _)) = request(telegram).filter(|(_, service)| *service == self.0) else {
+            return vec![telegram.to_vec()];
+        };
+        let mut data = frame.data.to_vec();
+        match (self.1)(&mut data) {
+            true => vec![with_data(&frame, &data)],
+            false => Vec::new(),
+        }
+    }
+}
+
+struct Hears<F>(F);
+
+impl<F: FnMut(&DataFrame<'_>, Service) -> bool> Deviation for Hears<F> {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let hears = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
+        hears.then(|| telegram.to_vec()).into_iter().collect()
+    }
+}
+
+struct Answers<F>(F);
+
+impl<F: FnMut(&mut Vec<u8>)> Deviation for Answers<F> {
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        (self.0)(telegram);
+    }
+}
+
+struct Tells<F>(F);
+
+impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> Deviation for Tells<F> {
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        let Some((frame, mut diagnosis)) = told_diagnosis(telegram) else { return };
+        (self.0)(&mut diagnosis, &frame);
+        let mut data = Vec::new();
+        diagnosis.write(&mut data);
+        *telegram = with_data(&frame, &data);
+    }
+}
+
+struct Waits<F>(F);
+
+impl<F: FnMut(BitTimes) -> BitTimes> Deviation for Waits<F> {
+    fn delay(&mut self, right: BitTimes) -> BitTimes {
+        (self.0)(right)
+    }
+}
+
+struct Watches<F>(F);
+
+impl<F: FnMut(Duration) -> Duration> Deviation for Watches<F> {
+    fn watchdog(&mut self, right: Duration) -> Duration {
+        (self.0)(right)
+    }
+}
+
+struct Parametrizes<F>(F);
+
+impl<F: FnMut(&mut SetPrm)> Deviation for Parametrizes<F> {
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        (self.0)(parameters);
+        true
+    }
+}

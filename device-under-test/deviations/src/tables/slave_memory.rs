@@ -1,0 +1,523 @@
+//! Deviations of the PROFIBUS slave that remember something of what was said before.
+
+use crate::seams::slave::{frame, request, told_diagnosis, with_data};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::mem;
+use core::time::Duration;
+use device_stack::profibus::{Application, Check, Deviation};
+use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
+use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FunctionCode, StationType, UNNAMED};
+use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::prm::{SetPrm, StationStatus};
+use wire::profibus::sap::{Service, SlaveSap};
+
+const SET_PRM: Service = Service::Slave(SlaveSap::SET_PRM);
+const CHK_CFG: Service = Service::Slave(SlaveSap::CHK_CFG);
+
+/// The Set_Prm that a telegram is.
+fn parameters(telegram: &[u8]) -> Option<(DataFrame<'_>, SetPrm)> {
+    let (frame, _) = request(telegram).filter(|(_, service)| *service == SET_PRM)?;
+    Some((frame, SetPrm::parse(frame.data).ok()?))
+}
+
+fn is_request(telegram: &[u8], of: Service) -> bool {
+    request(telegram).is_some_and(|(_, service)| service == of)
+}
+
+/// The telegram of Set_Prm with other parameters.
+fn with_parameters(frame: &DataFrame<'_>, parameters: &SetPrm) -> Vec<u8> {
+    let mut data = Vec::new();
+    parameters.write(&mut data);
+    with_data(frame, &data)
+}
+
+fn told_anew(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
+    let Some((frame, mut diagnosis)) = told_diagnosis(telegram) else { return };
+    change(&mut diagnosis);
+    let mut data = Vec::new();
+    diagnosis.write(&mut data);
+    *telegram = with_data(&frame, &data);
+}
+
+/// Counts the watchdog in milliseconds.
+#[derive(Default)]
+pub struct InMilliseconds {
+    base: u32,
+}
+
+impl Deviation for InMilliseconds {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((_, parameters)) = parameters(telegram) {
+            self.base = parameters.dpv1().unwrap_or_default().watchdog_base_ms();
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn watchdog(&mut self, right: Duration) -> Duration {
+        right / self.base.max(1)
+    }
+}
+
+/// Goes on after power-up with what the last session was told.
+#[derive(Default)]
+pub struct Resumes {
+    parameters: Option<Vec<u8>>,
+    configuration: Option<Vec<u8>>,
+    is_new: bool,
+}
+
+impl Deviation for Resumes {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let mut heard = Vec::new();
+        if mem::take(&mut self.is_new) {
+            heard.extend(self.parameters.clone());
+            heard.extend(self.configuration.clone());
+        }
+        if let Some((frame, mut parameters)) = parameters(telegram) {
+            // A watchdog of before would end it at once.
+            parameters.status.0 &= !StationStatus::WD_ON.0;
+            self.parameters = Some(with_parameters(&frame, &parameters));
+        }
+        if is_request(telegram, CHK_CFG) {
+            self.configuration = Some(telegram.to_vec());
+        }
+        heard.push(telegram.to_vec());
+        heard
+    }
+
+    fn starts(&mut self) {
+        self.is_new = true;
+    }
+}
+
+/// Keeps parameters from the encoder once data were exchanged.
+#[derive(Default)]
+pub struct TakesOnce {
+    has_exchanged: bool,
+}
+
+impl Deviation for TakesOnce {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        vec![telegram.to_vec()]
+    }
+
+    fn parameters(&mut self, _: &mut SetPrm) -> bool {
+        !self.has_exchanged
+    }
+
+    fn inputs(&mut self, _: &mut [u8]) {
+        self.has_exchanged = true;
+    }
+
+    fn starts(&mut self) {
+        self.has_exchanged = false;
+    }
+}
+
+/// Takes a configuration behind a wrong one as if the parameters had come again.
+#[derive(Default)]
+pub struct Retries {
+    parameters: Option<Vec<u8>>,
+    had_configuration: bool,
+}
+
+impl Deviation for Retries {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((_, asked)) = parameters(telegram) {
+            let is_lock = asked.status.has(StationStatus::LOCK_REQ) && !asked.status.has(StationStatus::UNLOCK_REQ);
+            self.parameters = is_lock.then(|| telegram.to_vec());
+            self.had_configuration = false;
+        }
+        let mut heard = vec![telegram.to_vec()];
+        if is_request(telegram, CHK_CFG) && mem::replace(&mut self.had_configuration, true) {
+            heard.splice(..0, self.parameters.clone());
+        }
+        heard
+    }
+
+    fn starts(&mut self) {
+        *self = Retries::default();
+    }
+}
+
+/// Exchanges data behind parameters as if the configuration had come.
+#[derive(Default)]
+pub struct ConfiguresEarly {
+    /// The Set_Prm after which no configuration has come yet.
+    parameters: Option<Vec<u8>>,
+}
+
+impl Deviation for ConfiguresEarly {
+    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let mut heard = vec![telegram.to_vec()];
+        match request(telegram) {
+            Some((_, SET_PRM)) => self.parameters = Some(telegram.to_vec()),
+            Some((_, CHK_CFG)) => self.parameters = None,
+            Some((_, Service::DataExchange)) => {
+                let before = self.parameters.take();
+                let configuration = before.as_deref().and_then(frame).map(|frame| {
+                    let mut identifiers = Vec::new();
+                    encoder.configuration(&mut identifiers);
+                    let sap = Some(SlaveSap::CHK_CFG.0);
+                    let destination = Extension { sap, ..frame.destination };
+                    with_data(&DataFrame { destination, ..frame }, &identifiers)
+                });
+                heard.splice(..0, configuration);
+            }
+            _ => {}
+        }
+        heard
+    }
+
+    fn starts(&mut self) {
+        self.parameters = None;
+    }
+}
+
+/// Follows Clear by nothing but what it does to the outputs, which stay what they were.
+#[derive(Default)]
+pub struct Held {
+    outputs: Option<Vec<u8>>,
+    is_clear: bool,
+}
+
+impl Deviation for Held {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        match request(telegram) {
+            Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) => {
+                let Ok(mut control) = GlobalControl::parse(frame.data) else { return vec![telegram.to_vec()] };
+                self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+                control.command.0 &= !ControlCommand::CLEAR_DATA.0;
+                let mut data = Vec::new();
+                control.write(&mut data);
+                return vec![with_data(&frame, &data)];
+            }
+            Some((frame, Service::DataExchange)) if self.is_clear => {
+                if let Some(outputs) = self.outputs.as_ref().filter(|outputs| outputs.len() == frame.data.len()) {
+                    return vec![with_data(&frame, outputs)];
+                }
+            }
+            Some((frame, Service::DataExchange)) => self.outputs = Some(frame.data.to_vec()),
+            _ => {}
+        }
+        vec![telegram.to_vec()]
+    }
+}
+
+/// Gives inputs of 0 during Clear.
+#[derive(Default)]
+pub struct Zeroes {
+    is_clear: bool,
+}
+
+impl Deviation for Zeroes {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
+            && let Ok(control) = GlobalControl::parse(frame.data)
+        {
+            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn inputs(&mut self, inputs: &mut [u8]) {
+        if self.is_clear {
+            inputs.fill(0);
+        }
+    }
+}
+
+/// Tells by RD_Inp what the first Data_Exchange gave.
+#[derive(Default)]
+pub struct OldInputs {
+    first: Option<Vec<u8>>,
+}
+
+impl Deviation for OldInputs {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if is_request(telegram, CHK_CFG) {
+            self.first = None;
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        let Some(frame) = frame(telegram) else { return };
+        match (Service::of(&frame), &self.first) {
+            (Service::DataExchange, None) => self.first = Some(frame.data.to_vec()),
+            (Service::Slave(SlaveSap::READ_INPUTS), Some(first)) => *telegram = with_data(&frame, first),
+            _ => {}
+        }
+    }
+}
+
+/// Tells by RD_Outp what the first Data_Exchange brought.
+#[derive(Default)]
+pub struct OldOutputs {
+    first: Option<Vec<u8>>,
+}
+
+impl Deviation for OldOutputs {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        match request(telegram) {
+            Some((_, CHK_CFG)) => self.first = None,
+            Some((frame, Service::DataExchange)) if self.first.is_none() => self.first = Some(frame.data.to_vec()),
+            _ => {}
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        let Some(frame) = frame(telegram) else { return };
+        if let (Service::Slave(SlaveSap::READ_OUTPUTS), Some(first)) = (Service::of(&frame), &self.first)
+            && !frame.data.is_empty()
+        {
+            *telegram = with_data(&frame, first);
+        }
+    }
+}
+
+/// Ends the exchange of data once the diagnosis was told.
+#[derive(Default)]
+pub struct EndsAtDiagnosis {
+    /// What unlocks the slave.
+    unlock: Option<Vec<u8>>,
+    is_told: bool,
+}
+
+impl Deviation for EndsAtDiagnosis {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let mut heard = vec![telegram.to_vec()];
+        if mem::take(&mut self.is_told) {
+            heard.splice(..0, self.unlock.take());
+        }
+        if let Some((frame, mut parameters)) = parameters(telegram) {
+            parameters.status = StationStatus::UNLOCK_REQ;
+            self.unlock = Some(with_parameters(&frame, &parameters));
+        }
+        heard
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        if let Some((_, diagnosis)) = told_diagnosis(telegram) {
+            self.is_told = !diagnosis.status_1.has(Status1::STATION_NOT_READY);
+        }
+    }
+}
+
+/// Announces the diagnosis by other answers than it should.
+pub struct Announces {
+    /// The answers so far, where each tenth announces a fault; none where none announces anything.
+    pub counts: Option<u32>,
+    /// Whether the diagnosis told last has a fault.
+    pub is_faulty: bool,
+}
+
+impl Deviation for Announces {
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        if let Some((_, diagnosis)) = told_diagnosis(telegram) {
+            self.is_faulty = diagnosis.status_1.has(Status1::EXT_DIAG);
+            return;
+        }
+        let Some(frame) = frame(telegram).filter(|frame| Service::of(frame) == Service::DataExchange) else { return };
+        let function = match &mut self.counts {
+            None => AnswerFunction::DATA_LOW,
+            Some(count) => {
+                *count += 1;
+                let is_due = self.is_faulty && count.is_multiple_of(10);
+                if frame.fc.answered() == Some(AnswerFunction::DATA_HIGH) || is_due {
+                    AnswerFunction::DATA_HIGH
+                } else {
+                    AnswerFunction::DATA_LOW
+                }
+            }
+        };
+        let fc = FunctionCode::answer(function, StationType::SLAVE);
+        *telegram = with_data(&DataFrame { fc, ..frame }, frame.data);
+    }
+}
+
+/// Goes on telling a fault that was there once.
+pub struct StickingFault {
+    bit: Status1,
+    was_there: bool,
+}
+
+impl StickingFault {
+    /// That of this bit.
+    pub fn new(bit: Status1) -> StickingFault {
+        StickingFault { bit, was_there: false }
+    }
+}
+
+impl Deviation for StickingFault {
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        told_anew(telegram, |told| {
+            self.was_there |= told.status_1.has(self.bit);
+            if self.was_there {
+                told.status_1 = told.status_1.with(self.bit);
+            }
+        });
+    }
+
+    fn starts(&mut self) {
+        self.was_there = false;
+    }
+}
+
+/// Tells the first master since power-up.
+#[derive(Default)]
+pub struct FirstMaster(Option<u8>);
+
+impl Deviation for FirstMaster {
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        told_anew(telegram, |told| {
+            if told.master != NO_MASTER {
+                self.0.get_or_insert(told.master);
+            }
+            told.master = self.0.unwrap_or(NO_MASTER);
+        });
+    }
+
+    fn starts(&mut self) {
+        self.0 = None;
+    }
+}
+
+/// Tells the last master until there is another one.
+#[derive(Default)]
+pub struct LastMaster {
+    last: Option<u8>,
+    /// Whether there was one since power-up.
+    is_of_now: bool,
+}
+
+impl Deviation for LastMaster {
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        told_anew(telegram, |told| {
+            if told.master != NO_MASTER {
+                (self.last, self.is_of_now) = (Some(told.master), true);
+            } else if !self.is_of_now {
+                told.master = self.last.unwrap_or(NO_MASTER);
+            }
+        });
+    }
+
+    fn starts(&mut self) {
+        self.is_of_now = false;
+    }
+}
+
+/// Answers at the address of before, whatever address it was given since.
+#[derive(Default)]
+pub struct EarlierAddress {
+    /// The address of before, and the one that it was given.
+    moved: Option<(u8, u8)>,
+}
+
+impl Deviation for EarlierAddress {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let Some((frame, service)) = request(telegram) else { return vec![telegram.to_vec()] };
+        let heard = match self.moved {
+            Some((before, now)) if frame.da == before => with_data(&DataFrame { da: now, ..frame }, frame.data),
+            Some((_, now)) if frame.da == now => return Vec::new(),
+            _ => telegram.to_vec(),
+        };
+        if service == Service::Slave(SlaveSap::SET_SLAVE_ADDRESS)
+            && let Some(address) = frame.data.first().copied().filter(|address| *address <= 125)
+        {
+            let before = self.moved.map_or(frame.da, |(before, _)| before);
+            self.moved = Some((before, address));
+        }
+        vec![heard]
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        if let (Some((before, now)), Some(frame)) = (self.moved, frame(telegram))
+            && frame.sa == now
+        {
+            *telegram = with_data(&DataFrame { sa: before, ..frame }, frame.data);
+        }
+    }
+
+    fn starts(&mut self) {
+        self.moved = None;
+    }
+}
+
+/// Tells Not_Supported where Set_Prm had a reserved bit of its operating octet.
+#[derive(Default)]
+pub struct NotSupported {
+    had_bits: bool,
+}
+
+impl Deviation for NotSupported {
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        self.had_bits = parameters.user.get(3).is_some_and(|bits| bits & 0x34 != 0);
+        true
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        let had_bits = self.had_bits;
+        told_anew(telegram, |told| {
+            if had_bits {
+                told.status_1 = told.status_1.with(Status1::NOT_SUPPORTED);
+            }
+        });
+    }
+
+    fn starts(&mut self) {
+        self.had_bits = false;
+    }
+}
+
+/// Keeps the outputs when the exchange of data ends, Clear apart.
+#[derive(Default)]
+pub struct KeepsOutputs {
+    last: Option<Vec<u8>>,
+    is_clear: bool,
+}
+
+impl KeepsOutputs {
+    fn hear(&mut self, telegram: &[u8]) {
+        if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
+            && let Ok(control) = GlobalControl::parse(frame.data)
+        {
+            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+        }
+    }
+}
+
+impl Deviation for KeepsOutputs {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        self.hear(telegram);
+        vec![telegram.to_vec()]
+    }
+
+    fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {
+        match outputs {
+            Some(_) => self.last.clone_from(outputs),
+            None if !self.is_clear => outputs.clone_from(&self.last),
+            None => {}
+        }
+    }
+}
+
+/// Answers at the address that switches or memory have at every moment, and not only at the start.
+pub struct FollowsAddress;
+
+impl Deviation for FollowsAddress {
+    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+        match check {
+            Check::Address(address) => address == encoder.address() && address <= UNNAMED,
+            _ => verdict,
+        }
+    }
+
+    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {
+        if let Some(frame) = frame(telegram) {
+            *telegram = with_data(&DataFrame { sa: encoder.address(), ..frame }, frame.data);
+        }
+    }
+}

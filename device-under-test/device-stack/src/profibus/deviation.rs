@@ -1,0 +1,85 @@
+//! What may stand beside a slave and let it deviate from what is right, at each of its seams.
+//!
+//! A slave is plain: it knows what is right, and says so at its decisions ([`Check`]). Whoever stands beside it may turn a decision
+//! round, and change what comes to the slave and what goes out. Without the feature `deviations` nobody does.
+
+use super::application::Application;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::time::Duration;
+use station::StandAction;
+use wire::profibus::fdl::BitTimes;
+use wire::profibus::prm::SetPrm;
+
+/// A yes or no that the slave decides, with what it decides about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Check {
+    /// A telegram to this address is for the slave.
+    Address(u8),
+    /// A counted request is the one before once more, and gets the same answer.
+    Repetition,
+    /// Set_Prm comes from a master that may set parameters: the slave belongs to no other one.
+    Master(u8),
+    /// The ident number of Set_Prm is that of the slave.
+    Ident(u16),
+    /// Chk_Cfg comes when there are parameters.
+    Order,
+    /// The outputs have as many octets as the configuration says.
+    OutputLength(usize),
+    /// Global_Control is for the groups of the slave.
+    Group(u8),
+    /// Set_Slave_Address comes while parameters are awaited.
+    AddressTime,
+    /// The ident number of Set_Slave_Address is that of the slave.
+    AddressIdent(u16),
+    /// This may be the address of a slave.
+    NewAddress(u8),
+    /// The master has turned DP-V1 on, so that it may access records.
+    Dpv1,
+}
+
+/// Who stands beside a slave; each default is to leave it as it is.
+///
+/// The encoder is there to be looked at.
+#[allow(unused_variables, reason = "the names tell what a seam is about")]
+pub trait Deviation {
+    /// What the slave has decided about this.
+    fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
+        verdict
+    }
+
+    /// The telegrams that the slave hears in the place of one that came off the bus.
+    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        vec![telegram.to_vec()]
+    }
+
+    /// Changes a telegram that the slave sends; an empty one is not sent.
+    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {}
+
+    /// How long the slave waits until it answers, from what was agreed.
+    fn delay(&mut self, right: BitTimes) -> BitTimes {
+        right
+    }
+
+    /// How long the watchdog waits for the master.
+    fn watchdog(&mut self, right: Duration) -> Duration {
+        right
+    }
+
+    /// Changes the parameters that the encoder is given; `false` keeps them from it as if they were right.
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        true
+    }
+
+    /// Changes the outputs that the encoder is given; none while they are clear or missing.
+    fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {}
+
+    /// Changes the inputs that the encoder has given.
+    fn inputs(&mut self, inputs: &mut [u8]) {}
+
+    /// The slave has started anew.
+    fn starts(&mut self) {}
+
+    /// What hands do to the device.
+    fn act(&mut self, action: &StandAction<'_>) {}
+}
