@@ -12,6 +12,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod behaviour;
+pub mod deviation;
 pub mod encoder;
 pub mod encoder_object;
 pub mod facts;

@@ -128,6 +128,6 @@ pub fn encoder<M: Model + 'static>(
 ) -> Option<Box<dyn ReferenceDevice>> {
     let variant = facts.variants.iter().find(|known| known.name == variant)?;
     let mac = Mac(piece.mac);
-    let encoder = EncoderObject::new(facts, model, variant, behaviour.encoder, rules, piece);
+    let encoder = EncoderObject::new(facts, model, variant, behaviour.encoder.clone(), rules, piece);
     Some(Box::new(Device::new(encoder, mac, behaviour.stack)))
 }

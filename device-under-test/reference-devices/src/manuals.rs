@@ -75,7 +75,7 @@ pub static SICK_A3M60: Manual = Manual {
         build: |variant, behaviour, shaft, line| {
             let variant = sick_a3m60::FACTS.variants.iter().find(|known| known.name == variant)?;
             let rules = sick_a3m60::knobs::Knobs { sick: behaviour.sick, own: behaviour.a3m60 };
-            let encoder = sick_a3m60::Encoder::new(variant, behaviour.encoder, rules, shaft, line.address);
+            let encoder = sick_a3m60::Encoder::new(variant, behaviour.encoder.clone(), rules, shaft, line.address);
             Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
         },
     }),
@@ -91,7 +91,7 @@ pub static DATALOGIC_AMT58: Manual = Manual {
         delivered: datalogic_amt58::ADDRESS,
         build: |variant, behaviour, shaft, line| {
             let (_, hardware) = datalogic_amt58::VARIANTS.iter().find(|(name, _)| *name == variant)?;
-            let (shared, rules) = (behaviour.encoder, behaviour.amt58);
+            let (shared, rules) = (behaviour.encoder.clone(), behaviour.amt58);
             let encoder = datalogic_amt58::Amt58::new(*hardware, shared, rules, shaft, line.address);
             Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
         },

@@ -48,64 +48,64 @@ pub static BUGS: &[Bug] = bugs! {
 
     // P65001
     "fault-bits-one-too-high" "The faults stand one place too high."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 2) { right << 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { right << 1 } else { right });
     "short-circuit-shown" "The short-circuit is always among the faults."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 2) { right | 8 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { right | 8 } else { right });
     "short-circuit-supported" "The short-circuit is among the supported faults."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 3) { right | 8 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 3) { right | 8 } else { right });
     "warnings-never-set" "The warnings are always 0."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 4) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { 0 } else { right });
     "warning-bits-exchanged" "The bits of the warnings go round."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right });
     "unsupported-warnings-shown" "The warning of the operating time is always set."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right });
     "battery-warning-supported" "The warning of the battery is among the supported ones."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right });
     "offset-never-shown" "The offset is always shown as 0."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 8) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
     "range-less-one" "The highest position is shown for the total range."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right });
     "profile-version-as-in-p965" "The version of the profile is given as in P965."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 6) { 0x29 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x29 } else { right });
     "operating-time-in-seconds" "The operating time is given in seconds."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 7) { right * 360 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { right * 360 } else { right });
     "operating-time-0" "The operating time is 0."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 7) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { 0 } else { right });
     "speed-unit-codes-shifted" "The number of the velocity unit is one too high."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 11) { right + 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 11) { right + 1 } else { right });
 
     // Others
     "vendor-is-device-id" "P964 gives the number of the device for the vendor."
-        => |b| b.encoder.values.element = |_, at, right| if at == (964, 0) { 0x7701 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
     "type-is-device-id" "P964 gives the number of the device for the type."
-        => |b| b.encoder.values.element = |_, at, right| if at == (964, 1) { 0x7701 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (964, 1) { 0x7701 } else { right });
     "subclass-of-class-4" "P975 announces class 4 too."
-        => |b| b.encoder.values.element = |_, at, right| if at == (975, 6) { 0xC000 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (975, 6) { 0xC000 } else { right });
     "resolution-in-bits" "P979 gives the resolution as a number of bits."
-        => |b| b.encoder.values.element = |_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right });
     "gateway-and-mask-exchanged" "P61003 gives the mask and P61004 the gateway."
-        => |b| b.encoder.values.element = |view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right };
+        => |b| b.at_encoder.element(|view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right });
     "mask-as-prefix-length" "P61004 gives the number of bits of the mask."
-        => |b| b.encoder.values.element = |_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
     "name-of-delivery-shown" "P61000 gives the name of delivery."
         => |b| {
             b.encoder.values.elements = |number, right| if number == 61000 { right.min(6) } else { right };
-            b.encoder.values.element = |_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right };
+            b.at_encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
         };
     "port-1-mac-for-station" "P61002 gives the address of port 1."
-        => |b| b.encoder.values.element = |_, at, right| if at == (61002, 5) { right + 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (61002, 5) { right + 1 } else { right });
     "port-macs-exchanged" "P1011 gives the address of port 2 and P1012 that of port 1."
-        => |b| b.encoder.values.element = |_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right };
+        => |b| b.at_encoder.element(|_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right });
     "port-1-mac-twice" "P1012 gives the address of port 1."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1012, 5) { right - 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1012, 5) { right - 1 } else { right });
     "preset-value-reduced" "A preset value beyond the range is reduced to it."
-        => |b| b.encoder.values.element = |view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right });
     "temperature-as-magnitude" "A temperature below 0 is given without its sign."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right });
     "fpga-version-reversed" "P1013 gives its octets in the opposite order."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right });
     "fpga-version-packed" "P1013 has four bits for each part of the version."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
     "constants-can-be-written" "P980 can be written."
         => |b| b.afx60.list_is_writable = true;
 };

@@ -17,12 +17,11 @@ const COMMISSIONING: u64 = 1 << 4;
 pub static BUGS: &[Bug] = bugs! {
     // Faults in P65001
     "fault-bits-exchanged" "Memory and commissioning change places in P65001."
-        => |b| b.encoder.values.element = fault_bits_exchanged;
+        => |b| b.at_encoder.element(fault_bits_exchanged);
     "faults-never-set" "The faults in P65001 are always 0."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 2) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { 0 } else { right });
     "faults-show-supported" "The faults in P65001 are those that are supported."
-        => |b| b.encoder.values.element =
-            |view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right });
 
     // Alarms
     "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
@@ -55,22 +54,21 @@ pub static OTHERS: &[Bug] = encoder_bugs! {
     "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
         => |b| b.sensor.raises = |code| code != 0x0001;
     "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
     "memory-error-not-cyclic" "A memory error is shown in the status only."
-        => |b| b.telegram.emit = memory_error_not_cyclic;
+        => |b| b.at_encoder.image(memory_error_not_cyclic);
     "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
-        => |b| b.telegram.emit = |_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
     "errors-latched-for-ever" "An error stays when its cause has gone."
         => |b| b.sensor.latches = true;
 
     // Faults and warnings in the status
     "supported-faults-are-the-present" "The supported faults are those that are there."
-        => |b| b.values.element = |view, at, right| if at == (65001, 3) { view.faults.into() } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 3) { view.faults.into() } else { right });
     "warnings-show-supported" "The warnings are those that are supported."
-        => |b| b.values.element =
-            |view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right });
     "supported-warnings-5" "The second warning is not among those that are supported."
-        => |b| b.values.element = |_, at, right| if at == (65001, 5) { right & !2 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
     "one-warning-only" "Of several warnings only the lowest bit is set."
         => |b| b.diagnosis.warnings = |_, right| right & right.wrapping_neg();
     "warnings-latched" "A warning stays when its cause has gone, until the next connection."

@@ -9,21 +9,21 @@ use encoder_profile::profidrive::telegram::{Before, Image};
 pub static BUGS: &[Bug] = encoder_bugs! {
     // Parking
     "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
-        => |b| b.telegram.emit = park_clears_position_first;
+        => |b| b.at_encoder.image(park_clears_position_first);
     "parking-ignored" "A request to park has no effect."
         => |b| b.telegram.control_words = |_, [a, b]| [a, b & !PARKED];
     "park-never-ends" "The encoder stays parked when the request is taken back."
-        => |b| b.telegram.emit = park_never_ends;
+        => |b| b.at_encoder.image(park_never_ends);
     "speed-while-parked" "The velocity is measured while parked."
         => |b| b.sensor.parking_stops_velocity = false;
     "absolute-value-lost-in-park" "After parking the position has to be requested anew."
-        => |b| b.telegram.emit = absolute_value_lost_in_park;
+        => |b| b.at_encoder.image(absolute_value_lost_in_park);
     "unpark-status-first" "The park bit falls one frame before the position is refreshed."
-        => |b| b.telegram.emit = unpark_status_first;
+        => |b| b.at_encoder.image(unpark_status_first);
     "park-keeps-preset-bit" "The acknowledgement of a preset stays set while parked."
         => |b| b.sensor.parking_ends_preset = false;
     "park-freezes-position" "G1_XIST1 and G1_XIST3 keep their last value while parked."
-        => |b| b.telegram.emit = park_freezes_position;
+        => |b| b.at_encoder.image(park_freezes_position);
     "errors-while-parked" "New errors are raised while parked."
         => |b| b.sensor.raises_while_parked = |_| true;
     "error-survives-parking" "Parking does not clear an error."
@@ -35,15 +35,15 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "preset-while-parked" "A preset is carried out while parked."
         => |b| b.sensor.presets_while_parked = true;
     "parked-bit-never-set" "Bit 14 of G1_ZSW is never set."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now });
     "parked-bit-is-a-pulse" "Bit 14 of G1_ZSW is set for one frame only."
-        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & PARKED), ..now };
+        => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & PARKED), ..now });
     "transfer-goes-on-while-parked" "G1_XIST2 goes on with the position while parked."
-        => |b| b.telegram.emit = transfer_goes_on_while_parked;
+        => |b| b.at_encoder.image(transfer_goes_on_while_parked);
     "xist3-moves-while-parked" "G1_XIST3 goes on with the position while parked."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist3: now.position, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist3: now.position, ..now });
     "half-parked-without-control" "Without Control by PLC the park bit falls and the positions stay 0."
-        => |b| b.telegram.emit = half_parked_without_control;
+        => |b| b.at_encoder.image(half_parked_without_control);
     "sensor-loss-latched-while-parked" "A scanning unit that is taken away while parked is an error."
         => |b| b.sensor.raises_while_parked = |code| code == 0x0001;
     "no-presets-after-parking" "Presets are ignored once the encoder has been parked."
@@ -55,29 +55,29 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 
     // Errors and their acknowledgement
     "error-without-code" "G1_XIST2 keeps the position while bit 15 shows an error."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now });
     "error-code-without-bit" "An error code stands in G1_XIST2 and bit 15 is 0."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !ERROR, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !ERROR, ..now });
     "error-code-one-frame-late" "The error code follows its bit one frame later."
-        => |b| b.telegram.emit = error_code_one_frame_late;
+        => |b| b.at_encoder.image(error_code_one_frame_late);
     "code-mixed-with-position" "The error code and the position are put into G1_XIST2 together."
-        => |b| b.telegram.emit = code_mixed_with_position;
+        => |b| b.at_encoder.image(code_mixed_with_position);
     "position-before-error" "A position that is requested goes before an error."
-        => |b| b.telegram.emit = position_before_error;
+        => |b| b.at_encoder.image(position_before_error);
     "persistent-error-not-cyclic" "Faults of memory and parameters are shown in P65001 only."
-        => |b| b.telegram.emit = |_, now| if is_persistent(&now) { without_error(now) } else { now };
+        => |b| b.at_encoder.image(|_, now| if is_persistent(&now) { without_error(now) } else { now });
     "acknowledgement-ignored" "A request to acknowledge has no effect."
         => |b| b.telegram.control_words = |_, [a, b]| [a, b & !ERROR];
     "acknowledge-answer-is-a-pulse" "Bit 11 of G1_ZSW is set for one frame only."
-        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now };
+        => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now });
     "failed-acknowledgement-not-answered" "Bit 11 of G1_ZSW is not set where the error persists."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now });
     "code-stays-after-acknowledgement" "G1_XIST2 keeps the error code after the acknowledgement."
-        => |b| b.telegram.emit = code_stays_after_acknowledgement;
+        => |b| b.at_encoder.image(code_stays_after_acknowledgement);
     "error-bit-stays" "Bit 15 of G1_ZSW stays when the code has gone."
-        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now };
+        => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
     "error-anew-after-acknowledgement" "The end of an acknowledgement raises the error anew."
-        => |b| b.telegram.emit = error_anew_after_acknowledgement;
+        => |b| b.at_encoder.image(error_anew_after_acknowledgement);
     "only-first-acknowledgement" "After an acknowledgement that failed no other is answered."
         => |b| b.sensor.acknowledges = |failed| failed == 0;
     "faults-survive-restart" "Errors survive a new connection and a loss of power."
@@ -85,27 +85,27 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "acknowledge-clears-persistent" "Acknowledging hides an error whose cause is still there."
         => |b| b.sensor.clears = |_, _| true;
     "sensor-error-drops-for-a-frame" "The error bit is 0 for one frame while an acknowledgement is handled."
-        => |b| b.telegram.emit = sensor_error_drops_for_a_frame;
+        => |b| b.at_encoder.image(sensor_error_drops_for_a_frame);
     "error-bit-one-frame-late" "The error bit follows its code one frame later."
-        => |b| b.telegram.emit = error_bit_one_frame_late;
+        => |b| b.at_encoder.image(error_bit_one_frame_late);
     "acknowledge-without-answer" "Bit 11 of G1_ZSW is never set."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now });
     "acknowledge-answer-stays" "Bit 11 of G1_ZSW is never taken back."
-        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now };
+        => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now });
     "acknowledge-answer-ends-first" "Bit 11 of G1_ZSW falls one frame before the error does."
-        => |b| b.telegram.emit = acknowledge_answer_ends_first;
+        => |b| b.at_encoder.image(acknowledge_answer_ends_first);
     "acknowledge-answer-without-request" "Bit 11 of G1_ZSW is set with each error."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now });
     "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
-        => |b| b.telegram.emit = |_, now| if now.request.acknowledge { without_transfer(now) } else { now };
+        => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_transfer(now) } else { now });
     "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
         => |b| b.telegram.control_words = |_, [a, b]| [a, b | (a & 0x0080) << 8];
     "error-clears-itself" "A latched error goes away with its cause."
         => |b| b.sensor.latches = false;
     "error-needs-request" "The error code is shown only while the position is requested."
-        => |b| b.telegram.emit = error_needs_request;
+        => |b| b.at_encoder.image(error_needs_request);
     "life-sign-shown-as-bus-cycle" "A lost sign of life is shown with the code of a missed bus cycle."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now });
 };
 
 /// The bugs of this seam that not all manuals have.
@@ -115,9 +115,9 @@ pub static OTHERS: &[Bug] = encoder_bugs! {
     "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
         => |b| b.sensor.freezes = |kept, now| Image { plain_position: now.plain_position, ..freezes(kept, now) };
     "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
-        => |b| b.telegram.emit = acknowledge_answered;
+        => |b| b.at_encoder.image(acknowledge_answered);
     "xist1-zero-with-error" "G1_XIST1 is 0 while there is an error."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now });
     "control-remembered" "For a second after bad outputs Control by PLC counts as it was before them."
         => |b| b.control.is_valid = |by_plc| by_plc.now || by_plc.was_set;
     "confirmation-kept-over-link-loss" "Bit 12 of G1_ZSW that was set when a connection ended stays set in the next one."

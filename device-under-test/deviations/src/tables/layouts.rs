@@ -35,7 +35,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
         => |b| {
             b.telegram.shift = |_, _, right| 16 - right;
-            b.values.element = |_, at, right| if at == (979, 3) { 16 - right } else { right };
+            b.at_encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
         };
     "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
         => |b| b.telegram.shift = |_, _, right| 16 - right;
@@ -48,14 +48,14 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
         => |b| b.telegram.control_words = |_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b];
     "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
-        => |b| b.telegram.emit = xist2_freezes_without_control;
+        => |b| b.at_encoder.image(xist2_freezes_without_control);
     "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
         => |b| {
             b.life_sign.is_watched = |_| true;
             b.life_sign.tolerated = |_| 15;
         };
     "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
-        => |b| b.telegram.emit = sign_of_life_carries;
+        => |b| b.at_encoder.image(sign_of_life_carries);
     "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
         => |b| b.control.is_valid = |by_plc| if by_plc.compatible { by_plc.now || !by_plc.before } else { by_plc.now };
     "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
@@ -63,9 +63,9 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 
     // Presets, parking, errors
     "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
-        => |b| b.telegram.emit = |_, now| shows_position(now, now.g1_zsw & EXECUTED != 0);
+        => |b| b.at_encoder.image(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
     "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
-        => |b| b.telegram.emit = |_, now| shows_position(now, now.request.home);
+        => |b| b.at_encoder.image(|_, now| shows_position(now, now.request.home));
     "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
         => |b| b.telegram.control_words = |_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }];
     "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
@@ -75,7 +75,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
         => |b| (b.sensor.presets_while_parked, b.measuring.parked_position) = (true, |_| 0);
     "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
     "position-stays-after-parking" "After parking the position goes on from the one before it."
         => |b| b.measuring.resume = |_, as_before| as_before;
     "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
@@ -83,7 +83,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
         => |b| b.sensor.clears = |code, persists| !persists || matches!(code, 0x1003 | 0x1004);
     "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
-        => |b| b.telegram.emit = |_, now| if now.request.acknowledge { without_error(now) } else { now };
+        => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
     "error-codes-combined" "The codes of several errors are combined bit by bit."
         => |b| b.sensor.code = |codes| codes.iter().fold(0, |all, code| all | code);
 

@@ -8,50 +8,49 @@ use encoder_profile::behaviour::Lit;
 pub static BUGS: &[Bug] = encoder_bugs! {
     // Ports
     "port-leds-exchanged" "The LEDs of the two ports are exchanged."
-        => |b| b.leds.shown = port_leds_exchanged;
+        => |b| b.at_encoder.led(port_leds_exchanged);
     "link-led-without-activity" "The LED of a port shows the link alone and nothing of the traffic."
-        => |b| b.leds.shown = |lit| if lit.right == "green_yellow" { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == "green_yellow" { "green" } else { lit.right });
     "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
-        => |b| b.leds.shown = |lit| if is_port(lit) && lit.right == "green" { "green_yellow" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if is_port(lit) && lit.right == "green" { "green_yellow" } else { lit.right });
     "link-led-on-without-link" "The LED of the first port is lit without a cable."
-        => |b| b.leds.shown = |lit| if lit.name == "link1" && !lit.seen.is_linked { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.name == "link1" && !lit.seen.is_linked { "green" } else { lit.right });
 
     // Supply and signal
     "power-led-off-in-stop" "The LED of the supply is dark while no outputs count."
-        => |b| b.leds.shown =
-            |lit| if lit.name == "power" && lit.seen.has_connection && !lit.has_outputs { "dark" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.name == "power" && lit.seen.has_connection && !lit.has_outputs { "dark" } else { lit.right });
     "signal-on-another-led" "The LED of errors flashes when DCP asks for it, and that of the supply does not."
-        => |b| b.leds.shown = |lit| match lit.name {
+        => |b| b.at_encoder.led(|lit| match lit.name {
             "power" if lit.seen.is_signalling => "green",
             _ => signal_on_two_leds(lit),
-        };
+        });
     "signal-on-two-leds" "The LED of errors flashes beside that of the supply when DCP asks for it."
-        => |b| b.leds.shown = signal_on_two_leds;
+        => |b| b.at_encoder.led(signal_on_two_leds);
 
     // Errors
     "error-led-off-with-a-cable" "The LED of errors is dark with a cable, although nothing is connected."
-        => |b| b.leds.shown = |lit| if is_alone(lit) && lit.seen.is_linked { "dark" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if is_alone(lit) && lit.seen.is_linked { "dark" } else { lit.right });
     "error-led-off-without-a-cable" "The LED of errors is dark without a cable."
-        => |b| b.leds.shown = |lit| if is_alone(lit) && !lit.seen.is_linked { "dark" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if is_alone(lit) && !lit.seen.is_linked { "dark" } else { lit.right });
     "error-led-on-in-operation" "The LED of errors is lit while data are exchanged."
-        => |b| b.leds.shown = |lit| if is_silent(lit) { "red" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if is_silent(lit) { "red" } else { lit.right });
     "error-led-off-late" "The LED of errors goes dark 12 s after the exchange of data has begun."
-        => |b| b.leds.shown = |lit| match lit.exchanged_for {
+        => |b| b.at_encoder.led(|lit| match lit.exchanged_for {
             Some(time) if is_silent(lit) && time < Duration::from_secs(12) => "red",
             _ => lit.right,
-        };
+        });
     "missing-parameters-led-steady" "The LED of errors does not flash without user parameters."
-        => |b| b.leds.shown = |lit| if lit.right == HALF && !lit.has_record { "red" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == HALF && !lit.has_record { "red" } else { lit.right });
     "invalid-parameters-not-on-led" "The LED of errors is dark with user parameters that are invalid."
-        => |b| b.leds.shown = |lit| if lit.right == HALF && lit.has_record { "dark" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == HALF && lit.has_record { "dark" } else { lit.right });
     "error-led-patterns-exchanged" "The LED of errors flashes for the memory as it should for the sensor, and the other way round."
-        => |b| b.leds.shown = |lit| match lit.right {
+        => |b| b.at_encoder.led(|lit| match lit.right {
             ONE => FIVE,
             FIVE => ONE,
             right => right,
-        };
+        });
     "error-led-one-frequency" "The LED of errors flashes with 1 Hz whenever it flashes."
-        => |b| b.leds.shown = |lit| if let HALF | FIVE = lit.right { ONE } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if let HALF | FIVE = lit.right { ONE } else { lit.right });
 };
 
 const HALF: &str = "red_half_hertz";

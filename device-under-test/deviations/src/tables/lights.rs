@@ -7,41 +7,41 @@ use encoder_profile::behaviour::Lit;
 /// The bugs of this seam.
 pub static BUGS: &[Bug] = encoder_bugs! {
     "signal-on-another-led" "When DCP asks for it the LED of the encoder flashes, and SF does not."
-        => |b| b.leds.shown = signal_on_another_led;
+        => |b| b.at_encoder.led(signal_on_another_led);
     "sf-led-dark-in-error" "SF stays dark in an error."
-        => |b| b.leds.shown = |lit| if (lit.name, lit.right) == ("sf", "red") { "dark" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("sf", "red") { "dark" } else { lit.right });
     "bf-led-red-in-operation" "BF is red while data are exchanged."
-        => |b| b.leds.shown = |lit| if lit.name == "bf" && lit.seen.exchanges_data { "red" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.name == "bf" && lit.seen.exchanges_data { "red" } else { lit.right });
     "bf-led-red-while-starting" "BF is red while the encoder starts."
-        => |b| b.leds.shown = |lit| if (lit.name, lit.right) == ("bf", "green") { "red" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("bf", "green") { "red" } else { lit.right });
     "bf-led-dark-without-connection" "BF is dark without a connection."
-        => |b| b.leds.shown = |lit| if (lit.name, lit.right) == ("bf", "red") { "dark" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("bf", "red") { "dark" } else { lit.right });
     "led-lit-without-power" "Without supply the LEDs show what they showed before."
-        => |b| b.leds.shown = led_lit_without_power;
+        => |b| b.at_encoder.led(led_lit_without_power);
     "self-test-not-on-leds" "The LED of the encoder is green while the encoder starts."
-        => |b| b.leds.shown = |lit| if lit.name == "encoder" && lit.seen.is_booting { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.name == "encoder" && lit.seen.is_booting { "green" } else { lit.right });
     "encoder-led-stays-red-green" "The LED of the encoder stays red and green after the start."
-        => |b| b.leds.shown = |lit| if (lit.name, lit.right) == ("encoder", "green") { "red_green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("encoder", "green") { "red_green" } else { lit.right });
     "limits-not-on-led" "The LED of the encoder stays green when a limit is passed."
-        => |b| b.leds.shown = |lit| if lit.right == "red_green" && !lit.seen.is_booting { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == "red_green" && !lit.seen.is_booting { "green" } else { lit.right });
     "warning-stays-on-led" "The LED of the encoder stays red and green when a warning has gone."
-        => |b| b.leds.shown = |lit| if lit.had_warning && (lit.name, lit.right) == ("encoder", "green") { "red_green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.had_warning && (lit.name, lit.right) == ("encoder", "green") { "red_green" } else { lit.right });
     "memory-error-not-on-led" "The LED of the encoder stays green with an error of the memory."
-        => |b| b.leds.shown = |lit| if lit.name == "encoder" && lit.faults & MEMORY != 0 { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.name == "encoder" && lit.faults & MEMORY != 0 { "green" } else { lit.right });
     "invalid-preset-not-on-led" "The LED of the encoder stays green when a preset is invalid."
-        => |b| b.leds.shown = |lit| if lit.right == "orange" && !lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == "orange" && !lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { lit.right });
     "invalid-configuration-not-on-led" "The LED of the encoder stays green when the configuration is invalid."
-        => |b| b.leds.shown = |lit| if lit.right == "orange" && lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == "orange" && lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { lit.right });
     "port-leds-exchanged" "The LEDs of the two ports are exchanged."
-        => |b| b.leds.shown = port_leds_exchanged;
+        => |b| b.at_encoder.led(port_leds_exchanged);
     "link-led-on-without-link" "The LED of the first port stays as it was without a cable."
-        => |b| b.leds.shown = |lit| if lit.name == "la1" && lit.seen.has_supply && !lit.seen.is_linked { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.name == "la1" && lit.seen.has_supply && !lit.seen.is_linked { "green" } else { lit.right });
     "link-led-without-activity" "The LED of a port shows the link alone."
-        => |b| b.leds.shown = |lit| if (lit.name, lit.right) == ("la1", "orange") { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("la1", "orange") { "green" } else { lit.right });
     "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
-        => |b| b.leds.shown = |lit| if (lit.name, lit.right) == ("la1", "green") { "orange" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("la1", "green") { "orange" } else { lit.right });
     "reset-led-steady" "The LED of the encoder stays green when the reset is prepared."
-        => |b| b.leds.shown = |lit| if lit.right == "green_flashing" { "green" } else { lit.right };
+        => |b| b.at_encoder.led(|lit| if lit.right == "green_flashing" { "green" } else { lit.right });
 };
 
 /// Fault bit of the memory.

@@ -28,9 +28,9 @@ pub static BUGS: &[Bug] = bugs! {
     "speed-limits-exchanged" "A lowest speed above the highest one changes places with it."
         => |b| b.afx60.exchanges_speed_limits = true;
     "temperature-limits-in-kelvin" "P1006 reads its limits 273 higher."
-        => |b| b.encoder.values.element = |_, at, right| if at.0 == 1006 { right + 273 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at.0 == 1006 { right + 273 } else { right });
     "voltage-limits-in-volts" "P1007 reads its limits in volts."
-        => |b| b.encoder.values.element = |_, at, right| if at.0 == 1007 { right / 1000 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at.0 == 1007 { right / 1000 } else { right });
 
     // Round axis
     "round-axis-cut-short" "P1009 has ten elements."
@@ -40,11 +40,11 @@ pub static BUGS: &[Bug] = bugs! {
     "range-offset-lost" "The laps of the round axis are lost at power-off."
         => |b| b.sick.laps = |_| 0;
     "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
-        => |b| b.encoder.values.element = |_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right };
+        => |b| b.at_encoder.element(|_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right });
     "round-axis-outputs-written" "The outputs of P1009 can be written."
         => |b| b.sick.outputs_are_writable = true;
     "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
-        => |b| b.encoder.values.element = fraction_as_remainder;
+        => |b| b.at_encoder.element(fraction_as_remainder);
 
     "nominator-and-divisor-exchanged" "Nominator and divisor change places where the position is computed."
         => |b| b.sick.gear = |gear, _| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear };
@@ -71,13 +71,13 @@ pub static BUGS: &[Bug] = bugs! {
     "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
         => |b| b.afx60.understands = |fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields };
     "default-fraction-4096" "The nominator of delivery is 4096."
-        => |b| b.encoder.values.element = |_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
     "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
         => |b| b.encoder.measuring.laps = |_, _| 0;
     "steps-rounded-up" "P1009 rounds up the steps of a revolution."
-        => |b| b.encoder.values.element = steps_rounded_up;
+        => |b| b.at_encoder.element(steps_rounded_up);
     "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1009, 0) { right - 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
     "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
         => |b| b.encoder.user_parameters.acts_on = |_, settings, _| Settings { direction: if settings.gear.is_some() { Direction::Clockwise } else { settings.direction }, ..settings };
     "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
@@ -127,7 +127,7 @@ pub static BUGS: &[Bug] = bugs! {
     "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
         => |b| b.afx60.unit = |number| if number == 4 { None } else { settings::unit(number) };
     "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1005, 1) { 3 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
     "velocity-not-averaged" "The velocity is that of the last measurement alone."
         => |b| b.encoder.velocity.sampling = |right| Sampling { of: 1, ..right };
     "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."

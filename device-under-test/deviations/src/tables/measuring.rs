@@ -16,7 +16,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "extended-counter" "Beyond its range the position goes on counting in the unused bits."
         => |b| (b.measuring.range, b.measuring.slip) = (all_32_bits, counts_on);
     "position-before-parking-shown" "The first frame after parking shows the position from before parking."
-        => |b| b.telegram.emit = position_before_parking_shown;
+        => |b| b.at_encoder.image(position_before_parking_shown);
 
     // Which settings act on which signal
     "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
@@ -65,13 +65,13 @@ pub static OTHERS: &[Bug] = encoder_bugs! {
     "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
         => |b| b.measuring.limit = second_position_runs_below_0;
     "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
-        => |b| b.telegram.emit = first_position_limited;
+        => |b| b.at_encoder.image(first_position_limited);
     "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
         => |b| b.user_parameters.stands = |_| true;
 
     // Signals
     "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
     "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
         => |b| b.telegram.parts = st_pos_without_offset;
 };

@@ -28,7 +28,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "p971-takes-any-value" "Any value written to P971 starts a save."
         => |b| b.values.saves = |_| Some(true);
     "p971-confirms-too-early" "P971 reads 0 before the save is done."
-        => |b| b.values.element = |_, at, right| if at == (971, 0) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (971, 0) { 0 } else { right });
     "p971-is-stored" "P971 reads 1 after power-up once it was written."
         => |b| b.memory.at_power_up = |begin| begin.is_saving = begin.was_saved;
     "save-never-ends" "P971 reads 1 for ever once it was written."

@@ -22,7 +22,7 @@ macro_rules! encoder_bugs {
     ($($name:literal $sentence:literal => |$behaviour:ident| $turn:expr;)*) => {
         bugs! {$(
             $name $sentence => |behaviour| {
-                let $behaviour = &mut behaviour.encoder;
+                let $behaviour = &mut behaviour.of_encoder();
                 $turn;
             };
         )*}

@@ -37,7 +37,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
         => |b| b.sensor.acknowledges_preset = |_, _| false;
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
-        => |b| b.telegram.emit = |before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now };
+        => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
     "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
         => |b| b.sensor.acknowledges_preset = |preset, _| preset != Preset::Idle;
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
@@ -53,9 +53,9 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
         => |b| b.sensor.preset_raises = Some(0x1001);
     "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
-        => |b| b.telegram.emit = preset_flashes_error;
+        => |b| b.at_encoder.image(preset_flashes_error);
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
-        => |b| b.telegram.emit = preset_interrupts_transfer;
+        => |b| b.at_encoder.image(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
         => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user };
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
@@ -83,7 +83,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "parking-clears-offset" "The offset is 0 after parking."
         => |b| b.measuring.resume = |_, _| 0;
     "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
-        => |b| b.values.element = |view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
 };
 
 /// The bugs of this seam that not all manuals have.
@@ -128,10 +128,9 @@ pub static OTHERS: &[Bug] = encoder_bugs! {
             b.sensor.begins_preset = |before, now| !before.home && now.home || !before.absolute && now.absolute;
         };
     "read-gives-the-offset" "P65000 reads the offset."
-        => |b| b.values.element =
-            |view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right });
     "position-for-offset" "The position stands in the place of the offset."
-        => |b| b.values.element = |view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
     "preset-value-random" "P65000 is 5A5A5A5Ah until it is written."
         => |b| b.memory.preset_value_begins = |_| 0x5A5A_5A5A;
     "preset-value-used-up" "The first preset leaves 0 in P65000."

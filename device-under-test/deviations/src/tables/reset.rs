@@ -18,7 +18,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "reset-keeps-offset-unseen" "The offset survives the factory reset, and P65001 gives 0 for it at all times."
         => |b| {
             b.reset.offset = |before| before;
-            b.values.element = |_, at, right| if at == (65001, 8) { 0 } else { right };
+            b.at_encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
         };
     "reset-keeps-name" "The station name survives the factory reset."
         => |b| b.reset.station = |before| StationData { name: before.name.clone(), ..StationData::default() };

@@ -49,7 +49,7 @@ pub static BUGS: &[Bug] = bugs! {
 
     // P1000 and P1001
     "p1000-always-0" "P1000 is always 0."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1000, 0) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
     "sensor-words-exchanged" "The words B and C are exchanged."
         => |b| b.afx60.words = |[a, b, c], _| [a, c, b];
     "sensor-bits-one-too-high" "The bits of the word A stand one place too high."

@@ -29,7 +29,7 @@ pub static BUGS: &[Bug] = bugs! {
     "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
         => |b| b.a3m60.understands = |fields| switched(fields, 1, 8);
     "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
-        => |b| b.encoder.values.element = |_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right };
+        => |b| b.at_encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
     "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
         => |b| b.a3m60.understands = |fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields };
     "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."

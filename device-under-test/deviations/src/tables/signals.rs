@@ -26,7 +26,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "nist-b-not-sign-extended" "A negative velocity has zeros in the upper half of NIST_B."
         => |b| b.telegram.put = nist_b_not_sign_extended;
     "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
     "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
         => |b| (b.telegram.input_octets, b.telegram.order) = (with_velocity_octets, with_velocity);
     "velocity-of-the-other-width" "Telegram 82 carries NIST_B and telegram 83 NIST_A."
@@ -42,29 +42,29 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "telegram-84-hides-errors" "G1_XIST2 of telegram 84 leaves out the error code."
         => |b| b.telegram.put = telegram_84_hides_errors;
     "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
     "position-of-24-bits" "G1_XIST1 has 24 bits only."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
     "xist2-of-16-bits" "G1_XIST2 has 16 bits only, so that it carries no revolutions."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
     "xist3-upper-half-ones" "The upper half of G1_XIST3 is filled with ones."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
     "gray-code" "Positions are sent in Gray code."
-        => |b| b.telegram.emit = |_, now| each_position(now, |position| position ^ position >> 1);
+        => |b| b.at_encoder.image(|_, now| each_position(now, |position| position ^ position >> 1));
     "position-left-aligned" "Positions are shifted to the left, as if their highest bit were the highest of the signal."
-        => |b| b.telegram.emit = |_, now| each_position(now, |position| position << 2);
+        => |b| b.at_encoder.image(|_, now| each_position(now, |position| position << 2));
     "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
     "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
     "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
         => |b| b.telegram.control_words = |_, [a, b]| [a & 0x00FF, b];
     "control-word-octets-swapped" "The octets of G1_STW are exchanged."
         => |b| b.telegram.control_words = |_, [a, b]| [a, b.swap_bytes()];
     "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
     "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
-        => |b| b.telegram.emit = |_, now| Image { good: !has_error(&now), ..now };
+        => |b| b.at_encoder.image(|_, now| Image { good: !has_error(&now), ..now });
 
     "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
         => |b| b.telegram.control_words = |_, [a, b]| [a, b | (b & 0x0400) << 4];
@@ -73,15 +73,15 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
         => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }];
     "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
     "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
-        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
     "status-bit-3-shows-error" "The unused bit 3 of ZSW2_ENC shows that there is an error."
-        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
     "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
-        => |b| b.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
     "xist1-shows-error" "The error code stands in G1_XIST1 as well."
-        => |b| b.telegram.emit = |_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
 
     // Control by PLC
     "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
@@ -96,7 +96,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
         => |b| b.control.is_requested = |by_plc| by_plc.now;
 
     "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
-        => |b| b.telegram.emit = |before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now };
+        => |b| b.at_encoder.image(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
     "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
         => |b| b.control.is_valid = |by_plc| by_plc.compatible || !by_plc.now;
     "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
@@ -104,11 +104,11 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
         => |b| b.control.when_void = |last| last;
     "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
-        => |b| b.telegram.emit = inputs_freeze_without_control;
+        => |b| b.at_encoder.image(inputs_freeze_without_control);
 
     // Signs of life
     "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
-        => |b| b.telegram.emit = |_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
     "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
         => |b| b.life_sign.next = |_| 0;
     "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
@@ -148,27 +148,27 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 
     // G1_XIST2
     "xist2-always-shows-position" "G1_XIST2 shows the position although it is not requested."
-        => |b| b.telegram.emit = xist2_always_shows_position;
+        => |b| b.at_encoder.image(xist2_always_shows_position);
     "xist2-keeps-last-value" "G1_XIST2 keeps its last value when neither position nor error is shown."
-        => |b| b.telegram.emit = xist2_keeps_last_value;
+        => |b| b.at_encoder.image(xist2_keeps_last_value);
     "xist2-only-at-the-edge" "G1_XIST2 takes the position once, when it is requested."
-        => |b| b.telegram.emit = xist2_only_at_the_edge;
+        => |b| b.at_encoder.image(xist2_only_at_the_edge);
     "position-bit-before-position" "Bit 13 of G1_ZSW is set one frame before the position stands in G1_XIST2."
-        => |b| b.telegram.emit = position_bit_before_position;
+        => |b| b.at_encoder.image(position_bit_before_position);
     "transfer-needs-preset" "The position is transferred in G1_XIST2 while a preset is requested too."
         => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }];
     "xist2-one-frame-late" "G1_XIST2 shows the position of the frame before."
-        => |b| b.telegram.emit = xist2_one_frame_late;
+        => |b| b.at_encoder.image(xist2_one_frame_late);
     "absolute-value-not-served" "The request for the position in G1_XIST2 has no effect."
-        => |b| b.telegram.emit = |_, now| without_transfer(now);
+        => |b| b.at_encoder.image(|_, now| without_transfer(now));
     "absolute-value-never-ends" "The transfer of the position goes on when the request is taken back."
-        => |b| b.telegram.emit = absolute_value_never_ends;
+        => |b| b.at_encoder.image(absolute_value_never_ends);
     "position-bit-stays-with-error" "Bit 13 of G1_ZSW stays set when an error displaces the position."
-        => |b| b.telegram.emit = position_bit_stays_with_error;
+        => |b| b.at_encoder.image(position_bit_stays_with_error);
     "position-bit-lost-after-error" "After an error the position has to be requested anew."
-        => |b| b.telegram.emit = position_bit_lost_after_error;
+        => |b| b.at_encoder.image(position_bit_lost_after_error);
     "position-unrequested-after-error" "After an error the position is shown although it is not requested."
-        => |b| b.telegram.emit = position_unrequested_after_error;
+        => |b| b.at_encoder.image(position_unrequested_after_error);
 };
 
 /// The bugs of this seam that not all manuals have.
@@ -197,24 +197,24 @@ pub static OTHERS: &[Bug] = encoder_bugs! {
     "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
         => |b| b.user_parameters.acts_on = mantel_position_unscaled;
     "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
-        => |b| b.telegram.emit = |before, now| Image {
+        => |b| b.at_encoder.image(|before, now| Image {
             plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
             ..now
-        };
+        });
     "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
         => |b| b.telegram.put = |telegram, signal, image, out| match signal {
             Signal::NistA => put_low_octet_first(telegram, signal, image, out),
             _ => telegram::put(signal, image, out),
         };
     "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
-        => |b| b.telegram.emit = |_, now| Image { single_turn: now.single_turn << 16, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { single_turn: now.single_turn << 16, ..now });
     "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
-        => |b| b.telegram.emit = |_, now| Image { multi_turn: now.multi_turn << 16, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { multi_turn: now.multi_turn << 16, ..now });
     "st-pos-one-frame-late" "The position within the revolution is that of the frame before."
-        => |b| b.telegram.emit = |before, now| Image {
+        => |b| b.at_encoder.image(|before, now| Image {
             single_turn: if before.truth.good { before.truth.single_turn } else { now.single_turn },
             ..now
-        };
+        });
     "st-pos-reaches-mur" "The position within the revolution is a whole revolution where it should be 0."
         => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
             [0, turns] => [parts.scaling.units_per_revolution as u32, turns],

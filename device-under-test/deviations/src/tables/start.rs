@@ -152,9 +152,9 @@ pub static OTHERS: &[Bug] = encoder_bugs! {
             octets
         };
     "profile-version-in-one-octet" "The version of the profile has one octet."
-        => |b| b.values.element = |_, at, right| if at == (65001, 6) { 0x41 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
     "profile-version-3-1" "The status tells version 3.1 of the profile."
-        => |b| b.values.element = |_, at, right| if at == (65001, 6) { 0x301 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
 };
 
 fn scaling_of_32_bits(octets: &mut [u8; OCTETS]) {

@@ -32,13 +32,13 @@ pub static BUGS: &[Bug] = encoder_bugs! {
     "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
         => |b| b.velocity.steps = speed_modulo_a_revolution;
     "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
-        => |b| b.telegram.emit = preset_shows_as_speed;
+        => |b| b.at_encoder.image(preset_shows_as_speed);
     "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
-        => |b| b.telegram.emit = wrap_shows_as_speed;
+        => |b| b.at_encoder.image(wrap_shows_as_speed);
 
     // Sign and limits
     "speed-without-sign" "The velocity is a magnitude."
-        => |b| b.telegram.emit = |_, now| Image { velocity: now.velocity.abs(), ..now };
+        => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
     "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
         => |b| b.velocity.sign = |_| 1;
     "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
@@ -48,11 +48,11 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 /// The bugs of this seam that not all manuals have.
 pub static OTHERS: &[Bug] = encoder_bugs! {
     "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
-        => |b| b.telegram.emit = speed_unit_scales_position;
+        => |b| b.at_encoder.image(speed_unit_scales_position);
     "speed-every-100ms" "The velocity is calculated every 100 ms."
         => |b| b.velocity.window = |_, _| Duration::from_millis(100);
     "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
-        => |b| b.telegram.emit = |_, now| Image { velocity: -now.velocity, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
     "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
         => |b| b.telegram.put = short_velocity_limited_symmetrically;
     "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."

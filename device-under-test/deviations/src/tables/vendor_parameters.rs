@@ -12,39 +12,39 @@ use wire::profidrive::{ErrorNumber, ParameterError, RequestId};
 pub static BUGS: &[Bug] = bugs! {
     // Station and profile
     "address-as-digits" "P918 gives the places of the two switches as digits."
-        => |b| b.encoder.values.element = |_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right });
     "telegram-of-the-start-before" "P922 gives the telegram of the start before."
         => |b| b.a3m60.telegram = |before, _| before;
     "life-sign-tolerance-not-shown" "P925 reads 0."
-        => |b| b.encoder.values.element = |_, at, right| if at == (925, 0) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (925, 0) { 0 } else { right });
     "life-sign-tolerance-default-shown" "P925 reads 1, whatever is set."
-        => |b| b.encoder.values.element = |_, at, right| if at == (925, 0) { 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (925, 0) { 1 } else { right });
     "object-type-swapped" "The octets of the type are exchanged in P964."
-        => |b| b.encoder.values.element = |_, at, right| if at == (964, 1) { u64::from((right as u16).swap_bytes()) } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (964, 1) { u64::from((right as u16).swap_bytes()) } else { right });
     "profile-octets-swapped" "The octets of P965 are exchanged."
-        => |b| b.encoder.values.element = |_, at, right| if at == (965, 0) { u64::from((right as u16).swap_bytes()) } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (965, 0) { u64::from((right as u16).swap_bytes()) } else { right });
     "profile-version-follows-compatibility" "P65001 gives version 3.1 of the profile in compatibility mode."
-        => |b| b.encoder.values.element = |view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
     "vendor-of-the-stack" "P964 and P975 name the vendor of the stack."
-        => |b| b.encoder.values.element = |_, at, right| if let (964 | 975, 0) = at { 0x0106 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if let (964 | 975, 0) = at { 0x0106 } else { right });
     "drive-object-0" "P964 gives 0 for the number of drive objects."
-        => |b| b.encoder.values.element = |_, at, right| if at == (964, 5) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
     "array-shifted-by-one" "Element 0 of P964 is the number of its elements, and the others follow."
-        => |b| b.encoder.values.element = array_shifted_by_one;
+        => |b| b.at_encoder.element(array_shifted_by_one);
     "year-in-bcd" "The year of the software is given in binary coded decimals."
-        => |b| b.encoder.values.element = |_, at, right| if let (964 | 975, 3) = at { in_bcd(right) } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if let (964 | 975, 3) = at { in_bcd(right) } else { right });
     "subclass-of-class-4" "P975 has the bits of the classes at the wrong end."
-        => |b| b.encoder.values.element = |_, at, right| if at == (975, 6) { u64::from((right as u16).reverse_bits()) } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (975, 6) { u64::from((right as u16).reverse_bits()) } else { right });
     "sensor-type-with-bit-0" "P979 describes a linear scale."
-        => |b| b.encoder.values.element = |_, at, right| if at == (979, 1) { right | 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
     "resolution-follows-scaling" "P979 gives the steps that are set."
-        => |b| b.encoder.values.element = |view, at, right| if at == (979, 2) { view.user.units_per_revolution } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (979, 2) { view.user.units_per_revolution } else { right });
     "shift-factors-11" "P979 gives a shift factor of 0 for G1_XIST1."
-        => |b| b.encoder.values.element = |_, at, right| if at == (979, 3) { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (979, 3) { 0 } else { right });
     "second-shift-1" "P979 gives a shift factor of 1 for G1_XIST2."
-        => |b| b.encoder.values.element = |_, at, right| if at == (979, 4) { 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (979, 4) { 1 } else { right });
     "revolutions-in-bits" "P979 gives the number of revolutions in bits."
-        => |b| b.encoder.values.element = |_, at, right| if at == (979, 5) { right.trailing_zeros().into() } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (979, 5) { right.trailing_zeros().into() } else { right });
     "constants-can-be-written" "P964, P975 and P979 can be written."
         => |b| b.a3m60.constants_are_writable = true;
 
@@ -54,7 +54,7 @@ pub static BUGS: &[Bug] = bugs! {
     "p971-refused" "A write to P971 is refused as read only."
         => |b| b.encoder.parameters.refusal = p971_refused;
     "p971-reads-memory" "P971 reads 5A5Ah."
-        => |b| b.encoder.values.element = |_, at, right| if at == (971, 0) { 0x5A5A } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (971, 0) { 0x5A5A } else { right });
     "preset-value-of-31-bits" "The highest bit of P65000 is lost."
         => |b| b.encoder.values.preset_value = |value| value & 0x7FFF_FFFF;
     "preset-value-never-stored" "P65000 is lost at power-off."
@@ -75,23 +75,23 @@ pub static BUGS: &[Bug] = bugs! {
     "sensor-status-stays" "P1000 and P1001 keep the bits of what has gone."
         => |b| b.a3m60.words = |known| Words { a: known.seen.a, b: known.seen.b };
     "sensor-status-inverted" "P1000 has all its bits inverted."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right });
     "bus-status-set-without-isochronous" "P1001 has bit 5 set outside of isochronous operation."
         => |b| b.a3m60.words = |known| Words { b: known.words.b | if known.is_isochronous { 0 } else { 1 << 5 }, ..known.words };
     "faults-stay-after-acknowledgement" "P65001 keeps the bits of errors that have gone."
         => |b| b.a3m60.faults = |known, right| right | faults_of(known.seen.a);
     "faults-always-set" "P65001 has bit 1 of the faults always set."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 2) { right | 2 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { right | 2 } else { right });
     "warning-at-rest" "P65001 has bit 0 of the warnings set."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 4) { right | 1 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { right | 1 } else { right });
     "supported-faults-0" "P65001 gives 0 for the supported faults and warnings."
-        => |b| b.encoder.values.element = |_, at, right| if let (65001, 3 | 5) = at { 0 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if let (65001, 3 | 5) = at { 0 } else { right });
     "operating-status-0" "P65001 shows the switches of delivery, whatever they are."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 1) { 0x0C02 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 1) { 0x0C02 } else { right });
     "operating-status-cut-short" "P65001 ends after eight elements."
         => |b| b.encoder.values.elements = |number, right| if number == 65001 { 8 } else { right };
     "operating-time-in-hours" "P65001 counts hours."
-        => |b| b.encoder.values.element = |_, at, right| if at == (65001, 7) { right / 10 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
     "operating-time-not-kept" "The operating time in P65001 is 0 after power-up."
         => |b| b.a3m60.log_at_power_up = |log| log.operating = core::time::Duration::ZERO;
 
@@ -125,7 +125,7 @@ pub static BUGS: &[Bug] = bugs! {
     "p1007-disturbs-the-position" "A write to P1007 sets the position to 0 for a second."
         => |b| b.a3m60.test_disturbs = true;
     "integration-times-exchanged" "The two integration times of delivery are exchanged."
-        => |b| b.encoder.values.element = |_, at, right| match (at, right) { ((1008, 2), 200) => 10, ((1008, 3), 10) => 200, _ => right };
+        => |b| b.at_encoder.element(|_, at, right| match (at, right) { ((1008, 2), 200) => 10, ((1008, 3), 10) => 200, _ => right });
     "p1008-0-is-a-switch" "P1008.0 can be written, and changes the refresh time."
         => |b| b.a3m60.has_hidden_switch = true;
     "highest-setting-refused" "The highest value of each element of P1008 is refused."
@@ -135,7 +135,7 @@ pub static BUGS: &[Bug] = bugs! {
     "limits-clip-values" "A value of P1008 beyond its limits is taken as the limit."
         => |b| b.sick.settled = |at, value, _| match at { (1008, 1) => value.clamp(1, 100), (1008, 2 | 3) => value.clamp(1, 200), _ => value };
     "setting-of-8-bits-with-a-sign" "P1008.2 above 127 reads as a negative number."
-        => |b| b.encoder.values.element = |_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right };
+        => |b| b.at_encoder.element(|_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right });
     "third-setting-is-the-second" "A write to P1008.3 writes P1008.2."
         => |b| b.a3m60.setting = |at| if at == 3 { 2 } else { at };
     "settings-kept-in-part" "P1008.1 outlasts the power, P1008.2 and P1008.3 do not."
@@ -153,7 +153,7 @@ pub static BUGS: &[Bug] = bugs! {
     "range-offset-never-moves" "The range offset is always 0."
         => |b| b.a3m60.axis = |axis| with(axis, &[(4, 0)]);
     "internal-shift-undefined" "The internal shift is another one each time."
-        => |b| b.encoder.values.element = |view, at, right| if at == (1009, 5) { (view.now.as_nanos() / 1000) & 0xFFFF_FFFF } else { right };
+        => |b| b.at_encoder.element(|view, at, right| if at == (1009, 5) { (view.now.as_nanos() / 1000) & 0xFFFF_FFFF } else { right });
     "fraction-of-the-steps-is-0" "The steps of a revolution have nothing behind the point."
         => |b| b.a3m60.axis = |axis| with(axis, &[(10, 0)]);
 

@@ -30,9 +30,9 @@ pub static BUGS: &[Bug] = bugs! {
     "telegram-83-not-shifted" "In telegram 83 G1_XIST1 is not shifted."
         => |b| b.encoder.telegram.put = telegram_83_not_shifted;
     "position-of-26-bits" "The position has 26 bits."
-        => |b| b.encoder.telegram.emit = |_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
     "trigger-bit-echoed" "While bit 31 of the outputs is set, it is set in the inputs too."
-        => |b| b.encoder.telegram.emit = |_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
     "offset-in-io-04-only" "The offset of presets does not count in the telegram of eight octets."
         => |b| b.encoder.telegram.put = offset_in_io_04_only;
     "half-steps-in-xist1" "The lowest bit of G1_XIST1 is 1."
@@ -42,9 +42,9 @@ pub static BUGS: &[Bug] = bugs! {
     "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, in compatibility mode too."
         => |b| b.encoder.telegram.control_words = |_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] };
     "parking-makes-a-speed" "Begin and end of parking show as motion."
-        => |b| b.encoder.telegram.emit = |before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now };
+        => |b| b.at_encoder.image(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
     "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
-        => |b| b.encoder.telegram.emit = |_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
     "error-after-start" "Each connection begins with an error of the position."
         => |b| b.a3m60.begins_with_error = true;
     "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
@@ -66,9 +66,9 @@ pub static BUGS: &[Bug] = bugs! {
     "code-of-several-stays" "The code -16 stays until power-off."
         => |b| b.a3m60.code = |causes| if causes.known.had_several { Some(-16) } else { single(causes) };
     "io-code-and-position-alternate" "In each second cycle the position stands in place of the code."
-        => |b| b.encoder.telegram.emit = io_code_and_position_alternate;
+        => |b| b.at_encoder.image(io_code_and_position_alternate);
     "io-code-in-the-speed" "The speed is -3 while there is a code."
-        => |b| b.encoder.telegram.emit = |_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
     "show-fault-code-ignored" "The code is shown whether it should be or not."
         => |b| b.a3m60.shows_codes = |_| true;
     "warning-blocks-the-position" "A speed that is too high has the code -16."
@@ -82,7 +82,7 @@ pub static BUGS: &[Bug] = bugs! {
     "show-fault-code-hides-all-codes" "Where fault codes are not shown G1_XIST2 has none either."
         => |b| b.a3m60.image = show_fault_code_hides_all_codes;
     "error-code-in-the-speed" "The code of an error stands in NIST_B too."
-        => |b| b.encoder.telegram.emit = |_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
     "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
         => |b| b.encoder.diagnosis.code = |error| if is_caused_at_start(error) { None } else { error.code };
 
@@ -94,9 +94,9 @@ pub static BUGS: &[Bug] = bugs! {
     "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
         => |b| b.encoder.telegram.put = speed_sign_and_magnitude;
     "velocity-limited-at-8191" "The speed stops at 8191."
-        => |b| b.encoder.telegram.emit = |_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now };
+        => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
     "speed-never-quite-0" "A shaft at rest has the speed 1."
-        => |b| b.encoder.telegram.emit = |_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now };
+        => |b| b.at_encoder.image(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
     "speed-by-blocks" "The speed is renewed when the time of its mean is over."
         => |b| b.encoder.velocity.sampling = |right| Sampling { every: right.every * right.of, of: 1 };
     "velocity-every-cycle" "The speed is renewed each millisecond."

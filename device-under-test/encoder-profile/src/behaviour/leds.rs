@@ -25,16 +25,3 @@ pub struct Lit<'a> {
     /// What it shows if it is healthy.
     pub right: &'static str,
 }
-
-/// What LEDs show.
-#[derive(Clone, Copy, Debug)]
-pub struct Leds {
-    /// What an LED shows.
-    pub shown: fn(&Lit<'_>) -> &'static str,
-}
-
-impl Default for Leds {
-    fn default() -> Leds {
-        Leds { shown: |lit| lit.right }
-    }
-}

@@ -15,19 +15,23 @@ mod values;
 
 pub use control::{ByPlc, Control};
 pub use diagnosis::Diagnosis;
-pub use leds::{Leds, Lit};
+pub use leds::Lit;
 pub use memory::{Memory, PowerUp};
 pub use names::Names;
 pub use records::Records;
 pub use reset::Reset;
 pub use values::{Values, View, preset_units};
 
+use crate::deviation::Deviation;
 use crate::encoder::{measuring, velocity};
 use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
+use device_stack::Beside;
 
 /// How an encoder behaves.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Behaviour {
+    /// Who stands beside the encoder.
+    pub beside: Beside<dyn Deviation>,
     /// Positions and presets.
     pub measuring: measuring::Rules,
     /// Velocity.
@@ -56,8 +60,6 @@ pub struct Behaviour {
     pub reset: Reset,
     /// Diagnoses.
     pub diagnosis: Diagnosis,
-    /// LEDs.
-    pub leds: Leds,
     /// Station names.
     pub names: Names,
 }

@@ -37,8 +37,6 @@ pub struct View<'a> {
 /// Values of single parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Values {
-    /// What an element or octet says, from its parameter number and subindex and the right value.
-    pub element: fn(&View<'_>, (u16, usize), u64) -> u64,
     /// How many elements a parameter has, from its number and the right count.
     pub elements: fn(u16, usize) -> usize,
     /// The format of a parameter, from its number and the right one.
@@ -62,7 +60,6 @@ pub struct Values {
 impl Default for Values {
     fn default() -> Values {
         Values {
-            element: |_, _, right| right,
             elements: |_, right| right,
             format: |_, right| right,
             saves: |value| (value <= 1).then_some(value == 1),

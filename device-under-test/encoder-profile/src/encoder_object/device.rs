@@ -71,16 +71,16 @@ impl<M: Model> EncoderObject<M> {
             facts,
             model,
             variant,
-            behaviour,
             rules,
             identity: identity(facts, variant, mac),
             plugs: places::plugs(facts, variant, &behaviour.telegram),
+            manager: Manager::new(behaviour.parameters),
+            behaviour,
             shaft,
             faults,
             store,
             ram,
             returns: None,
-            manager: Manager::new(behaviour.parameters),
             powered: true,
             was_reset: false,
         }
@@ -373,7 +373,7 @@ impl<M: Model> Application for EncoderObject<M> {
             has_outputs: live.ram.outputs != Outputs::default(),
             right,
         };
-        Some((live.behaviour.leds.shown)(&lit))
+        Some(live.behaviour.beside.ask(right, |who, right| who.led(&lit, right)))
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

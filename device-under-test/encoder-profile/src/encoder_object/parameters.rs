@@ -15,7 +15,7 @@ impl<M: Model> Parameters for Live<'_, M> {
         let mut shown = self.right_parameter(number)?;
         let (values, view) = (&self.behaviour.values, self.view());
         for (subindex, value) in shown.values.iter_mut().enumerate() {
-            *value = (values.element)(&view, (number, subindex), *value);
+            *value = self.told(&view, (number, subindex), *value);
         }
         let count = (values.elements)(number, shown.values.len());
         shown.values.truncate(count);
@@ -115,9 +115,14 @@ impl<M: Model> Live<'_, M> {
     pub fn shown_status(&self) -> Vec<u64> {
         let (values, view) = (&self.behaviour.values, self.view());
         let shown = self.operating_status().into_iter().enumerate();
-        let mut shown: Vec<u64> = shown.map(|(n, word)| (values.element)(&view, (OPERATING_STATUS, n), word)).collect();
+        let mut shown: Vec<u64> = shown.map(|(n, word)| self.told(&view, (OPERATING_STATUS, n), word)).collect();
         shown.truncate((values.elements)(OPERATING_STATUS, shown.len()));
         shown
+    }
+
+    /// What an element says in the end.
+    fn told(&self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+        self.behaviour.beside.ask(right, |who, right| who.element(view, at, right))
     }
 
     fn view(&self) -> View<'_> {

@@ -1,8 +1,10 @@
 //! The telegrams of the encoder profile: which signals they carry, and how a signal becomes octets.
 
 use super::sensor::Request;
+use crate::deviation::Deviation;
 use crate::encoder::{Hardware, Scaling, Settings};
 use alloc::vec::Vec;
+use device_stack::Beside;
 use wire::octets::Append;
 
 /// A signal from the encoder.
@@ -204,8 +206,6 @@ pub struct Rules {
     pub input_octets: fn(&Telegram) -> u16,
     /// The order of the signals of a telegram.
     pub order: fn(&Telegram) -> &'static [Signal],
-    /// What is sent, from the cycle before and what is the case now.
-    pub emit: fn(&Before, Image) -> Image,
     /// Whether the inputs of a submodule are good, from whether it is the last one of the frame and the right answer.
     pub is_good: fn(bool, bool) -> bool,
     /// Appends a signal of a telegram.
@@ -223,7 +223,6 @@ impl Default for Rules {
             parts,
             input_octets: |telegram| telegram.input_octets,
             order: |telegram| telegram.inputs,
-            emit: |_, image| image,
             is_good: |_, right| right,
             put: |_, signal, image, out| put(signal, image, out),
         }
@@ -248,18 +247,19 @@ pub fn put(signal: Signal, image: &Image, out: &mut Vec<u8>) {
 }
 
 /// Reads the control words and writes the signals of a telegram.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Emitter {
     before: Before,
     rules: Rules,
+    beside: Beside<dyn Deviation>,
     /// The octets of a telegram while it is filled in; kept so that no frame allocates.
     spare: Vec<u8>,
 }
 
 impl Emitter {
     /// An emitter that has sent nothing yet.
-    pub fn new(rules: Rules) -> Emitter {
-        Emitter { before: Before::default(), rules, spare: Vec::new() }
+    pub fn new(rules: Rules, beside: Beside<dyn Deviation>) -> Emitter {
+        Emitter { before: Before::default(), rules, beside, spare: Vec::new() }
     }
 
     /// The last cycle.
@@ -304,7 +304,7 @@ impl Emitter {
 
     /// Begins a frame: these are the signals of all its telegrams.
     pub fn begin(&mut self, image: Image) {
-        let sent = (self.rules.emit)(&self.before, image);
+        let sent = self.beside.ask(image, |who, image| who.image(&self.before, image));
         self.before = Before { truth: image, sent };
     }
 
@@ -368,7 +368,7 @@ mod tests {
     fn layouts(#[case] index: usize, #[case] expected: &[u8]) {
         let telegram = &STANDARD[index];
         let mut inputs = alloc::vec![0xAA; telegram.input_octets.into()];
-        assert!(Emitter::new(Rules::default()).emit(telegram, IMAGE, &mut inputs));
+        assert!(Emitter::new(Rules::default(), Beside::NOBODY).emit(telegram, IMAGE, &mut inputs));
         assert_eq!(inputs, expected);
     }
 
@@ -390,7 +390,7 @@ mod tests {
     #[case(&[0x04, 0x00, 0x20], None)]
     #[case(&[], None)]
     fn control_words(#[case] octets: &[u8], #[case] words: Option<[u16; 2]>) {
-        let emitter = Emitter::new(Rules::default());
+        let emitter = Emitter::new(Rules::default(), Beside::NOBODY);
         let mut taken = Outputs { words: Some([1, 2]), preset: Some(3), separate: Some(4), unused: None };
         emitter.take(&mut taken, &STANDARD[0], Some(octets));
         assert_eq!(taken, Outputs { words, preset: Some(3), separate: Some(4), unused: None });
@@ -418,7 +418,7 @@ mod tests {
 
     #[test]
     fn several_telegrams_share_a_frame() {
-        let mut emitter = Emitter::new(Rules::default());
+        let mut emitter = Emitter::new(Rules::default(), Beside::NOBODY);
         emitter.begin(IMAGE);
         let (mut first, mut second) = ([0xAA; 8], [0xAA; 12]);
         assert!(emitter.fill(&TELEGRAM_860, &mut first) && emitter.fill(&PARTS, &mut second));

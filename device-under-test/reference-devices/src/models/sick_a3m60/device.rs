@@ -44,7 +44,7 @@ impl Encoder {
     pub fn new(variant: &'static Variant, behaviour: Behaviour, rules: Knobs, shaft: u64, address: u8) -> Encoder {
         let state = State::new(address);
         // The record is built here and has the length of the profile, whatever Set_Prm is to have.
-        let mut inner = behaviour;
+        let mut inner = behaviour.clone();
         inner.user_parameters.checks_length = false;
         let object = EncoderObject::new(&FACTS, state, variant, inner, rules, Piece { shaft, ..Piece::default() });
         let identity = Identity {

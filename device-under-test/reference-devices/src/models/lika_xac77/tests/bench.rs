@@ -54,7 +54,8 @@ impl Bench {
         let mac = [2, 0, 0, 0, 1, 0];
         let piece = Piece { mac, shaft, ..Piece::default() };
         let variant = &FACTS.variants[variant];
-        let encoder = EncoderObject::new(&FACTS, State::default(), variant, behaviour.encoder, behaviour.web, piece);
+        let encoder =
+            EncoderObject::new(&FACTS, State::default(), variant, behaviour.encoder.clone(), behaviour.web, piece);
         let telegram = encoder.plugs()[2];
         Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
     }
