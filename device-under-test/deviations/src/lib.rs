@@ -18,6 +18,6 @@ pub mod tables;
 #[cfg(test)]
 mod tests;
 
-pub use manuals::{build, subject, subjects};
+pub use manuals::{build, sentence, subject, subjects};
 pub use reference_devices::{Bus, Line, Manual, ReferenceDevice};
 pub use subject::{BuildError, Setup, Subject, bugs_of_the_field};

@@ -76,7 +76,7 @@ impl Base {
         let mut bugs = Vec::new();
         if mistakes.count() == 0 {
             let parts = parts(sources, folder, BUGS, files);
-            bugs = lists::bugs(&parts, &index, files, mistakes);
+            bugs = lists::bugs(&parts, &index, &|bug| sources.sentence(folder, bug), files, mistakes);
         }
         let (bugs, bug_spots) = bugs.into_iter().unzip();
         let mut of_procedures = Vec::new();

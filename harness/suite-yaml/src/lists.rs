@@ -73,14 +73,8 @@ enum ClassWord {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BugsFile {
-    bugs: BTreeMap<String, BugEntry>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BugEntry {
-    why: String,
-    breaks: Vec<String>,
+    /// The requirements that each breaks.
+    bugs: BTreeMap<String, Vec<String>>,
 }
 
 /// Reads the requirements; those with a mistake are left out.
@@ -205,6 +199,7 @@ impl Elsewhere {
 pub(super) fn bugs(
     parts: &[(u16, impl AsRef<str>)],
     requirements: &FxHashMap<String, (usize, Vec<usize>)>,
+    sentence: &dyn Fn(&str) -> String,
     files: &Files,
     mistakes: &Mistakes,
 ) -> Vec<(Bug, Spot)> {
@@ -212,7 +207,7 @@ pub(super) fn bugs(
     for (file, text) in parts {
         let Some(read) = mistakes.keep(from_yaml::<BugsFile>(*file, text.as_ref())) else { continue };
         let heads = heads(*file, text.as_ref());
-        for (name, entry) in read.bugs {
+        for (name, ids) in read.bugs {
             let spots = || Spots::new(*file, text.as_ref());
             let spot = heads.get(name.as_str()).copied();
             let spot = spot.unwrap_or_else(|| spots().after("", &format!("{name}:")));
@@ -220,14 +215,20 @@ pub(super) fn bugs(
                 mistakes.note(Mistake::new(spot, format!("duplicate bug `{name}`")));
                 continue;
             }
-            let breaks = entry.breaks.iter().map(|id| match requirements.get(id) {
+            let breaks = ids.iter().map(|id| match requirements.get(id) {
                 Some((index, _)) => Ok(*index),
                 None => {
                     let mut known: Vec<&str> = requirements.keys().map(String::as_str).collect();
                     known.sort_unstable();
-                    let mut at = spots();
-                    at.after("", &format!("{name}:"));
-                    Err(Mistake::unknown(at.after("", id), "requirement", id, known))
+                    // Behind the name, or in a line that continues the list.
+                    let (head, mut at) = (format!("{name}:"), spots());
+                    let mut spot = at.after(&head, id);
+                    if spot == at.top() {
+                        at = spots();
+                        at.after("", &head);
+                        spot = at.after("", id);
+                    }
+                    Err(Mistake::unknown(spot, "requirement", id, known))
                 }
             });
             let breaks = breaks.collect::<Read<Vec<usize>>>();
@@ -235,7 +236,8 @@ pub(super) fn bugs(
                 if breaks.is_empty() { Err(Mistake::new(spot, format!("`{name}` breaks nothing"))) } else { Ok(breaks) }
             });
             let Some(breaks) = mistakes.keep(breaks) else { continue };
-            list.push((Bug { name, why: entry.why, breaks, at: files.location(spot) }, spot));
+            let why = sentence(&name);
+            list.push((Bug { name, why, breaks, at: files.location(spot) }, spot));
         }
     }
     list.sort_by_key(|(_, spot)| *spot);

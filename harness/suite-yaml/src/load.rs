@@ -105,7 +105,8 @@ fn at_once(sources: &Sources, folders: &[&String]) -> Vec<Result<Manual, LoadErr
 
 fn manual(sources: &Sources, folder: &str, elsewhere: &Elsewhere) -> Result<Manual, LoadErrors> {
     // Octets that cannot be read are not of this build; the text says the same.
-    if let Some(manual) = sources.octets(folder).and_then(|octets| compiled::read(octets).ok()) {
+    if let Some(mut manual) = sources.octets(folder).and_then(|octets| compiled::read(octets).ok()) {
+        manual.bugs.iter_mut().for_each(|bug| bug.why = sources.sentence(folder, &bug.name));
         return Ok(manual);
     }
     let (mut files, mistakes) = (Files::default(), Mistakes::default());
@@ -259,7 +260,7 @@ impl Checker {
             let parts = [(opened.0, opened.1)];
             lists::requirements(&parts, &self.base.described.device.variants, &files, &mistakes);
         } else if folder == self.folder && is_part(name, BUGS) {
-            lists::bugs(&[(opened.0, opened.1)], &self.base.index, &files, &mistakes);
+            lists::bugs(&[(opened.0, opened.1)], &self.base.index, &|_| String::new(), &files, &mistakes);
         } else if folder == self.folder && is_topic(name) {
             if let Some(node) = mistakes.keep(yaml::parse(opened.0, &opened.1)) {
                 self.compile(&self.base.common, &[&(name.to_owned(), node)], &files, &mistakes);

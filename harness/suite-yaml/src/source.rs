@@ -48,6 +48,8 @@ pub struct Sources {
     pub(super) is_for_rules: bool,
     /// Manuals that were compiled from these very files, by name.
     compiled: BTreeMap<&'static str, &'static [u8]>,
+    /// What a bug is in a sentence, from the manual and its name, if somebody knows.
+    sentences: fn(&str, &str) -> Option<&'static str>,
 }
 
 /// Times of a bench that stand in the place of those of the suites.
@@ -86,6 +88,7 @@ impl Sources {
             elsewhere: BTreeMap::new(),
             is_for_rules: false,
             compiled: BTreeMap::new(),
+            sentences: |_, _| None,
         }
     }
 
@@ -96,6 +99,18 @@ impl Sources {
     pub fn compiled(mut self, manuals: impl IntoIterator<Item = (&'static str, &'static [u8])>) -> Sources {
         self.compiled = manuals.into_iter().collect();
         self
+    }
+
+    /// The same suites with the sentences of the bugs, by manual and name: the suites list bugs, the reference devices know what
+    /// they are.
+    #[must_use]
+    pub fn with_sentences(self, sentences: fn(&str, &str) -> Option<&'static str>) -> Sources {
+        Sources { sentences, ..self }
+    }
+
+    /// What a bug of a manual is; empty if nobody knows.
+    pub(super) fn sentence(&self, manual: &str, bug: &str) -> String {
+        (self.sentences)(manual, bug).unwrap_or_default().to_owned()
     }
 
     /// The octets of a manual that was compiled from these very files.

@@ -35,6 +35,12 @@ pub fn subject(name: &str) -> Result<&'static Subject, BuildError> {
         .ok_or_else(|| BuildError::UnknownManual(name.to_string()))
 }
 
+/// What the devices of a manual do with the bug of this name, in a sentence; none if they cannot be told to have it.
+pub fn sentence(manual: &str, bug: &str) -> Option<&'static str> {
+    let subject = subject(manual).ok()?;
+    subject.bugs().find(|known| known.name == bug).map(|known| known.sentence)
+}
+
 /// A device of this manual and variant, with power and plugged in.
 pub fn build(name: &str, variant: &str, setup: &Setup<'_>) -> Result<Box<dyn ReferenceDevice>, BuildError> {
     subject(name)?.build(variant, setup)

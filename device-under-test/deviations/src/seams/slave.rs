@@ -152,7 +152,11 @@ impl Deviation for Slave {
     }
 
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
-        self.0.iter_mut().fold(true, |given, of| of.parameters(parameters) && given)
+        let mut are_given = true;
+        for of in &mut self.0 {
+            are_given &= of.parameters(parameters);
+        }
+        are_given
     }
 
     fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {

@@ -7,7 +7,7 @@ use core::mem;
 use core::time::Duration;
 use device_stack::profibus::{Application, Check, Deviation};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
-use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FunctionCode, StationType, UNNAMED};
+use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FrameCount, FunctionCode, StationType, UNNAMED};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::{Service, SlaveSap};
@@ -30,6 +30,13 @@ fn with_parameters(frame: &DataFrame<'_>, parameters: &SetPrm) -> Vec<u8> {
     let mut data = Vec::new();
     parameters.write(&mut data);
     with_data(frame, &data)
+}
+
+/// The request as nobody counts it, so that it is no repetition and none is one of it.
+fn uncounted(telegram: &[u8]) -> Vec<u8> {
+    let Some(frame) = frame(telegram) else { return telegram.to_vec() };
+    let Some(function) = frame.fc.requested() else { return telegram.to_vec() };
+    with_data(&DataFrame { fc: FunctionCode::request(function, FrameCount::Unused), ..frame }, frame.data)
 }
 
 fn told_anew(telegram: &mut Vec<u8>, change: impl FnOnce(&mut SlaveDiag)) {
@@ -71,10 +78,11 @@ impl Deviation for Resumes {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = Vec::new();
         if mem::take(&mut self.is_new) {
-            heard.extend(self.parameters.clone());
-            heard.extend(self.configuration.clone());
+            heard.extend(self.parameters.as_deref().map(uncounted));
+            heard.extend(self.configuration.as_deref().map(uncounted));
         }
-        if let Some((frame, mut parameters)) = parameters(telegram) {
+        let locks = |of: &SetPrm| of.status.has(StationStatus::LOCK_REQ) && !of.status.has(StationStatus::UNLOCK_REQ);
+        if let Some((frame, mut parameters)) = parameters(telegram).filter(|(_, parameters)| locks(parameters)) {
             // A watchdog of before would end it at once.
             parameters.status.0 &= !StationStatus::WD_ON.0;
             self.parameters = Some(with_parameters(&frame, &parameters));
@@ -131,7 +139,7 @@ impl Deviation for Retries {
         }
         let mut heard = vec![telegram.to_vec()];
         if is_request(telegram, CHK_CFG) && mem::replace(&mut self.had_configuration, true) {
-            heard.splice(..0, self.parameters.clone());
+            heard.splice(..0, self.parameters.as_deref().map(uncounted));
         }
         heard
     }
@@ -161,7 +169,7 @@ impl Deviation for ConfiguresEarly {
                     encoder.configuration(&mut identifiers);
                     let sap = Some(SlaveSap::CHK_CFG.0);
                     let destination = Extension { sap, ..frame.destination };
-                    with_data(&DataFrame { destination, ..frame }, &identifiers)
+                    uncounted(&with_data(&DataFrame { destination, ..frame }, &identifiers))
                 });
                 heard.splice(..0, configuration);
             }
@@ -290,7 +298,7 @@ impl Deviation for EndsAtDiagnosis {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = vec![telegram.to_vec()];
         if mem::take(&mut self.is_told) {
-            heard.splice(..0, self.unlock.take());
+            heard.splice(..0, self.unlock.take().as_deref().map(uncounted));
         }
         if let Some((frame, mut parameters)) = parameters(telegram) {
             parameters.status = StationStatus::UNLOCK_REQ;

@@ -117,7 +117,10 @@ impl<'a> ListedBug<'a> {
     }
 
     fn text(&self, out: &mut String, in_full: bool) {
-        let _ = writeln!(out, "  {}\n    {}", self.name, self.why);
+        let _ = writeln!(out, "  {}", self.name);
+        if !self.why.is_empty() {
+            let _ = writeln!(out, "    {}", self.why);
+        }
         if in_full {
             for of in &self.breaks {
                 let _ = writeln!(out, "    breaks {}, {}\n           {}", of.id, of.clause, of.statement);

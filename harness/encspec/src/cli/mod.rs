@@ -248,7 +248,8 @@ impl Suites {
 }
 
 fn sources(folder: Option<&Path>) -> Result<Sources, LoadErrors> {
-    folder.map_or_else(|| Ok(suites::sources()), Sources::folder)
+    let sources = folder.map_or_else(|| Ok(suites::sources()), Sources::folder)?;
+    Ok(sources.with_sentences(deviations::sentence))
 }
 
 /// Why a command ends before its work is done: what is said, and how the process ends.

@@ -130,7 +130,7 @@ impl Requirement {
 pub struct Bug {
     /// The name that `catches` uses.
     pub name: String,
-    /// One sentence.
+    /// What the device does wrong, in one sentence; empty where no reference device is known that can do it.
     pub why: String,
     /// Indices into the requirements that it breaks.
     pub breaks: Vec<usize>,
