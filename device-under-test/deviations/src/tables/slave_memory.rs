@@ -417,40 +417,34 @@ impl Deviation for LastMaster {
     }
 }
 
-/// Answers at the address of before, whatever address it was given since.
+/// Answers at the address of its start, whatever address it was given since.
 #[derive(Default)]
 pub struct EarlierAddress {
-    /// The address of before, and the one that it was given.
-    moved: Option<(u8, u8)>,
+    at_start: Option<u8>,
 }
 
 impl Deviation for EarlierAddress {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
-        let Some((frame, service)) = request(telegram) else { return vec![telegram.to_vec()] };
-        let heard = match self.moved {
-            Some((before, now)) if frame.da == before => with_data(&DataFrame { da: now, ..frame }, frame.data),
-            Some((_, now)) if frame.da == now => return Vec::new(),
-            _ => telegram.to_vec(),
-        };
-        if service == Service::Slave(SlaveSap::SET_SLAVE_ADDRESS)
-            && let Some(address) = frame.data.first().copied().filter(|address| *address <= 125)
-        {
-            let before = self.moved.map_or(frame.da, |(before, _)| before);
-            self.moved = Some((before, address));
+    fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let (now, at_start) = (encoder.address(), *self.at_start.get_or_insert(encoder.address()));
+        match request(telegram) {
+            Some((frame, _)) if now != at_start && frame.da == at_start => {
+                vec![with_data(&DataFrame { da: now, ..frame }, frame.data)]
+            }
+            Some((frame, _)) if now != at_start && frame.da == now => Vec::new(),
+            _ => vec![telegram.to_vec()],
         }
-        vec![heard]
     }
 
-    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
-        if let (Some((before, now)), Some(frame)) = (self.moved, frame(telegram))
-            && frame.sa == now
+    fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {
+        if let (Some(at_start), Some(frame)) = (self.at_start, frame(telegram))
+            && frame.sa == encoder.address()
         {
-            *telegram = with_data(&DataFrame { sa: before, ..frame }, frame.data);
+            *telegram = with_data(&DataFrame { sa: at_start, ..frame }, frame.data);
         }
     }
 
     fn starts(&mut self) {
-        self.moved = None;
+        self.at_start = None;
     }
 }
 
