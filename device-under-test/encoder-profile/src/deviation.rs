@@ -3,8 +3,13 @@
 //! An encoder is plain: it knows what is right, and says so at its decisions ([`Check`]). Whoever stands beside it may turn a
 //! decision round, and change what comes to the encoder and what goes out. Without the feature `deviations` nobody does.
 
-use crate::behaviour::{Lit, View};
+use crate::encoder::{Hardware, Measuring};
+use crate::facts::Facts;
 use crate::profidrive::telegram::{Before, Image};
+use crate::profidrive::user_parameters::UserParameters;
+use core::time::Duration;
+use device_stack::profinet::{Seen, StationData};
+use station::Time;
 
 /// A yes or no that the encoder decides, with what it decides about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,4 +37,54 @@ pub trait Deviation {
     fn led(&mut self, lit: &Lit<'_>, right: &'static str) -> &'static str {
         right
     }
+}
+
+/// What the values of parameters could be taken from.
+#[derive(Debug)]
+pub struct View<'a> {
+    /// Now.
+    pub now: Time,
+    /// What the manual says.
+    pub facts: &'static Facts,
+    /// What the sensor tells apart.
+    pub hardware: Hardware,
+    /// What that of another encoder of the manual tells apart; the same if there is no other.
+    pub other: Hardware,
+    /// The user parameters in force.
+    pub user: &'a UserParameters,
+    /// The fault bits of the errors that are there.
+    pub faults: u32,
+    /// The measuring task.
+    pub measuring: &'a Measuring,
+    /// The preset value.
+    pub preset_value: u32,
+    /// The offset that was in memory at power-up.
+    pub offset_at_power_up: u64,
+    /// Name and addresses in use.
+    pub station: &'a StationData,
+    /// The IP address before the last assignment.
+    pub address_before: [u8; 4],
+}
+
+/// What an LED could show.
+#[derive(Clone, Copy, Debug)]
+pub struct Lit<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// What the stack knows.
+    pub seen: &'a Seen,
+    /// The fault bits of the errors that are there.
+    pub faults: u32,
+    /// Whether the user parameters are wrong or missing.
+    pub has_wrong_parameters: bool,
+    /// Whether the connection has brought user parameters.
+    pub has_record: bool,
+    /// Whether there was a warning since power-up.
+    pub had_warning: bool,
+    /// How long this connection has exchanged data; none if it does not.
+    pub exchanged_for: Option<Duration>,
+    /// Whether there are outputs that count.
+    pub has_outputs: bool,
+    /// What it shows if it is healthy.
+    pub right: &'static str,
 }

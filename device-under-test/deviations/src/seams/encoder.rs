@@ -5,8 +5,8 @@
 
 use alloc::boxed::Box;
 use alloc::vec::Vec;
-use encoder_profile::behaviour::{Lit, View};
 use encoder_profile::deviation::{Check, Deviation};
+use encoder_profile::deviation::{Lit, View};
 use encoder_profile::profidrive::telegram::{Before, Image};
 
 /// Everybody who stands beside one encoder.

@@ -4,7 +4,7 @@ use super::Bug;
 use super::image::{ERROR, POSITION, has_error};
 use core::time::Duration;
 use device_stack::profinet::Severity;
-use encoder_profile::behaviour::View;
+use encoder_profile::deviation::View;
 use encoder_profile::profidrive::telegram::{Before, Image};
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;

@@ -2,7 +2,7 @@
 //! each port.
 
 use super::Bug;
-use encoder_profile::behaviour::Lit;
+use encoder_profile::deviation::Lit;
 
 /// The bugs of this seam.
 pub static BUGS: &[Bug] = encoder_bugs! {

@@ -3,7 +3,7 @@
 use super::Bug;
 use alloc::vec::Vec;
 use core::time::Duration;
-use encoder_profile::behaviour::View;
+use encoder_profile::deviation::View;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
 use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
 use reference_devices::models::sick::settings;

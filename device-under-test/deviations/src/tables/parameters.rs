@@ -1,7 +1,7 @@
 //! Bugs of what the parameters say.
 
 use super::Bug;
-use encoder_profile::behaviour::View;
+use encoder_profile::deviation::View;
 use wire::profidrive::Format;
 
 /// The bugs of this seam.

@@ -2,7 +2,7 @@
 
 use super::Bug;
 use super::set_prm::with;
-use encoder_profile::behaviour::View;
+use encoder_profile::deviation::View;
 use encoder_profile::encoder::Gear;
 use reference_devices::models::sick_a3m60::knobs::{Origin, Words};
 use wire::profibus::sap::SlaveSap;

@@ -6,7 +6,6 @@
 
 mod control;
 mod diagnosis;
-mod leds;
 mod memory;
 mod names;
 mod records;
@@ -15,12 +14,11 @@ mod values;
 
 pub use control::{ByPlc, Control};
 pub use diagnosis::Diagnosis;
-pub use leds::Lit;
 pub use memory::{Memory, PowerUp};
 pub use names::Names;
 pub use records::Records;
 pub use reset::Reset;
-pub use values::{Values, View, preset_units};
+pub use values::{Values, preset_units};
 
 use crate::deviation::Deviation;
 use crate::encoder::{measuring, velocity};

@@ -1,38 +1,7 @@
 //! What single parameters say.
 
-use crate::encoder::{Hardware, Measuring, PresetMode};
-use crate::facts::Facts;
-use crate::profidrive::user_parameters::UserParameters;
-use device_stack::profinet::StationData;
-use station::Time;
+use crate::encoder::PresetMode;
 use wire::profidrive::Format;
-
-/// What the values of parameters could be taken from.
-#[derive(Debug)]
-pub struct View<'a> {
-    /// Now.
-    pub now: Time,
-    /// What the manual says.
-    pub facts: &'static Facts,
-    /// What the sensor tells apart.
-    pub hardware: Hardware,
-    /// What that of another encoder of the manual tells apart; the same if there is no other.
-    pub other: Hardware,
-    /// The user parameters in force.
-    pub user: &'a UserParameters,
-    /// The fault bits of the errors that are there.
-    pub faults: u32,
-    /// The measuring task.
-    pub measuring: &'a Measuring,
-    /// The preset value.
-    pub preset_value: u32,
-    /// The offset that was in memory at power-up.
-    pub offset_at_power_up: u64,
-    /// Name and addresses in use.
-    pub station: &'a StationData,
-    /// The IP address before the last assignment.
-    pub address_before: [u8; 4],
-}
 
 /// Values of single parameters.
 #[derive(Clone, Copy, Debug)]

@@ -127,7 +127,9 @@ impl<M: Model> Live<'_, M> {
         let is_held_up = self.now < self.ram.held_up_until;
         let signals = if is_held_up { self.ram.emitter.before().sent } else { self.image() };
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
-        self.ram.emitter.begin(image);
+        let before = self.ram.emitter.before();
+        let sent = self.behaviour.beside.ask(image, |who, image| who.image(before, image));
+        self.ram.emitter.begin(image, sent);
     }
 
     /// The signals as they are, apart from ZSW2_ENC.

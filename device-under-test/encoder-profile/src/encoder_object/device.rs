@@ -3,7 +3,8 @@
 use super::names;
 use super::places::{self, ENCODER_API, ENCODER_SLOT};
 use super::{Faults, Live, Model, Phase, Ram, Store};
-use crate::behaviour::{Behaviour, Lit, PowerUp};
+use crate::behaviour::{Behaviour, PowerUp};
+use crate::deviation::Lit;
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::facts::{Cause, Facts, Reset, Variant};
 use crate::profidrive::parameters::Manager;

@@ -238,7 +238,7 @@ impl Ram {
             measuring,
             velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity),
             sensor: Sensor::new(behaviour.sensor),
-            emitter: Emitter::new(behaviour.telegram, behaviour.beside.clone()),
+            emitter: Emitter::new(behaviour.telegram),
             outputs: Outputs::default(),
             held_up_until: now,
             watch: Watch::default(),

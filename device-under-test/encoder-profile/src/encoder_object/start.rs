@@ -46,7 +46,7 @@ impl<M: Model> EncoderObject<M> {
         (ram.has_record, ram.has_request) = (false, false);
         ram.outputs = Outputs::default();
         ram.last_preset = None;
-        ram.emitter = Emitter::new(self.behaviour.telegram, self.behaviour.beside.clone());
+        ram.emitter = Emitter::new(self.behaviour.telegram);
         ram.watch = Watch::default();
         (ram.wrong_parameters, ram.warnings) = (false, 0);
         (ram.good_since, ram.last_control, ram.had_control) = (None, false, false);

@@ -1,10 +1,8 @@
 //! The telegrams of the encoder profile: which signals they carry, and how a signal becomes octets.
 
 use super::sensor::Request;
-use crate::deviation::Deviation;
 use crate::encoder::{Hardware, Scaling, Settings};
 use alloc::vec::Vec;
-use device_stack::Beside;
 use wire::octets::Append;
 
 /// A signal from the encoder.
@@ -251,15 +249,14 @@ pub fn put(signal: Signal, image: &Image, out: &mut Vec<u8>) {
 pub struct Emitter {
     before: Before,
     rules: Rules,
-    beside: Beside<dyn Deviation>,
     /// The octets of a telegram while it is filled in; kept so that no frame allocates.
     spare: Vec<u8>,
 }
 
 impl Emitter {
     /// An emitter that has sent nothing yet.
-    pub fn new(rules: Rules, beside: Beside<dyn Deviation>) -> Emitter {
-        Emitter { before: Before::default(), rules, beside, spare: Vec::new() }
+    pub fn new(rules: Rules) -> Emitter {
+        Emitter { before: Before::default(), rules, spare: Vec::new() }
     }
 
     /// The last cycle.
@@ -302,10 +299,9 @@ impl Emitter {
         taken.preset.map(|word| (self.rules.trigger)(word, taken.unused))
     }
 
-    /// Begins a frame: these are the signals of all its telegrams.
-    pub fn begin(&mut self, image: Image) {
-        let sent = self.beside.ask(image, |who, image| who.image(&self.before, image));
-        self.before = Before { truth: image, sent };
+    /// Begins a frame: these are the signals of all its telegrams, as they are and as they are sent.
+    pub fn begin(&mut self, truth: Image, sent: Image) {
+        self.before = Before { truth, sent };
     }
 
     /// Fills in the inputs of one telegram of the frame and says whether they are good.
@@ -322,7 +318,7 @@ impl Emitter {
 
     /// Begins a frame of one telegram, fills in its inputs and says whether they are good.
     pub fn emit(&mut self, telegram: &Telegram, image: Image, inputs: &mut [u8]) -> bool {
-        self.begin(image);
+        self.begin(image, image);
         self.fill(telegram, inputs)
     }
 }
@@ -368,7 +364,7 @@ mod tests {
     fn layouts(#[case] index: usize, #[case] expected: &[u8]) {
         let telegram = &STANDARD[index];
         let mut inputs = alloc::vec![0xAA; telegram.input_octets.into()];
-        assert!(Emitter::new(Rules::default(), Beside::NOBODY).emit(telegram, IMAGE, &mut inputs));
+        assert!(Emitter::new(Rules::default()).emit(telegram, IMAGE, &mut inputs));
         assert_eq!(inputs, expected);
     }
 
@@ -390,7 +386,7 @@ mod tests {
     #[case(&[0x04, 0x00, 0x20], None)]
     #[case(&[], None)]
     fn control_words(#[case] octets: &[u8], #[case] words: Option<[u16; 2]>) {
-        let emitter = Emitter::new(Rules::default(), Beside::NOBODY);
+        let emitter = Emitter::new(Rules::default());
         let mut taken = Outputs { words: Some([1, 2]), preset: Some(3), separate: Some(4), unused: None };
         emitter.take(&mut taken, &STANDARD[0], Some(octets));
         assert_eq!(taken, Outputs { words, preset: Some(3), separate: Some(4), unused: None });
@@ -418,8 +414,8 @@ mod tests {
 
     #[test]
     fn several_telegrams_share_a_frame() {
-        let mut emitter = Emitter::new(Rules::default(), Beside::NOBODY);
-        emitter.begin(IMAGE);
+        let mut emitter = Emitter::new(Rules::default());
+        emitter.begin(IMAGE, IMAGE);
         let (mut first, mut second) = ([0xAA; 8], [0xAA; 12]);
         assert!(emitter.fill(&TELEGRAM_860, &mut first) && emitter.fill(&PARTS, &mut second));
         assert_eq!(first, [0x12, 0x34, 0x56, 0x78, 0xFF, 0xFF, 0xFF, 0xC4]);
