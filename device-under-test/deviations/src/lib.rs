@@ -1,10 +1,10 @@
-//! Deliberate bugs that the reference devices can be told to have.
+//! The deviations of the reference devices: deliberate bugs, and variations that a manual permits.
 //!
-//! [`tables`] are the bugs by seam, each with the knob that it turns; [`manuals`] says which of them the devices of a manual
-//! take. A [`Subject`] is a manual with its bugs, and builds a device that has some of them. What a harness needs of
-//! `reference-devices` besides is handed on from here.
+//! [`tables`] has them by topic, [`seams`] the hooks that they attach to, [`needs`] what of a device makes them possible. A
+//! [`Subject`] is a manual with its deviations, and builds a device that has some of them. What a harness needs of
+//! `reference-devices` besides is re-exported here.
 //!
-//! This crate must not hold healthy behaviour: that stands in the devices, which know nothing of it.
+//! Conforming behaviour must not stand in this crate: that is in the devices, which know nothing of deviations.
 #![no_std]
 
 extern crate alloc;
@@ -12,6 +12,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod manuals;
+pub mod needs;
 pub mod seams;
 mod subject;
 pub mod tables;

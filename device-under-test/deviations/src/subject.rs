@@ -1,7 +1,7 @@
 //! A manual with the bugs that its devices can be told to have, and the devices built from both.
 
 use crate::seams::Deviations;
-use crate::tables::{self, Bug, Table};
+use crate::tables::{self, Deviation, Kind, Table};
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -35,18 +35,28 @@ impl PartialEq for Subject {
 impl Eq for Subject {}
 
 impl Subject {
-    /// The bugs that its devices can be told to have.
-    pub fn bugs(&self) -> impl Iterator<Item = &'static Bug> + Clone {
-        self.tables.iter().flat_map(Table::bugs)
+    /// The deviations that its devices can have.
+    pub fn deviations(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
+        self.tables.iter().flat_map(Table::bugs).chain(tables::of(self.manual))
+    }
+
+    /// Those of them that are bugs.
+    pub fn bugs(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
+        self.deviations().filter(|deviation| deviation.kind == Kind::Bug)
+    }
+
+    /// Those of them that the manual permits.
+    pub fn permitted(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
+        self.deviations().filter(|deviation| deviation.kind != Kind::Bug)
     }
 
     /// How a device behaves that has these bugs and no others.
     pub fn behaviour(&self, bugs: &[&str]) -> Result<Behaviour, BuildError> {
         let mut deviations = Deviations { behaviour: self.manual.behaviour(), ..Deviations::default() };
         for name in bugs {
-            let bug = self.bugs().chain(bugs_of_the_field()).find(|bug| bug.name == *name);
+            let bug = self.deviations().chain(bugs_of_the_field()).find(|known| known.name == *name);
             let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() })?;
-            (bug.apply)(&mut deviations);
+            (bug.attach)(&mut deviations);
         }
         Ok(deviations.behaviour())
     }
@@ -142,7 +152,7 @@ pub enum BuildError {
 }
 
 /// The bugs that no manual lists, because only the manner of another controller shows them; every device can be told to have them.
-pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Bug> + Clone {
+pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Deviation> + Clone {
     Table::Only(
         tables::stack::BUGS,
         &[

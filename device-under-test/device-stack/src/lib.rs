@@ -7,7 +7,7 @@
 //! A slave that gives its outputs back as inputs; a master asks it for its status:
 //!
 //! ```
-//! use device_stack::Beside;
+//! use device_stack::Attached;
 //! use device_stack::profibus::{Application, Device, DiagnosisBits, End, Identity, Seen};
 //! use station::{Duration, Outbox, StandAction, Station, Time};
 //! use wire::profibus::cfg::Sums;
@@ -84,7 +84,7 @@
 //!     set_ext_prm: false,
 //! };
 //! let mirror = Mirror { identity, seen: vec![0; 2] };
-//! let mut device = Device::new(mirror, BaudRate(1_500_000), Beside::NOBODY);
+//! let mut device = Device::new(mirror, BaudRate(1_500_000), Attached::NONE);
 //!
 //! // The master 2 asks 5 for its status, and is answered min TSDR later: a slave that is not ready for the ring.
 //! let mut out = Outbox::new();
@@ -104,11 +104,11 @@ extern crate self as device_stack;
 #[cfg(test)]
 extern crate std;
 
-mod beside;
+mod attached;
 pub mod profibus;
 pub mod profinet;
 
-pub use beside::Beside;
+pub use attached::Attached;
 
 use station::Time;
 

@@ -12,8 +12,9 @@ extern crate alloc;
 extern crate std;
 
 pub mod behaviour;
-pub mod deviation;
+pub mod checks;
 pub mod encoder;
 pub mod encoder_object;
 pub mod facts;
+pub mod hooks;
 pub mod profidrive;

@@ -4,7 +4,7 @@
 
 use crate::models::{datalogic_amt58, lika_xac77, plain, sick, sick_a3m60, sick_afx60};
 use device_stack::profinet::StackBehaviour;
-use device_stack::{Beside, profibus};
+use device_stack::{Attached, profibus};
 use encoder_profile::behaviour;
 
 /// How a reference device behaves; the default is the profile, and healthy where a manual says nothing else.
@@ -14,8 +14,8 @@ pub struct Behaviour {
     pub encoder: behaviour::Behaviour,
     /// The PROFINET stack.
     pub stack: StackBehaviour,
-    /// Who stands beside the PROFIBUS slave.
-    pub slave: Beside<dyn profibus::Deviation>,
+    /// The deviations of the PROFIBUS slave.
+    pub slave: Attached<dyn profibus::SlaveHooks>,
     /// The web server of the XAC77.
     pub web: lika_xac77::knobs::Web,
     /// What the encoders of SICK share.

@@ -23,6 +23,8 @@ pub struct Manual {
     pub title: &'static str,
     /// The variants that it describes.
     pub variants: &'static [&'static str],
+    /// What it says of its encoders, where they are of the encoder profile.
+    pub facts: Option<&'static Facts>,
     /// How its encoders behave: the profile, and what is right in this manual where it says otherwise.
     pub healthy: fn() -> behaviour::Behaviour,
     /// The bus that its devices speak.

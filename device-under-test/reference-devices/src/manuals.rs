@@ -19,6 +19,7 @@ pub static LIKA_XAC77: Manual = Manual {
     name: "lika-xac77-profinet",
     title: "Lika XAC77 absolute encoder",
     variants: &[lika_xac77::FACTS.variants[0].name, lika_xac77::FACTS.variants[1].name],
+    facts: Some(&lika_xac77::FACTS),
     healthy: Behaviour::default,
     bus: Bus::Profinet(Profinet {
         // Manual, 7.3.
@@ -36,6 +37,7 @@ pub static KUEBLER_SENDIX58XX: Manual = Manual {
     name: "kuebler-sendix58xx-profinet",
     title: "Kübler Sendix 58xx absolute encoder",
     variants: &[kuebler_sendix58xx::FACTS.variants[0].name, kuebler_sendix58xx::FACTS.variants[1].name],
+    facts: Some(&kuebler_sendix58xx::FACTS),
     healthy: kuebler_sendix58xx::healthy,
     bus: Bus::Profinet(Profinet {
         oui: None,
@@ -52,6 +54,7 @@ pub static SICK_AFX60: Manual = Manual {
     name: "sick-afx60-profinet",
     title: "SICK AFS60/AFM60 absolute encoders",
     variants: &[sick_afx60::FACTS.variants[0].name, sick_afx60::FACTS.variants[1].name],
+    facts: Some(&sick_afx60::FACTS),
     healthy: sick_afx60::healthy,
     bus: Bus::Profinet(Profinet {
         oui: None,
@@ -69,6 +72,7 @@ pub static SICK_A3M60: Manual = Manual {
     name: "sick-a3m60-profibus",
     title: "SICK A3M60 Advanced PROFIBUS absolute encoder",
     variants: &[sick_a3m60::FACTS.variants[0].name],
+    facts: Some(&sick_a3m60::FACTS),
     healthy: sick_a3m60::healthy,
     bus: Bus::Profibus(Profibus {
         delivered: sick_a3m60::ADDRESS,
@@ -86,6 +90,7 @@ pub static DATALOGIC_AMT58: Manual = Manual {
     name: "datalogic-amt58-profibus",
     title: "Datalogic AMT58 PROFIBUS-DP absolute encoder",
     variants: &[datalogic_amt58::VARIANTS[0].0, datalogic_amt58::VARIANTS[1].0],
+    facts: None,
     healthy: datalogic_amt58::healthy,
     bus: Bus::Profibus(Profibus {
         delivered: datalogic_amt58::ADDRESS,
@@ -103,6 +108,7 @@ pub static PROFINET_IO: Manual = Manual {
     name: "profinet-io",
     title: "Any PROFINET IO device",
     variants: &["plain"],
+    facts: None,
     healthy: Behaviour::default,
     bus: Bus::Profinet(Profinet {
         oui: None,

@@ -1,21 +1,100 @@
-//! Who stands beside a device: for each of its seams the deviations that change something there.
+//! The hooks of a device, as the rows of the tables attach to them.
+//!
+//! A deviation without state is a closure at one hook: `d.at_encoder.image(|before, image| ..)`. One that remembers something
+//! implements the trait of the hooks itself and is added: `d.at_encoder.add(..)`. Several at one hook act one after the other.
+
+/// A list of deviations that is itself the hooks of one part of a device, with a method for each hook.
+///
+/// `name(argument: Type) -> Value;` is a hook that is given the value of the manual as its last argument and returns the value that
+/// counts; without `-> Value` the hook changes one of its arguments.
+macro_rules! hooks {
+    ($list:ident: $hooks:ident $($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) $(-> $value:ty)?;)*) => {
+        #[doc = concat!("The deviations at [`", stringify!($hooks), "`].")]
+        #[derive(Default)]
+        pub struct $list(alloc::vec::Vec<alloc::boxed::Box<dyn $hooks>>);
+
+        impl $list {
+            /// Adds a deviation that remembers something, or that uses several hooks.
+            pub fn add(&mut self, deviation: impl $hooks + 'static) {
+                self.0.push(alloc::boxed::Box::new(deviation));
+            }
+
+            /// The handle that a device is built with.
+            pub fn attached(self) -> device_stack::Attached<dyn $hooks> {
+                match self.0.is_empty() {
+                    true => device_stack::Attached::NONE,
+                    false => device_stack::Attached::new(alloc::rc::Rc::new(core::cell::RefCell::new(self))),
+                }
+            }
+
+            $(
+                $(#[$doc])*
+                pub fn $name(&mut self, change: impl FnMut($($type,)* $($value)?) $(-> $value)? + 'static) {
+                    struct Hook<F>(F);
+
+                    impl<F: FnMut($($type,)* $($value)?) $(-> $value)?> $hooks for Hook<F> {
+                        hook! { $name($($argument: $type),*) $(-> $value)? { one } }
+                    }
+
+                    self.add(Hook(change));
+                }
+            )*
+        }
+
+        impl $hooks for $list {
+            $(hook! { $name($($argument: $type),*) $(-> $value)? { all } })*
+        }
+    };
+}
+
+/// One method of [`hooks!`]: of `one` closure, or of `all` deviations in a list.
+macro_rules! hook {
+    ($name:ident($($argument:ident: $type:ty),*) -> $value:ty { one }) => {
+        fn $name(&mut self, $($argument: $type,)* value: $value) -> $value {
+            (self.0)($($argument,)* value)
+        }
+    };
+    ($name:ident($($argument:ident: $type:ty),*) { one }) => {
+        fn $name(&mut self, $($argument: $type),*) {
+            (self.0)($($argument),*);
+        }
+    };
+    ($name:ident($($argument:ident: $type:ty),*) -> $value:ty { all }) => {
+        fn $name(&mut self, $($argument: $type,)* mut value: $value) -> $value {
+            for deviation in &mut self.0 {
+                value = deviation.$name($($argument,)* value);
+            }
+            value
+        }
+    };
+    ($name:ident($($argument:ident: $type:ty),*) { all }) => {
+        fn $name(&mut self, $($argument: $type),*) {
+            for deviation in &mut self.0 {
+                deviation.$name($($argument),*);
+            }
+        }
+    };
+}
 
 pub mod encoder;
 pub mod slave;
 
 use alloc::rc::Rc;
 use core::cell::RefCell;
-use device_stack::Beside;
+use device_stack::Attached;
+use encoder_profile::checks::Checks;
 use reference_devices::behaviour::Behaviour;
 
 /// Everything by which one device deviates.
 #[derive(Default)]
 pub struct Deviations {
-    /// What the device is built with; what is still told by it goes to the seams.
+    /// What the device is built with.
     pub behaviour: Behaviour,
-    /// Who stands beside its encoder.
+    /// At the decisions of its encoder.
+    pub checks: encoder::Decisions,
+    /// At the seams of its encoder.
     pub at_encoder: encoder::Encoder,
-    /// Who stands beside its PROFIBUS slave.
+    /// At the seams of its PROFIBUS slave.
     pub slave: slave::Slave,
 }
 
@@ -33,9 +112,11 @@ impl core::ops::DerefMut for Deviations {
     }
 }
 
-/// What stands beside an encoder, with what is still told by its knobs.
+/// The deviations at an encoder, with those that are still knobs.
 pub struct OfEncoder<'a> {
-    /// Who stands beside it.
+    /// At its decisions.
+    pub checks: &'a mut encoder::Decisions,
+    /// At its seams.
     pub at_encoder: &'a mut encoder::Encoder,
     knobs: &'a mut encoder_profile::behaviour::Behaviour,
 }
@@ -57,17 +138,16 @@ impl core::ops::DerefMut for OfEncoder<'_> {
 impl Deviations {
     /// The part of them that is about the encoder.
     pub fn of_encoder(&mut self) -> OfEncoder<'_> {
-        OfEncoder { at_encoder: &mut self.at_encoder, knobs: &mut self.behaviour.encoder }
+        OfEncoder { checks: &mut self.checks, at_encoder: &mut self.at_encoder, knobs: &mut self.behaviour.encoder }
     }
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
-        let Deviations { mut behaviour, at_encoder, slave } = self;
-        if !at_encoder.is_empty() {
-            behaviour.encoder.beside = Beside::of(Rc::new(RefCell::new(at_encoder)));
-        }
+        let Deviations { mut behaviour, checks, at_encoder, slave } = self;
+        behaviour.encoder.checks = Checks(checks.attached());
+        behaviour.encoder.hooks = at_encoder.attached();
         if !slave.is_empty() {
-            behaviour.slave = Beside::of(Rc::new(RefCell::new(slave)));
+            behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }
         behaviour
     }

@@ -1,13 +1,13 @@
 //! The seams of a PROFIBUS slave, as the rows of the tables use them.
 //!
-//! Whatever has no state is a function here; a deviation that remembers something stands beside its row as a
-//! [`Deviation`] of its own and is [`add`](Slave::add)ed.
+//! A deviation without state is a closure here; one that remembers something implements [`SlaveHooks`] beside its row and is
+//! [`add`](Slave::add)ed.
 
 use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profibus::{Application, Check, Deviation};
+use device_stack::profibus::{Application, Check, SlaveHooks};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::diag::SlaveDiag;
@@ -17,17 +17,17 @@ use wire::profibus::global_control::GlobalControl;
 use wire::profibus::prm::SetPrm;
 use wire::profibus::sap::{Service, SlaveSap};
 
-/// Everybody who stands beside one slave.
+/// The deviations at [`SlaveHooks`].
 #[derive(Default)]
-pub struct Slave(Vec<Box<dyn Deviation>>);
+pub struct Slave(Vec<Box<dyn SlaveHooks>>);
 
 impl Slave {
-    /// Puts somebody beside the slave.
-    pub fn add(&mut self, deviation: impl Deviation + 'static) {
+    /// Adds a deviation that remembers something, or that uses several hooks.
+    pub fn add(&mut self, deviation: impl SlaveHooks + 'static) {
         self.0.push(Box::new(deviation));
     }
 
-    /// Whether nobody is there.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
@@ -126,7 +126,7 @@ impl Slave {
     }
 }
 
-impl Deviation for Slave {
+impl SlaveHooks for Slave {
     fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
         self.0.iter_mut().fold(verdict, |verdict, of| of.check(encoder, check, verdict))
     }
@@ -209,7 +209,7 @@ pub fn request(telegram: &[u8]) -> Option<(DataFrame<'_>, Service)> {
 
 struct Decides<F>(F);
 
-impl<F: FnMut(Check, bool) -> bool> Deviation for Decides<F> {
+impl<F: FnMut(Check, bool) -> bool> SlaveHooks for Decides<F> {
     fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
         (self.0)(check, verdict)
     }
@@ -217,7 +217,7 @@ impl<F: FnMut(Check, bool) -> bool> Deviation for Decides<F> {
 
 struct DecidesWith<F>(F);
 
-impl<F: FnMut(&dyn Application, Check, bool) -> bool> Deviation for DecidesWith<F> {
+impl<F: FnMut(&dyn Application, Check, bool) -> bool> SlaveHooks for DecidesWith<F> {
     fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
         (self.0)(encoder, check, verdict)
     }
@@ -225,7 +225,7 @@ impl<F: FnMut(&dyn Application, Check, bool) -> bool> Deviation for DecidesWith<
 
 struct Requests<F>(Service, F);
 
-impl<F: FnMut(&mut Vec<u8>) -> bool> Deviation for Requests<F> {
+impl<F: FnMut(&mut Vec<u8>) -> bool> SlaveHooks for Requests<F> {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let Some((frame, _)) = request(telegram).filter(|(_, service)| *service == self.0) else {
             return vec![telegram.to_vec()];
@@ -240,7 +240,7 @@ impl<F: FnMut(&mut Vec<u8>) -> bool> Deviation for Requests<F> {
 
 struct Hears<F>(F);
 
-impl<F: FnMut(&DataFrame<'_>, Service) -> bool> Deviation for Hears<F> {
+impl<F: FnMut(&DataFrame<'_>, Service) -> bool> SlaveHooks for Hears<F> {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let hears = request(telegram).is_none_or(|(frame, service)| (self.0)(&frame, service));
         hears.then(|| telegram.to_vec()).into_iter().collect()
@@ -249,7 +249,7 @@ impl<F: FnMut(&DataFrame<'_>, Service) -> bool> Deviation for Hears<F> {
 
 struct Answers<F>(F);
 
-impl<F: FnMut(&mut Vec<u8>)> Deviation for Answers<F> {
+impl<F: FnMut(&mut Vec<u8>)> SlaveHooks for Answers<F> {
     fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
         (self.0)(telegram);
     }
@@ -257,7 +257,7 @@ impl<F: FnMut(&mut Vec<u8>)> Deviation for Answers<F> {
 
 struct Tells<F>(F);
 
-impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> Deviation for Tells<F> {
+impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> SlaveHooks for Tells<F> {
     fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
         let Some((frame, mut diagnosis)) = told_diagnosis(telegram) else { return };
         (self.0)(&mut diagnosis, &frame);
@@ -269,7 +269,7 @@ impl<F: FnMut(&mut SlaveDiag, &DataFrame<'_>)> Deviation for Tells<F> {
 
 struct Waits<F>(F);
 
-impl<F: FnMut(BitTimes) -> BitTimes> Deviation for Waits<F> {
+impl<F: FnMut(BitTimes) -> BitTimes> SlaveHooks for Waits<F> {
     fn delay(&mut self, right: BitTimes) -> BitTimes {
         (self.0)(right)
     }
@@ -277,7 +277,7 @@ impl<F: FnMut(BitTimes) -> BitTimes> Deviation for Waits<F> {
 
 struct Watches<F>(F);
 
-impl<F: FnMut(Duration) -> Duration> Deviation for Watches<F> {
+impl<F: FnMut(Duration) -> Duration> SlaveHooks for Watches<F> {
     fn watchdog(&mut self, right: Duration) -> Duration {
         (self.0)(right)
     }
@@ -285,7 +285,7 @@ impl<F: FnMut(Duration) -> Duration> Deviation for Watches<F> {
 
 struct Parametrizes<F>(F);
 
-impl<F: FnMut(&mut SetPrm)> Deviation for Parametrizes<F> {
+impl<F: FnMut(&mut SetPrm)> SlaveHooks for Parametrizes<F> {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         (self.0)(parameters);
         true

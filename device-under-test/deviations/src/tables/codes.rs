@@ -1,10 +1,10 @@
 //! Bugs of error codes, faults, warnings and what of them goes into the alarm channel, where supply and temperature are known.
 
-use super::Bug;
+use super::Deviation;
 use device_stack::profinet::Severity;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Alarms
     "alarm-codes-exchanged" "The error types of errors change places."
         => |b| b.encoder.diagnosis.error_type = |right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right });

@@ -1,10 +1,10 @@
 //! Bugs of faults, diagnoses and alarms.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, POSITION, has_error};
 use core::time::Duration;
 use device_stack::profinet::Severity;
-use encoder_profile::deviation::View;
+use encoder_profile::hooks::View;
 use encoder_profile::profidrive::telegram::{Before, Image};
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
@@ -14,7 +14,7 @@ const MEMORY: u64 = 1 << 5;
 const COMMISSIONING: u64 = 1 << 4;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Faults in P65001
     "fault-bits-exchanged" "Memory and commissioning change places in P65001."
         => |b| b.at_encoder.element(fault_bits_exchanged);
@@ -49,7 +49,7 @@ pub static BUGS: &[Bug] = bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Errors
     "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
         => |b| b.sensor.raises = |code| code != 0x0001;

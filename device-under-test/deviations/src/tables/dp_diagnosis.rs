@@ -1,6 +1,6 @@
 //! Bugs of blocks behind the six octets of a PROFIBUS diagnosis, and of the status that they tell.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, has_error};
 use alloc::vec::Vec;
 use encoder_profile::facts::{Cause, ErrorFact};
@@ -8,7 +8,7 @@ use encoder_profile::profidrive::telegram::Image;
 use reference_devices::models::sick_a3m60::knobs::{Known, Words};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Blocks
     "block-header-wrong" "The first octet of a block is C1h."
         => |b| b.a3m60.blocks = |numbers, _| numbers.iter().flat_map(|number| [0xC1, 0x40, *number]).collect();

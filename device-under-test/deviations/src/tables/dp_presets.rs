@@ -1,6 +1,6 @@
 //! Bugs of presets by bit 31 of a telegram of the vendor, and of those by G1_STW that are in force at once.
 
-use super::Bug;
+use super::Deviation;
 use super::presets::absolute_beyond_the_range;
 use super::slave_memory::Zeroes;
 use core::time::Duration;
@@ -11,7 +11,7 @@ use encoder_profile::profidrive::telegram::Image;
 use reference_devices::models::sick_a3m60::knobs::{Known, Origin};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // By bit 31
     "preset-with-bit-31" "Bit 31 counts as part of the preset value."
         => |b| {

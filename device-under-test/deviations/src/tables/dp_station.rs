@@ -1,24 +1,24 @@
 //! Bugs of what hands set and lights show at an encoder with PROFIBUS.
 
-use super::Bug;
+use super::Deviation;
 use super::slave_memory::FollowsAddress;
 use reference_devices::models::sick_a3m60::knobs::address;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // LEDs
     "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
-        => |b| b.at_encoder.led(|lit| if lit.name == "bus" && matches!(lit.right, "red" | "orange") { "green" } else { lit.right });
+        => |b| b.at_encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
     "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
         => |b| b.a3m60.bad_start_light = "dark";
     "undervoltage-not-on-leds" "A supply that is too low is not shown."
         => |b| b.a3m60.lowest_voltage = 0;
     "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
-        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("bus", "orange") { "red" } else { lit.right });
+        => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
     "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
-        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("bus", "red") && lit.has_record { "green" } else { lit.right });
+        => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
     "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
-        => |b| b.at_encoder.led(|lit| if (lit.name, lit.right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { lit.right });
+        => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
     "sensor-error-not-on-led" "Errors of the sensor are not shown."
         => |b| b.a3m60.is_orange = |_, _| false;
     "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."

@@ -1,12 +1,12 @@
 //! Bugs of parking, errors and their acknowledgement.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, is_lost, is_parked, without_transfer};
 use encoder_profile::profidrive::sensor::freezes;
 use encoder_profile::profidrive::telegram::{Before, Image};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Parking
     "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
         => |b| b.at_encoder.image(park_clears_position_first);
@@ -109,7 +109,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
         => |b| b.sensor.freezes = |kept, now| Image { g1_xist1: now.g1_xist1, ..freezes(kept, now) };
     "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."

@@ -1,6 +1,6 @@
 //! Bugs of isochronous operation: the clock of the bus and the two signs of life.
 
-use super::Bug;
+use super::Deviation;
 use core::time::Duration;
 use encoder_profile::profidrive::life_sign::next;
 use reference_devices::models::sick_a3m60::Wrong;
@@ -8,7 +8,7 @@ use reference_devices::models::sick_a3m60::knobs::{Times, Words};
 use station::Time;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Clock
     "never-synchronised" "The encoder never gets in step with the clock."
         => |b| b.a3m60.synchronizes = false;

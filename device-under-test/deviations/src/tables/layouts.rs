@@ -1,6 +1,6 @@
 //! Bugs of telegrams and their signals that not every encoder can have.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_parked};
 use alloc::vec::Vec;
 use encoder_profile::encoder::measuring;
@@ -10,7 +10,7 @@ use encoder_profile::profidrive::user_parameters::UserParameters;
 use wire::octets::Append;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Telegrams
     "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
         => |b| b.telegram.order = status_words_swapped;

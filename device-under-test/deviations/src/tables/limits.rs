@@ -1,17 +1,17 @@
 //! Bugs of settings and their limits: speed calculation, temperature, supply, round axis.
 
-use super::Bug;
+use super::Deviation;
 use alloc::vec::Vec;
 use core::time::Duration;
-use encoder_profile::deviation::View;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
+use encoder_profile::hooks::View;
 use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
 use reference_devices::models::sick::settings;
 use reference_devices::models::sick_afx60::knobs::Fields;
 use wire::profinet::dcp::Value;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // What settings take
     "highest-setting-refused" "The highest value that a setting can have is refused."
         => |b| b.sick.takes = |at, value, right| right && !highest(at).contains(&value);

@@ -1,13 +1,13 @@
 //! Bugs of positions, scaling and the red zone.
 
-use super::Bug;
+use super::Deviation;
 use super::image::is_parked;
 use encoder_profile::encoder::measuring::{self, Step};
 use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings};
 use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Positions
     "position-counts-from-zero" "After power-up the position counts from 0."
         => |b| b.measuring.slip = |step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip };
@@ -58,7 +58,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Positions that stand at their last value
     "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
         => |b| b.measuring.limit = |position, range, circle| signed(position, circle).rem_euclid(range as i64) as u64;

@@ -1,11 +1,11 @@
 //! Bugs of non-volatile memory.
 
-use super::Bug;
+use super::Deviation;
 use device_stack::profinet::StationData;
 use encoder_profile::encoder::PresetMode;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Offset
     "offset-only-in-ram" "The offset is lost at power-off."
         => |b| b.memory.stores_offset = |_| false;

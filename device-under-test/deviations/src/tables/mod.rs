@@ -1,18 +1,33 @@
-//! The deliberate bugs of the reference devices, by the seam at which they are switched on.
+//! The deviations of the reference devices: the deliberate bugs and the variations that a manual permits, by topic.
 //!
-//! A [`Bug`] is a name, a sentence and the knob that it turns; no code of a device ever asks for a bug. A model says which
-//! of them its devices can be told to have (`manuals`), one that stands outside of this crate too. This room must not hold
-//! healthy behaviour: that stands at the seam which reads the knob.
+//! A [`Deviation`] is a name, a sentence, a kind, and what it attaches to the hooks of a device ([`Deviations`]). Those that need the
+//! same of a device form a [`Group`]; a manual whose devices have what a group [needs](Need) has its deviations.
 
+use crate::needs::Need;
 use crate::seams::Deviations;
+use reference_devices::Manual;
 
-/// Lines of `"name" "Sentence." => |b| what is turned;`.
+/// Lines of `"name" "Sentence." => |d| what it attaches;`.
 macro_rules! bugs {
-    ($($name:literal $sentence:literal => |$behaviour:ident| $turn:expr;)*) => {
-        &[$($crate::tables::Bug {
+    ($($name:literal $sentence:literal => |$deviations:ident| $attach:expr;)*) => {
+        &[$($crate::tables::Deviation {
             name: $name,
             sentence: $sentence,
-            apply: |$behaviour: &mut $crate::seams::Deviations| { $turn; },
+            kind: $crate::tables::Kind::Bug,
+            attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
+        }),*]
+    };
+}
+
+/// Lines of `"name" "Sentence." "the clause that leaves it free" => |d| what it attaches;`.
+#[allow(unused_macros)]
+macro_rules! permitted {
+    ($($name:literal $sentence:literal $clause:literal => |$deviations:ident| $attach:expr;)*) => {
+        &[$($crate::tables::Deviation {
+            name: $name,
+            sentence: $sentence,
+            kind: $crate::tables::Kind::Permitted { clause: $clause },
+            attach: |$deviations: &mut $crate::seams::Deviations| { $attach; },
         }),*]
     };
 }
@@ -66,29 +81,61 @@ pub mod vendor_parameters;
 pub mod vendor_telegrams;
 pub mod web;
 
-/// A deliberate deviation of a reference device from its manual.
+/// A deviation of a reference device from what its conforming device does.
 #[derive(Debug)]
-pub struct Bug {
-    /// Its name, as the suites name it under `catches`.
+pub struct Deviation {
+    /// Its name: of a bug the one that the suites name under `catches`.
     pub name: &'static str,
-    /// What the device does wrong, in one sentence.
+    /// What the device does with it, in one sentence.
     pub sentence: &'static str,
-    /// Puts itself beside a device.
-    pub apply: fn(&mut Deviations),
+    /// Whether its manual forbids it.
+    pub kind: Kind,
+    /// Attaches it to the hooks of a device.
+    pub attach: fn(&mut Deviations),
+}
+
+/// What the manual says of a deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// It is forbidden: some case has to fail with it.
+    Bug,
+    /// It is left free: no case may fail with it.
+    Permitted {
+        /// The clause that leaves it free, or that the manual is silent.
+        clause: &'static str,
+    },
+}
+
+/// The deviations that are possible wherever all of the needs are met.
+#[derive(Debug)]
+pub struct Group {
+    /// What they need of a device.
+    pub needs: &'static [Need],
+    /// The deviations.
+    pub deviations: &'static [Deviation],
+}
+
+/// Every group, by topic.
+pub static GROUPS: &[&[Group]] = &[];
+
+/// The deviations of the groups whose needs the devices of `manual` meet.
+pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {
+    let groups = GROUPS.iter().copied().flatten();
+    groups.filter(|group| group.needs.iter().all(|need| need.is_met_by(manual))).flat_map(|group| group.deviations)
 }
 
 /// Bugs of one seam that a model can be told to have.
 #[derive(Clone, Copy, Debug)]
 pub enum Table {
     /// All of them.
-    All(&'static [Bug]),
+    All(&'static [Deviation]),
     /// Those of these names.
-    Only(&'static [Bug], &'static [&'static str]),
+    Only(&'static [Deviation], &'static [&'static str]),
 }
 
 impl Table {
     /// The bugs that it names, in the order of the seam.
-    pub fn bugs(&self) -> impl Iterator<Item = &'static Bug> + Clone + use<> {
+    pub fn bugs(&self) -> impl Iterator<Item = &'static Deviation> + Clone + use<> {
         let (all, only) = match *self {
             Table::All(all) => (all, None),
             Table::Only(all, only) => (all, Some(only)),

@@ -1,11 +1,11 @@
 //! Bugs of what hands and the vendor's record of a start do: button, switches, save mode, preset value of the start.
 
-use super::Bug;
+use super::Deviation;
 use core::time::Duration;
 use device_stack::profinet::StationData;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Presets
     "button-without-class-4-presets" "The button makes a preset although class 4 is off."
         => |b| b.sick.button_needs_class_4 = false;

@@ -1,6 +1,6 @@
 //! Bugs of the base mode parameter access.
 
-use super::Bug;
+use super::Deviation;
 use alloc::vec::Vec;
 use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
 use wire::profidrive::{
@@ -9,7 +9,7 @@ use wire::profidrive::{
 };
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Requests
     "number-octets-swapped" "The octets of a parameter number are exchanged."
         => |b| b.parameters.understand = |request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at });
@@ -82,7 +82,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     "request-octets-exchanged" "Requests are expected with the octets of their pairs exchanged."
         => |b| b.parameters.received = swapped;
     "both-orders-understood" "Requests with the octets of their pairs exchanged are understood too."

@@ -1,11 +1,11 @@
 //! Bugs of what the parameters say.
 
-use super::Bug;
-use encoder_profile::deviation::View;
+use super::Deviation;
+use encoder_profile::hooks::View;
 use wire::profidrive::Format;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Telegram and identification: P922, P964, P965, P975
     "p922-always-81" "P922 reads 81 whatever telegram is in use."
         => |b| b.at_encoder.element(|_, at, right| if at == (922, 0) { 81 } else { right });

@@ -1,10 +1,10 @@
 //! Bugs of the device after no manual, those of its stack apart.
 
-use super::Bug;
+use super::Deviation;
 use device_stack::profinet::Severity;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     "any-name-taken" "A name against the rules is taken."
         => |b| b.plain.takes_name = |_| true;
     "no-name-taken" "No name is taken."

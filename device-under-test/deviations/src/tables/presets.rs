@@ -1,6 +1,6 @@
 //! Bugs of presets.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, POSITION, without_transfer};
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
@@ -12,7 +12,7 @@ use encoder_profile::profidrive::telegram::{Before, Image};
 use encoder_profile::profidrive::user_parameters::UserParameters;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Preset
     "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
         => |b| b.measuring.relative = measuring::absolute;
@@ -87,7 +87,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     // By G1_STW, or by both
     "preset-takes-100-ms" "A preset takes 100 ms."
         => |b| b.memory.preset_takes = |_| Duration::from_millis(100);

@@ -1,10 +1,10 @@
 //! Bugs of where records answer and of what they do to the cyclic exchange.
 
-use super::Bug;
+use super::Deviation;
 use core::time::Duration;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
         => |b| b.records.answer_at = |asked, (api, slot, _)| asked == (api, slot, 2);
     "parameters-in-slot-0" "Records answer at the device access point only."

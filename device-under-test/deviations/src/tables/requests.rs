@@ -1,6 +1,6 @@
 //! Bugs of the base mode parameter access that not every encoder can have.
 
-use super::Bug;
+use super::Deviation;
 use alloc::vec::Vec;
 use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
 use wire::profidrive::{
@@ -9,7 +9,7 @@ use wire::profidrive::{
 };
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Requests
     "octets-swapped-in-pairs" "The octets of pairs are exchanged in requests and responses."
         => |b| (b.parameters.received, b.parameters.octets) = (swapped_request, swapped_response);

@@ -1,10 +1,10 @@
 //! Bugs of the factory reset.
 
-use super::Bug;
+use super::Deviation;
 use device_stack::profinet::StationData;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     "reset-refused-while-connected" "A factory reset is refused while data are exchanged."
         => |b| b.reset.is_refused = |is_connected| is_connected;
     "reset-needs-a-connection" "A factory reset is refused while no data are exchanged."

@@ -1,10 +1,10 @@
 //! Bugs of the service log and of the words of the sensor status.
 
-use super::Bug;
+use super::Deviation;
 use reference_devices::models::sick::knobs::Entries;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // P1002 and P1003
     "service-log-cut-short" "The logs have twelve elements."
         => |b| b.encoder.values.elements = |number, right| if let 1002 | 1003 = number { 12 } else { right };

@@ -1,6 +1,6 @@
 //! Bugs of what Set_Prm and Chk_Cfg bring to an encoder with PROFIBUS, and of what is so at delivery.
 
-use super::Bug;
+use super::Deviation;
 use core::time::Duration;
 use encoder_profile::encoder::Unit;
 use encoder_profile::profidrive::user_parameters::{Asked, serves};
@@ -8,7 +8,7 @@ use reference_devices::models::sick::settings;
 use reference_devices::models::sick_a3m60::knobs::{Brought, Fields, OCTETS, Times};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // At delivery
     "default-counterclockwise" "The code sequence is taken the wrong way round."
         => |b| b.a3m60.understands = |fields| switched(fields, 0, 1);

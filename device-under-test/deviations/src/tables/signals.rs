@@ -1,6 +1,6 @@
 //! Bugs of telegrams, their signals, Control by PLC and signs of life.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
 use alloc::vec::Vec;
 use encoder_profile::encoder::{Hardware, Scaling, Settings};
@@ -9,7 +9,7 @@ use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal, 
 use wire::octets::Append;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Telegrams
     "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
         => |b| b.telegram.control_words = |_, [a, b]| [b, a];
@@ -172,7 +172,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Status words and signs of life
     "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
         => |b| b.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1;

@@ -1,6 +1,6 @@
 //! Deviations of the PROFIBUS slave, which all models have; each model says which of them it can be told to have.
 
-use super::Bug;
+use super::Deviation;
 use super::slave_memory::{
     Announces, ConfiguresEarly, EarlierAddress, EndsAtDiagnosis, FirstMaster, Held, InMilliseconds, LastMaster,
     NotSupported, OldInputs, OldOutputs, Resumes, Retries, StickingFault, TakesOnce, Zeroes,
@@ -16,7 +16,7 @@ use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::SlaveSap;
 
 /// The deviations of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Data link
     "repetition-carried-out" "A repeated request is carried out again."
         => |d| d.slave.check(|check, is_one| is_one && check != Check::Repetition);
@@ -202,7 +202,7 @@ pub static BUGS: &[Bug] = bugs! {
 };
 
 /// The deviations of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = bugs! {
+pub static OTHERS: &[Deviation] = bugs! {
     "mode-requests-corrupt-class" "With Sync_Req or Freeze_Req the operating parameters lose their bit of scaling."
         => |d| d.slave.parameters(|parameters| {
             let asked = StationStatus::FREEZE_REQ.0 | StationStatus::SYNC_REQ.0;

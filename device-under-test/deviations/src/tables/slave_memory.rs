@@ -5,7 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::mem;
 use core::time::Duration;
-use device_stack::profibus::{Application, Check, Deviation};
+use device_stack::profibus::{Application, Check, SlaveHooks};
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FrameCount, FunctionCode, StationType, UNNAMED};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
@@ -53,7 +53,7 @@ pub struct InMilliseconds {
     base: u32,
 }
 
-impl Deviation for InMilliseconds {
+impl SlaveHooks for InMilliseconds {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((_, parameters)) = parameters(telegram) {
             self.base = parameters.dpv1().unwrap_or_default().watchdog_base_ms();
@@ -74,7 +74,7 @@ pub struct Resumes {
     is_new: bool,
 }
 
-impl Deviation for Resumes {
+impl SlaveHooks for Resumes {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = Vec::new();
         if mem::take(&mut self.is_new) {
@@ -105,7 +105,7 @@ pub struct TakesOnce {
     has_exchanged: bool,
 }
 
-impl Deviation for TakesOnce {
+impl SlaveHooks for TakesOnce {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         vec![telegram.to_vec()]
     }
@@ -130,7 +130,7 @@ pub struct Retries {
     had_configuration: bool,
 }
 
-impl Deviation for Retries {
+impl SlaveHooks for Retries {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((_, asked)) = parameters(telegram) {
             let is_lock = asked.status.has(StationStatus::LOCK_REQ) && !asked.status.has(StationStatus::UNLOCK_REQ);
@@ -156,7 +156,7 @@ pub struct ConfiguresEarly {
     parameters: Option<Vec<u8>>,
 }
 
-impl Deviation for ConfiguresEarly {
+impl SlaveHooks for ConfiguresEarly {
     fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = vec![telegram.to_vec()];
         match request(telegram) {
@@ -190,7 +190,7 @@ pub struct Held {
     is_clear: bool,
 }
 
-impl Deviation for Held {
+impl SlaveHooks for Held {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
             Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) => {
@@ -219,7 +219,7 @@ pub struct Zeroes {
     is_clear: bool,
 }
 
-impl Deviation for Zeroes {
+impl SlaveHooks for Zeroes {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
             && let Ok(control) = GlobalControl::parse(frame.data)
@@ -242,7 +242,7 @@ pub struct OldInputs {
     first: Option<Vec<u8>>,
 }
 
-impl Deviation for OldInputs {
+impl SlaveHooks for OldInputs {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         if is_request(telegram, CHK_CFG) {
             self.first = None;
@@ -266,7 +266,7 @@ pub struct OldOutputs {
     first: Option<Vec<u8>>,
 }
 
-impl Deviation for OldOutputs {
+impl SlaveHooks for OldOutputs {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         match request(telegram) {
             Some((_, CHK_CFG)) => self.first = None,
@@ -294,7 +294,7 @@ pub struct EndsAtDiagnosis {
     is_told: bool,
 }
 
-impl Deviation for EndsAtDiagnosis {
+impl SlaveHooks for EndsAtDiagnosis {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let mut heard = vec![telegram.to_vec()];
         if mem::take(&mut self.is_told) {
@@ -322,7 +322,7 @@ pub struct Announces {
     pub is_faulty: bool,
 }
 
-impl Deviation for Announces {
+impl SlaveHooks for Announces {
     fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
         if let Some((_, diagnosis)) = told_diagnosis(telegram) {
             self.is_faulty = diagnosis.status_1.has(Status1::EXT_DIAG);
@@ -359,7 +359,7 @@ impl StickingFault {
     }
 }
 
-impl Deviation for StickingFault {
+impl SlaveHooks for StickingFault {
     fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
         told_anew(telegram, |told| {
             self.was_there |= told.status_1.has(self.bit);
@@ -378,7 +378,7 @@ impl Deviation for StickingFault {
 #[derive(Default)]
 pub struct FirstMaster(Option<u8>);
 
-impl Deviation for FirstMaster {
+impl SlaveHooks for FirstMaster {
     fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
         told_anew(telegram, |told| {
             if told.master != NO_MASTER {
@@ -401,7 +401,7 @@ pub struct LastMaster {
     is_of_now: bool,
 }
 
-impl Deviation for LastMaster {
+impl SlaveHooks for LastMaster {
     fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
         told_anew(telegram, |told| {
             if told.master != NO_MASTER {
@@ -423,7 +423,7 @@ pub struct EarlierAddress {
     at_start: Option<u8>,
 }
 
-impl Deviation for EarlierAddress {
+impl SlaveHooks for EarlierAddress {
     fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         let (now, at_start) = (encoder.address(), *self.at_start.get_or_insert(encoder.address()));
         match request(telegram) {
@@ -454,7 +454,7 @@ pub struct NotSupported {
     had_bits: bool,
 }
 
-impl Deviation for NotSupported {
+impl SlaveHooks for NotSupported {
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         self.had_bits = parameters.user.get(3).is_some_and(|bits| bits & 0x34 != 0);
         true
@@ -491,7 +491,7 @@ impl KeepsOutputs {
     }
 }
 
-impl Deviation for KeepsOutputs {
+impl SlaveHooks for KeepsOutputs {
     fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         self.hear(telegram);
         vec![telegram.to_vec()]
@@ -509,7 +509,7 @@ impl Deviation for KeepsOutputs {
 /// Answers at the address that switches or memory have at every moment, and not only at the start.
 pub struct FollowsAddress;
 
-impl Deviation for FollowsAddress {
+impl SlaveHooks for FollowsAddress {
     fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
         match check {
             Check::Address(address) => address == encoder.address() && address <= UNNAMED,

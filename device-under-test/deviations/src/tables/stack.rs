@@ -1,6 +1,6 @@
 //! Bugs of the PROFINET stack, which all models have; each model says which of them it can be told to have.
 
-use super::Bug;
+use super::Deviation;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::End;
@@ -14,7 +14,7 @@ use wire::profinet::blocks::module_diff::ModuleState;
 use wire::profinet::status::RecordError;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Discovery
     "name-prefix-answered" "Whoever looks for the beginning of the name is answered."
         => |b| b.stack.answers_to = |own, asked| own.starts_with(asked);
@@ -271,7 +271,7 @@ pub static BUGS: &[Bug] = bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = bugs! {
+pub static OTHERS: &[Deviation] = bugs! {
     "lldp-tells-the-other-port" "LLDP at the first port tells the number of the second one."
         => |b| b.stack.announced_port = |port| 3 - port;
     "name-back-after-reset" "The name from before a factory reset is there again 5 s after it."

@@ -1,12 +1,12 @@
 //! Bugs of the record of user parameters.
 
-use super::Bug;
+use super::Deviation;
 use encoder_profile::encoder::{Direction, Hardware, Scaling, Unit};
 use encoder_profile::profidrive::telegram::Signal;
 use encoder_profile::profidrive::user_parameters::{Asked, OCTETS, Rules, UserParameters, unit};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Record
     "record-length-not-checked" "A record 0xBF00 of another length is accepted."
         => |b| b.user_parameters.checks_length = false;
@@ -98,7 +98,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Record
     "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
         => |b| b.user_parameters.octets = scaling_of_32_bits;

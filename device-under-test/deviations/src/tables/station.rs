@@ -1,9 +1,9 @@
 //! Bugs of station names.
 
-use super::Bug;
+use super::Deviation;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     "name-check-total-length-only" "Only the total length of a name is checked."
         => |b| b.names.checks_labels = false;
     "name-check-ascii-missing" "Octets above 7F are accepted in a name."
@@ -23,7 +23,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     "name-refused-after-reset" "After a factory reset no name is taken until the next power-on."
         => |b| b.names.takes_after_reset = false;
 };

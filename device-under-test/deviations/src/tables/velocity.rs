@@ -1,6 +1,6 @@
 //! Bugs of the velocity.
 
-use super::Bug;
+use super::Deviation;
 use super::image::has_position;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -11,7 +11,7 @@ use encoder_profile::profidrive::user_parameters::{UserParameters, unit};
 use wire::octets::Append;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = encoder_bugs! {
+pub static BUGS: &[Deviation] = encoder_bugs! {
     // Units
     "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
         => |b| b.velocity.factor = speed_per_minute;
@@ -46,7 +46,7 @@ pub static BUGS: &[Bug] = encoder_bugs! {
 };
 
 /// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Bug] = encoder_bugs! {
+pub static OTHERS: &[Deviation] = encoder_bugs! {
     "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
         => |b| b.at_encoder.image(speed_unit_scales_position);
     "speed-every-100ms" "The velocity is calculated every 100 ms."

@@ -1,6 +1,6 @@
 //! Bugs of positions that are the mean of samples, of their scaling, and of a round axis that comes with the start.
 
-use super::Bug;
+use super::Deviation;
 use super::vendor_parameters::gear_of;
 use encoder_profile::encoder::measuring::{self, Step};
 use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
@@ -8,7 +8,7 @@ use encoder_profile::profidrive::telegram::{Image, Signal};
 use reference_devices::models::sick_a3m60::knobs::{Fields, Known};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Samples
     "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
         => |b| b.encoder.measuring.scale = linearization_not_applied;

@@ -1,15 +1,15 @@
 //! Bugs of what the parameters of a vendor say and keep, and of the data set through which they are reached.
 
-use super::Bug;
+use super::Deviation;
 use super::set_prm::with;
-use encoder_profile::deviation::View;
 use encoder_profile::encoder::Gear;
+use encoder_profile::hooks::View;
 use reference_devices::models::sick_a3m60::knobs::{Origin, Words};
 use wire::profibus::sap::SlaveSap;
 use wire::profidrive::{ErrorNumber, ParameterError, RequestId};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Station and profile
     "address-as-digits" "P918 gives the places of the two switches as digits."
         => |b| b.at_encoder.element(|_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right });

@@ -1,6 +1,6 @@
 //! Bugs of the telegrams of a vendor: position with a code in its place, preset with its trigger, speed, time stamp.
 
-use super::Bug;
+use super::Deviation;
 use super::image::{ERROR, has_error, is_parked};
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -11,7 +11,7 @@ use reference_devices::models::sick_a3m60::knobs::{Causes, Known};
 use wire::octets::Append;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Words of the image
     "words-of-the-image-swapped" "The two words of each double word are exchanged, in outputs and inputs."
         => |b| {

@@ -1,11 +1,11 @@
 //! Bugs of the web server.
 
-use super::Bug;
+use super::Deviation;
 use core::time::Duration;
 use reference_devices::models::lika_xac77::knobs::{Kept, Shown};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Server
     "web-waits-for-connection" "The web server answers only after the first connection."
         => |b| b.web.is_ready_alone = false;

@@ -19,7 +19,7 @@ use rstest::rstest;
 fn with(name: &str) -> Bench<Device<Toy>> {
     let mut deviations = Deviations::default();
     let bug = BUGS.iter().find(|bug| bug.name == name).expect("the bug is known");
-    (bug.apply)(&mut deviations);
+    (bug.attach)(&mut deviations);
     let mut bench = bench(deviations.behaviour().slave);
     bench.ask(Some((61, 62)), &PRM);
     bench.ask(Some((62, 62)), &CFG);

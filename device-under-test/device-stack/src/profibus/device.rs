@@ -1,9 +1,9 @@
 //! The device as a party on the bus and as a thing on a stand: supply, cable, and the slave that lives while there is power.
 
 use super::application::{Application, Seen};
-use super::deviation::Deviation;
+use super::hooks::SlaveHooks;
 use super::slave::{Env, Slave};
-use crate::beside::Beside;
+use crate::attached::Attached;
 use crate::earlier;
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -17,7 +17,7 @@ use wire::profibus::fdl::BaudRate;
 /// A stand may let time go by for it at once. While a watchdog runs only the encoder's clock jumps, for the master has not
 /// waited; otherwise that of the whole device does.
 pub struct Device<A> {
-    beside: Beside<dyn Deviation>,
+    hooks: Attached<dyn SlaveHooks>,
     application: Box<A>,
     /// By how much the encoder's clock is ahead of the slave's.
     encoder_ahead: Duration,
@@ -41,10 +41,10 @@ enum Supply {
 
 impl<A: Application> Device<A> {
     /// A device that has power and is plugged in since long before the run, on a bus of this rate.
-    pub fn new(application: A, baud: BaudRate, beside: Beside<dyn Deviation>) -> Device<A> {
-        let slave = Slave::new(baud, beside.clone(), &application);
+    pub fn new(application: A, baud: BaudRate, hooks: Attached<dyn SlaveHooks>) -> Device<A> {
+        let slave = Slave::new(baud, hooks.clone(), &application);
         Device {
-            beside,
+            hooks,
             application: Box::new(application),
             encoder_ahead: Duration::ZERO,
             slave,
@@ -107,7 +107,7 @@ impl<A: Application> Device<A> {
 
     fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Slave, &mut Env<'_>)) {
         let mut own = Outbox::new();
-        let leaves_at_once = self.is_linked && !self.beside.is_anybody();
+        let leaves_at_once = self.is_linked && !self.hooks.is_any();
         let sent = if leaves_at_once { &mut *out } else { &mut own };
         let encoder = &mut *self.application;
         let mut env = Env { now, encoder_ahead: self.encoder_ahead, application: encoder, out: sent };
@@ -116,8 +116,8 @@ impl<A: Application> Device<A> {
         self.feel_supply(now);
         for telegram in own.frames().filter(|_| self.is_linked) {
             let encoder = &*self.application;
-            let telegram = self.beside.ask(telegram.to_vec(), |who, mut telegram| {
-                who.goes(encoder, &mut telegram);
+            let telegram = self.hooks.apply(telegram.to_vec(), |hooks, mut telegram| {
+                hooks.goes(encoder, &mut telegram);
                 telegram
             });
             if !telegram.is_empty() {
@@ -138,12 +138,12 @@ impl<A: Application> Station for Device<A> {
         if !self.is_linked || self.supply != Supply::On || self.application.is_stuck() {
             return;
         }
-        if !self.beside.is_anybody() {
+        if !self.hooks.is_any() {
             self.run(now + self.ahead, out, |slave, env| slave.receive(env, frame));
             return;
         }
         let application = &*self.application;
-        for heard in self.beside.ask(Vec::new(), |who, _| who.comes(application, frame)) {
+        for heard in self.hooks.apply(Vec::new(), |hooks, _| hooks.comes(application, frame)) {
             self.run(now + self.ahead, out, |slave, env| slave.receive(env, &heard));
         }
     }
@@ -182,7 +182,7 @@ impl<A: Application> Station for Device<A> {
 impl<A: Application> Stand for Device<A> {
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Result<Time, Refusal> {
         self.shown = None;
-        self.beside.tell(|who| who.act(action));
+        self.hooks.notify(|hooks| hooks.act(action));
         match action {
             StandAction::Power(on) => self.power(now, *on),
             StandAction::Link(up) => self.is_linked = *up,

@@ -1,7 +1,7 @@
 //! Cyclic data: Data_Exchange, Global_Control, and reading what is exchanged.
 
 use super::application::{End, State};
-use super::deviation::Check;
+use super::hooks::Check;
 use super::link::Answer;
 use super::slave::{Env, Faults, Slave};
 use alloc::vec;
@@ -47,8 +47,8 @@ impl Slave {
     }
 
     pub(super) fn put(&mut self, env: &mut Env<'_>, outputs: Option<Vec<u8>>) {
-        let outputs = self.beside.ask(outputs, |who, mut outputs| {
-            who.outputs(&mut outputs);
+        let outputs = self.hooks.apply(outputs, |hooks, mut outputs| {
+            hooks.outputs(&mut outputs);
             outputs
         });
         env.application.outputs(env.at(), outputs.as_deref());
@@ -65,7 +65,7 @@ impl Slave {
     fn fresh_inputs(&mut self, env: &mut Env<'_>) -> Vec<u8> {
         let mut inputs = vec![0; self.sums.inputs];
         env.application.inputs(env.at(), &mut inputs);
-        self.beside.tell(|who| who.inputs(&mut inputs));
+        self.hooks.notify(|hooks| hooks.inputs(&mut inputs));
         inputs
     }
 

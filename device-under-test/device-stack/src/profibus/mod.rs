@@ -3,14 +3,14 @@
 //! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers FDL and DP requests, keeps the states
 //! from Power_On to Data_Exch, the watchdog, the lock, freeze and sync, and polls records of DP-V1 through. A frame comes to it
 //! at the end of its last character, and what it sends begins at once: it waits for min TSDR by itself. Who stands
-//! beside it may let it deviate ([`Deviation`]).
+//! attached to it may let it deviate ([`SlaveHooks`]).
 //!
 //! This room must not know encoders or parameters, nor anything of the master's side.
 
 mod application;
-mod deviation;
 mod device;
 mod exchange;
+mod hooks;
 mod link;
 mod records;
 mod slave;
@@ -20,5 +20,5 @@ mod start_up;
 mod tests;
 
 pub use application::{Access, Application, Channel, DiagnosisBits, End, Identity, Refusal, Seen, State};
-pub use deviation::{Check, Deviation};
 pub use device::Device;
+pub use hooks::{Check, SlaveHooks};

@@ -1,10 +1,10 @@
 //! The slave: which service a frame is for, and what it keeps from one to the next.
 
 use super::application::{Application, DiagnosisBits, End, Identity, Seen, State};
-use super::deviation::{Check, Deviation};
+use super::hooks::{Check, SlaveHooks};
 use super::link::{Answer, Link};
 use super::records::{Records, Request};
-use crate::beside::Beside;
+use crate::attached::Attached;
 use crate::earlier;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -35,7 +35,7 @@ impl Env<'_> {
 
 /// A slave while it has power.
 pub(super) struct Slave {
-    pub(super) beside: Beside<dyn Deviation>,
+    pub(super) hooks: Attached<dyn SlaveHooks>,
     pub(super) identity: Identity,
     pub(super) link: Link,
     pub(super) address: u8,
@@ -74,9 +74,9 @@ pub(super) struct Faults {
 
 impl Slave {
     /// A slave that has just started.
-    pub fn new(baud: BaudRate, beside: Beside<dyn Deviation>, application: &dyn Application) -> Slave {
+    pub fn new(baud: BaudRate, hooks: Attached<dyn SlaveHooks>, application: &dyn Application) -> Slave {
         Slave {
-            beside,
+            hooks,
             identity: application.identity().clone(),
             link: Link::new(baud),
             address: application.address(),
@@ -101,8 +101,8 @@ impl Slave {
 
     /// The slave after a new start.
     pub fn restarted(&self, env: &mut Env<'_>) -> Slave {
-        self.beside.tell(|who| who.starts());
-        Slave::new(self.link.baud(), self.beside.clone(), env.application)
+        self.hooks.notify(|hooks| hooks.starts());
+        Slave::new(self.link.baud(), self.hooks.clone(), env.application)
     }
 
     /// What there is to be seen of it.
@@ -125,7 +125,7 @@ impl Slave {
 
     /// What is decided, in the end.
     pub(super) fn check(&self, env: &Env<'_>, check: Check, verdict: bool) -> bool {
-        self.beside.ask(verdict, |who, verdict| who.check(env.application, check, verdict))
+        self.hooks.apply(verdict, |hooks, verdict| hooks.check(env.application, check, verdict))
     }
 
     /// Takes a frame off the bus.
@@ -151,7 +151,7 @@ impl Slave {
 
     fn serve(&mut self, env: &mut Env<'_>, function: RequestFunction, frame: &DataFrame<'_>) {
         let own = self.address;
-        let delay = self.beside.ask(self.link.delay, |who, delay| who.delay(delay));
+        let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
         if self.check(env, Check::Repetition, self.link.is_repetition(frame)) {
             self.link.repeat(env.now, delay);
             self.trigger_watchdog(env.now, frame.sa);
@@ -166,7 +166,7 @@ impl Slave {
             }
             _ => Answer::NO_SERVICE,
         };
-        let delay = self.beside.ask(self.link.delay, |who, delay| who.delay(delay));
+        let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
         self.link.answer(env.now, own, frame, &answer, delay);
     }
 

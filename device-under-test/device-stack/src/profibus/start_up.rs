@@ -1,7 +1,7 @@
 //! The way to the exchange of data and back: parameters, configuration, lock, watchdog, and the address.
 
 use super::application::{End, State};
-use super::deviation::Check;
+use super::hooks::Check;
 use super::link::Answer;
 use super::slave::{Env, Faults, Slave};
 use alloc::vec;
@@ -76,14 +76,14 @@ impl Slave {
             return;
         }
         self.leave(env, End::Parameters);
-        let are_given = self.beside.ask(true, |who, _| who.parameters(&mut parameters));
+        let are_given = self.hooks.apply(true, |hooks, _| hooks.parameters(&mut parameters));
         if are_given && !env.application.parameters(env.at(), &parameters) {
             self.refuse(env, Faults { prm: true, ..self.faults });
             return;
         }
         self.take_delay(parameters.min_tsdr);
         let time = Duration::from_millis(u64::from(factors) * u64::from(dpv1.watchdog_base_ms()));
-        let time = self.beside.ask(time, |who, time| who.watchdog(time));
+        let time = self.hooks.apply(time, |hooks, time| hooks.watchdog(time));
         self.watchdog = has_watchdog.then(|| (time, env.now + time));
         self.master = Some(sa);
         self.groups = parameters.groups;

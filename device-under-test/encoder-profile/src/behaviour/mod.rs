@@ -20,16 +20,19 @@ pub use records::Records;
 pub use reset::Reset;
 pub use values::{Values, preset_units};
 
-use crate::deviation::Deviation;
+use crate::checks::Checks;
 use crate::encoder::{measuring, velocity};
+use crate::hooks::EncoderHooks;
 use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
-use device_stack::Beside;
+use device_stack::Attached;
 
 /// How an encoder behaves.
 #[derive(Clone, Default)]
 pub struct Behaviour {
-    /// Who stands beside the encoder.
-    pub beside: Beside<dyn Deviation>,
+    /// The decisions of the encoder.
+    pub checks: Checks,
+    /// The deviations of the encoder at its seams.
+    pub hooks: Attached<dyn EncoderHooks>,
     /// Positions and presets.
     pub measuring: measuring::Rules,
     /// Velocity.

@@ -128,7 +128,7 @@ impl<M: Model> Live<'_, M> {
         let signals = if is_held_up { self.ram.emitter.before().sent } else { self.image() };
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
         let before = self.ram.emitter.before();
-        let sent = self.behaviour.beside.ask(image, |who, image| who.image(before, image));
+        let sent = self.behaviour.hooks.apply(image, |hooks, image| hooks.image(before, image));
         self.ram.emitter.begin(image, sent);
     }
 

@@ -4,9 +4,9 @@ use super::names;
 use super::places::{self, ENCODER_API, ENCODER_SLOT};
 use super::{Faults, Live, Model, Phase, Ram, Store};
 use crate::behaviour::{Behaviour, PowerUp};
-use crate::deviation::Lit;
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::facts::{Cause, Facts, Reset, Variant};
+use crate::hooks::Lit;
 use crate::profidrive::parameters::Manager;
 use crate::profidrive::telegram::Outputs;
 use alloc::format;
@@ -372,9 +372,8 @@ impl<M: Model> Application for EncoderObject<M> {
             had_warning: live.ram.had_warning,
             exchanged_for,
             has_outputs: live.ram.outputs != Outputs::default(),
-            right,
         };
-        Some(live.behaviour.beside.ask(right, |who, right| who.led(&lit, right)))
+        Some(live.behaviour.hooks.apply(right, |hooks, right| hooks.led(&lit, right)))
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -1,7 +1,7 @@
 //! The parameters of the encoder object: what a read of record 0xB02E gives. XAC77 manual, 11.2 and 11.3.
 
 use super::{Live, Model, Phase};
-use crate::deviation::View;
+use crate::hooks::View;
 use crate::profidrive::parameters::{Parameter, Parameters, Shape};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -122,7 +122,7 @@ impl<M: Model> Live<'_, M> {
 
     /// What an element says in the end.
     fn told(&self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
-        self.behaviour.beside.ask(right, |who, right| who.element(view, at, right))
+        self.behaviour.hooks.apply(right, |hooks, right| hooks.element(view, at, right))
     }
 
     fn view(&self) -> View<'_> {

@@ -40,12 +40,13 @@ fn case_of(trial: &str) -> &str {
 }
 
 #[test]
-fn both_tellings_list_the_same_bugs() {
+fn the_reference_device_has_every_bug_that_the_suite_lists() {
     for manual in manuals() {
         let offered = deviations::subject(&manual.device.name).expect("a reference device for every suite");
         let offered: BTreeSet<&str> = offered.bugs().map(|bug| bug.name).collect();
         let listed: BTreeSet<&str> = manual.bugs.iter().map(|bug| bug.name.as_str()).collect();
-        assert_eq!(listed, offered, "bugs.yaml and the reference device of {}", manual.device.name);
+        let unknown: Vec<&&str> = listed.difference(&offered).collect();
+        assert!(unknown.is_empty(), "the reference device of {} has no such bugs: {unknown:?}", manual.device.name);
         assert!(listed.len() >= 25);
     }
 }

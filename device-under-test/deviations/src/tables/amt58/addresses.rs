@@ -1,10 +1,10 @@
 //! Bugs of the switches and of the address that the bus gives.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use crate::tables::slave_memory::FollowsAddress;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     "address-service-never-active" "Set_Slave_Address is refused with the switches at 126 too."
         => |b| b.amt58.takes_address = |_| false;
     "address-service-always-active" "Set_Slave_Address is taken with any position of the switches."

@@ -1,6 +1,6 @@
 //! Bugs of Chk_Cfg and Get_Cfg, and of how much is exchanged.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use reference_devices::models::datalogic_amt58::knobs::has;
 use reference_devices::models::datalogic_amt58::program::{OPERATING, Program, SPEED_UNIT, VELOCITY, lengths};
 use reference_devices::models::datalogic_amt58::told::{Shown, inputs};
@@ -10,7 +10,7 @@ const POSITION: [u8; 2] = [0xD1, 0xE1];
 const BOTH: [u8; 2] = [0xD3, 0xE1];
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     "velocity-configuration-always-taken" "D3 E1 is accepted whatever the parameters say, and 8 octets are sent."
         => |b| b.amt58.takes_configuration = |_, told, right| right.or(accepted(told, told == BOTH));
     "short-configuration-always-taken" "D1 E1 is accepted with the velocity parameterised, and the inputs are cut to 4 octets."

@@ -1,10 +1,10 @@
 //! Bugs of the octets behind the six of the diagnosis; they are counted from the first of the six.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use alloc::vec::Vec;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Form
     "header-without-itself" "The header counts the octets behind it."
         => |b| b.amt58.diagnosis = |_, octets, _| change(octets, HEADER, |header| header - 1);

@@ -1,13 +1,13 @@
 //! Bugs of the LEDs.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use reference_devices::models::datalogic_amt58::lights::{
     self, GOOD, INVALID, Lamps, NO_BUS, Situation, TIME_OUT, ZONE, lamps,
 };
 use reference_devices::models::datalogic_amt58::program;
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     "led-lit-without-power" "Without supply the red LED stays lit."
         => |b| b.amt58.lamps = |of| if of.seen.has_supply { lamps(of) } else { TIME_OUT };
     "power-led-flashes-in-operation" "In data exchange without a fault the green LED flashes."

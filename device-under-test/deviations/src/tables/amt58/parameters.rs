@@ -1,6 +1,6 @@
 //! Bugs of what Set_Prm says, the scaling apart.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use encoder_profile::encoder::Direction;
 use encoder_profile::encoder::measuring::Step;
 use reference_devices::models::datalogic_amt58::knobs::has;
@@ -10,7 +10,7 @@ use reference_devices::models::datalogic_amt58::program::{
 };
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     "operating-octet-9" "The operating parameters are read from octet 9 of the telegram, all others from where they are."
         => |b| b.slave.parameters(|parameters| if parameters.user.len() > OPERATING {
             parameters.user.copy_within(2..3, OPERATING);

@@ -1,6 +1,6 @@
 //! Bugs of presets and of the memory that keeps them.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use crate::tables::slave_memory::KeepsOutputs;
 use core::time::Duration;
 use encoder_profile::encoder::Direction;
@@ -12,7 +12,7 @@ use reference_devices::models::datalogic_amt58::program::LAST;
 use reference_devices::models::datalogic_amt58::told::{Shown, inputs};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Which cycles
     "preset-in-the-first-cycle" "The preset is made at the first cycle with bit 31, and its answer carries the value."
         => |b| b.amt58.order = |trigger, outputs, _| ordered_after(1, trigger, outputs);

@@ -1,12 +1,12 @@
 //! Bugs of the positions in the red zone.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use encoder_profile::encoder::measuring::Step;
 use encoder_profile::encoder::{Hardware, Scaling};
 use reference_devices::models::datalogic_amt58::program::{position, zone};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     "red-zone-from-zero" "The red zone counts from 0 on, and ends before the range does."
         => |b| b.encoder.measuring.scale = Scaling::position;
     "red-zone-of-wrong-size" "The red zone has as many turns as are left when those of the hardware are divided by one less than the range has."

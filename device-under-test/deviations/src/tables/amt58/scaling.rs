@@ -1,6 +1,6 @@
 //! Bugs of the scaling.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use encoder_profile::encoder::{Hardware, Scaling};
 use reference_devices::models::datalogic_amt58::knobs::has;
 use reference_devices::models::datalogic_amt58::program::{
@@ -8,7 +8,7 @@ use reference_devices::models::datalogic_amt58::program::{
 };
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Whether it acts
     "scaling-bit-ignored" "In Class 2 scaling acts although it is off; a range of 0 stands for that of the hardware."
         => |b| (b.amt58.scales, b.amt58.clamped) = (|bits| has(bits, CLASS_2), zero_is_all);

@@ -1,13 +1,13 @@
 //! Bugs of the inputs: positions and velocity.
 
-use crate::tables::Bug;
+use crate::tables::Deviation;
 use encoder_profile::encoder::velocity::{self, Factor};
 use encoder_profile::encoder::{Scaling, Unit};
 use reference_devices::models::datalogic_amt58::program::unit;
 use reference_devices::models::datalogic_amt58::told::{Shown, inputs, put};
 
 /// The bugs of this seam.
-pub static BUGS: &[Bug] = bugs! {
+pub static BUGS: &[Deviation] = bugs! {
     // Octets
     "position-little-endian" "The position is sent least significant octet first."
         => |b| b.amt58.inputs = |shown, octets| inputs(&with_position(shown, shown.position.swap_bytes()), octets);

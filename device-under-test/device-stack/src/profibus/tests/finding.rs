@@ -2,14 +2,14 @@
 
 use super::bench::{Answer, RS};
 use super::toy::{CFG, PRM, bench};
-use crate::Beside;
+use crate::Attached;
 use core::time::Duration;
 use rstest::rstest;
 use wire::profibus::fdl::FrameCount;
 
 #[test]
 fn fdl_status_is_answered_by_a_slave_after_eleven_bits() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     assert_eq!(bench.hand(&[0x10, 5, 2, 0x49, 0x50, 0x16]), Some([0x10, 2, 5, 0, 7, 0x16].into()));
     assert_eq!(bench.delay, Duration::from_nanos(7_334), "11 bits at 1.5 Mbit/s");
 }
@@ -23,7 +23,7 @@ fn fdl_status_is_answered_by_a_slave_after_eleven_bits() {
 #[case::cut(&[0x10, 5, 2, 0x49, 0x50])]
 #[case::broadcast(&[0x10, 127, 2, 0x49, 0xCA, 0x16])]
 fn silence(#[case] frame: &[u8]) {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     assert_eq!(bench.hand(frame), None);
 }
 
@@ -33,13 +33,13 @@ fn silence(#[case] frame: &[u8]) {
 #[case::other_source(60, 61)]
 #[case::records_before_exchange(51, 51)]
 fn access_points_that_are_not_active(#[case] destination: u8, #[case] source: u8) {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     assert_eq!(bench.ask(Some((destination, source)), &[]), RS);
 }
 
 #[test]
 fn an_address_is_taken_with_the_right_ident_while_waiting_for_parameters() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCE, 0]), Answer::Taken);
     assert_eq!(bench.ask(Some((55, 62)), &[126, 0xAB, 0xCD, 0]), Answer::Taken);
     assert_eq!(bench.ask(Some((55, 62)), &[9, 0xAB, 0xCD]), RS);
@@ -56,7 +56,7 @@ fn an_address_is_taken_with_the_right_ident_while_waiting_for_parameters() {
 /// No octets make the slave panic or answer with what is no frame.
 #[test]
 fn damaged_requests() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
     for sap in 0..64 {

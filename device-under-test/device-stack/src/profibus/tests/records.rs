@@ -2,12 +2,12 @@
 
 use super::bench::{Answer, RS};
 use super::toy::{CFG, PRM, bench};
-use crate::Beside;
+use crate::Attached;
 use core::time::Duration;
 
 #[test]
 fn a_class_1_master_writes_and_reads() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
     let ms1 = Some((51, 51));
@@ -28,7 +28,7 @@ fn a_class_1_master_writes_and_reads() {
 
 #[test]
 fn there_is_room_for_one_request_and_none_without_dpv1() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
     let ms1 = Some((51, 51));
@@ -43,7 +43,7 @@ fn there_is_room_for_one_request_and_none_without_dpv1() {
 
 #[test]
 fn a_class_2_master_opens_a_connection_which_ends_in_silence() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     let initiate = [0x57, 0, 0, 0, 0, 100, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
     assert_eq!(bench.ask(Some((0, 50)), &[]), RS);
     assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Taken);

@@ -2,7 +2,7 @@
 
 use super::bench::{Answer, RS};
 use super::toy::{CFG, PRM, bench};
-use crate::Beside;
+use crate::Attached;
 use crate::profibus::End;
 use core::time::Duration;
 use rstest::rstest;
@@ -16,7 +16,7 @@ fn changed(at: usize, octet: u8) -> [u8; 11] {
 
 #[test]
 fn a_slave_goes_from_parameters_over_configuration_to_data() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     assert_eq!(bench.diagnosis(), [0x0A, 0x05, 0, 0xFF, 0xAB, 0xCD, 2, 0x55]);
     assert_eq!(bench.chk_cfg(&CFG), RS);
     assert_eq!(bench.ask(None, &[0, 0]), RS);
@@ -37,7 +37,7 @@ fn a_slave_goes_from_parameters_over_configuration_to_data() {
 #[case::no_watchdog_factor(changed(1, 0))]
 #[case::of_the_encoder(changed(10, 8))]
 fn wrong_parameters(#[case] prm: [u8; 11]) {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     assert_eq!(bench.set_prm(&prm), Answer::Taken);
     assert_eq!(bench.diagnosis()[..4], [0x4A, 0x05, 0, 0xFF]);
     assert_eq!(bench.chk_cfg(&CFG), RS);
@@ -47,7 +47,7 @@ fn wrong_parameters(#[case] prm: [u8; 11]) {
 
 #[test]
 fn a_wrong_configuration_needs_new_parameters() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&[0x11]);
     assert_eq!(bench.diagnosis()[..4], [0x0E, 0x05, 0, 0xFF]);
@@ -58,7 +58,7 @@ fn a_wrong_configuration_needs_new_parameters() {
 }
 
 fn in_exchange() -> super::bench::Bench<crate::profibus::Device<super::toy::Toy>> {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
     bench.exchange(&[1, 2]);
@@ -81,7 +81,7 @@ fn the_watchdog_ends_the_exchange_and_clears_the_outputs() {
 
 #[test]
 fn a_watchdog_counts_in_milliseconds_if_told_so_and_may_be_off() {
-    let mut bench = bench(Beside::NOBODY);
+    let mut bench = bench(Attached::NONE);
     for (octets, left) in [([0x88, 0x84], true), ([0x80, 0x80], false)] {
         let mut prm = changed(0, octets[0]);
         prm[7] = octets[1];

@@ -2,8 +2,8 @@
 
 use super::bench::Bench;
 use core::time::Duration;
-use device_stack::Beside;
-use device_stack::profibus::{Access, Application, Deviation, Device, DiagnosisBits, End, Identity, Refusal, Seen};
+use device_stack::Attached;
+use device_stack::profibus::{Access, Application, Device, DiagnosisBits, End, Identity, Refusal, Seen, SlaveHooks};
 use station::{StandAction, Time};
 use std::vec::Vec;
 use wire::profibus::cfg::Sums;
@@ -28,7 +28,7 @@ pub const CFG: [u8; 2] = [0x11, 0x21];
 /// Lock, watchdog 100 ms, min TSDR 11, ident, group 1, DP-V1 on, one octet for the encoder.
 pub const PRM: [u8; 11] = [0x88, 10, 1, 11, 0xAB, 0xCD, 1, 0x80, 0, 0, 7];
 
-pub fn bench(beside: Beside<dyn Deviation>) -> Bench<Device<Toy>> {
+pub fn bench(hooks: Attached<dyn SlaveHooks>) -> Bench<Device<Toy>> {
     let identity = Identity {
         ident: IDENT,
         boot_time: Duration::from_millis(100),
@@ -51,7 +51,7 @@ pub fn bench(beside: Beside<dyn Deviation>) -> Bench<Device<Toy>> {
         changed: false,
         record: std::vec![1, 2, 3],
     };
-    Bench::new(Device::new(toy, BaudRate(1_500_000), beside), 5)
+    Bench::new(Device::new(toy, BaudRate(1_500_000), hooks), 5)
 }
 
 impl Application for Toy {

@@ -1,7 +1,7 @@
-//! What may stand beside an encoder and let it deviate from what is right, at each of its seams.
+//! The hooks of an encoder: the seams at which a deviation may change what comes in and what goes out.
 //!
-//! An encoder is plain: it knows what is right, and says so at its decisions ([`Check`]). Whoever stands beside it may turn a
-//! decision round, and change what comes to the encoder and what goes out. Without the feature `deviations` nobody does.
+//! The encoder itself is plain. Without the feature `deviations` no hook is ever called. Its decisions are in
+//! [`checks`](crate::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
 
 use crate::encoder::{Hardware, Measuring};
 use crate::facts::Facts;
@@ -11,18 +11,9 @@ use core::time::Duration;
 use device_stack::profinet::{Seen, StationData};
 use station::Time;
 
-/// A yes or no that the encoder decides, with what it decides about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check {}
-
-/// Who stands beside an encoder; each default is to leave it as it is.
+/// The hooks of an encoder; each default changes nothing.
 #[allow(unused_variables, reason = "the names tell what a seam is about")]
-pub trait Deviation {
-    /// What the encoder has decided about this.
-    fn check(&mut self, check: Check, verdict: bool) -> bool {
-        verdict
-    }
-
+pub trait EncoderHooks {
     /// The signals of a frame, from those that are right now and the cycle before.
     fn image(&mut self, before: &Before, now: Image) -> Image {
         now
@@ -85,6 +76,4 @@ pub struct Lit<'a> {
     pub exchanged_for: Option<Duration>,
     /// Whether there are outputs that count.
     pub has_outputs: bool,
-    /// What it shows if it is healthy.
-    pub right: &'static str,
 }

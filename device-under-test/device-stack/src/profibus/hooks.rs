@@ -1,7 +1,6 @@
-//! What may stand beside a slave and let it deviate from what is right, at each of its seams.
+//! The hooks of a slave: the seams at which a deviation may change what comes in and what goes out, and the checks it may flip.
 //!
-//! A slave is plain: it knows what is right, and says so at its decisions ([`Check`]). Whoever stands beside it may turn a decision
-//! round, and change what comes to the slave and what goes out. Without the feature `deviations` nobody does.
+//! The slave itself is plain. Without the feature `deviations` no hook is ever called.
 
 use super::application::Application;
 use alloc::vec;
@@ -38,11 +37,9 @@ pub enum Check {
     Dpv1,
 }
 
-/// Who stands beside a slave; each default is to leave it as it is.
-///
-/// The encoder is there to be looked at.
+/// The hooks of a slave; each default changes nothing. The encoder is passed for reading only.
 #[allow(unused_variables, reason = "the names tell what a seam is about")]
-pub trait Deviation {
+pub trait SlaveHooks {
     /// What the slave has decided about this.
     fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
         verdict

@@ -1,0 +1,46 @@
+//! What a deviation needs of the devices of a manual to be possible there at all.
+
+use encoder_profile::facts::{Facts, Submodule};
+use encoder_profile::profidrive::telegram::{Control, Signal};
+use reference_devices::{Bus, Manual};
+
+/// Something that the devices of a manual have or do not have.
+#[derive(Clone, Copy, Debug)]
+pub enum Need {
+    /// A PROFINET stack.
+    Profinet,
+    /// A PROFIBUS slave.
+    Profibus,
+    /// The encoder object of the encoder profile, on either bus.
+    EncoderProfile,
+    /// A parameter of the encoder object, by its number.
+    Parameter(u16),
+    /// A signal in the inputs of a telegram.
+    Input(Signal),
+    /// A control word in the outputs of a telegram.
+    Output(Control),
+    /// What only the devices of one manual have.
+    Of(&'static Manual),
+    /// What the devices of two manuals have in common, beyond the needs above.
+    OfEither(&'static Manual, &'static Manual),
+}
+
+impl Need {
+    /// Whether the devices of `manual` have it.
+    pub fn is_met_by(self, manual: &Manual) -> bool {
+        let has = |submodule: &dyn Fn(&Submodule) -> bool| {
+            let modules = manual.facts.iter().flat_map(|facts: &&Facts| facts.modules);
+            modules.flat_map(|module| module.submodules).any(submodule)
+        };
+        match self {
+            Need::Profinet => matches!(manual.bus, Bus::Profinet(_)),
+            Need::Profibus => matches!(manual.bus, Bus::Profibus(_)),
+            Need::EncoderProfile => manual.facts.is_some(),
+            Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),
+            Need::Input(signal) => has(&|one| one.telegram.inputs.contains(&signal)),
+            Need::Output(control) => has(&|one| one.telegram.outputs.contains(&control)),
+            Need::Of(one) => manual.name == one.name,
+            Need::OfEither(one, other) => manual.name == one.name || manual.name == other.name,
+        }
+    }
+}

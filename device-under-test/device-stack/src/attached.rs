@@ -1,0 +1,81 @@
+//! The deviations attached to a part of a device: a handle that is nothing at all for a plain device.
+
+#[cfg(feature = "deviations")]
+use alloc::rc::Rc;
+#[cfg(feature = "deviations")]
+use core::cell::RefCell;
+#[cfg(not(feature = "deviations"))]
+use core::marker::PhantomData;
+
+/// The hooks of the deviations of one device, if it has any; `H` is the trait of the hooks.
+pub struct Attached<H: ?Sized> {
+    #[cfg(feature = "deviations")]
+    hooks: Option<Rc<RefCell<H>>>,
+    #[cfg(not(feature = "deviations"))]
+    hooks: PhantomData<H>,
+}
+
+impl<H: ?Sized> Attached<H> {
+    /// No deviations.
+    #[cfg(feature = "deviations")]
+    pub const NONE: Attached<H> = Attached { hooks: None };
+    /// No deviations.
+    #[cfg(not(feature = "deviations"))]
+    pub const NONE: Attached<H> = Attached { hooks: PhantomData };
+
+    /// These deviations.
+    #[cfg(feature = "deviations")]
+    pub fn new(hooks: Rc<RefCell<H>>) -> Attached<H> {
+        Attached { hooks: Some(hooks) }
+    }
+
+    /// What the deviations make of `value`, which is what the manual says; a hook that asks the device meets it without deviations.
+    #[inline]
+    pub fn apply<T>(&self, value: T, hook: impl FnOnce(&mut H, T) -> T) -> T {
+        #[cfg(feature = "deviations")]
+        if let Some(mut hooks) = self.hooks.as_ref().and_then(|hooks| hooks.try_borrow_mut().ok()) {
+            return hook(&mut hooks, value);
+        }
+        #[cfg(not(feature = "deviations"))]
+        let _ = hook;
+        value
+    }
+
+    /// Reports an event to the deviations, or lets them change what `hook` captures.
+    #[inline]
+    pub fn notify(&self, hook: impl FnOnce(&mut H)) {
+        self.apply((), |hooks, ()| hook(hooks));
+    }
+
+    /// Whether there are any deviations: for what is too costly to prepare for none.
+    #[inline]
+    pub fn is_any(&self) -> bool {
+        #[cfg(feature = "deviations")]
+        return self.hooks.is_some();
+        #[cfg(not(feature = "deviations"))]
+        false
+    }
+}
+
+impl<H: ?Sized> Clone for Attached<H> {
+    fn clone(&self) -> Attached<H> {
+        Attached {
+            #[cfg(feature = "deviations")]
+            hooks: self.hooks.clone(),
+            #[cfg(not(feature = "deviations"))]
+            hooks: PhantomData,
+        }
+    }
+}
+
+impl<H: ?Sized> Default for Attached<H> {
+    fn default() -> Attached<H> {
+        Attached::NONE
+    }
+}
+
+impl<H: ?Sized> core::fmt::Debug for Attached<H> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Attached").field("is_any", &self.is_any()).finish()
+    }
+}
