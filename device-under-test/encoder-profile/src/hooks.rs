@@ -5,8 +5,10 @@
 
 use crate::encoder::{Hardware, Measuring};
 use crate::facts::Facts;
-use crate::profidrive::telegram::{Before, Image};
+use crate::profidrive::sensor::Error;
+use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use crate::profidrive::user_parameters::UserParameters;
+use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Seen, StationData};
 use station::Time;
@@ -14,6 +16,16 @@ use station::Time;
 /// The hooks of an encoder; each default changes nothing.
 #[allow(unused_variables, reason = "the names tell what a seam is about")]
 pub trait EncoderHooks {
+    /// What the controller sends in one telegram, as it arrives; none of what is bad or missing.
+    fn outputs(&mut self, view: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
+        arrived
+    }
+
+    /// The errors whose cause is there now, before the sensor interface raises them.
+    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+        right
+    }
+
     /// The signals of a frame, from those that are right now and the cycle before.
     fn image(&mut self, before: &Before, now: Image) -> Image {
         now
@@ -30,7 +42,7 @@ pub trait EncoderHooks {
     }
 }
 
-/// What the values of parameters could be taken from.
+/// The encoder as it is when a hook is called.
 #[derive(Debug)]
 pub struct View<'a> {
     /// Now.
@@ -43,6 +55,10 @@ pub struct View<'a> {
     pub other: Hardware,
     /// The user parameters in force.
     pub user: &'a UserParameters,
+    /// The cycle before; all of it is 0 before the first one of a connection.
+    pub before: &'a Before,
+    /// Latched errors, oldest first.
+    pub errors: &'a [Error],
     /// The fault bits of the errors that are there.
     pub faults: u32,
     /// The measuring task.

@@ -1,8 +1,10 @@
 //! The hooks of an encoder, as the rows of the tables attach to them.
 
+use alloc::vec::Vec;
 use encoder_profile::checks::{Check, EncoderChecks};
 use encoder_profile::hooks::{EncoderHooks, Lit, View};
-use encoder_profile::profidrive::telegram::{Before, Image};
+use encoder_profile::profidrive::sensor::Error;
+use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
 
 hooks! { Decisions: EncoderChecks
     /// Flips a decision: from what it is about and what the encoder has decided.
@@ -17,6 +19,10 @@ impl Decisions {
 }
 
 hooks! { Encoder: EncoderHooks
+    /// Changes what the controller sends in one telegram, as it arrives.
+    outputs(view: &View<'_>, telegram: &Telegram) -> Outputs;
+    /// Changes the errors whose cause is there.
+    causes(view: &View<'_>) -> Vec<Error>;
     /// Changes the signals of a frame, from the cycle before and the signals of the manual.
     image(before: &Before) -> Image;
     /// Changes an element of a parameter, by the number of the parameter and the index of the element.

@@ -308,7 +308,8 @@ impl<M: Model> Live<'_, M> {
 
     /// Raises the errors whose cause is there, and brings the diagnoses in line with them.
     pub fn look_for_errors(&mut self) {
-        self.ram.sensor.watch(&self.causes());
+        let causes = self.behaviour.hooks.apply(self.causes(), |hooks, causes| hooks.causes(&self.view(), causes));
+        self.ram.sensor.watch(&causes);
         self.look_for_warnings();
         self.diagnose();
     }

@@ -125,7 +125,8 @@ impl<M: Model> Live<'_, M> {
         self.behaviour.hooks.apply(right, |hooks, right| hooks.element(view, at, right))
     }
 
-    fn view(&self) -> View<'_> {
+    /// The encoder as a hook is given it.
+    pub(super) fn view(&self) -> View<'_> {
         let mut others = self.facts.variants.iter().map(|variant| variant.hardware);
         View {
             now: self.now,
@@ -133,6 +134,8 @@ impl<M: Model> Live<'_, M> {
             hardware: self.hardware,
             other: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
             user: &self.ram.user,
+            before: self.ram.emitter.before(),
+            errors: self.ram.sensor.errors(),
             faults: self.fault_bits(),
             measuring: &self.ram.measuring,
             preset_value: self.ram.preset_value,

@@ -104,6 +104,20 @@ pub struct Outputs {
     pub unused: Option<u32>,
 }
 
+impl Outputs {
+    /// Takes what arrived in one telegram; what comes with others stays as it is.
+    pub fn replace(&mut self, telegram: &Telegram, arrived: Outputs) {
+        for control in telegram.outputs {
+            match control {
+                Stw2Enc | G1Stw => self.words = arrived.words,
+                Control::Preset => self.preset = arrived.preset,
+                Control::SeparateG1Stw => self.separate = arrived.separate,
+                Control::Unused => self.unused = arrived.unused,
+            }
+        }
+    }
+}
+
 /// The values of all signals at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Image {

@@ -6,13 +6,18 @@ use crate::encoder_object::{Live, Model, Phase};
 use crate::profidrive::life_sign::Watch;
 use crate::profidrive::mantel::Known;
 use crate::profidrive::sensor::Request;
-use crate::profidrive::telegram::Control;
+use crate::profidrive::telegram::{Control, Outputs};
 
 impl<M: Model> Live<'_, M> {
     /// Takes the outputs of one submodule; of those that are bad or missing only what it brings is given up.
     pub fn take(&mut self, subslot: u16, outputs: Option<&[u8]>) {
         let Some(submodule) = self.ram.submodules.iter().copied().find(|one| one.subslot == subslot) else { return };
-        self.ram.emitter.take(&mut self.ram.outputs, submodule.telegram, outputs);
+        let telegram = submodule.telegram;
+        let mut arrived = Outputs::default();
+        self.ram.emitter.take(&mut arrived, telegram, outputs);
+        let hooks = &self.behaviour.hooks;
+        let arrived = hooks.apply(arrived, |hooks, arrived| hooks.outputs(&self.view(), telegram, arrived));
+        self.ram.outputs.replace(telegram, arrived);
         if submodule.telegram.outputs.contains(&Control::Preset) && matches!(self.ram.phase, Phase::Data(_)) {
             self.take_preset();
         }
