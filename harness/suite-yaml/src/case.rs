@@ -107,8 +107,15 @@ impl<'n> Topic<'n> {
             let before = ground.mistakes.count();
             let columns: Vec<Column> = give.iter().chain(&row.columns).cloned().collect();
             columns.iter().for_each(|column| column.used.set(false));
-            let trial =
-                self.trial(entry, row, &columns, format!("{}/{}{label}", self.name, entry.id), ground, names, seen);
+            let trial = self.trial(
+                entry,
+                (row, &rows),
+                &columns,
+                format!("{}/{}{label}", self.name, entry.id),
+                ground,
+                names,
+                seen,
+            );
             let trial = ground.mistakes.keep(trial);
             if ground.mistakes.count() > before {
                 return Ok(trials);
@@ -125,7 +132,7 @@ impl<'n> Topic<'n> {
     fn trial(
         &self,
         entry: &Entry<'n>,
-        row: &Row<'_>,
+        (row, rows): (&Row<'n>, &[Row<'n>]),
         columns: &[Column],
         id: String,
         ground: &Ground<'_>,
@@ -204,7 +211,7 @@ impl<'n> Topic<'n> {
             id,
             why: entry.why.clone(),
             covers,
-            catches: catches(entry, ground, names)?,
+            catches: catches(entry, Some((row, rows)), ground, names)?,
             at: ground.location(row.at.unwrap_or(node)),
             outline: Outline { leds: names.take_leds(), ..Outline::default() },
             how: TrialSteps {
@@ -246,7 +253,7 @@ impl<'n> Topic<'n> {
             id: format!("{}/{}", self.name, entry.id),
             why: entry.why.clone(),
             covers,
-            catches: catches(entry, ground, names)?,
+            catches: catches(entry, None, ground, names)?,
             body: body.body,
             modules,
             at: ground.location(node),

@@ -132,7 +132,7 @@ key_sets! {
         "why" must Text, "One sentence.";
         "covers" may List(&Name), "The requirements.";
         "variants" may List(&Name), "The variants it runs on, all by default.";
-        "catches" may List(&Name), "Bugs of the reference device that must make this case fail.";
+        "catches" may List(&Name), "Bugs of the reference device that must make this case fail, in each of its rows.";
         "start" may Values, "The connection it begins with, or `none`.";
         "with" may Table, "A table: each entry is a trial; in a common suite also its columns, for which the manual gives the rows.";
         "given" may List(&Step), "Brings the device where the test begins.";

@@ -10,7 +10,7 @@ use super::taken;
 use super::yaml::Node;
 
 /// Keys of a row that are no columns.
-pub(super) const RESERVED: [&str; 3] = ["row", "covers", "variants"];
+pub(super) const RESERVED: [&str; 4] = ["row", "covers", "catches", "variants"];
 
 /// A row of a table, or the only trial of a case without one.
 pub(super) struct Row<'n> {
@@ -18,12 +18,20 @@ pub(super) struct Row<'n> {
     pub label: Option<String>,
     pub columns: Vec<Column>,
     pub covers: Option<&'n Node>,
+    pub catches: Option<&'n Node>,
     pub variants: Option<&'n Node>,
 }
 
 pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) -> Read<Vec<Row<'n>>> {
     let Some(node) = entry.keyed.get("with") else {
-        return Ok(vec![Row { at: None, label: None, columns: Vec::new(), covers: None, variants: None }]);
+        return Ok(vec![Row {
+            at: None,
+            label: None,
+            columns: Vec::new(),
+            covers: None,
+            catches: None,
+            variants: None,
+        }]);
     };
     let given = entry.shared.as_ref().and_then(|shared| shared.rows);
     let mut items: Vec<&'n Node> = Vec::new();
@@ -89,26 +97,36 @@ pub(super) fn rows<'n>(entry: &Entry<'n>, names: &Names<'_>, give: &[Column]) ->
             label: Some(label),
             columns,
             covers: item.get("covers"),
+            catches: item.get("catches"),
             variants: item.get("variants"),
         });
     }
     if rows.is_empty() { Err(given.unwrap_or(node).wrong("an empty table")) } else { Ok(rows) }
 }
 
-/// The bugs that make a case or rule fail.
+/// The bugs that make a case or rule fail, or one `row` of a case: those of the whole case and those of the row.
 ///
-/// A common suite names bugs of all manuals that use it: those of others are passed over, and one at least has to be left.
-pub(super) fn catches(entry: &Entry<'_>, ground: &Ground<'_>, names: &Names<'_>) -> Read<Vec<String>> {
+/// A common suite names bugs of all manuals that use it: those of others are passed over, and one at least has to be left for the
+/// case or one of its rows.
+pub(super) fn catches<'n>(
+    entry: &Entry<'n>,
+    row: Option<(&Row<'n>, &[Row<'n>])>,
+    ground: &Ground<'_>,
+    names: &Names<'_>,
+) -> Read<Vec<String>> {
     let mut list: Vec<String> = Vec::new();
     let mut passed_over = false;
     let added = entry.shared.as_ref().and_then(|shared| shared.catches);
-    for (node, is_added) in [(entry.keyed.get("catches"), false), (added, true)] {
+    let of_row = row.and_then(|(row, _)| row.catches);
+    // The rows of a common case may be the manual's own.
+    let is_given = entry.shared.as_ref().is_some_and(|shared| shared.rows.is_some());
+    for (node, is_own) in [(entry.keyed.get("catches"), false), (added, true), (of_row, is_given)] {
         let Some(node) = node else { continue };
         for (at, name) in labels(node, "catches")?.into_iter().enumerate() {
             let at = node.sequence().and_then(|items| items.get(at)).unwrap_or(node);
             let own = || ground.bugs.iter().map(|bug| bug.name.as_str());
             if !own().any(|known| known == name) {
-                if is_added || entry.shared.is_none() {
+                if is_own || entry.shared.is_none() {
                     return Err(Mistake::unknown(at.spot, "bug", &name, own()));
                 }
                 ground.elsewhere.lists(ground.sources, &name, at)?;
@@ -116,14 +134,18 @@ pub(super) fn catches(entry: &Entry<'_>, ground: &Ground<'_>, names: &Names<'_>)
                 continue;
             }
             if list.contains(&name) {
-                return Err(at.wrong(format!("the common suite names `{name}` already")));
+                return Err(match is_own {
+                    true => at.wrong(format!("the common suite names `{name}` already")),
+                    false => at.wrong(format!("`{name}` is named already, for every row")),
+                });
             }
             names.mark("bug", &name);
             list.push(name);
         }
     }
+    let is_any_row_left = row.is_some_and(|(_, rows)| rows.iter().any(|row| row.catches.is_some()));
     match &entry.shared {
-        Some(shared) if passed_over && list.is_empty() => Err(shared
+        Some(shared) if passed_over && list.is_empty() && !is_any_row_left => Err(shared
             .at
             .wrong(format!("no bug of this manual makes `{}` fail", entry.id))
             .help(format!("name one in this file: `catches: {{ {}: [...] }}`", entry.id))),

@@ -34,11 +34,6 @@ fn every<T: Sync>(items: &[T], work: impl Fn(&T) -> Option<String> + Sync) -> Ve
     found
 }
 
-/// The id of a trial without its row.
-fn case_of(trial: &str) -> &str {
-    trial.split('[').next().unwrap_or(trial)
-}
-
 #[test]
 fn the_reference_device_has_every_bug_that_the_suite_lists() {
     for manual in manuals() {
@@ -55,11 +50,11 @@ fn the_reference_device_has_every_bug_that_the_suite_lists() {
 fn every_case_catches_a_bug_and_every_bug_is_caught() {
     for manual in manuals() {
         let variants = || manual.variants.iter();
-        let blind: BTreeSet<&str> = variants()
-            .flat_map(|variant| &variant.trials)
-            .filter(|trial| trial.catches.is_empty())
-            .map(|trial| trial.case())
-            .collect();
+        let trials = || variants().flat_map(|variant| &variant.trials);
+        let catching: BTreeSet<&str> =
+            trials().filter(|trial| !trial.catches.is_empty()).map(|trial| trial.case()).collect();
+        let blind: BTreeSet<&str> =
+            trials().map(|trial| trial.case()).filter(|case| !catching.contains(case)).collect();
         assert!(blind.is_empty(), "no bug shows that these cases can fail: {blind:?}");
         let rules: BTreeMap<&str, bool> = variants()
             .flat_map(|variant| &variant.rules)
@@ -94,7 +89,7 @@ fn without_a_bug_every_case_passes_and_every_rule_is_decided() {
     }
 }
 
-/// Each bug is seen by every case and rule that says it catches it, and every requirement that it breaks fails with it.
+/// Each bug is seen by every row of a case and every rule that says it catches it, in one variant at least, and every requirement that it breaks fails with it.
 ///
 /// For one bug after another the trials that say they catch it run first; they mostly show all that it breaks. Whatever is
 /// not shown then is looked for in the other trials that cover it, and what only a rule can show in all of them.
@@ -121,8 +116,8 @@ fn each_bug_shows_in_each_case_and_each_requirement_that_names_it() {
 struct Open<'a> {
     manual: &'a Manual,
     bug: &'a Bug,
-    /// The cases that say they catch it.
-    cases: BTreeSet<&'a str>,
+    /// The trials, each a row of a case, that say they catch it.
+    trials: BTreeSet<&'a str>,
     /// The rules that say they catch it.
     rules: BTreeSet<&'a str>,
     /// The requirements that it is said to break.
@@ -146,7 +141,7 @@ impl<'a> Open<'a> {
         Open {
             manual,
             bug,
-            cases: trials.filter(|of| catches(&of.catches)).map(|of| of.case()).collect(),
+            trials: trials.filter(|of| catches(&of.catches)).map(|of| of.id.as_str()).collect(),
             rules: rules.filter(|of| catches(&of.catches)).map(|of| of.id.as_str()).collect(),
             breaks: bug.breaks.iter().copied().collect(),
             ran: BTreeMap::new(),
@@ -154,12 +149,12 @@ impl<'a> Open<'a> {
     }
 
     fn len(&self) -> usize {
-        self.cases.len() + self.rules.len() + self.breaks.len()
+        self.trials.len() + self.rules.len() + self.breaks.len()
     }
 
     fn look(&mut self) {
         let catching = |open: &Open, _: &Variant, trial: &Trial| {
-            open.cases.contains(trial.case()) && trial.catches.contains(&open.bug.name)
+            open.trials.contains(trial.id.as_str()) && trial.catches.contains(&open.bug.name)
         };
         let covering = |open: &Open, _: &Variant, trial: &Trial| {
             let checks = check_covers(trial);
@@ -204,7 +199,7 @@ impl<'a> Open<'a> {
         };
         let case = outcome.case;
         if case.verdict == Verdict::Fail {
-            self.cases.remove(trial.case());
+            self.trials.remove(trial.id.as_str());
         }
         let covers: Vec<(usize, Verdict)> = case.covers.iter().map(|of| (of.requirement, of.verdict)).collect();
         for (requirement, _) in covers.iter().filter(|(_, verdict)| *verdict == Verdict::Fail) {
@@ -237,9 +232,9 @@ impl<'a> Open<'a> {
             let more = if all > SHOWN { format!("; and {} more", all - SHOWN) } else { String::new() };
             if seen.is_empty() { "nothing covers it".to_owned() } else { seen.join("; ") + &more }
         };
-        let cases = self.cases.iter().map(|case| {
-            let seen = seen(&|trial, ran| (case_of(trial) == *case).then_some(ran.verdict));
-            format!("{name}: the case {case} does not fail: {seen}")
+        let trials = self.trials.iter().map(|id| {
+            let seen = seen(&|trial, ran| (trial == *id).then_some(ran.verdict));
+            format!("{name}: {id} does not fail: {seen}")
         });
         let rules = self.rules.iter().map(|rule| format!("{name}: the rule {rule} is not broken"));
         let breaks = self.breaks.iter().map(|&requirement| {
@@ -247,7 +242,7 @@ impl<'a> Open<'a> {
                 seen(&|_, ran| ran.covers.iter().find(|(of, _)| *of == requirement).map(|(_, verdict)| *verdict));
             format!("{name}: {} does not fail: {seen}", self.manual.requirements[requirement].id)
         });
-        cases.chain(rules).chain(breaks).collect()
+        trials.chain(rules).chain(breaks).collect()
     }
 }
 
