@@ -22,3 +22,4 @@ mod tests;
 pub use manuals::{build, sentence, subject, subjects};
 pub use reference_devices::{Bus, Line, Manual, ReferenceDevice};
 pub use subject::{BuildError, Setup, Subject, bugs_of_the_field};
+pub use tables::{Deviation, Kind};

@@ -8,6 +8,7 @@
 //! | `ENCSPEC_DUT` | `--dut`, several separated by commas |
 //! | `ENCSPEC_DEVICE` | `--device` |
 //! | `ENCSPEC_BUG` | `--bug`, several separated by commas |
+//! | `ENCSPEC_VARIATION` | `--variation`, several separated by commas |
 //! | `ENCSPEC_LEDGER` | `--ledger` |
 //! | `ENCSPEC_GATE` | `--gate` |
 //! | `ENCSPEC_EVIDENCE` | `--evidence` |
@@ -159,6 +160,7 @@ fn from_environment() -> Request {
         duts: list("ENCSPEC_DUT"),
         device: text("ENCSPEC_DEVICE"),
         bugs: list("ENCSPEC_BUG"),
+        variations: list("ENCSPEC_VARIATION"),
         gate_must: text("ENCSPEC_GATE").as_deref() == Some("must"),
         ledger: text("ENCSPEC_LEDGER").map(Into::into),
         evidence: text("ENCSPEC_EVIDENCE").map(Into::into),

@@ -87,17 +87,17 @@ impl fmt::Display for Nobody {
 /// What stands at the other end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DutKind {
-    /// The built-in reference device, with these bugs switched on.
+    /// The built-in reference device, with these deviations.
     Model {
-        /// Names of the bugs.
-        bugs: Vec<String>,
+        /// Names of bugs and permitted variations.
+        deviations: Vec<String>,
     },
-    /// A reference device that is not built in, with these bugs switched on.
+    /// A reference device that is not built in, with these deviations.
     Brought {
         /// What it was written from.
         model: &'static Subject,
-        /// Names of the bugs.
-        bugs: Vec<String>,
+        /// Names of bugs and permitted variations.
+        deviations: Vec<String>,
     },
     /// Somebody who must never pass.
     Nobody(Nobody),
@@ -143,7 +143,7 @@ impl DutSpec {
     /// The reference device of the same variant, without a bug.
     #[must_use]
     pub fn healthy(&self) -> DutSpec {
-        DutSpec { kind: DutKind::Model { bugs: Vec::new() }, ..self.clone() }
+        DutSpec { kind: DutKind::Model { deviations: Vec::new() }, ..self.clone() }
     }
 
     /// The live device, where it is one.
@@ -191,8 +191,8 @@ impl DutSpec {
         let mac = known.as_ref().map_or(DEVICE.0.0, |known| known.manual.mac(DEVICE.0.0));
         let is_slave = known.as_ref().is_ok_and(|known| matches!(known.manual.bus, Bus::Profibus(_)));
         let on = Onto { is_slave, line };
-        let built = move |bugs: &[String], is_named: bool| {
-            let bugs: Vec<&str> = bugs.iter().map(String::as_str).collect();
+        let built = move |deviations: &[String], is_named: bool| {
+            let bugs: Vec<&str> = deviations.iter().map(String::as_str).collect();
             let build = if is_named { Subject::build } else { Subject::build_delivered };
             let setup =
                 Setup { mac, bugs: &bugs, line: Line { address: line.station, baud: line.baud }, ..setup(shaft) };
@@ -204,7 +204,7 @@ impl DutSpec {
         };
         Ok(match &self.kind {
             DutKind::Live(device) => device.0.segment(),
-            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => on.put(model(bugs)?),
+            DutKind::Model { deviations } | DutKind::Brought { deviations, .. } => on.put(model(deviations)?),
             DutKind::Nobody(Nobody::Absent | Nobody::Silent) => on.put(Stranger(Silent, NoStand)),
             DutKind::Nobody(Nobody::Reflector) => match is_slave {
                 true => {
@@ -359,18 +359,32 @@ fn other_ident(octets: &[u8], out: &mut Outbox) {
 }
 
 impl DutSpec {
-    /// The bugs that are switched on.
-    pub fn bugs(&self) -> &[String] {
+    /// The names of its deviations, of either kind.
+    pub fn deviations(&self) -> &[String] {
         match &self.kind {
-            DutKind::Model { bugs } | DutKind::Brought { bugs, .. } => bugs,
+            DutKind::Model { deviations } | DutKind::Brought { deviations, .. } => deviations,
             DutKind::Nobody(_) | DutKind::Live(_) => &[],
         }
+    }
+
+    /// Those of its deviations that are bugs.
+    pub fn bugs(&self) -> Vec<String> {
+        self.deviations().iter().filter(|name| !self.is_permitted(name)).cloned().collect()
+    }
+
+    /// Those of its deviations that the manual permits.
+    pub fn variations(&self) -> Vec<String> {
+        self.deviations().iter().filter(|name| self.is_permitted(name)).cloned().collect()
+    }
+
+    fn is_permitted(&self, name: &str) -> bool {
+        self.model().is_ok_and(|model| model.permitted().any(|known| known.name == name))
     }
 
     /// What those of the bugs do that no manual lists, as `name: sentence`.
     pub fn bug_notes(&self) -> Vec<String> {
         deviations::bugs_of_the_field()
-            .filter(|bug| self.bugs().iter().any(|name| name == bug.name))
+            .filter(|bug| self.deviations().iter().any(|name| name == bug.name))
             .map(|bug| format!("{}: {}", bug.name, bug.sentence))
             .collect()
     }

@@ -115,9 +115,12 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     let why = if run.world.segment.is_model() { None } else { run.not_the_device() };
     let disturbed = why.is_some();
     let identity = run.driver.identity(&run);
-    let bugs: String = dut.bugs().iter().map(|bug| format!(" --bug {bug}")).collect();
+    let option = |option: &str, names: Vec<String>| -> String {
+        names.iter().map(|name| format!(" --{option} {name}")).collect()
+    };
+    let deviations = option("bug", dut.bugs()) + &option("variation", dut.variations());
     let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
-    let repeat = format!("--dut {dut}{}{bugs}", persona.unwrap_or_default());
+    let repeat = format!("--dut {dut}{}{deviations}", persona.unwrap_or_default());
     let manual = run.world.manual;
     let trial = run.trial;
     let main = match (&decided, run.checks) {

@@ -95,7 +95,8 @@ fn device(
         requirements,
         filtered,
         persona: place.persona.as_ref().map(|persona| persona.name.clone()),
-        bugs: dut.bugs().to_vec(),
+        bugs: dut.bugs(),
+        variations: dut.variations(),
         bug_notes: dut.bug_notes(),
         findings,
     })

@@ -43,7 +43,7 @@ fn trials(manual: &Manual) -> Vec<String> {
 fn seen(manual: &Manual, bug: &str, known: &[String]) -> BTreeMap<usize, char> {
     let dut = |variant: &suite::model::Variant| {
         let (manual, variant) = (manual.device.name.clone(), variant.name.clone());
-        DutSpec { manual, variant, kind: DutKind::Model { bugs: vec![bug.to_owned()] } }
+        DutSpec { manual, variant, kind: DutKind::Model { deviations: vec![bug.to_owned()] } }
     };
     let options = RunOptions { duts: manual.variants.iter().map(dut).collect(), ..RunOptions::default() };
     let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");

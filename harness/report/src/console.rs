@@ -102,6 +102,9 @@ impl Page {
                 writeln!(self.out, "                {note}")?;
             }
         }
+        if !run.variations.is_empty() {
+            writeln!(self.out, "  variations    {}", run.variations.join(", "))?;
+        }
         let of_kind = |kind: CaseKind| run.cases.iter().filter(move |case| case.kind == kind).map(|case| case.verdict);
         writeln!(self.out, "  cases         {}", totals(of_kind(CaseKind::Trial)))?;
         writeln!(self.out, "  rules         {}", totals(of_kind(CaseKind::Rule)))?;

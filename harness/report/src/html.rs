@@ -40,6 +40,9 @@ fn chapter(number: usize, result: &RunResult, run: &DeviceRun, pictures: &dyn Fn
     let mut facts = vec![("identity".to_owned(), run.dut.identity.clone())];
     facts.extend(run.dut.firmware.iter().map(|firmware| ("firmware".to_owned(), firmware.clone())));
     facts.extend(run.persona.iter().map(|persona| ("persona".to_owned(), persona.clone())));
+    if !run.variations.is_empty() {
+        facts.push(("variations".to_owned(), run.variations.join(", ")));
+    }
     if !run.bugs.is_empty() {
         facts.push(("bugs".to_owned(), run.bugs.join(", ")));
     }

@@ -61,6 +61,8 @@ struct Run<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     persona: Option<&'a str>,
     bugs: &'a [String],
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    variations: &'a [String],
     filtered: bool,
     summary: Summary,
     cases: Vec<Case<'a>>,
@@ -214,6 +216,7 @@ impl<'a> Run<'a> {
             dut: DutJson { kind, spec, device, variant, identity, firmware: firmware.as_deref() },
             persona: run.persona.as_deref(),
             bugs: &run.bugs,
+            variations: &run.variations,
             filtered: run.filtered,
             summary: Summary(run.summary()),
             cases: run.cases.iter().map(|case| Case::new(result, run, case)).collect(),

@@ -90,6 +90,7 @@ fn about(xml: &mut XmlWriter, run: &DeviceRun) {
         property(xml, "persona", persona);
     }
     run.bugs.iter().for_each(|bug| property(xml, "bug", bug));
+    run.variations.iter().for_each(|variation| property(xml, "variation", variation));
     for of in &run.findings {
         property(xml, "finding", &format!("{} {}: {}", of.severity.word(), of.id, of.text));
     }

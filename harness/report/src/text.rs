@@ -30,6 +30,9 @@ fn device(out: &mut String, run: &DeviceRun) -> std::fmt::Result {
     for bug in &run.bugs {
         writeln!(out, "bug {bug}")?;
     }
+    for variation in &run.variations {
+        writeln!(out, "variation {variation}")?;
+    }
     writeln!(out, "cases and rules: {}", totals(run.cases.iter().map(|case| case.verdict)))?;
     writeln!(out, "requirements: {}", totals(run.requirements.iter().map(|of| of.verdict)))?;
     if !run.findings.is_empty() {

@@ -73,6 +73,10 @@ pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Stri
         add("--bug");
         add(bug);
     }
+    for variation in &run.variations {
+        add("--variation");
+        add(variation);
+    }
     add(&case.id);
     add("--exact");
     line

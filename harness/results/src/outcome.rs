@@ -42,6 +42,8 @@ pub struct DeviceRun {
     pub persona: Option<String>,
     /// Bugs that were switched on in a reference device.
     pub bugs: Vec<String>,
+    /// Variations that a reference device had because its manual permits them.
+    pub variations: Vec<String>,
     /// What those of the bugs do that no manual lists, as `name: sentence`.
     pub bug_notes: Vec<String>,
     /// What was found about the device besides its cases: where manual, description and device disagree, wrong claims of

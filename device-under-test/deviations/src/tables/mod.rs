@@ -20,7 +20,6 @@ macro_rules! bugs {
 }
 
 /// Lines of `"name" "Sentence." "the clause that leaves it free" => |d| what it attaches;`.
-#[allow(unused_macros)]
 macro_rules! permitted {
     ($($name:literal $sentence:literal $clause:literal => |$deviations:ident| $attach:expr;)*) => {
         &[$($crate::tables::Deviation {
@@ -75,6 +74,7 @@ pub mod slave_memory;
 pub mod stack;
 pub mod start;
 pub mod station;
+pub mod variations;
 pub mod velocity;
 pub mod vendor_axis;
 pub mod vendor_parameters;
@@ -116,7 +116,7 @@ pub struct Group {
 }
 
 /// Every group, by topic.
-pub static GROUPS: &[&[Group]] = &[];
+pub static GROUPS: &[&[Group]] = &[variations::GROUPS];
 
 /// The deviations of the groups whose needs the devices of `manual` meet.
 pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {

@@ -118,7 +118,8 @@ impl AgainstArgs {
             complain("the case is unconfirmed: no device was asked whether it fails on it");
             return Ok(true);
         }
-        let bug = spec.bugs().first().and_then(|name| manual.bugs.iter().find(|bug| bug.name == *name));
+        let bug = spec.bugs().into_iter().next();
+        let bug = bug.and_then(|name| manual.bugs.iter().find(|bug| bug.name == name));
         let pair = Pair { healthy: &healthy, dut: spec, bug };
         match around(spec, manual, || shrink(bench, &pair, &heard.said, masks))?.map_err(stop)? {
             Shrunk::Confirmed { case, name, before, runs } => {

@@ -20,8 +20,13 @@ pub struct Devices {
 /// nothing is said. A manual without a variant stands for all of its variants.
 ///
 /// Fails with one sentence if something is unknown, or if it is not said what a device is.
-pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: &[Manual]) -> Result<Devices, String> {
-    let model = DutKind::Model { bugs: bugs.to_vec() };
+pub fn devices(
+    duts: &[String],
+    device: Option<&str>,
+    deviations: &[String],
+    manuals: &[Manual],
+) -> Result<Devices, String> {
+    let model = DutKind::Model { deviations: deviations.to_vec() };
     let claimed = device.map(|device| claim(device, manuals)).transpose()?;
     let mut devices = Devices::default();
     let mut add = |kind: &DutKind, who: &[(&Manual, &str)]| {
@@ -76,8 +81,9 @@ pub fn devices(duts: &[String], device: Option<&str>, bugs: &[String], manuals: 
             _ => return Err(unknown(dut)),
         }
     }
-    if !bugs.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(|spec| spec.bugs().is_empty())) {
-        return Err("only reference devices (`--dut model:...`) can be told to have a bug".into());
+    let is_other = |spec: &DutSpec| spec.deviations().is_empty();
+    if !deviations.is_empty() && (!devices.live.is_empty() || devices.here.iter().any(is_other)) {
+        return Err("only reference devices (`--dut model:...`) can have a bug or a variation".into());
     }
     Ok(devices)
 }

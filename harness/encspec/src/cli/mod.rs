@@ -24,6 +24,7 @@ mod record;
 mod replay;
 pub mod run;
 mod serve;
+mod variations;
 mod vendor_file;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -60,6 +61,8 @@ enum Command {
     Coverage(CoverageArgs),
     /// List the bugs that the reference devices can be told to have, and how much of each manual they break
     Bugs(BugsArgs),
+    /// List the variations that the manuals permit, with which no case may fail
+    Variations(Listing),
     /// List the personas: in the manner of which controllers a device can be addressed
     Personas(personas::PersonasArgs),
     /// List where the manuals contradict themselves, and where they are silent
@@ -291,6 +294,7 @@ pub fn main() -> ExitCode {
         Command::List(args) => list::list(&args),
         Command::Coverage(args) => coverage::coverage(&args),
         Command::Bugs(args) => bugs::bugs(&args),
+        Command::Variations(args) => variations::variations(&args),
         Command::Personas(args) => personas::personas(&args),
         Command::Errata(args) => errata::errata(&args),
         Command::Explain(args) => explain::explain(&args),

@@ -3,7 +3,7 @@
 use super::dut::{devices, suggest};
 use super::{Ended, Stop, Suites, filter, show};
 use clap::{ArgAction, Args, ValueEnum};
-use deviations::bugs_of_the_field;
+use deviations::{Subject, bugs_of_the_field};
 use engine::{self, DutSpec, Part, RunOptions};
 use indicatif::{ProgressBar, ProgressStyle};
 use live::lock::Lock;
@@ -42,6 +42,9 @@ pub struct RunArgs {
     /// Switch a bug of the reference device on; may be repeated
     #[arg(long, value_name = "NAME")]
     bug: Vec<String>,
+    /// Let the reference device vary in a way that its manual permits; may be repeated; `encspec variations` lists them
+    #[arg(long, value_name = "NAME")]
+    variation: Vec<String>,
     /// Address the device in the manner of a persona; the cases say nothing else than without it, what they say of cycle and
     /// watchdog wins, and what cannot be judged at the persona's cycle is not applicable; `encspec personas` lists them
     #[arg(long, value_name = "NAME")]
@@ -123,6 +126,8 @@ pub struct Request {
     pub device: Option<String>,
     /// `--bug`.
     pub bugs: Vec<String>,
+    /// `--variation`.
+    pub variations: Vec<String>,
     /// `--persona`.
     pub persona: Option<String>,
     /// The filter.
@@ -170,9 +175,20 @@ impl Request {
                 return Err(Stop::usage(format!("unknown bug `{bug}`; {meant}")));
             }
         }
+        for variation in &self.variations {
+            let known = || deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
+            if !known().any(|name| name == variation) {
+                let meant = nearest(variation, known()).map_or_else(
+                    || "`encspec variations` lists them".to_owned(),
+                    |meant| format!("did you mean `{meant}`?"),
+                );
+                return Err(Stop::usage(format!("unknown variation `{variation}`; {meant}")));
+            }
+        }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
-        let mut devices = devices(&self.duts, self.device.as_deref(), &self.bugs, manuals).map_err(Stop::usage)?;
-        self.only_with_the_bugs(&mut devices.here, manuals)?;
+        let asked = [self.bugs.as_slice(), &self.variations].concat();
+        let mut devices = devices(&self.duts, self.device.as_deref(), &asked, manuals).map_err(Stop::usage)?;
+        self.only_with_the_deviations(&mut devices.here, manuals)?;
         if persona.is_some() && self.duts.is_empty() && self.device.is_none() {
             // A persona is the manner of a controller on PROFINET; who names a slave all the same is told so case by case.
             let is_slave = |manual: &Manual| manual.device.profibus().is_some();
@@ -215,22 +231,29 @@ impl Request {
         Ok(Ready { options, ledger, _locks: locks })
     }
 
-    /// Leaves devices out whose manual does not know the bugs, unless a device was asked for by name.
-    fn only_with_the_bugs(&self, devices: &mut Vec<DutSpec>, manuals: &[Manual]) -> Result<(), Stop> {
+    /// Leaves devices out that cannot have the bugs and variations, unless a device was asked for by name.
+    fn only_with_the_deviations(&self, devices: &mut Vec<DutSpec>, manuals: &[Manual]) -> Result<(), Stop> {
         let has = |spec: &DutSpec, name: &String| {
             let manual = manuals.iter().find(|manual| manual.device.name == spec.manual);
             let is_listed = manual.is_some_and(|manual| manual.bugs.iter().any(|bug| bug.name == *name));
             is_listed || bugs_of_the_field().any(|bug| bug.name == name)
         };
+        let varies = |spec: &DutSpec, name: &String| {
+            deviations::subject(&spec.manual).is_ok_and(|of| of.permitted().any(|known| known.name == name))
+        };
         if self.duts.is_empty() && self.device.is_none() {
             devices.retain(|spec| self.bugs.iter().all(|bug| has(spec, bug)));
+            devices.retain(|spec| self.variations.iter().all(|variation| varies(spec, variation)));
             if devices.is_empty() {
-                return Err(Stop::usage("no reference device can have all of these bugs"));
+                return Err(Stop::usage("no reference device can have all of these bugs and variations"));
             }
         }
         for spec in devices.iter() {
             if let Some(bug) = self.bugs.iter().find(|bug| !has(spec, bug)) {
                 return Err(Stop::usage(format!("{} has no bug `{bug}`", spec.manual)));
+            }
+            if let Some(variation) = self.variations.iter().find(|variation| !varies(spec, variation)) {
+                return Err(Stop::usage(format!("{} has no variation `{variation}`", spec.manual)));
             }
         }
         Ok(())
@@ -285,6 +308,7 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         duts: args.dut.clone(),
         device: args.device.clone(),
         bugs: args.bug.clone(),
+        variations: args.variation.clone(),
         persona: args.persona.clone(),
         filter: args.filter.clone(),
         exact: args.exact,

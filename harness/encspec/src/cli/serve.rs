@@ -58,6 +58,9 @@ pub(super) struct ServeArgs {
     /// Let it have this bug; may be repeated
     #[arg(long = "bug", value_name = "NAME")]
     bugs: Vec<String>,
+    /// Let it vary in this way that its manual permits; may be repeated
+    #[arg(long = "variation", value_name = "NAME")]
+    variations: Vec<String>,
     /// A Unix socket for the hands at the device, one command a line (`help` lists them); with --count one for each, `.1` and so
     /// on appended
     #[arg(long, value_name = "PATH")]
@@ -176,6 +179,10 @@ impl Station {
         if let Some(unknown) = args.bugs.iter().find(|bug| known().all(|known| known != **bug)) {
             return Err(suggest(&format!("bug of {}", manual.name), unknown, known()));
         }
+        let permitted = || subject.permitted().map(|known| known.name);
+        if let Some(unknown) = args.variations.iter().find(|name| permitted().all(|known| known != **name)) {
+            return Err(suggest(&format!("variation of {}", manual.name), unknown, permitted()));
+        }
         let name = match args.count {
             _ if args.name.is_empty() => String::new(),
             1 => args.name.clone(),
@@ -185,7 +192,7 @@ impl Station {
         let [c, d, e, f] = u32::from_be_bytes(octets).wrapping_add(number.into()).to_be_bytes();
         let (ip, mask) = args.ip.unwrap_or((Ipv4Addr::UNSPECIFIED, Ipv4Addr::UNSPECIFIED));
         let ip = if ip.is_unspecified() { ip } else { Ipv4Addr::from(u32::from(ip).wrapping_add(number.into())) };
-        let bugs = args.bugs.clone().into();
+        let bugs = [args.bugs.as_slice(), &args.variations].concat().into();
         let line = match manual.bus {
             Bus::Profinet(_) => Line::default(),
             Bus::Profibus(_) => {

@@ -13,7 +13,11 @@ use station::Time;
 
 fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
     let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { bugs } }
+    DutSpec {
+        manual: manual.device.name.clone(),
+        variant: variant.name.clone(),
+        kind: DutKind::Model { deviations: bugs },
+    }
 }
 
 /// Records a trial with these bugs, and holds the recording against the healthy reference device.

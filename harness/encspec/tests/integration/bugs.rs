@@ -12,7 +12,7 @@ use std::thread;
 
 fn dut(manual: &Manual, variant: &Variant, bug: &str) -> DutSpec {
     let (manual, variant) = (manual.device.name.clone(), variant.name.clone());
-    DutSpec { manual, variant, kind: DutKind::Model { bugs: vec![bug.to_owned()] } }
+    DutSpec { manual, variant, kind: DutKind::Model { deviations: vec![bug.to_owned()] } }
 }
 
 /// Does `work` for every item on two threads and gives what it found, sorted.
@@ -76,7 +76,7 @@ fn without_a_bug_every_case_passes_and_every_rule_is_decided() {
     for manual in manuals {
         for variant in &manual.variants {
             let name = (manual.device.name.clone(), variant.name.clone());
-            let healthy = DutSpec { manual: name.0, variant: name.1, kind: DutKind::Model { bugs: Vec::new() } };
+            let healthy = DutSpec { manual: name.0, variant: name.1, kind: DutKind::Model { deviations: Vec::new() } };
             let options = RunOptions { duts: vec![healthy], ..RunOptions::default() };
             let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
             let cases = result.runs.iter().flat_map(|run| &run.cases);

@@ -46,7 +46,7 @@ fn steps(changes: Changes<'_>, keys: &str, steps: &[&str]) -> TrialOutcome {
     let manuals = load(&sources(changes, &topic), Some(MANUAL)).unwrap_or_else(|errors| panic!("it loads:\n{errors}"));
     let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
     let trial = variant.trials.iter().find(|trial| trial.id.ends_with("tried/tried")).expect("the trial is there");
-    let kind = DutKind::Model { bugs: Vec::new() };
+    let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
 }

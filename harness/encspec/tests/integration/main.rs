@@ -53,4 +53,5 @@ mod sixth_manual;
 mod small_manual;
 mod tracker;
 mod tracker_profibus;
+mod variations;
 mod verdicts;

@@ -147,7 +147,7 @@ fn who_dies_in_a_trial_does_not_pass_it() {
 fn sent_in_health(manual: &Manual, variant: &Variant, trial: &Trial) -> usize {
     let known = deviations::subject(&manual.device.name).expect("a reference device for every suite");
     let mac = known.manual.mac(DEVICE.0.0);
-    let kind = DutKind::Model { bugs: Vec::new() };
+    let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let healthy = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a virtual bench");
     assert_eq!(healthy.case.verdict, Verdict::Pass, "{} in health", trial.id);

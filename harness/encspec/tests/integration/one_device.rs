@@ -105,7 +105,7 @@ fn in_each_others_way(
     let spec = DutSpec {
         manual: manual.device.name.clone(),
         variant: variant.name.clone(),
-        kind: DutKind::Model { bugs: Vec::new() },
+        kind: DutKind::Model { deviations: Vec::new() },
     };
     let known = deviations::subject(&spec.manual).expect("a reference device for every suite");
     let lines: Vec<DpLine> = variant.trials.iter().map(|trial| line(&spec, manual, Some(trial))).collect();

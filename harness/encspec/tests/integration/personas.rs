@@ -38,7 +38,7 @@ fn manuals() -> impl Iterator<Item = &'static Manual> {
 }
 
 fn healthy(manual: &Manual, variant: &str) -> DutSpec {
-    let kind = DutKind::Model { bugs: Vec::new() };
+    let kind = DutKind::Model { deviations: Vec::new() };
     DutSpec { manual: manual.device.name.clone(), variant: variant.to_owned(), kind }
 }
 
@@ -263,7 +263,7 @@ cases:
     let manuals = load(&sources, Some("profinet-io")).unwrap_or_else(|errors| panic!("{errors}"));
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "meets/data").expect("the case");
-    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { kind, ..healthy(&manuals[0], &variant.name) };
     let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
     run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict
@@ -317,7 +317,7 @@ cases:
     let manuals = load(&sources, Some(MANUAL)).unwrap_or_else(|errors| panic!("{errors}"));
     let variant = &manuals[0].variants[0];
     let trial = variant.trials.iter().find(|trial| trial.id == "several/both").expect("the case");
-    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { kind, ..healthy(&manuals[0], &variant.name) };
     let options = RunOptions { persona: persona.map(self::persona), ..RunOptions::default() };
     run_trial(&manuals[0], variant, &dut, trial, &options).expect("a model can be run").case.verdict

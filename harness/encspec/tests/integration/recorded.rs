@@ -20,7 +20,7 @@ pub struct Recording {
 /// A trial of the first variant of a manual, on its reference device with these bugs.
 pub fn record(manual: &Manual, trial: &Trial, bugs: &[&str]) -> Recording {
     let variant = &manual.variants[0];
-    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let link = match manual.device.bus.kind() {

@@ -159,7 +159,7 @@ fn falls_while(rows: &[Row], answer: u32, asked_for: impl Fn(u32) -> bool) -> Op
 /// The trace of the first trial of the case, with the bug, as a file and as rows.
 fn recording(manual: &Manual, variant: &Variant, case: &str, bug: Option<&str>) -> Option<(Vec<u8>, Vec<Row>)> {
     let trial = variant.trials.iter().find(|trial| trial.id == case)?;
-    let kind = DutKind::Model { bugs: bug.map(str::to_owned).into_iter().collect() };
+    let kind = DutKind::Model { deviations: bug.map(str::to_owned).into_iter().collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let rows = outcome.trace.iter().zip(1..).map(|(of, number)| (number, of.time.as_nanos(), of.octets.to_vec()));

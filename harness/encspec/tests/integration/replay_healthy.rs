@@ -14,7 +14,7 @@ use virtual_wire::capture::LinkType;
 use virtual_wire::{PcapngWriter, Trace};
 
 fn recorded(manual: &Manual, variant: &Variant, trial: &Trial) -> Vec<u8> {
-    let kind = DutKind::Model { bugs: Vec::new() };
+    let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let link = match manual.device.bus.kind() {

@@ -18,7 +18,7 @@ const CONTROLLER: Mac = Mac([2, 0, 0, 0, 0, 1]);
 const MASTER: u8 = 1;
 
 fn virtually(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[String]) -> TrialOutcome {
-    let kind = DutKind::Model { bugs: bugs.to_vec() };
+    let kind = DutKind::Model { deviations: bugs.to_vec() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
 }

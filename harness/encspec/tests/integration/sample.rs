@@ -95,6 +95,7 @@ pub fn run(cases: Vec<CaseResult>) -> RunResult {
         filtered: false,
         persona: None,
         bugs: Vec::new(),
+        variations: Vec::new(),
         bug_notes: Vec::new(),
         findings: Vec::new(),
     };

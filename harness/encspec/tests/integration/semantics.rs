@@ -23,7 +23,7 @@ fn with_bugs(case: &str, rules: &str, bugs: &[&str]) -> TrialOutcome {
     let manuals = load(&sources, Some(MANUAL)).unwrap_or_else(|errors| panic!("the suite loads:\n{errors}"));
     let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
     let trial = variant.trials.iter().find(|trial| trial.id.ends_with("tried/tried")).expect("the trial is there");
-    let kind = DutKind::Model { bugs: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
+    let kind = DutKind::Model { deviations: bugs.iter().map(|bug| (*bug).to_owned()).collect() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run")
 }
@@ -370,7 +370,7 @@ fn a_common_case_runs_with_the_rows_of_the_manual() {
     let sources = suites::sources().with("common/tried.yaml", common).with(&format!("{MANUAL}/tried.yaml"), uses);
     let manuals = load(&sources, Some(MANUAL)).unwrap_or_else(|errors| panic!("the suite loads:\n{errors}"));
     let (manual, variant) = (&manuals[0], &manuals[0].variants[0]);
-    let kind = DutKind::Model { bugs: Vec::new() };
+    let kind = DutKind::Model { deviations: Vec::new() };
     let dut = DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind };
     let verdicts: Vec<(String, Verdict, Vec<Verdict>)> = variant
         .trials

@@ -18,7 +18,11 @@ const SHORT: usize = 10;
 
 fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
     let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { bugs } }
+    DutSpec {
+        manual: manual.device.name.clone(),
+        variant: variant.name.clone(),
+        kind: DutKind::Model { deviations: bugs },
+    }
 }
 
 /// The manual with the variant and the trial of a recording.

@@ -31,7 +31,7 @@ fn manual() -> Manual {
 
 fn dut(variant: &str, bugs: &[&str]) -> DutSpec {
     let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    let kind = DutKind::Brought { model: &SUBJECT, bugs };
+    let kind = DutKind::Brought { model: &SUBJECT, deviations: bugs };
     DutSpec { manual: MANUAL.name.to_owned(), variant: variant.to_owned(), kind }
 }
 

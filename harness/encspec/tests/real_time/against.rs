@@ -157,7 +157,7 @@ fn the_bug_of_a_live_device_becomes_a_case(of: Served, (case, bug): (&str, &str)
         }
         let yaml = std::fs::read_to_string(bench.folder.join("shrunk.yaml")).map_err(|_| said.clone())?;
         for (bugs, wanted) in [(vec![], Verdict::Pass), (vec![bug.to_owned()], Verdict::Fail)] {
-            let kind = DutKind::Model { bugs };
+            let kind = DutKind::Model { deviations: bugs };
             let dut = DutSpec { manual: of.manual.to_owned(), variant: of.variant.to_owned(), kind };
             let seen = drive.run(&yaml, &dut).map_err(|error| format!("{error}\n{yaml}"))?.case.verdict;
             if seen != wanted {

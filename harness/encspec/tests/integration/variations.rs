@@ -1,0 +1,61 @@
+//! No correct device is accused: with each variation that a manual permits every case and every rule passes, and the variation shows
+//! on the wire, so that this says something.
+
+use crate::shipped::manuals;
+use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
+use encspec::suite::model::{Manual, Variant};
+use encspec::verdict::Verdict;
+use std::fmt::Write;
+
+fn dut(manual: &Manual, variant: &Variant, deviations: &[&str]) -> DutSpec {
+    DutSpec {
+        manual: manual.device.name.clone(),
+        variant: variant.name.clone(),
+        kind: DutKind::Model { deviations: deviations.iter().map(|name| (*name).to_owned()).collect() },
+    }
+}
+
+fn permitted(manual: &Manual) -> Vec<&'static str> {
+    let subject = deviations::subject(&manual.device.name).expect("a reference device for every suite");
+    subject.permitted().map(|known| known.name).collect()
+}
+
+#[test]
+fn with_each_permitted_variation_every_case_and_rule_passes() {
+    let mut accused = String::new();
+    for manual in manuals() {
+        for name in permitted(manual) {
+            let duts = manual.variants.iter().map(|variant| dut(manual, variant, &[name])).collect();
+            let options = RunOptions { duts, ..RunOptions::default() };
+            let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
+            for run in &result.runs {
+                assert_eq!((run.variations.as_slice(), run.bugs.len()), (&[name.to_owned()][..], 0));
+                for case in run.cases.iter().filter(|case| case.verdict != Verdict::Pass) {
+                    let _ = writeln!(accused, "{name}: {} {} {}", run.dut.variant, case.verdict, case.id);
+                }
+            }
+        }
+    }
+    assert!(accused.is_empty(), "a correct device is accused:\n{accused}");
+}
+
+#[test]
+fn each_permitted_variation_changes_a_frame_of_a_case() {
+    for manual in manuals() {
+        for name in permitted(manual) {
+            let shows = manual.variants.iter().any(|variant| {
+                let differs = |trial| {
+                    let frames = |deviations: &[&str]| {
+                        let dut = dut(manual, variant, deviations);
+                        let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default());
+                        let trace = outcome.expect("a model can be run").trace;
+                        trace.iter().map(|frame| (frame.time, frame.octets.to_vec())).collect::<Vec<_>>()
+                    };
+                    frames(&[]) != frames(&[name])
+                };
+                variant.trials.iter().any(differs)
+            });
+            assert!(shows, "{}: {name} changes nothing on the wire", manual.device.name);
+        }
+    }
+}
