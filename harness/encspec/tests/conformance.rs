@@ -8,7 +8,7 @@
 //! | `ENCSPEC_DUT` | `--dut`, several separated by commas |
 //! | `ENCSPEC_DEVICE` | `--device` |
 //! | `ENCSPEC_BUG` | `--bug`, several separated by commas |
-//! | `ENCSPEC_VARIATION` | `--variation`, several separated by commas |
+//! | `ENCSPEC_VARIATION` | `--vary`, several separated by commas |
 //! | `ENCSPEC_LEDGER` | `--ledger` |
 //! | `ENCSPEC_GATE` | `--gate` |
 //! | `ENCSPEC_EVIDENCE` | `--evidence` |

@@ -118,7 +118,7 @@ fn outcome(mut run: Run<'_>, decided: Option<(Verdict, Failure)>, dut: &DutSpec,
     let option = |option: &str, names: Vec<String>| -> String {
         names.iter().map(|name| format!(" --{option} {name}")).collect()
     };
-    let deviations = option("bug", dut.bugs()) + &option("variation", dut.variations());
+    let deviations = option("bug", dut.bugs()) + &option("vary", dut.variations());
     let persona = run.place.persona.as_ref().map(|persona| format!(" --persona {}", persona.name));
     let repeat = format!("--dut {dut}{}{deviations}", persona.unwrap_or_default());
     let manual = run.world.manual;

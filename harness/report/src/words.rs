@@ -74,7 +74,7 @@ pub fn reproduce(result: &RunResult, run: &DeviceRun, case: &CaseResult) -> Stri
         add(bug);
     }
     for variation in &run.variations {
-        add("--variation");
+        add("--vary");
         add(variation);
     }
     add(&case.id);

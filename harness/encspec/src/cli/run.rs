@@ -44,7 +44,7 @@ pub struct RunArgs {
     bug: Vec<String>,
     /// Let the reference device vary in a way that its manual permits; may be repeated; `encspec variations` lists them
     #[arg(long, value_name = "NAME")]
-    variation: Vec<String>,
+    vary: Vec<String>,
     /// Address the device in the manner of a persona; the cases say nothing else than without it, what they say of cycle and
     /// watchdog wins, and what cannot be judged at the persona's cycle is not applicable; `encspec personas` lists them
     #[arg(long, value_name = "NAME")]
@@ -126,7 +126,7 @@ pub struct Request {
     pub device: Option<String>,
     /// `--bug`.
     pub bugs: Vec<String>,
-    /// `--variation`.
+    /// `--vary`.
     pub variations: Vec<String>,
     /// `--persona`.
     pub persona: Option<String>,
@@ -308,7 +308,7 @@ pub(super) fn run(args: &RunArgs) -> Ended {
         duts: args.dut.clone(),
         device: args.device.clone(),
         bugs: args.bug.clone(),
-        variations: args.variation.clone(),
+        variations: args.vary.clone(),
         persona: args.persona.clone(),
         filter: args.filter.clone(),
         exact: args.exact,

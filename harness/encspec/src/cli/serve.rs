@@ -59,7 +59,7 @@ pub(super) struct ServeArgs {
     #[arg(long = "bug", value_name = "NAME")]
     bugs: Vec<String>,
     /// Let it vary in this way that its manual permits; may be repeated
-    #[arg(long = "variation", value_name = "NAME")]
+    #[arg(long = "vary", value_name = "NAME")]
     variations: Vec<String>,
     /// A Unix socket for the hands at the device, one command a line (`help` lists them); with --count one for each, `.1` and so
     /// on appended

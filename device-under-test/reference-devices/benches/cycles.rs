@@ -1,0 +1,98 @@
+//! What the hooks cost a device that has no deviations: pairs of frames in a second, with the hooks compiled in and without.
+//!
+//!     cargo bench -p reference-devices --bench cycles
+//!     cargo bench -p reference-devices --bench cycles --no-default-features
+//!
+//! Controller, wire and device run in virtual time; only the device differs between the two commands.
+
+use controllers::profibus_dp::{self, Master};
+use controllers::profinet_io::{ArState, Connection, Controller, DeviceAddress, Request, Settings, Submodule};
+use device_stack::profinet::StationData;
+use encoder_profile::encoder_object::Piece;
+use reference_devices::{Line, Manual, ReferenceDevice, manuals};
+use station::{Duration, Station, Time};
+use std::net::Ipv4Addr;
+use std::time::Instant;
+use virtual_wire::{VirtualBus, VirtualWire};
+use wire::ethernet::Mac;
+use wire::profibus::fdl::BaudRate;
+use wire::profinet::dcp::block::IpParameter;
+
+const ROUNDS: usize = 15;
+const TIME: Duration = Duration::from_secs(20);
+const NAME: &str = "encoder";
+const MASK: Ipv4Addr = Ipv4Addr::new(255, 255, 255, 0);
+const BAUD: BaudRate = BaudRate(1_500_000);
+/// AMT58, class 2: 65536 steps in each of 16384 revolutions.
+const SET_PRM: [u8; 21] = [0x88, 0x14, 0x05, 0x0B, 0x16, 0x55, 0, 0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];
+const CHK_CFG: [u8; 2] = [0xD1, 0xE1];
+
+fn main() {
+    let hooks = if cfg!(feature = "deviations") { "with" } else { "without" };
+    println!("{hooks} hooks: pairs of frames a second, the best of {ROUNDS} rounds");
+    for (name, work) in [("XAC77, PROFINET", profinet as fn() -> u64), ("AMT58, PROFIBUS DP", profibus)] {
+        let mut best = 0.0_f64;
+        for _ in 0..ROUNDS {
+            let begin = Instant::now();
+            let pairs = work();
+            best = best.max(pairs as f64 / begin.elapsed().as_secs_f64());
+        }
+        println!("{name:<20} {best:>12.0}");
+    }
+}
+
+fn device(manual: &Manual, variant: &str) -> Box<dyn ReferenceDevice> {
+    let station = StationData { name: NAME.as_bytes().to_vec(), ..StationData::default() };
+    let piece = Piece { mac: [2, 0, 0, 0, 1, 1], shaft: 5_000, station };
+    let built = manual.build(variant, &manual.behaviour(), piece, Line { address: 3, baud: BAUD });
+    built.expect("the manual has this variant")
+}
+
+/// Cycles of 1 ms with a standard telegram.
+fn profinet() -> u64 {
+    let mut device = device(&manuals::LIKA_XAC77, "xac7718");
+    let submodule = |slot, subslot, submodule_ident, [input_octets, output_octets]: [u16; 2]| Submodule {
+        api: if slot == 0 { 0 } else { 0x3D00 },
+        slot,
+        module_ident: 1,
+        subslot,
+        submodule_ident,
+        input_octets,
+        output_octets,
+    };
+    let ip = IpParameter { address: Ipv4Addr::new(192, 168, 0, 10), mask: MASK, gateway: Ipv4Addr::UNSPECIFIED };
+    let mut connection = Connection::new(DeviceAddress::Name(NAME.into()), ip);
+    (connection.vendor_id, connection.device_id) = (0x0239, 0x0001);
+    connection.submodules = vec![submodule(0, 1, 1, [0, 0]), submodule(1, 1, 2, [0, 0]), submodule(1, 2, 81, [12, 4])];
+    let mut controller = Controller::new(Settings {
+        mac: Mac([2, 0, 0, 0, 2, 1]),
+        ip: Ipv4Addr::new(192, 168, 0, 100),
+        mask: MASK,
+        gateway: Ipv4Addr::UNSPECIFIED,
+        station_name: b"controller".to_vec(),
+        vendor_id: 0xFEED,
+        device_id: 1,
+        seed: 1,
+    });
+    controller.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("nothing else is under way");
+    let mut stations: [&mut dyn Station; 2] = [&mut controller, &mut *device];
+    let mut frames = 0;
+    VirtualWire::new().run(&mut stations, Time::ZERO + TIME, &mut |_| frames += 1);
+    assert_eq!(controller.state(), ArState::Data);
+    frames / 2
+}
+
+/// Cycles one after the other, as fast as the bus is.
+fn profibus() -> u64 {
+    let mut device = device(&manuals::DATALOGIC_AMT58, "hm5816-16384");
+    let settings = profibus_dp::Settings::new(2, BAUD);
+    let mut bus = VirtualBus::new(BAUD, settings.slot_time);
+    let mut master = Master::new(settings);
+    let connection = profibus_dp::Connection::new(3, SET_PRM.to_vec(), CHK_CFG.to_vec(), (4, 4));
+    let request = profibus_dp::Request::Connect(Box::new(connection));
+    master.request(Time::ZERO, request).expect("nothing else is under way");
+    let mut frames = 0;
+    bus.run(&mut [&mut master, &mut *device], Time::ZERO + TIME, &mut |_| frames += 1);
+    assert_eq!(master.state(), profibus_dp::ConnectionState::Exchange);
+    frames / 2
+}
