@@ -4,7 +4,10 @@ use device_stack::Attached;
 
 /// A decision of an encoder, with what it is about; the comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Check {}
+pub enum Check {
+    /// Whether the position stands still now, as it may while a preset is being stored.
+    PositionStandsStill,
+}
 
 /// Flips decisions; the default leaves them as the manual has them.
 #[allow(unused_variables, reason = "the names say what a hook is given")]

@@ -4,8 +4,9 @@
 //! [`checks`](crate::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
 
 use crate::encoder::{Hardware, Measuring};
+use crate::encoder_object::Store;
 use crate::facts::Facts;
-use crate::profidrive::sensor::Error;
+use crate::profidrive::sensor::{Error, Sensor};
 use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use crate::profidrive::user_parameters::UserParameters;
 use alloc::vec::Vec;
@@ -36,6 +37,11 @@ pub trait EncoderHooks {
         right
     }
 
+    /// What the working memory holds of a preset, once the requests of a cycle were carried out and before its signals are taken.
+    fn held(&mut self, view: &View<'_>, held: Held) -> Held {
+        held
+    }
+
     /// What an LED shows to who looks at it.
     fn led(&mut self, lit: &Lit<'_>, right: &'static str) -> &'static str {
         right
@@ -43,7 +49,6 @@ pub trait EncoderHooks {
 }
 
 /// The encoder as it is when a hook is called.
-#[derive(Debug)]
 pub struct View<'a> {
     /// Now.
     pub now: Time,
@@ -67,10 +72,27 @@ pub struct View<'a> {
     pub preset_value: u32,
     /// The offset that was in memory at power-up.
     pub offset_at_power_up: u64,
+    /// The sensor interface.
+    pub sensor: &'a Sensor,
+    /// What was taken from the controller.
+    pub outputs: &'a Outputs,
+    /// What is stored.
+    pub store: &'a Store,
+    /// Since when data are exchanged, if they are.
+    pub data_since: Option<Time>,
     /// Name and addresses in use.
     pub station: &'a StationData,
     /// The IP address before the last assignment.
     pub address_before: [u8; 4],
+}
+
+/// What the working memory holds of a preset.
+#[derive(Clone, Copy, Debug)]
+pub struct Held {
+    /// The offset in force.
+    pub offset: u64,
+    /// The preset value, P65000.
+    pub preset_value: u32,
 }
 
 /// What an LED could show.

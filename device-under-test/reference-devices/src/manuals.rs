@@ -91,7 +91,7 @@ pub static DATALOGIC_AMT58: Manual = Manual {
     title: "Datalogic AMT58 PROFIBUS-DP absolute encoder",
     variants: &[datalogic_amt58::VARIANTS[0].0, datalogic_amt58::VARIANTS[1].0],
     facts: None,
-    healthy: datalogic_amt58::healthy,
+    healthy: Behaviour::default,
     bus: Bus::Profibus(Profibus {
         delivered: datalogic_amt58::ADDRESS,
         build: |variant, behaviour, shaft, line| {

@@ -2,7 +2,7 @@
 
 use alloc::vec::Vec;
 use encoder_profile::checks::{Check, EncoderChecks};
-use encoder_profile::hooks::{EncoderHooks, Lit, View};
+use encoder_profile::hooks::{EncoderHooks, Held, Lit, View};
 use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
 
@@ -27,6 +27,8 @@ hooks! { Encoder: EncoderHooks
     image(before: &Before) -> Image;
     /// Changes an element of a parameter, by the number of the parameter and the index of the element.
     element(view: &View<'_>, at: (u16, usize)) -> u64;
+    /// Changes what the working memory holds of a preset, in each cycle.
+    held(view: &View<'_>) -> Held;
     /// Changes what an LED shows.
     led(lit: &Lit<'_>) -> &'static str;
 }

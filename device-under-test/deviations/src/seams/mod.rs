@@ -77,6 +77,7 @@ macro_rules! hook {
 }
 
 pub mod encoder;
+pub mod measuring;
 pub mod slave;
 
 use alloc::rc::Rc;
@@ -94,6 +95,10 @@ pub struct Deviations {
     pub checks: encoder::Decisions,
     /// At the seams of its encoder.
     pub at_encoder: encoder::Encoder,
+    /// At the steps of its positions and presets.
+    pub measuring: measuring::Positions,
+    /// At the steps of its velocity.
+    pub velocity: measuring::Speeds,
     /// At the seams of its PROFIBUS slave.
     pub slave: slave::Slave,
 }
@@ -118,6 +123,10 @@ pub struct OfEncoder<'a> {
     pub checks: &'a mut encoder::Decisions,
     /// At its seams.
     pub at_encoder: &'a mut encoder::Encoder,
+    /// At the steps of its positions and presets.
+    pub measuring: &'a mut measuring::Positions,
+    /// At the steps of its velocity.
+    pub velocity: &'a mut measuring::Speeds,
     knobs: &'a mut encoder_profile::behaviour::Behaviour,
 }
 
@@ -138,14 +147,22 @@ impl core::ops::DerefMut for OfEncoder<'_> {
 impl Deviations {
     /// The part of them that is about the encoder.
     pub fn of_encoder(&mut self) -> OfEncoder<'_> {
-        OfEncoder { checks: &mut self.checks, at_encoder: &mut self.at_encoder, knobs: &mut self.behaviour.encoder }
+        OfEncoder {
+            checks: &mut self.checks,
+            at_encoder: &mut self.at_encoder,
+            measuring: &mut self.measuring,
+            velocity: &mut self.velocity,
+            knobs: &mut self.behaviour.encoder,
+        }
     }
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
-        let Deviations { mut behaviour, checks, at_encoder, slave } = self;
+        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, slave } = self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
+        behaviour.encoder.measuring = measuring.attached();
+        behaviour.encoder.velocity = velocity.attached();
         if !slave.is_empty() {
             behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }

@@ -16,8 +16,8 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-with-bit-31" "Bit 31 counts as part of the preset value."
         => |b| {
             b.encoder.mantel.value = |word, _| word.into();
-            b.encoder.measuring.absolute = |preset| preset.value.wrapping_sub(preset.position);
-            b.encoder.measuring.shift = |position, offset, _| position.wrapping_add(offset);
+            b.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
+            b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
         };
     "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
         => |b| b.encoder.telegram.trigger = |word, unused| if unused.is_some() { word & !TRIGGER } else { word };
@@ -44,11 +44,11 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
         => |b| {
             b.encoder.mantel.value = |word, _| (word & !TRIGGER).into();
-            b.encoder.measuring.absolute = absolute_beyond_the_range;
-            b.encoder.measuring.shift = |position, offset, range| match offset < range {
+            b.measuring.absolute(absolute_beyond_the_range);
+            b.measuring.shift(|position, offset, range| match offset < range {
                 true => measuring::shift(position, offset, range),
                 false => position.wrapping_add(offset),
-            };
+            });
         };
     "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
         => |b| b.a3m60.undoes_presets = true;

@@ -2,9 +2,13 @@
 
 use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_parked};
+use super::presets::after_parking;
+use crate::seams::OfEncoder;
+use alloc::rc::Rc;
 use alloc::vec::Vec;
-use encoder_profile::encoder::measuring;
-use encoder_profile::encoder::{Hardware, Scaling, Settings};
+use core::cell::Cell;
+use encoder_profile::encoder::measuring::PresetBasis;
+use encoder_profile::encoder::{Hardware, PresetMode, Scaling, Settings};
 use encoder_profile::profidrive::telegram::{self, Before, Image, Signal, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
 use wire::octets::Append;
@@ -71,13 +75,16 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
         => |b| b.sensor.release = |_, before| before;
     "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
-        => |b| b.measuring.absolute = |preset| if preset.value == 0 { preset.offset } else { measuring::absolute(preset) };
+        => |b| b.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
     "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
-        => |b| (b.sensor.presets_while_parked, b.measuring.parked_position) = (true, |_| 0);
+        => |b| {
+            b.sensor.presets_while_parked = true;
+            preset_on_zero_while_parked(b);
+        };
     "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
         => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
     "position-stays-after-parking" "After parking the position goes on from the one before it."
-        => |b| b.measuring.resume = |_, as_before| as_before;
+        => |b| b.at_encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
     "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
         => |b| b.sensor.acknowledges_while_parked = false;
     "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
@@ -89,7 +96,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // Positions and velocity
     "revolution-missing" "Of all revolutions the last one is not counted."
-        => |b| b.measuring.range = revolution_missing;
+        => |b| b.measuring.range(revolution_missing);
     "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
         => |b| b.telegram.put = velocity_left_aligned;
     "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
@@ -97,6 +104,19 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 };
 
 const EXECUTED: u16 = 0x1000;
+
+fn preset_on_zero_while_parked(b: &mut OfEncoder<'_>) {
+    let is_parked = Rc::new(Cell::new(false));
+    let known = is_parked.clone();
+    b.at_encoder.held(move |view, held| {
+        known.set(view.sensor.is_parked());
+        held
+    });
+    b.measuring.preset(move |preset, right| match is_parked.get() {
+        true => PresetBasis { position: 0, ..*preset }.new_offset(),
+        false => right,
+    });
+}
 
 fn status_words_swapped(telegram: &Telegram) -> &'static [Signal] {
     use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistA, NistB, Zsw2Enc};
@@ -180,7 +200,7 @@ fn without_error(image: Image) -> Image {
     Image { g1_zsw: image.g1_zsw & !ERROR, g1_xist2: xist2, ..image }
 }
 
-fn revolution_missing(scaling: &Scaling, hardware: &Hardware) -> u64 {
+fn revolution_missing(scaling: &Scaling, hardware: &Hardware, _: u64) -> u64 {
     match *scaling == Scaling::hardware(hardware) && hardware.revolutions > 1 {
         true => scaling.range - hardware.steps_per_revolution,
         false => scaling.range,

@@ -3,6 +3,7 @@
 use super::Deviation;
 use alloc::vec::Vec;
 use core::time::Duration;
+use encoder_profile::encoder::measuring::Reading;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
 use encoder_profile::hooks::View;
 use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
@@ -53,7 +54,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "round-axis-left-out" "The round axis is read back, and the position is scaled as without it."
         => |b| b.sick.axis_acts = false;
     "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
-        => |b| b.encoder.measuring.gear = in_whole_steps;
+        => |b| b.measuring.gear(in_whole_steps);
     "rule-of-powers-stays" "The range of the round axis has to be a power of two of the resolution."
         => |b| b.sick.judges_axis = |right, user| right && has_power_of_two(user);
     "odd-ranges-refused" "An odd range of the round axis is invalid."
@@ -73,7 +74,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "default-fraction-4096" "The nominator of delivery is 4096."
         => |b| b.at_encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
     "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
-        => |b| b.encoder.measuring.laps = |_, _| 0;
+        => |b| b.measuring.position(without_laps);
     "steps-rounded-up" "P1009 rounds up the steps of a revolution."
         => |b| b.at_encoder.element(steps_rounded_up);
     "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
@@ -129,11 +130,11 @@ pub static BUGS: &[Deviation] = bugs! {
     "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
         => |b| b.at_encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
     "velocity-not-averaged" "The velocity is that of the last measurement alone."
-        => |b| b.encoder.velocity.sampling = |right| Sampling { of: 1, ..right };
+        => |b| b.velocity.sampling(|_, right| Sampling { of: 1, ..right });
     "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
-        => |b| b.encoder.velocity.sampling = |right| Sampling { every: Duration::from_millis(1), ..right };
+        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), ..right });
     "window-clipped-to-100" "More than 100 measurements count as 100."
-        => |b| b.encoder.velocity.sampling = |right| Sampling { of: right.of.min(100), ..right };
+        => |b| b.velocity.sampling(|_, right| Sampling { of: right.of.min(100), ..right });
     "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
         => |b| b.afx60.mode_acts = false;
     "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
@@ -208,6 +209,18 @@ fn in_whole_steps(gear: &Gear, hardware: &Hardware, place: i128) -> u64 {
     let steps = (hardware.steps_per_revolution * gear.nominator / gear.divisor.max(1)).max(1);
     let place = place.rem_euclid(steps.into()) as u128;
     (place * u128::from(gear.range) / u128::from(steps)) as u64
+}
+
+/// The position of a round axis at a place that is counted within all revolutions of the encoder.
+pub fn without_laps(reading: &Reading, right: u64) -> u64 {
+    match reading.settings.gear {
+        Some(gear) => {
+            let range = i128::from(reading.hardware.range());
+            let below_0 = if reading.settings.direction == Direction::Clockwise { 0 } else { range };
+            gear.position(&reading.hardware, reading.endless.rem_euclid(range) - below_0)
+        }
+        None => right,
+    }
 }
 
 fn has_power_of_two(user: &UserParameters) -> bool {

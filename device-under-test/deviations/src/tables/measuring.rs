@@ -2,7 +2,8 @@
 
 use super::Deviation;
 use super::image::is_parked;
-use encoder_profile::encoder::measuring::{self, Step};
+use crate::seams::measuring::Step;
+use encoder_profile::encoder::measuring::{self, OffsetSum};
 use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings};
 use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal};
 
@@ -10,11 +11,14 @@ use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal};
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Positions
     "position-counts-from-zero" "After power-up the position counts from 0."
-        => |b| b.measuring.slip = |step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip };
+        => |b| b.measuring.slip(|step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip });
     "revolution-of-13-bits" "A revolution without scaling takes 13 bits of the position."
-        => |b| b.measuring.scale = revolution_of_13_bits;
+        => |b| b.measuring.scale(revolution_of_13_bits);
     "extended-counter" "Beyond its range the position goes on counting in the unused bits."
-        => |b| (b.measuring.range, b.measuring.slip) = (all_32_bits, counts_on);
+        => |b| {
+            b.measuring.range(|_, _, _| 1 << 32);
+            b.measuring.slip(|step| step.slip + step.crossing() * step.units());
+        };
     "position-before-parking-shown" "The first frame after parking shows the position from before parking."
         => |b| b.at_encoder.image(position_before_parking_shown);
 
@@ -28,42 +32,45 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // Scaling
     "range-ignored" "The position begins anew only where the hardware does."
-        => |b| b.measuring.range = |scaling, hardware| scaling.units_per_revolution * hardware.revolutions;
+        => |b| b.measuring.range(|scaling, hardware, _| scaling.units_per_revolution * hardware.revolutions);
     "range-one-too-long" "The position takes one value more than its range has."
-        => |b| b.measuring.range = |scaling, _| scaling.range + 1;
+        => |b| b.measuring.range(|scaling, _, _| scaling.range + 1);
     "range-rounded-up" "The range is rounded up to a power of 2."
-        => |b| b.measuring.range = |scaling, _| (scaling.range + 1).next_power_of_two();
+        => |b| b.measuring.range(|scaling, _, _| (scaling.range + 1).next_power_of_two());
     "range-below-a-revolution-ignored" "A range below one revolution counts as one revolution."
-        => |b| b.measuring.range = |scaling, _| scaling.range.max(scaling.units_per_revolution);
+        => |b| b.measuring.range(|scaling, _, _| scaling.range.max(scaling.units_per_revolution));
     "unit-of-whole-steps" "A unit has as many whole steps of the hardware as fit into it, and the rest is dropped."
-        => |b| b.measuring.scale = unit_of_whole_steps;
+        => |b| b.measuring.scale(unit_of_whole_steps);
     "rounding-errors-add-up" "Each movement is scaled and rounded by itself."
-        => |b| b.measuring.slip = rounding_errors_add_up;
+        => |b| b.measuring.slip(rounding_errors_add_up);
 
     // Red zone
     "red-zone-forward-only" "The jump at the physical zero is missing when turning backwards."
-        => |b| b.measuring.slip = red_zone_forward_only;
+        => |b| b.measuring.slip(red_zone_forward_only);
     "red-zone-one-late" "The jump comes one position later."
-        => |b| b.measuring.slip = red_zone_one_late;
+        => |b| b.measuring.slip(red_zone_one_late);
     "jump-at-every-zero" "At the physical zero the position jumps by a revolution, red zone or not."
-        => |b| b.measuring.slip = jump_at_every_zero;
+        => |b| b.measuring.slip(jump_at_every_zero);
     "red-zone-subtracted-once" "The range is subtracted once only from what the hardware counts."
-        => |b| (b.measuring.scale, b.measuring.shift) = (red_zone_subtracted_once, not_beyond_the_range);
+        => |b| {
+            b.measuring.scale(red_zone_subtracted_once);
+            b.measuring.shift(not_beyond_the_range);
+        };
     "red-zone-in-hardware-steps" "The length of the red zone is computed from steps of the hardware."
-        => |b| b.measuring.scale = red_zone_in_hardware_steps;
+        => |b| b.measuring.scale(red_zone_in_hardware_steps);
     "second-range-from-1" "The second range begins with 1."
-        => |b| b.measuring.scale = second_range_from_1;
+        => |b| b.measuring.scale(second_range_from_1);
     "offset-moves-the-zero" "The jump comes where position and offset pass the end of the hardware."
-        => |b| b.measuring.slip = offset_moves_the_zero;
+        => |b| b.measuring.slip(offset_moves_the_zero);
 };
 
 /// The bugs of this seam that not all manuals have.
 pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Positions that stand at their last value
     "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
-        => |b| b.measuring.limit = |position, range, circle| signed(position, circle).rem_euclid(range as i64) as u64;
+        => |b| b.measuring.shifted(|sum, right| sum.saturates_at.map_or(right, |range| signed(sum).rem_euclid(range as i64) as u64));
     "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
-        => |b| b.measuring.limit = second_position_runs_below_0;
+        => |b| b.measuring.shifted(second_position_runs_below_0);
     "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
         => |b| b.at_encoder.image(first_position_limited);
     "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
@@ -77,14 +84,15 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
 };
 
 /// A position on a circle as a number to both sides of 0.
-fn signed(position: u64, circle: u64) -> i64 {
-    if position < circle / 2 { position as i64 } else { position as i64 - circle as i64 }
+fn signed(sum: &OffsetSum) -> i64 {
+    let position = OffsetSum { saturates_at: None, ..*sum }.position();
+    if position < sum.range / 2 { position as i64 } else { position as i64 - sum.range as i64 }
 }
 
-fn second_position_runs_below_0(position: u64, range: u64, circle: u64) -> u64 {
-    match signed(position, circle) {
-        below @ ..0 => below as u64,
-        position => (position as u64).min(range - 1),
+fn second_position_runs_below_0(sum: &OffsetSum, right: u64) -> u64 {
+    match (sum.saturates_at, signed(sum)) {
+        (Some(_), below @ ..0) => below as u64,
+        _ => right,
     }
 }
 
@@ -113,14 +121,6 @@ fn revolution_of_13_bits(scaling: &Scaling, hardware: &Hardware, place: u64) -> 
         true => place / (hardware.steps_per_revolution >> 13) % scaling.range,
         false => scaling.position(hardware, place),
     }
-}
-
-fn all_32_bits(_: &Scaling, _: &Hardware) -> u64 {
-    1 << 32
-}
-
-fn counts_on(step: &Step) -> i64 {
-    step.slip + step.crossing() * step.units()
 }
 
 /// Keeps the position in the image of what was sent, where no telegram shows it while parked.

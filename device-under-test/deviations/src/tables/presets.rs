@@ -2,10 +2,13 @@
 
 use super::Deviation;
 use super::image::{ERROR, POSITION, without_transfer};
+use crate::seams::measuring::Step;
 use core::time::Duration;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::PresetMode;
-use encoder_profile::encoder::measuring::{self, Step};
+use encoder_profile::encoder::measuring::{self, PresetBasis};
 use encoder_profile::facts::Reset;
+use encoder_profile::hooks::{Held, View};
 use encoder_profile::profidrive::mantel::{self, TRIGGER, VALUE};
 use encoder_profile::profidrive::sensor::{Preset, Request};
 use encoder_profile::profidrive::telegram::{Before, Image};
@@ -15,19 +18,19 @@ use encoder_profile::profidrive::user_parameters::UserParameters;
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Preset
     "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
-        => |b| b.measuring.relative = measuring::absolute;
+        => |b| b.measuring.relative(absolute);
     "second-relative-preset-ignored" "Only the first relative preset has an effect."
-        => |b| b.measuring.relative = |preset| preset.value % preset.range;
+        => |b| b.measuring.relative(|preset| preset.value % preset.range);
     "relative-shift-reversed" "A relative preset shifts the position down by its value."
-        => |b| b.measuring.relative = relative_shift_reversed;
+        => |b| b.measuring.relative(relative_shift_reversed);
     "only-first-preset" "Only the first absolute preset has an effect."
-        => |b| b.measuring.absolute = |preset| if preset.offset == 0 { measuring::absolute(preset) } else { preset.offset };
+        => |b| b.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
     "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
-        => |b| b.measuring.value = |value, steps, units| value * units / steps;
+        => |b| b.measuring.preset(preset_in_hardware_steps);
     "preset-uses-stored-value" "A preset takes P65000 as it was saved and not as it is."
         => |b| b.memory.presets_stored_value = true;
     "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
-        => |b| b.measuring.absolute = measuring::relative;
+        => |b| b.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
         => |b| b.sensor.begins_preset = |before, now| before.home && !now.home;
     "preset-repeats-while-requested" "The preset is carried out again and again while the request is held."
@@ -64,8 +67,9 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.user_parameters.presets = |_| true;
     "position-not-reduced" "The sum of position and offset is not reduced to the measuring range."
         => |b| {
-            (b.measuring.absolute, b.measuring.relative) = (absolute_beyond_the_range, relative_beyond_the_range);
-            b.measuring.shift = |position, offset, _| position.wrapping_add(offset);
+            b.measuring.absolute(absolute_beyond_the_range);
+            b.measuring.relative(relative_beyond_the_range);
+            b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
             b.values.preset_value_fits = |_, _| true;
             b.values.preset_units = |mode, value, _| match mode {
                 PresetMode::Absolute => value.into(),
@@ -73,15 +77,18 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
             };
         };
     "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
-        => |b| b.measuring.slip = |step| if step.way() == 0 { step.slip } else { -(step.offset as i64) };
+        => |b| b.measuring.slip(|step| if step.way() == 0 { step.slip } else { -(step.offset as i64) });
     "highest-position-wraps" "A preset to the highest position makes 0 of it."
-        => |b| b.measuring.absolute = highest_position_wraps;
+        => |b| b.measuring.absolute(highest_position_wraps);
     "old-offset-added-again" "After a change of code sequence or scaling the old offset is added a second time."
-        => |b| (b.measuring.slip, b.measuring.absolute) = (old_offset_added_again, before_the_slip);
+        => |b| {
+            let slip = b.measuring.slip(old_offset_added_again);
+            b.measuring.absolute(move |preset| before_the_slip(preset, slip.get()));
+        };
     "preset-acknowledged-not-done" "A preset that is asked for during an error is acknowledged and not carried out."
         => |b| b.sensor.presets_with_errors = false;
     "parking-clears-offset" "The offset is 0 after parking."
-        => |b| b.measuring.resume = |_, _| 0;
+        => |b| b.at_encoder.held(after_parking(|_, _| 0));
     "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
         => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
 };
@@ -92,7 +99,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "preset-takes-100-ms" "A preset takes 100 ms."
         => |b| b.memory.preset_takes = |_| Duration::from_millis(100);
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
-        => |b| b.measuring.holds = |_| false;
+        => |b| b.checks.set(Check::PositionStandsStill, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
         => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: true, ..user };
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
@@ -109,11 +116,12 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
         => |b| b.memory.stores_in_frame = |request| request.home;
     "preset-value-not-limited" "A preset value beyond the range is taken as it is, and the position shows it."
         => |b| {
-            (b.measuring.absolute, b.measuring.relative) = (absolute_beyond_the_range, relative_beyond_the_range);
-            b.measuring.shift = |position, offset, range| match offset < range {
+            b.measuring.absolute(absolute_beyond_the_range);
+            b.measuring.relative(relative_beyond_the_range);
+            b.measuring.shift(|position, offset, range| match offset < range {
                 true => measuring::shift(position, offset, range),
                 false => position.wrapping_add(offset),
-            };
+            });
             b.values.preset_value_fits = |_, _| true;
             b.values.preset_units = |mode, value, _| match mode {
                 PresetMode::Absolute => value.into(),
@@ -192,24 +200,48 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
 };
 
 /// Reduces nothing that is beyond the range.
-pub fn absolute_beyond_the_range(preset: measuring::Preset) -> u64 {
-    let measuring::Preset { value, position, range, .. } = preset;
-    if value < range { measuring::absolute(preset) } else { value.wrapping_sub(position) }
+pub fn absolute_beyond_the_range(preset: &PresetBasis) -> u64 {
+    if preset.value < preset.range { preset.new_offset() } else { preset.value.wrapping_sub(preset.position) }
 }
 
-fn relative_beyond_the_range(preset: measuring::Preset) -> u64 {
-    let measuring::Preset { value, offset, range, .. } = preset;
+fn relative_beyond_the_range(preset: &PresetBasis) -> u64 {
+    let PresetBasis { value, offset, range, .. } = *preset;
     let reduced = (value as i64).rem_euclid(range as i64) as u64;
-    if (value as i64).unsigned_abs() < range {
-        measuring::relative(measuring::Preset { value: reduced, ..preset })
-    } else {
-        offset.wrapping_add(value)
+    match (value as i64).unsigned_abs() < range {
+        true => PresetBasis { value: reduced, ..*preset }.new_offset(),
+        false => offset.wrapping_add(value),
     }
 }
 
-fn highest_position_wraps(preset: measuring::Preset) -> u64 {
+fn absolute(preset: &PresetBasis) -> u64 {
+    PresetBasis { mode: PresetMode::Absolute, ..*preset }.new_offset()
+}
+
+fn preset_in_hardware_steps(preset: &PresetBasis, _: u64) -> u64 {
+    let PresetBasis { value, scaling, hardware, .. } = *preset;
+    let value = value * scaling.units_per_revolution / hardware.steps_per_revolution;
+    PresetBasis { value, ..*preset }.new_offset()
+}
+
+fn highest_position_wraps(preset: &PresetBasis) -> u64 {
     let value = if preset.value == preset.range - 1 { 0 } else { preset.value };
-    measuring::absolute(measuring::Preset { value, ..preset })
+    PresetBasis { value, ..*preset }.new_offset()
+}
+
+/// Changes the offset in the cycle in which parking ends, from the position in the cycle before it began.
+pub fn after_parking(mut offset: impl FnMut(&View<'_>, u64) -> u64) -> impl FnMut(&View<'_>, Held) -> Held {
+    let (mut parked_in, mut position) = (None, 0);
+    move |view, held| {
+        let is_parked = view.sensor.is_parked();
+        // Parking may also end with the connection, or without power.
+        let ends = !is_parked && parked_in.is_some() && parked_in == view.data_since;
+        parked_in = view.data_since.filter(|_| is_parked);
+        let offset = if ends { offset(view, position) } else { held.offset };
+        if !is_parked {
+            position = view.measuring.shifted();
+        }
+        Held { offset, ..held }
+    }
 }
 
 fn old_offset_added_again(step: &Step) -> i64 {
@@ -219,9 +251,9 @@ fn old_offset_added_again(step: &Step) -> i64 {
     }
 }
 
-fn before_the_slip(preset: measuring::Preset) -> u64 {
-    let position = (preset.position as i64 - preset.slip).rem_euclid(preset.range as i64) as u64;
-    measuring::absolute(measuring::Preset { position, ..preset })
+fn before_the_slip(preset: &PresetBasis, slip: i64) -> u64 {
+    let position = (preset.position as i64 - slip).rem_euclid(preset.range as i64) as u64;
+    PresetBasis { position, ..*preset }.new_offset()
 }
 
 const EXECUTED: u16 = 0x1000;
@@ -252,6 +284,6 @@ fn mode_begins(before: Request, now: Request) -> bool {
     !has_mode(before) && has_mode(now)
 }
 
-fn relative_shift_reversed(preset: measuring::Preset) -> u64 {
+fn relative_shift_reversed(preset: &PresetBasis) -> u64 {
     measuring::shift(preset.offset, preset.range - preset.value % preset.range, preset.range)
 }

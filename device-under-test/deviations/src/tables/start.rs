@@ -136,7 +136,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
 
     // Scaling
     "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
-        => |b| b.measuring.scale = |scaling, _, place| place % scaling.range;
+        => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
     "range-of-24-bits" "Only the lower 24 bits of the total range count."
         => |b| b.user_parameters.understand = |_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user };
     "range-of-25-bits" "A range of more than 25 bits is taken for impossible."

@@ -2,10 +2,14 @@
 
 use super::Deviation;
 use super::image::has_position;
+use crate::seams::OfEncoder;
+use alloc::rc::Rc;
 use alloc::vec::Vec;
+use core::cell::Cell;
 use core::time::Duration;
-use encoder_profile::encoder::velocity::{self, Factor, Steps};
-use encoder_profile::encoder::{Hardware, Scaling, Unit};
+use encoder_profile::encoder::measuring::Sampled;
+use encoder_profile::encoder::velocity::MeasuredWay;
+use encoder_profile::encoder::{Direction, Hardware, Sampling, Scaling, Unit};
 use encoder_profile::profidrive::telegram::{self, Before, Image, Signal, Telegram};
 use encoder_profile::profidrive::user_parameters::{UserParameters, unit};
 use wire::octets::Append;
@@ -14,23 +18,23 @@ use wire::octets::Append;
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Units
     "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
-        => |b| b.velocity.factor = speed_per_minute;
+        => |b| b.velocity.velocity(speed_per_minute);
     "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
         => |b| b.user_parameters.unit = speed_units_exchanged;
     "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
-        => |b| b.velocity.factor = rpm_from_scaled_steps;
+        => |b| b.velocity.velocity(rpm_from_scaled_steps);
     "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
         => |b| b.user_parameters.scales_velocity = |_, hardware, _| Scaling::hardware(hardware);
 
     // Windows
     "speed-once-a-second" "The velocity is calculated once a second."
-        => |b| b.velocity.window = |_, _| Duration::from_secs(1);
+        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_secs(1), ..right });
     "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
-        => |b| b.velocity.window = |window, unit| if unit == Unit::Per10Milliseconds { window / 10 } else { window };
+        => |b| b.velocity.sampling(speed_window_by_unit);
     "speed-held-at-standstill" "The last velocity is held when no steps come."
-        => |b| b.velocity.steps = |steps| if steps.now == 0 { steps.before } else { steps.now };
+        => |b| speed_held_at_standstill(b);
     "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
-        => |b| b.velocity.steps = speed_modulo_a_revolution;
+        => |b| b.velocity.velocity(speed_modulo_a_revolution);
     "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
         => |b| b.at_encoder.image(preset_shows_as_speed);
     "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
@@ -40,7 +44,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "speed-without-sign" "The velocity is a magnitude."
         => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
     "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
-        => |b| b.velocity.sign = |_| 1;
+        => |b| b.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
     "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
         => |b| b.telegram.put = speed_overflows;
 };
@@ -50,7 +54,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
         => |b| b.at_encoder.image(speed_unit_scales_position);
     "speed-every-100ms" "The velocity is calculated every 100 ms."
-        => |b| b.velocity.window = |_, _| Duration::from_millis(100);
+        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
     "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
         => |b| b.at_encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
     "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
@@ -104,17 +108,26 @@ fn unused_scaling_in_velocity(scaling: Scaling, _: &Hardware, user: &UserParamet
     Scaling { units_per_revolution: user.units_per_revolution, ..scaling }
 }
 
-fn speed_per_minute(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
-    let factor = velocity::factor(unit, hardware, scaling);
-    Factor { above: if unit == Unit::PerSecond { factor.above * 60 } else { factor.above }, ..factor }
+fn speed_per_minute(way: &MeasuredWay, right: i64) -> i64 {
+    match way.unit {
+        Unit::PerSecond => MeasuredWay { steps: way.steps * 60, ..*way }.velocity(),
+        _ => right,
+    }
 }
 
-fn rpm_from_scaled_steps(unit: Unit, hardware: &Hardware, scaling: &Scaling) -> Factor {
-    let Factor { above, below } = velocity::factor(unit, hardware, scaling);
-    let steps = i128::from(hardware.steps_per_revolution);
+fn rpm_from_scaled_steps(way: &MeasuredWay, right: i64) -> i64 {
+    let units = way.scaling.units_per_revolution as i64;
+    let nanos = way.nanos * i128::from(way.hardware.steps_per_revolution);
+    match way.unit {
+        Unit::Rpm => MeasuredWay { steps: way.steps * units, nanos, ..*way }.velocity(),
+        _ => right,
+    }
+}
+
+fn speed_window_by_unit(unit: Unit, right: Sampling) -> Sampling {
     match unit {
-        Unit::Rpm => Factor { above: above * i128::from(scaling.units_per_revolution), below: below * steps },
-        _ => Factor { above, below },
+        Unit::Per10Milliseconds => Sampling { every: right.every / 10, ..right },
+        _ => right,
     }
 }
 
@@ -126,9 +139,26 @@ fn speed_units_exchanged(number: u8) -> Option<Unit> {
     }
 }
 
-fn speed_modulo_a_revolution(steps: Steps) -> i64 {
-    let revolution = steps.of_a_revolution as i64;
-    (steps.now + revolution / 2).rem_euclid(revolution) - revolution / 2
+fn speed_held_at_standstill(b: &mut OfEncoder<'_>) {
+    let last = Rc::new(Cell::new(0));
+    let held = last.clone();
+    b.measuring.sampled(move |_, how| {
+        if how != Sampled::Turned {
+            last.set(0)
+        }
+    });
+    b.velocity.velocity(move |way, _| {
+        if way.steps != 0 {
+            held.set(way.steps);
+        }
+        MeasuredWay { steps: held.get(), ..*way }.velocity()
+    });
+}
+
+fn speed_modulo_a_revolution(way: &MeasuredWay, _: i64) -> i64 {
+    let revolution = way.hardware.steps_per_revolution as i64;
+    let steps = (way.steps + revolution / 2).rem_euclid(revolution) - revolution / 2;
+    MeasuredWay { steps, ..*way }.velocity()
 }
 
 fn movement(before: &Before, now: &Image) -> i64 {

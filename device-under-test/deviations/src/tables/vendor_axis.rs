@@ -1,8 +1,10 @@
 //! Bugs of positions that are the mean of samples, of their scaling, and of a round axis that comes with the start.
 
 use super::Deviation;
+use super::limits::without_laps;
 use super::vendor_parameters::gear_of;
-use encoder_profile::encoder::measuring::{self, Step};
+use crate::seams::measuring::Step;
+use encoder_profile::encoder::measuring;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
 use encoder_profile::profidrive::telegram::{Image, Signal};
 use reference_devices::models::sick_a3m60::knobs::{Fields, Known};
@@ -11,7 +13,7 @@ use reference_devices::models::sick_a3m60::knobs::{Fields, Known};
 pub static BUGS: &[Deviation] = bugs! {
     // Samples
     "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
-        => |b| b.encoder.measuring.scale = linearization_not_applied;
+        => |b| b.measuring.scale(linearization_not_applied);
     "no-mean-of-samples" "The position is a single sample, and noise counts three times."
         => |b| (b.a3m60.samples, b.a3m60.noise) = (|_, _| 1, |noise| 3 * noise);
     "sum-not-divided" "The sum of several samples is divided by half of their number."
@@ -28,7 +30,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "freeze-stops-measuring" "Turns of the shaft while the inputs are frozen are lost."
         => |b| b.a3m60.measures_while_frozen = false;
     "resolution-of-13-bits" "The sensor has 8192 steps, of which each counts twice."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| scaling.position(hardware, place & !1);
+        => |b| b.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
 
     // Scaling
     "xist1-not-scaled" "Scaling does not act on G1_XIST1."
@@ -38,11 +40,11 @@ pub static BUGS: &[Deviation] = bugs! {
         };
     "shift-overflows" "Behind the highest position comes one with bit 31 set."
         => |b| {
-            b.encoder.measuring.range = |scaling, hardware| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range };
-            b.encoder.measuring.slip = |step| step.slip + step.crossing() * step.units();
+            b.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
+            b.measuring.slip(|step| step.slip + step.crossing() * step.units());
         };
     "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
-        => |b| b.encoder.measuring.slip = code_sequence_of_the_turn_only;
+        => |b| b.measuring.slip(code_sequence_of_the_turn_only);
     "scaling-ignored" "Scaling is never in force."
         => |b| b.encoder.user_parameters.scales = |_| false;
     "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
@@ -55,22 +57,23 @@ pub static BUGS: &[Deviation] = bugs! {
             false => settings,
         };
     "scaling-cuts-off" "Steps of the hardware are cut off at the range and not scaled."
-        => |b| b.encoder.measuring.scale = |scaling, _, place| place % scaling.range.max(1);
+        => |b| b.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
     "scaling-by-shifts" "Steps of the hardware are shifted by whole bits."
-        => |b| b.encoder.measuring.scale = scaling_by_shifts;
+        => |b| b.measuring.scale(scaling_by_shifts);
     "revolutions-of-16-bits" "Revolutions are counted by 16 bits."
-        => |b| b.encoder.measuring.range = |scaling, _| scaling.range.min(scaling.units_per_revolution << 16);
+        => |b| b.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
     "other-telegram-in-compatibility-mode" "In compatibility mode the two positions change places."
         => |b| b.a3m60.image = other_telegram_in_compatibility_mode;
 
     // Round axis
     "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
         => |b| {
-            b.encoder.measuring.laps = |_, _| 0;
-            b.encoder.measuring.slip = |step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
+            b.measuring.position(without_laps);
+            b.at_encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
+            b.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
                 true => 0,
                 false => step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1),
-            };
+            });
         };
     "resolution-scales-round-axis" "The steps per revolution count with the round axis."
         => |b| b.sick.gear = |gear, user| gear_of(user.units_per_revolution, gear.range);
@@ -91,19 +94,22 @@ pub static BUGS: &[Deviation] = bugs! {
     "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
         => |b| {
             b.sick.judges_axis = |right, user| right || user.range > 0;
-            b.encoder.measuring.gear = round_axis_overflows;
-            b.encoder.measuring.shift = not_reduced_beyond;
+            b.measuring.gear(round_axis_overflows);
+            b.measuring.shift(not_reduced_beyond);
         };
     "preset-not-reduced-on-the-round-axis" "After a preset the position of a round axis is not reduced to its range."
-        => |b| b.encoder.measuring.shift = |position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) };
+        => |b| b.measuring.shift(|position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) });
     "negative-positions" "Positions of a round axis below 0 are sent as such."
-        => |b| (b.encoder.measuring.gear, b.encoder.measuring.shift) = (negative_positions, not_reduced_beyond);
+        => |b| {
+            b.measuring.gear(negative_positions);
+            b.measuring.shift(not_reduced_beyond);
+        };
     "rounding-errors-add-up" "The steps of a revolution of a round axis are rounded to hundredths."
-        => |b| b.encoder.measuring.gear = |gear, hardware, place| {
+        => |b| b.measuring.gear(|gear, hardware, place| {
             let hundredths = gear.range * gear.divisor * 100 / gear.nominator.max(1);
             let units = place * i128::from(hundredths) / (100 * i128::from(hardware.steps_per_revolution));
             units.rem_euclid(gear.range.max(1).into()) as u64
-        };
+        });
 };
 
 /// A deviation that is 0 at the ends of each half of a revolution and a hundred steps in their middle.

@@ -98,9 +98,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "speed-never-quite-0" "A shaft at rest has the speed 1."
         => |b| b.at_encoder.image(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
     "speed-by-blocks" "The speed is renewed when the time of its mean is over."
-        => |b| b.encoder.velocity.sampling = |right| Sampling { every: right.every * right.of, of: 1 };
+        => |b| b.velocity.sampling(|_, right| Sampling { every: right.every * right.of, of: 1 });
     "velocity-every-cycle" "The speed is renewed each millisecond."
-        => |b| b.encoder.velocity.sampling = |right| Sampling { every: Duration::from_millis(1), of: (right.every * right.of).as_millis().max(1) as u32 };
+        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), of: (right.every * right.of).as_millis().max(1) as u32 });
     "speed-calculation-always" "The speed is calculated although it should not be."
         => |b| b.a3m60.measures_speed = |_| true;
     "speed-settings-without-effect" "P1008 has no effect."

@@ -21,7 +21,8 @@ pub use reset::Reset;
 pub use values::{Values, preset_units};
 
 use crate::checks::Checks;
-use crate::encoder::{measuring, velocity};
+use crate::encoder::measuring::MeasuringSteps;
+use crate::encoder::velocity::VelocitySteps;
 use crate::hooks::EncoderHooks;
 use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
 use device_stack::Attached;
@@ -33,10 +34,10 @@ pub struct Behaviour {
     pub checks: Checks,
     /// The deviations of the encoder at its seams.
     pub hooks: Attached<dyn EncoderHooks>,
-    /// Positions and presets.
-    pub measuring: measuring::Rules,
-    /// Velocity.
-    pub velocity: velocity::Rules,
+    /// The deviations at the steps of positions and presets.
+    pub measuring: Attached<dyn MeasuringSteps>,
+    /// The deviations at the steps of the velocity.
+    pub velocity: Attached<dyn VelocitySteps>,
     /// Handshakes and errors of the sensor interface.
     pub sensor: sensor::Rules,
     /// Telegrams and their signals.

@@ -2,7 +2,7 @@
 //!
 //! Places are counted in *hardware steps* as the sensor sees them; *units* are what the user has scaled them to.
 //!
-//! This room must not know a bus: no telegram, no parameter number, no shift factor, no sign bit in an output. What a
+//! This module must not know a bus: no telegram, no parameter number, no shift factor, no sign bit in an output. What a
 //! protocol makes of a position (left alignment, 31 bits and a trigger, an error in the topmost bit) is its emitter's.
 
 pub mod measuring;
@@ -13,6 +13,6 @@ pub mod velocity;
 
 pub use measuring::{Measuring, PresetMode, Settings};
 pub use memory::Cell;
-pub use scaling::{Direction, Gear, Hardware, Scaling};
+pub use scaling::{Direction, Gear, Hardware, RedZone, Scaling};
 pub use shaft::Shaft;
 pub use velocity::{Sampling, Unit, Velocity};

@@ -85,6 +85,32 @@ impl Scaling {
     }
 }
 
+/// How the last range before the physical zero is counted where the ranges do not divide what the hardware counts: the *red zone*.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RedZone {
+    /// Its positions begin with 0, and those at the end of the range are missing (manual of the XAC77, 11.5).
+    FromZero,
+    /// Its positions end with the last one of the range, and those at the beginning are missing (manual of the AMT58, 6.9).
+    ToTheEnd,
+}
+
+impl RedZone {
+    /// The position at a hardware place.
+    pub fn position(self, scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+        match self {
+            RedZone::FromZero => scaling.position(hardware, place),
+            RedZone::ToTheEnd => {
+                let (units, all) = (scaling.units(hardware, place), scaling.units(hardware, hardware.range()));
+                let zone = u128::from(scaling.within_range(all));
+                match units >= all - zone {
+                    true => (u128::from(scaling.range.max(1)) + units).saturating_sub(all) as u64,
+                    false => scaling.within_range(units),
+                }
+            }
+        }
+    }
+}
+
 /// A gear between the encoder and an axis whose position is shown, as a round axis has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gear {
@@ -168,6 +194,15 @@ mod tests {
     #[case(262_145 * -262_144, 0)]
     fn the_sensor_sees_one_revolution(#[case] place: i64, #[case] seen: u64) {
         assert_eq!(SINGLETURN.sense(place), seen);
+    }
+
+    /// AMT58 manual, 6.9: 3 x 4096 of the 16384 revolutions make a range, and the last 4096 make a red zone.
+    #[rstest]
+    #[case::end_of_the_range(0x2FFF_FFFF, 0x2FFF_FFFF)]
+    #[case::begin_of_the_zone(0x3000_0000, 0x2000_0000)]
+    #[case::last_place(0x3FFF_FFFF, 0x2FFF_FFFF)]
+    fn a_red_zone_to_the_end(#[case] place: u64, #[case] position: u64) {
+        assert_eq!(RedZone::ToTheEnd.position(&scaling(65536, 0x3000_0000), &MULTITURN, place), position);
     }
 
     /// AFS60/AFM60 manual, 3.2.2: a table of 3600 units that turns once while the encoder turns 12.5 times (25 : 2).

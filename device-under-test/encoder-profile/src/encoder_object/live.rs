@@ -4,6 +4,7 @@ use super::Model;
 use super::diagnosis::{Unprovoked, without_fault};
 use super::places;
 use crate::behaviour::Behaviour;
+use crate::checks::Check;
 use crate::encoder::{Cell, Hardware, Measuring, Settings, Shaft, Velocity};
 use crate::facts::{Cause, Effect, ErrorFact, Facts, Submodule, Variant, WithoutRecord};
 use crate::profidrive::life_sign::{Given, Watch};
@@ -150,8 +151,6 @@ pub struct Ram {
     pub(super) saves: u32,
     /// The offset that was in memory at power-up.
     pub offset_at_power_up: u64,
-    /// The position when parking began.
-    pub(super) parked_at: u64,
     /// The offset before the last preset.
     pub(super) offset_before_preset: u64,
     /// Whether there was a warning since power-up.
@@ -206,7 +205,7 @@ impl Ram {
         let hardware = variant.hardware;
         let is_unreadable = faults.have(Effect::NoMemory, facts);
         let user = (behaviour.user_parameters.default)((facts.default_record)(&hardware), &hardware);
-        let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), behaviour.measuring);
+        let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), behaviour.measuring.clone());
         measuring.settings = user.settings(&hardware, &behaviour.user_parameters);
         let unit = user.velocity_unit(&behaviour.user_parameters);
         measuring.offset = if is_unreadable { 0 } else { *store.offset.stored() };
@@ -236,7 +235,7 @@ impl Ram {
             station: store.station.stored().clone(),
             velocity_is_off: false,
             measuring,
-            velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity),
+            velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity.clone()),
             sensor: Sensor::new(behaviour.sensor),
             emitter: Emitter::new(behaviour.telegram),
             outputs: Outputs::default(),
@@ -248,7 +247,6 @@ impl Ram {
             is_saving: false,
             saves: 0,
             offset_at_power_up: *store.offset.stored(),
-            parked_at: 0,
             offset_before_preset: 0,
             had_warning: false,
             latched: Vec::new(),
@@ -295,8 +293,8 @@ impl<M: Model> Live<'_, M> {
     /// Looks at the sensor, ends what is done and raises errors.
     pub fn advance(&mut self) {
         self.ram.velocity.advance(self.now, self.shaft);
-        let should = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
-        let stands_still = self.ram.measuring.holds(should);
+        let stands_still = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
+        let stands_still = self.behaviour.checks.check(Check::PositionStandsStill, stands_still);
         if !self.faults.have(Effect::NoReading, self.facts) && !stands_still {
             let place = M::place(self);
             self.ram.measuring.sample(self.hardware.sense(place));

@@ -5,6 +5,7 @@ use super::{Live, Model};
 use crate::encoder::PresetMode;
 use crate::encoder::memory::Outcome;
 use crate::facts::Effect;
+use crate::hooks::Held;
 
 /// Where the value of a preset comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +38,13 @@ impl<M: Model> Live<'_, M> {
                 self.store.offset.replace(self.ram.offset_at_power_up);
             }
         }
+    }
+
+    /// Lets deviations change what the working memory holds of a preset.
+    pub(super) fn hold(&mut self) {
+        let held = Held { offset: self.ram.measuring.offset, preset_value: self.ram.preset_value };
+        let held = self.behaviour.hooks.apply(held, |hooks, held| hooks.held(&self.view(), held));
+        (self.ram.measuring.offset, self.ram.preset_value) = (held.offset, held.preset_value);
     }
 
     /// How many positions there are, in units.
@@ -98,10 +106,7 @@ impl<M: Model> Live<'_, M> {
             return;
         }
         let rules = &self.behaviour.memory;
-        let offset = match self.ram.sensor.is_parked() {
-            true => self.ram.measuring.preset_while_parked(mode, value),
-            false => self.ram.measuring.preset(mode, value),
-        };
+        let offset = self.ram.measuring.preset(mode, value);
         let offset = match self.ram.next_preset {
             Some(other) => (rules.preset_during_preset)(other.offset, offset, self.ram.measuring.position()),
             None => offset,

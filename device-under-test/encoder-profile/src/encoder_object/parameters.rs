@@ -141,6 +141,10 @@ impl<M: Model> Live<'_, M> {
             preset_value: self.ram.preset_value,
             offset_at_power_up: self.ram.offset_at_power_up,
             station: &self.ram.station,
+            sensor: &self.ram.sensor,
+            outputs: &self.ram.outputs,
+            store: self.store,
+            data_since: self.ram.data_since,
             address_before: self.ram.address_before,
         }
     }

@@ -1,8 +1,8 @@
 //! Bugs of what Set_Prm says, the scaling apart.
 
+use crate::seams::measuring::Step;
 use crate::tables::Deviation;
 use encoder_profile::encoder::Direction;
-use encoder_profile::encoder::measuring::Step;
 use reference_devices::models::datalogic_amt58::knobs::has;
 use reference_devices::models::datalogic_amt58::preset::{self, Order, TRIGGER};
 use reference_devices::models::datalogic_amt58::program::{
@@ -32,11 +32,11 @@ pub static BUGS: &[Deviation] = bugs! {
     "direction-reversed" "Code sequence 0 rises counterclockwise and 1 clockwise."
         => |b| b.amt58.in_force = |program, _| Program { direction: other(program.direction), ..program };
     "distance-for-direction" "The position rises with each movement, whichever way it goes."
-        => |b| b.encoder.measuring.slip = |step| rising(step, true);
+        => |b| b.measuring.slip(|step| rising(step, true));
     "code-sequence-ignored" "The position rises clockwise whatever the code sequence is."
         => |b| b.amt58.in_force = |program, _| Program { direction: Direction::Clockwise, ..program };
     "reversed-one-way-only" "With code sequence 1 the position rises counterclockwise, and clockwise too."
-        => |b| b.encoder.measuring.slip = |step| rising(step, step.settings.direction == Direction::Counterclockwise);
+        => |b| b.measuring.slip(|step| rising(step, step.settings.direction == Direction::Counterclockwise));
     "code-sequence-without-class-1" "In Class 1 the position rises clockwise whatever the code sequence is."
         => |b| b.amt58.in_force = |program, _| match program.is_class_2 {
             true => program,

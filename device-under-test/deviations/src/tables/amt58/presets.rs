@@ -95,7 +95,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
         => |b| b.amt58.acts = |offset, has_moved, _| if has_moved { 0 } else { offset };
     "position-not-reduced" "The sum of position and offset is not reduced to the range."
-        => |b| b.encoder.measuring.shift = |position, offset, _| position + offset;
+        => |b| b.measuring.shift(|position, offset, _| position + offset);
     "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before the third cycle."
         => |b| b.amt58.preset_delay = Duration::from_millis(50);
     "old-offset-added-again" "After Set_Prm with another scaling the first preset adds the offset that was there before to that of its own."

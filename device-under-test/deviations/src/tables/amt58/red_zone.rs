@@ -1,61 +1,61 @@
 //! Bugs of the positions in the red zone.
 
+use crate::seams::measuring::Step;
 use crate::tables::Deviation;
-use encoder_profile::encoder::measuring::Step;
-use encoder_profile::encoder::{Hardware, Scaling};
-use reference_devices::models::datalogic_amt58::program::{position, zone};
+use encoder_profile::encoder::{Hardware, RedZone, Scaling};
+use reference_devices::models::datalogic_amt58::program::zone;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
     "red-zone-from-zero" "The red zone counts from 0 on, and ends before the range does."
-        => |b| b.encoder.measuring.scale = Scaling::position;
+        => |b| b.measuring.scale(Scaling::position);
     "red-zone-of-wrong-size" "The red zone has as many turns as are left when those of the hardware are divided by one less than the range has."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| {
+        => |b| b.measuring.scale(|scaling, hardware, place| {
             let revolutions = (scaling.range / scaling.units_per_revolution.max(1)).saturating_sub(1).max(1);
             let left = u128::from(hardware.revolutions % revolutions * scaling.units_per_revolution);
             with_zone(scaling, hardware, place, left)
-        };
+        });
     "red-zone-in-hardware-steps" "The begin of the red zone is computed as if a unit were a step of the hardware."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| {
+        => |b| b.measuring.scale(|scaling, hardware, place| {
             let begins = hardware.range() - hardware.range() % scaling.range.max(1);
             match place >= begins {
                 true => counted_from_the_end(scaling, hardware, place),
                 false => scaling.position(hardware, place),
             }
-        };
+        });
     "red-zone-subtracted-once" "The range is subtracted from the hardware's twice at most."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| {
+        => |b| b.measuring.scale(|scaling, hardware, place| {
             let (all, range) = (zone(scaling, hardware).0, u128::from(scaling.range.max(1)));
             with_zone(scaling, hardware, place, all - (all / range).min(2) * range)
-        };
+        });
     "red-zone-one-late" "The jump comes one step of the hardware later."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| {
+        => |b| b.measuring.scale(|scaling, hardware, place| {
             let before = place.checked_sub(1).map(|before| is_inside(scaling, hardware, before));
             match before {
                 Some(false) if is_inside(scaling, hardware, place) => scaling.position(hardware, place),
                 _ => position(scaling, hardware, place),
             }
-        };
+        });
     "red-zone-forward-only" "When the zone is left backward over its inner border, the position goes on without a jump for the next 100 steps."
-        => |b| b.encoder.measuring.slip = forward_only;
+        => |b| b.measuring.slip(forward_only);
     "jump-at-every-section" "At the end of every whole range the position jumps as it does at the border of the zone."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| {
+        => |b| b.measuring.scale(|scaling, hardware, place| {
             let (_, zone) = zone(scaling, hardware);
             let (units, range) = (scaling.units(hardware, place), u128::from(scaling.range.max(1)));
             match units < range || zone == 0 {
                 true => position(scaling, hardware, place),
                 false => ((units + range - zone) % range) as u64,
             }
-        };
+        });
     "fractional-revolutions-cut-off" "The number of revolutions of the range is cut to a whole number before it is looked at."
-        => |b| b.encoder.measuring.scale = |scaling, hardware, place| {
+        => |b| b.measuring.scale(|scaling, hardware, place| {
             match (scaling.range / scaling.units_per_revolution.max(1)).is_power_of_two() {
                 true => scaling.position(hardware, place),
                 false => position(scaling, hardware, place),
             }
-        };
+        });
     "red-zone-moves-with-preset" "The zone begins where the position with its offset, not the place of the shaft, comes to its border."
-        => |b| b.encoder.measuring.slip = moves_with_preset;
+        => |b| b.measuring.slip(moves_with_preset);
     "red-zone-raises-diagnosis" "In the red zone Ext_Diag is 1 and the alarms are 01h."
         => |b| b.amt58.diagnosis = |told, octets, bits| if told.is_in_zone {
             bits.ext_diag = true;
@@ -64,6 +64,10 @@ pub static BUGS: &[Deviation] = bugs! {
             }
         };
 };
+
+fn position(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
+    RedZone::ToTheEnd.position(scaling, hardware, place)
+}
 
 fn is_inside(scaling: &Scaling, hardware: &Hardware, place: u64) -> bool {
     let (all, zone) = zone(scaling, hardware);

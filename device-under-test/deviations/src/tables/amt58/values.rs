@@ -1,7 +1,7 @@
 //! Bugs of the inputs: positions and velocity.
 
 use crate::tables::Deviation;
-use encoder_profile::encoder::velocity::{self, Factor};
+use encoder_profile::encoder::velocity::MeasuredWay;
 use encoder_profile::encoder::{Scaling, Unit};
 use reference_devices::models::datalogic_amt58::program::unit;
 use reference_devices::models::datalogic_amt58::told::{Shown, inputs, put};
@@ -77,13 +77,10 @@ pub static BUGS: &[Deviation] = bugs! {
     "speed-unit-not-checked" "Unit 2 is accepted, and the velocity is in tenths of a revolution per minute."
         => |b| {
             b.amt58.unit = |code| if code == 2 { Some(Unit::RevolutionsPerSecond) } else { unit(code) };
-            b.encoder.velocity.factor = |of, hardware, scaling| match of {
-                Unit::RevolutionsPerSecond => {
-                    let Factor { above, below } = velocity::factor(Unit::Rpm, hardware, scaling);
-                    Factor { above: above * 10, below }
-                }
-                _ => velocity::factor(of, hardware, scaling),
-            };
+            b.velocity.velocity(|way, right| match way.unit {
+                Unit::RevolutionsPerSecond => MeasuredWay { unit: Unit::Rpm, steps: way.steps * 10, ..*way }.velocity(),
+                _ => right,
+            });
         };
     "noise-shows-as-speed" "At standstill the velocity is 1 once in a hundred cycles."
         => |b| b.amt58.inputs = |shown, octets| {

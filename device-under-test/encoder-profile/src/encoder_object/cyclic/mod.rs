@@ -20,7 +20,7 @@ impl<M: Model> Live<'_, M> {
         let taken = self.ram.emitter.control_words(&self.ram.outputs);
         let outputs @ [stw2_enc, g1_stw] = taken.unwrap_or_default();
         let trigger = self.ram.outputs.preset.unwrap_or(0);
-        let Image { position: position_before, outputs: outputs_before, .. } = self.ram.emitter.before().truth;
+        let outputs_before = self.ram.emitter.before().truth.outputs;
         let is_set = stw2_enc & CONTROL_BY_PLC != 0;
         match taken {
             None => self.ram.good_since = None,
@@ -48,7 +48,6 @@ impl<M: Model> Live<'_, M> {
         };
         self.ram.stays_parked &= !request.park;
         request.park |= self.ram.stays_parked;
-        let was_parked = self.ram.sensor.is_parked();
         if let Some(mode) = self.ram.sensor.cycle(request, self.shaft.is_moving(self.now)) {
             self.preset(Source::Parameter(mode));
         }
@@ -64,13 +63,7 @@ impl<M: Model> Live<'_, M> {
             let offset = *self.store.offset.stored();
             self.store.offset.replace(offset);
         }
-        if was_parked && !self.ram.sensor.is_parked() {
-            let position = self.ram.frozen.map_or(self.ram.parked_at, |frozen| frozen.position);
-            self.ram.measuring.resume(position);
-        }
-        if !was_parked {
-            self.ram.parked_at = position_before;
-        }
+        self.hold();
         self.look_for_errors();
         let (rules, sensor) = (&self.behaviour.life_sign, &self.ram.sensor);
         let counts = (rules.counts_while_parked || !sensor.is_parked())

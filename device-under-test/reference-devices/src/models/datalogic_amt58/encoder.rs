@@ -7,7 +7,7 @@ use super::program::{self, Program};
 use core::time::Duration;
 use device_stack::profibus::{Identity, Seen};
 use encoder_profile::behaviour::Behaviour;
-use encoder_profile::encoder::{Cell, Direction, Hardware, Measuring, PresetMode, Settings, Shaft, Velocity};
+use encoder_profile::encoder::{Cell, Direction, Hardware, Measuring, PresetMode, Shaft, Velocity};
 use station::Time;
 
 /// From one velocity to the next; invented.
@@ -225,13 +225,13 @@ impl Ram {
     ) -> Ram {
         let program = Program::unprogrammed(&hardware);
         let place = hardware.sense(shaft.place(now));
-        let mut measuring = Measuring::new(hardware, place, behaviour.measuring);
-        measuring.settings = Settings::scaled(Direction::Clockwise, program.scaling, true);
+        let mut measuring = Measuring::new(hardware, place, behaviour.measuring.clone());
+        measuring.settings = program.settings();
         Ram {
             switches,
             program,
             measuring,
-            velocity: Velocity::new(WINDOW, program.unit, hardware, now, shaft, behaviour.velocity),
+            velocity: Velocity::new(WINDOW, program.unit, hardware, now, shaft, behaviour.velocity.clone()),
             shift: 0,
             trigger: Trigger::default(),
             offset: 0,

@@ -20,7 +20,6 @@ pub use encoder::Amt58;
 
 use core::time::Duration;
 use device_stack::profibus::Identity;
-use encoder_profile::behaviour::Behaviour;
 use encoder_profile::encoder::Hardware;
 
 /// The address at delivery: manual, 4.8.
@@ -31,13 +30,6 @@ pub const VARIANTS: [(&str, Hardware); 2] = [
     ("hs5818", Hardware { steps_per_revolution: 262_144, revolutions: 1 }),
     ("hm5816-16384", Hardware { steps_per_revolution: 65_536, revolutions: 16_384 }),
 ];
-
-/// What is right in this manual where it says otherwise: the red zone ends with the last position of the range.
-pub fn healthy() -> Behaviour {
-    let mut healthy = Behaviour::default();
-    healthy.measuring.scale = program::position;
-    healthy
-}
 
 /// The ident number (manual, 5.2); the rest is invented.
 fn identity() -> Identity {

@@ -4,7 +4,7 @@
 //! of the velocity, 20 reserved (manual, 6.4). The user octets begin with octet 7.
 
 use super::knobs::{Rules, Zone};
-use encoder_profile::encoder::{Direction, Hardware, Scaling, Unit};
+use encoder_profile::encoder::{Direction, Hardware, RedZone, Scaling, Settings, Unit};
 use wire::profibus::cfg::{Identifier, Sums, sums};
 
 /// How many user octets there are.
@@ -169,6 +169,11 @@ impl Program {
         Ok((rules.in_force)(program, first))
     }
 
+    /// The settings of the measuring task; the red zone ends with the last position of the range (manual, 6.9).
+    pub fn settings(&self) -> Settings {
+        Settings { red_zone: RedZone::ToTheEnd, ..Settings::scaled(self.direction, self.scaling, true) }
+    }
+
     /// 0 for Class 1, 1 for Class 2, 2 for Class 2 with velocity.
     pub fn class(&self) -> usize {
         usize::from(self.is_class_2) + usize::from(self.has_velocity)
@@ -223,16 +228,6 @@ pub fn unit(code: u8) -> Option<Unit> {
 pub fn zone(scaling: &Scaling, hardware: &Hardware) -> (u128, u128) {
     let all = scaling.units(hardware, hardware.range());
     (all, scaling.within_range(all).into())
-}
-
-/// The position at a place: in the red zone it is counted so that the last one before the physical zero is the last of the range.
-pub fn position(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
-    let (all, zone) = zone(scaling, hardware);
-    let (units, range) = (scaling.units(hardware, place), u128::from(scaling.range.max(1)));
-    match units >= all - zone {
-        true => (range + units).saturating_sub(all) as u64,
-        false => scaling.within_range(units),
-    }
 }
 
 /// Whether the shaft is in the red zone.

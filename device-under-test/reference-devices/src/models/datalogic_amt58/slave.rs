@@ -8,7 +8,6 @@ use super::program::{Program, Refused, Scales};
 use super::told::{self, Shown};
 use alloc::vec::Vec;
 use device_stack::profibus::{Application, DiagnosisBits, End, Identity, Seen};
-use encoder_profile::encoder::Settings;
 use station::{StandAction, Time};
 use wire::profibus::cfg::Sums;
 use wire::profibus::prm::SetPrm;
@@ -64,7 +63,7 @@ impl Application for Amt58 {
                 }
                 self.ram.is_first_preset = program.scaling != self.ram.program.scaling;
                 self.ram.program = program;
-                self.ram.measuring.settings = Settings::scaled(program.direction, program.scaling, true);
+                self.ram.measuring.settings = program.settings();
                 self.ram.velocity.set_unit(program.unit);
                 self.ram.offset = (rules.offset_at_start)(self.ram.offset);
                 self.use_offset(self.place(now));

@@ -19,8 +19,9 @@ use crate::models::sick::log::{Log, Look, Recorder};
 use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use core::time::Duration;
+use device_stack::Attached;
 use device_stack::profinet::Seen;
-use encoder_profile::encoder::velocity::{self, Sampling, Unit, Velocity};
+use encoder_profile::encoder::velocity::{Sampling, Unit, Velocity};
 use encoder_profile::encoder::{PresetMode, Settings};
 use encoder_profile::encoder_object::{Live, Model};
 use encoder_profile::facts::ErrorFact;
@@ -140,7 +141,7 @@ fn follow_clock(live: &mut Live<'_, State>) {
 
 fn log(live: &mut Live<'_, State>) {
     let meter = live.model.meter.get_or_insert_with(|| {
-        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, velocity::Rules::default())
+        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
     });
     meter.advance(live.now, live.shaft);
     let look = Look {

@@ -9,7 +9,8 @@ use super::{Live, State};
 use crate::models::sick::knobs::{Entries, Rules};
 use crate::models::sick::log::{Log, Look, Recorder};
 use core::time::Duration;
-use encoder_profile::encoder::velocity::{self, Sampling, Unit, Velocity};
+use device_stack::Attached;
+use encoder_profile::encoder::velocity::{Sampling, Unit, Velocity};
 use encoder_profile::encoder_object::{double_words, words};
 use encoder_profile::profidrive::parameters::Parameter;
 use station::Time;
@@ -94,7 +95,7 @@ pub fn log(live: &mut Live<'_, State>) {
     log_motion(live);
     let meter = &mut live.model.service.meter;
     let meter = meter.get_or_insert_with(|| {
-        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, velocity::Rules::default())
+        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
     });
     meter.advance(live.now, live.shaft);
     let critical = usize::from(live.faults.has("led_current"));
