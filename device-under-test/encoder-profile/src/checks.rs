@@ -1,12 +1,81 @@
 //! The decisions of an encoder that a deviation may flip: every yes or no about what it is asked for goes through one call.
 
 use device_stack::Attached;
+use wire::profidrive::{Attribute, Format};
 
 /// A decision of an encoder, with what it is about; the comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// Whether the position stands still now, as it may while a preset is being stored.
     PositionStandsStill,
+    /// Whether a parameter request for this axis or drive object is answered.
+    Axis(u8),
+    /// Whether a parameter has this attribute.
+    Attribute(Attribute),
+    /// Whether a parameter can be written.
+    Writable {
+        /// Its number.
+        number: u16,
+        /// The element that it is about; none for the parameter as a whole.
+        element: Option<u16>,
+    },
+    /// Whether a parameter may be accessed with this number of elements, 0 included.
+    ElementCount {
+        /// The number of elements.
+        count: u8,
+        /// Whether the parameter consists of elements at all.
+        has_elements: bool,
+    },
+    /// Whether a parameter that is no array may be accessed with this number of elements and this subindex.
+    WholeValue {
+        /// The number of elements, at least 1.
+        count: usize,
+        /// The subindex.
+        subindex: u16,
+    },
+    /// Whether an array has the elements that are accessed.
+    Elements {
+        /// The subindex after the last of them.
+        end: usize,
+        /// How many elements the array has.
+        there: usize,
+    },
+    /// Whether a write request brings the right number of values for a parameter.
+    ValueCount {
+        /// The number of values.
+        values: usize,
+        /// The number of elements that are accessed.
+        of: usize,
+    },
+    /// Whether this is a format of values that can be written at all.
+    KnownFormat(Format),
+    /// Whether a value of this format may be written to a parameter.
+    ValueFormat {
+        /// The format of the value.
+        format: Format,
+        /// The format of the parameter.
+        parameter: Format,
+    },
+    /// Whether a write request may have this number of octets after its last value.
+    SurplusOctets(usize),
+    /// Whether a value of this number of octets still fits into a response.
+    ValueFits(usize),
+    /// Whether a preset value may be written.
+    PresetValue {
+        /// The value.
+        value: u32,
+        /// The number of positions that it has to fit.
+        range: u64,
+    },
+    /// Whether diagnoses are reported with these user parameters.
+    AlarmChannel {
+        /// Whether compatibility mode is on.
+        compatible: bool,
+        /// Whether the alarm channel is on.
+        is_on: bool,
+    },
+    /// Whether this speed in revolutions per minute is too high.
+    TooFast(i64),
 }
 
 /// Flips decisions; the default leaves them as the manual has them.

@@ -1,6 +1,6 @@
 //! What a manual says of its encoders in words and numbers: plain data, one for each model.
 
-use crate::encoder::Hardware;
+use crate::encoder::{Hardware, PresetMode};
 use crate::profidrive::telegram::Telegram;
 use crate::profidrive::user_parameters::UserParameters;
 use core::time::Duration;
@@ -45,12 +45,40 @@ pub struct Facts {
     pub record_in_exchange: InExchange,
     /// Whether the position stands still while a preset is being carried out.
     pub stands_still_in_preset: bool,
+    /// What the number of a preset value means.
+    pub preset_values: PresetValues,
     /// Whether the sign of life of the controller is watched.
     pub watches_controller: bool,
+    /// Whether parameter requests for any axis or drive object are answered, and not only for 0 and 1.
+    pub serves_any_axis: bool,
     /// The modules of the slot of the encoder object, the default one first.
     pub modules: &'static [Module],
     /// What a factory reset clears; none if the device does not know this kind.
     pub resets: fn(ResetScope) -> Option<Reset>,
+}
+
+/// What the number of a preset value means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresetValues {
+    /// A relative preset shifts by it as a signed number; an absolute one takes it as it is. Encoder profile.
+    Signed,
+    /// The same, and an absolute preset takes the nearest position of the range.
+    Limited,
+    /// Either preset takes it as it is.
+    Unsigned,
+}
+
+impl PresetValues {
+    /// The units by which a preset sets or shifts the position, where there are `range` positions.
+    pub fn units(self, mode: PresetMode, value: u32, range: u64) -> u64 {
+        let range = range.max(1) as i64;
+        let signed = i64::from(value as i32);
+        match (self, mode) {
+            (PresetValues::Signed | PresetValues::Limited, PresetMode::Relative) => signed.rem_euclid(range) as u64,
+            (PresetValues::Limited, PresetMode::Absolute) => signed.clamp(0, range - 1) as u64,
+            (PresetValues::Signed, PresetMode::Absolute) | (PresetValues::Unsigned, _) => value.into(),
+        }
+    }
 }
 
 /// One of the encoders of a manual.

@@ -3,15 +3,16 @@
 //! The encoder itself is plain. Without the feature `deviations` no hook is ever called. Its decisions are in
 //! [`checks`](crate::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
 
-use crate::encoder::{Hardware, Measuring};
+use crate::encoder::{Hardware, Measuring, PresetMode};
 use crate::encoder_object::Store;
 use crate::facts::Facts;
+use crate::profidrive::parameters::{Exchange, Parameter};
 use crate::profidrive::sensor::{Error, Sensor};
 use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use crate::profidrive::user_parameters::UserParameters;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Seen, StationData};
+use device_stack::profinet::{ArKey, Seen, Severity, StationData};
 use station::Time;
 
 /// The hooks of an encoder; each default changes nothing.
@@ -42,6 +43,49 @@ pub trait EncoderHooks {
         held
     }
 
+    /// A parameter as it is read, after [`element`](EncoderHooks::element).
+    fn parameter(&mut self, view: &View<'_>, number: u16, right: Parameter) -> Parameter {
+        right
+    }
+
+    /// The values that a parameter is given from a subindex on; none are acknowledged and change nothing.
+    fn written(&mut self, view: &View<'_>, at: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
+        values
+    }
+
+    /// The octets of a parameter request as they arrive from a connection.
+    fn parameter_request(&mut self, from: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        octets
+    }
+
+    /// The octets of a response before it waits for the connection to fetch it.
+    fn parameter_response(&mut self, exchange: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+        octets
+    }
+
+    /// What a connection fetches as the response to its parameter request; none where no response waits for it.
+    fn fetched_response(&mut self, by: ArKey, waiting: Option<Vec<u8>>) -> Option<Vec<u8>> {
+        waiting
+    }
+
+    /// The units by which a preset that G1_STW requests sets or shifts the position.
+    fn preset_units(&mut self, view: &View<'_>, mode: PresetMode, right: u64) -> u64 {
+        right
+    }
+
+    /// The bits of the warnings whose cause is there.
+    fn warnings(&mut self, view: &View<'_>, right: u32) -> u32 {
+        right
+    }
+
+    /// The diagnoses that are reported: error type and severity of each.
+    fn diagnoses(&mut self, view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+        right
+    }
+
+    /// The supply has come: what is volatile is lost.
+    fn powered_up(&mut self) {}
+
     /// What an LED shows to who looks at it.
     fn led(&mut self, lit: &Lit<'_>, right: &'static str) -> &'static str {
         right
@@ -60,12 +104,18 @@ pub struct View<'a> {
     pub other: Hardware,
     /// The user parameters in force.
     pub user: &'a UserParameters,
+    /// Whether a connection with cyclic data sends its parameters.
+    pub is_starting: bool,
     /// The cycle before; all of it is 0 before the first one of a connection.
     pub before: &'a Before,
     /// Latched errors, oldest first.
     pub errors: &'a [Error],
     /// The fault bits of the errors that are there.
     pub faults: u32,
+    /// The bits of the warnings that are there.
+    pub warnings: u32,
+    /// How many positions there are, in units.
+    pub positions: u64,
     /// The measuring task.
     pub measuring: &'a Measuring,
     /// The preset value.

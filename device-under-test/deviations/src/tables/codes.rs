@@ -1,41 +1,47 @@
 //! Bugs of error codes, faults, warnings and what of them goes into the alarm channel, where supply and temperature are known.
 
 use super::Deviation;
+use super::diagnosis_memory::Silence;
 use device_stack::profinet::Severity;
+use encoder_profile::checks::Check;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
     // Alarms
     "alarm-codes-exchanged" "The error types of errors change places."
-        => |b| b.encoder.diagnosis.error_type = |right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right });
+        => |b| b.at_encoder.error_type(|right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right }));
     "warning-codes-exchanged" "The error types of warnings go round."
-        => |b| b.encoder.diagnosis.error_type = |right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right });
+        => |b| b.at_encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
     "warnings-reported-as-faults" "Warnings are reported as faults."
-        => |b| b.encoder.diagnosis.severity = |_, _| Severity::Fault;
+        => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::Fault)).collect());
     "alarm-switch-silences-codes" "In compatibility mode without the alarm channel there are no error codes either."
-        => |b| b.encoder.diagnosis.shows_codes = |compatible, alarm_channel| !compatible || alarm_channel;
+        => |b| {
+            let silence = Silence::default();
+            b.checks.add(silence.clone());
+            b.at_encoder.add(silence);
+        };
     "no-alarm-in-compatibility-mode" "In compatibility mode nothing is reported."
-        => |b| b.encoder.diagnosis.are_sent = |compatible, _| !compatible;
+        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { compatible, .. } => !compatible, _ => right });
     "no-alarm-for-a-position-error" "An error of the position is not reported."
-        => |b| b.encoder.diagnosis.error_type = |right| Some(right).filter(|right| *right != 0x900A);
+        => |b| b.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
 
     // Errors
     "sensor-bits-without-error" "Faults of sensor and memory are told by the sensor status alone."
-        => |b| b.encoder.diagnosis.raises = |error| !matches!(error.code, Some(0x0001 | 0x1001));
+        => |b| b.at_encoder.raise(|error| !matches!(error.code, Some(0x0001 | 0x1001)));
     "voltage-is-a-warning-only" "A supply beyond its limits is told by the sensor status alone."
-        => |b| b.encoder.diagnosis.raises = |error| !matches!(error.code, Some(0x1003 | 0x1004));
+        => |b| b.at_encoder.raise(|error| !matches!(error.code, Some(0x1003 | 0x1004)));
     "code-of-the-sensor-missing" "An error of the sensor has no code."
-        => |b| b.encoder.diagnosis.code = |error| error.code.filter(|code| *code != 0x0001);
+        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x0001));
     "code-of-a-command-missing" "A command that is not supported has no code."
-        => |b| b.encoder.diagnosis.code = |error| error.code.filter(|code| *code != 0x0F01);
+        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F01));
     "code-of-the-temperature-missing" "The highest temperature has no code."
-        => |b| b.encoder.diagnosis.code = |error| error.code.filter(|code| *code != 0x0F05);
+        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F05));
     "code-of-undervoltage-missing" "Undervoltage has no code."
-        => |b| b.encoder.diagnosis.code = |error| error.code.filter(|code| *code != 0x1003);
+        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x1003));
     "code-of-overvoltage-missing" "Overvoltage has no code."
-        => |b| b.encoder.diagnosis.code = |error| error.code.filter(|code| *code != 0x1004);
+        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x1004));
     "commissioning-with-own-code" "The diagnosis during commissioning has the code 1002h."
-        => |b| b.encoder.diagnosis.code = |error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code };
+        => |b| b.at_encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
     "error-after-start" "Each connection begins with an error of the position."
         => |b| b.afx60.begins_with_error = true;
     "faults-stay-after-acknowledgement" "Faults stay in P65001 when they were acknowledged."
@@ -89,7 +95,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |b| b.at_encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
     "name-of-delivery-shown" "P61000 gives the name of delivery."
         => |b| {
-            b.encoder.values.elements = |number, right| if number == 61000 { right.min(6) } else { right };
+            b.at_encoder.cut(61000, 6);
             b.at_encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
         };
     "port-1-mac-for-station" "P61002 gives the address of port 1."

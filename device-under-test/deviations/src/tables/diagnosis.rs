@@ -1,10 +1,13 @@
 //! Bugs of faults, diagnoses and alarms.
 
 use super::Deviation;
+use super::diagnosis_memory::{StayingDiagnoses, StayingWarnings};
 use super::image::{ERROR, POSITION, has_error};
-use core::time::Duration;
+use alloc::vec::Vec;
 use device_stack::profinet::Severity;
+use encoder_profile::checks::Check;
 use encoder_profile::hooks::View;
+use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::{Before, Image};
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
@@ -25,19 +28,19 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Alarms
     "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
-        => |b| b.encoder.diagnosis.error_type = |_| Some(0x9011);
+        => |b| b.at_encoder.error_type(|_| Some(0x9011));
     "no-alarm-for-parameters" "Wrong user parameters are not reported over the alarm channel."
-        => |b| b.encoder.diagnosis.error_type = |right| Some(right).filter(|right| *right != 0x9011);
+        => |b| b.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x9011));
     "one-alarm-for-all" "A second fault replaces the first one in the alarm channel."
-        => |b| b.encoder.diagnosis.side_by_side = false;
+        => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().next_back().into_iter().collect());
     "alarm-never-disappears" "A channel diagnosis stays when its fault has gone."
-        => |b| b.encoder.diagnosis.disappear = false;
+        => |b| b.at_encoder.add(StayingDiagnoses::default());
     "alarm-switch-in-v41-mode" "Alarm channel control acts without compatibility mode too."
-        => |b| b.encoder.diagnosis.are_sent = |_, alarm_channel| alarm_channel;
+        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
     "alarm-switch-inverted" "Alarm channel control has the opposite polarity: 1 is off."
-        => |b| b.encoder.diagnosis.are_sent = |compatible, alarm_channel| !compatible || !alarm_channel;
+        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { compatible, is_on } => !compatible || !is_on, _ => right });
     "alarm-switch-ignored" "Alarm channel control is not looked at: faults are always reported."
-        => |b| b.encoder.diagnosis.are_sent = |_, _| true;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
     "diagnosis-as-manufacturer-data" "Alarms carry data of the vendor in place of a channel diagnosis."
         => |b| b.stack.alarm = diagnosis_as_manufacturer_data;
     "alarms-block-inputs" "The inputs are bad while an alarm waits for its acknowledgement."
@@ -45,7 +48,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
         => |b| b.stack.tells_diagnoses = false;
     "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
-        => |b| b.encoder.diagnosis.severity = |_, _| Severity::MaintenanceRequired;
+        => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
 };
 
 /// The bugs of this seam that not all manuals have.
@@ -70,23 +73,23 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "supported-warnings-5" "The second warning is not among those that are supported."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
     "one-warning-only" "Of several warnings only the lowest bit is set."
-        => |b| b.diagnosis.warnings = |_, right| right & right.wrapping_neg();
+        => |b| b.at_encoder.warnings(|_, right| right & right.wrapping_neg());
     "warnings-latched" "A warning stays when its cause has gone, until the next connection."
-        => |b| b.diagnosis.warnings = |before, right| before | right;
+        => |b| b.at_encoder.add(StayingWarnings::default());
     "warning-shown-as-error" "A warning raises the error of the position as well."
-        => |b| b.diagnosis.warning_is_error = true;
+        => |b| b.at_encoder.causes(warning_shown_as_error);
     "speed-limit-included" "A speed of 9000 rpm is a warning already."
-        => |b| b.diagnosis.is_too_fast = |rpm, _| rpm.abs() >= 9000;
+        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
     "speed-limit-at-8192" "The warning of speed begins above 8192 rpm."
-        => |b| b.diagnosis.is_too_fast = |rpm, _| rpm.abs() > 8192;
+        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() > 8192, _ => right });
     "speed-warning-forward-only" "A speed against the clock is never a warning."
-        => |b| b.diagnosis.is_too_fast = |rpm, right| right && rpm > 0;
+        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
 
     // Alarms
     "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
-        => |b| (b.diagnosis.without_type, b.diagnosis.repeats_after) = (Some(0x9000), Some(Duration::from_millis(100)));
+        => |b| b.at_encoder.diagnoses(alarm_storm);
     "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
-        => |b| (b.diagnosis.without_type, b.diagnosis.are_sent) = (Some(0x9000), |_, alarm_channel| alarm_channel);
+        => |b| b.at_encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
 };
 
 fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
@@ -112,4 +115,27 @@ fn memory_error_not_cyclic(_: &Before, now: Image) -> Image {
         },
         false => now,
     }
+}
+
+fn warning_shown_as_error(view: &View<'_>, mut causes: Vec<Error>) -> Vec<Error> {
+    if view.warnings != 0 && causes.iter().all(|error| error.number != 0) {
+        causes.insert(0, Error { number: 0, code: view.facts.errors[0].code });
+    }
+    causes
+}
+
+/// A diagnosis of each error and warning that is there, all of the same error type.
+fn with_error_type(view: &View<'_>) -> Vec<(u16, Severity)> {
+    let errors = view.errors.iter().map(|_| (0x9000, Severity::Fault));
+    let warnings = (0..32).filter(|bit| view.warnings >> bit & 1 != 0).map(|_| (0x9000, Severity::MaintenanceRequired));
+    let mut all: Vec<_> = errors.chain(warnings).collect();
+    all.dedup();
+    all
+}
+
+/// The diagnoses come and go in turn.
+fn alarm_storm(view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+    let is_reported = !view.user.compatible || view.user.alarm_channel;
+    let is_turn = view.now.as_nanos() / 50_000_000 % 2 == 0;
+    if is_reported && is_turn { with_error_type(view) } else { right }
 }

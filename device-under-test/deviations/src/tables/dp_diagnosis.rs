@@ -3,6 +3,7 @@
 use super::Deviation;
 use super::image::{ERROR, has_error};
 use alloc::vec::Vec;
+use encoder_profile::checks::Check;
 use encoder_profile::facts::{Cause, ErrorFact};
 use encoder_profile::profidrive::telegram::Image;
 use reference_devices::models::sick_a3m60::knobs::{Known, Words};
@@ -29,15 +30,15 @@ pub static BUGS: &[Deviation] = bugs! {
     "two-blocks-at-most" "There are two blocks at most."
         => |b| b.a3m60.blocks = |numbers, _| numbers.iter().take(2).flat_map(|number| [0x81, 0x40, *number]).collect();
     "position-error-as-memory-error" "An error of the position has the number of one of the memory."
-        => |b| b.encoder.diagnosis.error_type = |right| Some(if right == 0x36 { 0x38 } else { right });
+        => |b| b.at_encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
     "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
-        => |b| b.encoder.diagnosis.error_type = |right| Some(if right == 0x3B { 0x3C } else { right });
+        => |b| b.at_encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
     "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
         => |b| b.a3m60.told = |known| if known.words.a & 0x80 != 0 { Words { a: known.words.a & !0x80 | 0x40, ..known.words } } else { known.words };
     "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
         => |b| b.a3m60.told = |known| if known.words.a & 0x80 != 0 { Words { a: known.words.a & !0x80 | 0x8000, ..known.words } } else { known.words };
     "overspeed-forward-only" "Only forward a speed is too high."
-        => |b| b.encoder.diagnosis.is_too_fast = |rpm, right| right && rpm > 0;
+        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
     "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
         => |b| b.a3m60.told = |known| known.at_start;
     "diagnosis-stays" "A block stays when its error has gone."
@@ -47,14 +48,14 @@ pub static BUGS: &[Deviation] = bugs! {
     "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
         => |b| b.a3m60.told = |known| if known.fields.shows_codes() { known.words } else { Words::default() };
     "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
-        => |b| b.encoder.diagnosis.are_sent = |_, _| true;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
     "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
         => |b| {
             b.a3m60.words = |known| if is_silent(known) { Words::default() } else { known.words };
             b.a3m60.image = alarm_channel_silences_codes;
         };
     "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
-        => |b| b.encoder.diagnosis.are_sent = |_, alarm_channel| alarm_channel;
+        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
     "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
         => |b| b.a3m60.takes_outputs = |known| known.words.a & 1 << 5 == 0;
 
@@ -62,7 +63,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "flash-only-checked" "The checksum of the EEPROM is not looked at."
         => |b| {
             b.a3m60.notices = |name, _| name != "eeprom_checksum";
-            b.encoder.diagnosis.raises = |error| !is_of(error, "eeprom_checksum");
+            b.at_encoder.raise(|error| !is_of(error, "eeprom_checksum"));
         };
     "fram-in-bit-7" "An FRAM that does not answer sets bit 7."
         => |b| b.a3m60.status_bit = |name, right| if name == "fram" { 1 << 7 } else { right };
@@ -71,27 +72,27 @@ pub static BUGS: &[Deviation] = bugs! {
     "synchronization-corrected-silently" "Deviations of the counters are not told."
         => |b| {
             b.a3m60.notices = |name, _| !name.starts_with("synchronization");
-            b.encoder.diagnosis.raises = |error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name));
+            b.at_encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
         };
     "linearization-not-watched" "A wrong linearization is not noticed."
         => |b| {
             b.a3m60.notices = |name, _| name != "linearization";
-            b.encoder.diagnosis.raises = |error| !is_of(error, "linearization");
+            b.at_encoder.raise(|error| !is_of(error, "linearization"));
         };
     "vector-length-low-not-checked" "A vector that is too short is not noticed."
         => |b| {
             b.a3m60.notices = |name, _| name != "vector_length";
-            b.encoder.diagnosis.raises = |error| !is_of(error, "vector_length");
+            b.at_encoder.raise(|error| !is_of(error, "vector_length"));
         };
     "vector-length-high-not-checked" "A vector that is too long is not noticed."
         => |b| {
             b.a3m60.notices = |name, _| name != "vector_length_long";
-            b.encoder.diagnosis.raises = |error| !is_of(error, "vector_length_long");
+            b.at_encoder.raise(|error| !is_of(error, "vector_length_long"));
         };
     "sine-only-watched" "The amplitude of the cosine is not looked at."
         => |b| {
             b.a3m60.notices = |name, _| name != "amplitude_cosine";
-            b.encoder.diagnosis.raises = |error| !is_of(error, "amplitude_cosine");
+            b.at_encoder.raise(|error| !is_of(error, "amplitude_cosine"));
         };
     "eeprom-noticed-at-start-only" "An EEPROM that does not answer is noticed when the supply comes."
         => |b| b.a3m60.notices = |name, was_there| name != "eeprom" || was_there;

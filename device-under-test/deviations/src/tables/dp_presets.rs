@@ -71,12 +71,15 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
         => |b| b.a3m60.image = preset_of_xist1_not_shifted;
     "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
-        => |b| b.encoder.values.preset_from = |parameter, _| if parameter == 0 { 0x7FFF_FFFF } else { parameter };
+        => |b| b.at_encoder.preset_units(|view, mode, right| match view.preset_value {
+            0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
+            _ => right,
+        });
     "relative-preset-unsigned" "The value of a relative preset has no sign, and goes to the end of the range at most."
-        => |b| b.encoder.values.preset_units = |mode, value, range| match mode {
-            PresetMode::Absolute => value.into(),
-            PresetMode::Relative => u64::from(value).min(range / 2),
-        };
+        => |b| b.at_encoder.preset_units(|view, mode, right| match mode {
+            PresetMode::Absolute => right,
+            PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
+        });
     "only-first-preset" "After power-up two presets by G1_STW are carried out."
         => |b| b.a3m60.presets = |asked| asked.origin != Origin::Request || asked.count < 2;
     "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."

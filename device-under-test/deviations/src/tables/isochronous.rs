@@ -25,7 +25,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "deviating-clock-as-missing" "A deviating clock is told as a missing one."
         => |b| b.a3m60.wrong = |right, _| Wrong { is_missing: right.is_missing || right.is_deviating, is_deviating: false };
     "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
-        => |b| b.encoder.diagnosis.code = |error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other };
+        => |b| b.at_encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
     "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
         => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x60 | (known.words.b & 0x20) << 1 | (known.words.b & 0x40) >> 1, ..known.words };
     "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
@@ -64,7 +64,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "life-sign-error-not-told" "Bit 4 of P1001 is never set."
         => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x10, ..known.words };
     "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
-        => |b| b.encoder.diagnosis.code = |error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code });
+        => |b| b.at_encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
 
     // Sign of life of the encoder
     "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."

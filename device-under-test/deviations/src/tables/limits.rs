@@ -35,7 +35,7 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Round axis
     "round-axis-cut-short" "P1009 has ten elements."
-        => |b| b.encoder.values.elements = |number, right| if number == 1009 { 10 } else { right };
+        => |b| b.at_encoder.cut(1009, 10);
     "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
         => |b| b.afx60.breaks_without_axis = true;
     "range-offset-lost" "The laps of the round axis are lost at power-off."

@@ -26,7 +26,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "every-write-is-stored" "P65000 goes to memory without P971."
         => |b| b.memory.stores_every_write = true;
     "p971-takes-any-value" "Any value written to P971 starts a save."
-        => |b| b.values.saves = |_| Some(true);
+        => |b| b.at_encoder.value(971, |_| 1);
     "p971-confirms-too-early" "P971 reads 0 before the save is done."
         => |b| b.at_encoder.element(|_, at, right| if at == (971, 0) { 0 } else { right });
     "p971-is-stored" "P971 reads 1 after power-up once it was written."

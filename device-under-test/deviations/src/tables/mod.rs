@@ -46,6 +46,7 @@ macro_rules! encoder_bugs {
 pub mod amt58;
 pub mod codes;
 pub mod diagnosis;
+mod diagnosis_memory;
 pub mod dp_diagnosis;
 pub mod dp_presets;
 pub mod dp_station;
@@ -60,6 +61,7 @@ pub mod measuring;
 pub mod memory;
 pub mod panel;
 pub mod parameter_access;
+mod parameter_memory;
 pub mod parameters;
 pub mod plain;
 pub mod presets;

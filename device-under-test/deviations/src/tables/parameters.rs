@@ -26,7 +26,10 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "no-drive-objects" "P964 counts no drive object."
         => |b| b.at_encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
     "identification-cut-short" "P964 ends after five elements, P975 after six."
-        => |b| b.values.elements = |number, right| match number { 964 => 5, 975 => 6, _ => right };
+        => |b| {
+            b.at_encoder.cut(964, 5);
+            b.at_encoder.cut(975, 6);
+        };
     "profile-number-3" "P965 names the profile for drives."
         => |b| b.at_encoder.element(|_, at, right| if at == (965, 0) { upper_octet(right, 3) } else { right });
     "profile-version-constant" "P965 says version 41 in compatibility mode too."
@@ -40,7 +43,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // Sensor format: P979
     "p979-of-16-bits" "The elements of P979 have 16 bits."
-        => |b| b.values.format = |number, right| if number == 979 { Format::WORD } else { right };
+        => |b| b.at_encoder.format(979, Format::WORD);
     "p979-header-0" "The header of P979 is 0."
         => |b| b.at_encoder.element(|_, at, right| if at == (979, 0) { 0 } else { right });
     "linear-scale" "P979 describes a linear scale."
@@ -54,23 +57,26 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // The list of numbers: P980
     "number-list-misses-one" "P980 leaves out P65001."
-        => |b| b.values.elements = |number, right| if number == 980 { right - 1 } else { right };
+        => |b| b.at_encoder.parameter(|_, number, mut parameter| {
+            parameter.values.truncate(parameter.values.len() - usize::from(number == 980));
+            parameter
+        });
     "number-list-of-another-device" "P980 lists the parameters of an encoder that has others."
         => |b| b.at_encoder.element(|_, at, right| if at.0 == 980 { right + 1 } else { right });
 
     // P971, P61001, P65000
     "p971-wants-ffff" "A save starts with FFFFh, and with 1 nothing happens."
-        => |b| b.values.saves = |value| Some(value == 0xFFFF);
+        => |b| b.at_encoder.value(971, |value| u64::from(value == 0xFFFF));
     "ip-octets-reversed" "P61001 gives the octets of the address in the opposite order."
         => |b| b.at_encoder.element(|_, at, right| if at == (61001, 0) { u64::from((right as u32).swap_bytes()) } else { right });
     "old-address-shown" "P61001 gives the address from before the last assignment."
         => |b| b.at_encoder.element(|view, at, right| if at == (61001, 0) { u32::from_be_bytes(view.address_before).into() } else { right });
     "parameter-of-16-bits" "Only the lower 16 bits of P65000 are taken."
-        => |b| b.values.preset_value = |value| value & 0xFFFF;
+        => |b| b.at_encoder.value(65000, |value| value & 0xFFFF);
 
     // Operating status: P65001
     "operating-status-cut-short" "P65001 has no velocity unit."
-        => |b| b.values.elements = |number, right| if number == 65001 { 11 } else { right };
+        => |b| b.at_encoder.cut(65001, 11);
     "operating-status-header-wrong" "The header of P65001 gives a number of elements that is not its own."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 0) { right ^ 0x0007_0000 } else { right });
     "operating-status-0" "P65001 shows all settings as 0."

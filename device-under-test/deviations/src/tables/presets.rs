@@ -2,6 +2,7 @@
 
 use super::Deviation;
 use super::image::{ERROR, POSITION, without_transfer};
+use super::parameter_memory::PresetsAtWrite;
 use crate::seams::measuring::Step;
 use core::time::Duration;
 use encoder_profile::checks::Check;
@@ -48,7 +49,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
         => |b| (b.sensor.asks_for_preset, b.sensor.begins_preset) = (has_mode, mode_begins);
     "writing-preset-value-presets" "Writing P65000 sets the position at once."
-        => |b| b.values.preset_value_presets = true;
+        => |b| b.at_encoder.add(PresetsAtWrite::default());
     "preset-on-both-edges" "The preset is carried out once more when the request is taken back."
         => |b| b.sensor.begins_preset = |before, now| before.home != now.home;
     "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
@@ -70,11 +71,11 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
             b.measuring.absolute(absolute_beyond_the_range);
             b.measuring.relative(relative_beyond_the_range);
             b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
-            b.values.preset_value_fits = |_, _| true;
-            b.values.preset_units = |mode, value, _| match mode {
-                PresetMode::Absolute => value.into(),
-                PresetMode::Relative => i64::from(value as i32) as u64,
-            };
+            b.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            b.at_encoder.preset_units(|view, mode, _| match mode {
+                PresetMode::Absolute => view.preset_value.into(),
+                PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
+            });
         };
     "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
         => |b| b.measuring.slip(|step| if step.way() == 0 { step.slip } else { -(step.offset as i64) });
@@ -103,14 +104,18 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
         => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: true, ..user };
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
-        => |b| b.values.preset_units = |_, value, range| u64::from(value).min(range - 1);
+        => |b| b.at_encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
     "highest-position-refused" "The highest position of the range is refused as a preset value."
-        => |b| b.values.preset_value_fits = |value, range| u64::from((value as i32).unsigned_abs()) + 1 < range;
+        => |b| b.checks.check(|check, right| match check {
+            Check::PresetValue { value, range } => u64::from((value as i32).unsigned_abs()) + 1 < range,
+            _ => right,
+        });
     "start-preset-ignored" "The preset value that comes with the start is acknowledged and not taken."
-        => |b| b.values.takes_preset_value = |in_start, before, written| if in_start { before } else { written };
+        => |b| b.at_encoder.written(|view, (number, _), values| values.filter(|_| number != 65000 || !view.is_starting));
     "first-preset-value-stays" "After the first preset value in data exchange each further one is acknowledged and not taken."
-        => |b| b.values.takes_preset_value =
-            |in_start, before, written| if in_start || before == 0 { written } else { before };
+        => |b| b.at_encoder.written(|view, (number, _), values| {
+            values.filter(|_| number != 65000 || view.is_starting || view.preset_value == 0)
+        });
 
     "offset-written-while-requested" "While a preset is requested the offset is written again in each cycle."
         => |b| b.memory.stores_in_frame = |request| request.home;
@@ -122,11 +127,11 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
                 true => measuring::shift(position, offset, range),
                 false => position.wrapping_add(offset),
             });
-            b.values.preset_value_fits = |_, _| true;
-            b.values.preset_units = |mode, value, _| match mode {
-                PresetMode::Absolute => value.into(),
-                PresetMode::Relative => i64::from(value as i32) as u64,
-            };
+            b.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            b.at_encoder.preset_units(|view, mode, _| match mode {
+                PresetMode::Absolute => view.preset_value.into(),
+                PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
+            });
         };
     "preset-mode-inverted" "Bit 11 of G1_STW is taken the other way round."
         => |b| b.telegram.control_words = |_, [a, b]| [a, b ^ 0x0800];
@@ -144,10 +149,11 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "preset-value-used-up" "The first preset leaves 0 in P65000."
         => |b| b.memory.uses_up_preset_value = true;
     "start-preset-taken-once" "The preset value of the start is taken in the first connection after power-up only."
-        => |b| b.values.takes_preset_value =
-            |in_start, before, written| if in_start && before != 0 { before } else { written };
+        => |b| b.at_encoder.written(|view, (number, _), values| {
+            values.filter(|_| number != 65000 || !view.is_starting || view.preset_value == 0)
+        });
     "value-little-endian" "The value written to P65000 is taken least significant octet first."
-        => |b| b.values.preset_value = u32::swap_bytes;
+        => |b| b.at_encoder.value(65000, |value| (value as u32).swap_bytes().into());
     "reset-erases-offset" "The factory reset erases the offset too."
         => |b| b.reset.clears = |right| Reset { application: true, ..right };
 
@@ -192,7 +198,10 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "trigger-obeys-mode" "A preset by the trigger is relative while bit 11 of G1_STW is set."
         => |b| b.mantel.mode = |mode| mode;
     "request-takes-cyclic-value" "A preset by G1_STW takes the value beside the trigger and not P65000."
-        => |b| b.values.preset_from = |parameter, word| word.map_or(parameter, |word| word & VALUE);
+        => |b| b.at_encoder.preset_units(|view, mode, right| match view.outputs.preset {
+            Some(word) => view.facts.preset_values.units(mode, word & VALUE, view.positions),
+            None => right,
+        });
     "trigger-blocks-request" "After a preset by the trigger none is carried out by G1_STW until the next connection."
         => |b| b.memory.heeds = |before, by_request| before != Some(false) || !by_request;
     "simultaneous-presets-add" "Two presets at once make the sum of both values."

@@ -1,7 +1,9 @@
 //! Bugs of the base mode parameter access that not every encoder can have.
 
 use super::Deviation;
+use super::parameter_memory::{Hangs, ResponseOfEarlierConnection};
 use alloc::vec::Vec;
+use encoder_profile::checks::Check;
 use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
 use wire::profidrive::{
     ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,
@@ -12,59 +14,65 @@ use wire::profidrive::{
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Requests
     "octets-swapped-in-pairs" "The octets of pairs are exchanged in requests and responses."
-        => |b| (b.parameters.received, b.parameters.octets) = (swapped_request, swapped_response);
+        => |b| {
+            b.at_encoder.parameter_request(|_, octets| swapped_request(octets));
+            b.at_encoder.parameter_response(swapped_response);
+        };
     "values-read-too-early" "The value of a write is read one octet too early."
-        => |b| b.parameters.understand = values_read_too_early;
+        => |b| b.at_encoder.understand(values_read_too_early);
     "values-behind-each-address" "In a write with several parameters a value is expected behind each address."
-        => |b| b.parameters.understand = values_behind_each_address;
+        => |b| b.at_encoder.understand(values_behind_each_address);
     "more-parameters-than-39-answered" "A request for 40 parameters is answered."
-        => |b| b.parameters.received = more_parameters;
+        => |b| b.at_encoder.parameter_request(|_, octets| more_parameters(octets));
     "zero-elements-give-the-array" "An array is read whole where 0 elements of it are asked for."
-        => |b| b.parameters.understand = |request| each_address(request, whole_array);
+        => |b| b.at_encoder.understand(|request| each_address(request, whole_array));
     "parameter-0-is-the-first" "The parameter 0 reads as P922."
-        => |b| b.parameters.understand = |request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at });
+        => |b| b.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at }));
     "word-format-refused" "A parameter of 16 bits refuses the format of its size."
-        => |b| b.parameters.takes = |value, parameter| parameter != Format::WORD && value == parameter;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ValueFormat { format, parameter } => parameter != Format::WORD && format == parameter,
+            _ => right,
+        });
     "array-write-first-only" "Of several elements in a write only the first is stored."
-        => |b| b.parameters.stored = 1;
+        => |b| b.at_encoder.written(|_, _, values| values.map(|values| values.into_iter().take(1).collect()));
     "surplus-octets-ignored" "Octets behind the last value are not looked at."
-        => |b| b.parameters.surplus = false;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::SurplusOctets(_)));
     "only-axis-1-served" "Another axis than 1 is refused."
-        => |b| b.parameters.axis = |axis| axis == 1;
+        => |b| b.checks.check(|check, right| match check { Check::Axis(axis) => axis == 1, _ => right });
     "hangs-after-reserved-parameter" "After a request for P1010 none is answered."
-        => |b| b.parameters.hangs = |octets| octets.get(6..8) == Some(&[0x03, 0xF2]);
+        => |b| b.at_encoder.add(Hangs::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
     "response-outlives-connection" "A response that was not fetched can be read in the next connection."
-        => |b| b.parameters.forgets_at_end = false;
+        => |b| b.at_encoder.add(ResponseOfEarlierConnection::default());
 
     // Responses
     "response-padded" "A response is filled up with zeros."
-        => |b| b.parameters.octets = response_padded;
+        => |b| b.at_encoder.parameter_response(response_padded);
     "p65000-as-word" "P65000 is answered as a word."
-        => |b| b.values.format = |number, right| if number == 65000 { Format::WORD } else { right };
+        => |b| b.at_encoder.format(65000, Format::WORD);
     "reference-with-a-sign" "A reference above 7Fh comes back as 7Fh."
-        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header });
+        => |b| b.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header }));
     "response-id-always-read" "A write that was carried out is answered as a read."
-        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { id: if header.id == ResponseId::CHANGE { ResponseId::REQUEST } else { header.id }, ..header });
+        => |b| b.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: if header.id == ResponseId::CHANGE { ResponseId::REQUEST } else { header.id }, ..header }));
     "errors-with-positive-id" "A refused request is answered with the ID of the request."
-        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { id: ResponseId(header.id.0 & 0x7F), ..header });
+        => |b| b.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: ResponseId(header.id.0 & 0x7F), ..header }));
     "axis-always-one" "The response always carries the axis 1."
-        => |b| b.parameters.octets = |exchange| with_header(exchange, |header| ResponseHeader { do_id: 1, ..header });
+        => |b| b.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { do_id: 1, ..header }));
     "answers-in-order-of-number" "The values of several parameters come in the order of their numbers."
-        => |b| b.parameters.octets = answers_in_order_of_number;
+        => |b| b.at_encoder.respond(answers_in_order_of_number);
     "types-for-sizes" "Values come with the codes of their types."
-        => |b| b.parameters.octets = |exchange| with_formats(exchange, types_for_sizes);
+        => |b| b.at_encoder.respond(|_, right| with_formats(right, types_for_sizes));
     "error-as-word" "An error comes with the format of a word."
-        => |b| b.parameters.octets = |exchange| with_formats(exchange, |format| if format == Format::ERROR { Format::WORD } else { format });
+        => |b| b.at_encoder.respond(|_, right| with_formats(right, |format| if format == Format::ERROR { Format::WORD } else { format }));
     "p971-read-without-value" "A read of P971 is answered without a value."
-        => |b| b.parameters.octets = p971_read_without_value;
+        => |b| b.at_encoder.respond(p971_read_without_value);
     "internal-shift-refused" "A read of P1009.5 is refused."
-        => |b| b.parameters.octets = internal_shift_refused;
+        => |b| b.at_encoder.respond(internal_shift_refused);
     "double-words-behind-p1005" "The elements behind the last one of P1005 are answered with double words."
-        => |b| b.parameters.octets = double_words_behind;
+        => |b| b.at_encoder.respond(double_words_behind);
     "name-of-240-octets" "P61000 is answered with 240 octets."
-        => |b| b.parameters.octets = |exchange| name_of(exchange, true);
+        => |b| b.at_encoder.respond(|request, right| name_of(request, right, true));
     "name-shorter-than-its-count" "A read of 240 elements of P61000 is answered with fewer octets than are counted."
-        => |b| b.parameters.octets = |exchange| name_of(exchange, false);
+        => |b| b.at_encoder.respond(|request, right| name_of(request, right, false));
 };
 
 fn each_address(request: Request, change: fn(ParameterAddress) -> ParameterAddress) -> Request {
@@ -72,8 +80,7 @@ fn each_address(request: Request, change: fn(ParameterAddress) -> ParameterAddre
 }
 
 /// Exchanges the octets of the pairs in the head, in each address and in the first value.
-fn swapped_request(octets: &[u8]) -> Vec<u8> {
-    let mut octets = octets.to_vec();
+fn swapped_request(mut octets: Vec<u8>) -> Vec<u8> {
     swap_heads(&mut octets);
     let count = usize::from(octets.get(3).copied().unwrap_or(0).min(MAX_PARAMETERS));
     for at in (0..=count).map(|n| 4 + 6 * n).filter(|at| at + 1 < octets.len()).collect::<Vec<_>>() {
@@ -82,8 +89,7 @@ fn swapped_request(octets: &[u8]) -> Vec<u8> {
     octets
 }
 
-fn swapped_response(exchange: &Exchange<'_>) -> Vec<u8> {
-    let mut octets = exchange.octets();
+fn swapped_response(exchange: &Exchange, mut octets: Vec<u8>) -> Vec<u8> {
     swap_heads(&mut octets);
     let mut at = 4;
     for value in &exchange.response.values {
@@ -117,8 +123,7 @@ fn values_behind_each_address(mut request: Request) -> Request {
     request
 }
 
-fn more_parameters(octets: &[u8]) -> Vec<u8> {
-    let mut octets = octets.to_vec();
+fn more_parameters(mut octets: Vec<u8>) -> Vec<u8> {
     if octets.get(3) == Some(&(MAX_PARAMETERS + 1)) {
         octets[3] = ((octets.len() - 4) / 6).min(MAX_PARAMETERS.into()) as u8;
     }
@@ -143,27 +148,18 @@ fn whole_array(at: ParameterAddress) -> ParameterAddress {
     }
 }
 
-fn octets_of(response: &Response) -> Vec<u8> {
-    let mut octets = Vec::new();
-    response.write(&mut octets);
-    octets
-}
-
-fn response_padded(exchange: &Exchange<'_>) -> Vec<u8> {
-    let mut octets = exchange.octets();
+fn response_padded(_: &Exchange, mut octets: Vec<u8>) -> Vec<u8> {
     octets.resize(octets.len().max(MAX_OCTETS), 0);
     octets
 }
 
-fn with_header(exchange: &Exchange<'_>, change: fn(ResponseHeader) -> ResponseHeader) -> Vec<u8> {
-    let response = exchange.response.clone();
-    octets_of(&Response { header: change(response.header), ..response })
+fn with_header(response: Response, change: fn(ResponseHeader) -> ResponseHeader) -> Response {
+    Response { header: change(response.header), ..response }
 }
 
-fn with_formats(exchange: &Exchange<'_>, change: fn(Format) -> Format) -> Vec<u8> {
-    let mut response = exchange.response.clone();
+fn with_formats(mut response: Response, change: fn(Format) -> Format) -> Response {
     response.values.iter_mut().for_each(|value| value.format = change(value.format));
-    octets_of(&response)
+    response
 }
 
 fn types_for_sizes(format: Format) -> Format {
@@ -174,15 +170,14 @@ fn types_for_sizes(format: Format) -> Format {
     }
 }
 
-fn answers_in_order_of_number(exchange: &Exchange<'_>) -> Vec<u8> {
-    let mut response = exchange.response.clone();
-    let addresses = &exchange.request.addresses;
+fn answers_in_order_of_number(request: &Request, mut response: Response) -> Response {
+    let addresses = &request.addresses;
     if response.values.len() == addresses.len() {
         let mut values: Vec<_> = addresses.iter().map(|at| at.number).zip(response.values).collect();
         values.sort_by_key(|(number, _)| *number);
         response.values = values.into_iter().map(|(_, value)| value).collect();
     }
-    octets_of(&response)
+    response
 }
 
 fn reads(request: &Request, number: u16) -> bool {
@@ -190,31 +185,28 @@ fn reads(request: &Request, number: u16) -> bool {
     id == RequestId::REQUEST && request.addresses.first().is_some_and(|at| at.number == number)
 }
 
-fn p971_read_without_value(exchange: &Exchange<'_>) -> Vec<u8> {
-    let mut response = exchange.response.clone();
-    if let (true, [value, ..]) = (reads(exchange.request, 971), &mut response.values[..]) {
+fn p971_read_without_value(request: &Request, mut response: Response) -> Response {
+    if let (true, [value, ..]) = (reads(request, 971), &mut response.values[..]) {
         *value = ParameterValue::new(Format::WORD, 0, Vec::new());
     }
-    octets_of(&response)
+    response
 }
 
-fn internal_shift_refused(exchange: &Exchange<'_>) -> Vec<u8> {
-    let mut response = exchange.response.clone();
-    let is_asked = exchange.request.addresses.iter().map(|at| (at.number, at.subindex));
+fn internal_shift_refused(request: &Request, mut response: Response) -> Response {
+    let is_asked = request.addresses.iter().map(|at| (at.number, at.subindex));
     for (at, value) in is_asked.zip(&mut response.values) {
-        if at == (1009, 5) && exchange.request.header.id == RequestId::REQUEST {
+        if at == (1009, 5) && request.header.id == RequestId::REQUEST {
             *value = ParameterValue::refused(ParameterError { number: ErrorNumber::BAD_ADDRESS, subindex: None });
             response.header.id = ResponseId::REQUEST_FAILED;
         }
     }
-    octets_of(&response)
+    response
 }
 
 /// The name of the station in 240 octets: as many as are counted, or as many as fit into a response.
-fn name_of(exchange: &Exchange<'_>, is_whole: bool) -> Vec<u8> {
-    let mut response = exchange.response.clone();
-    let asked = exchange.request.addresses.first().map_or(0, |at| at.element_count);
-    if let (true, [value]) = (reads(exchange.request, 61000), &mut response.values[..])
+fn name_of(request: &Request, mut response: Response, is_whole: bool) -> Response {
+    let asked = request.addresses.first().map_or(0, |at| at.element_count);
+    if let (true, [value]) = (reads(request, 61000), &mut response.values[..])
         && (is_whole || asked == 240)
     {
         let mut name = if value.format == Format::OCTET_STRING { value.data.clone() } else { Vec::new() };
@@ -222,19 +214,18 @@ fn name_of(exchange: &Exchange<'_>, is_whole: bool) -> Vec<u8> {
         *value = ParameterValue { format: Format::OCTET_STRING, count: 240, data: name, padding: None };
         response.header.id = ResponseId::REQUEST;
     }
-    octets_of(&response)
+    response
 }
 
-fn double_words_behind(exchange: &Exchange<'_>) -> Vec<u8> {
-    let mut response = exchange.response.clone();
-    let is_asked = exchange.request.addresses.iter().map(|at| (at.number, at.subindex));
+fn double_words_behind(request: &Request, mut response: Response) -> Response {
+    let is_asked = request.addresses.iter().map(|at| (at.number, at.subindex));
     for (at, value) in is_asked.zip(&mut response.values) {
         if let (1005, 6..=15) = at
-            && exchange.request.header.id == RequestId::REQUEST
+            && request.header.id == RequestId::REQUEST
         {
             *value = ParameterValue::numbers(Format::DOUBLE_WORD, &[0xDEAD_BEEF]);
             response.header.id = ResponseId::REQUEST;
         }
     }
-    octets_of(&response)
+    response
 }

@@ -7,7 +7,10 @@ use reference_devices::models::sick::knobs::Entries;
 pub static BUGS: &[Deviation] = bugs! {
     // P1002 and P1003
     "service-log-cut-short" "The logs have twelve elements."
-        => |b| b.encoder.values.elements = |number, right| if let 1002 | 1003 = number { 12 } else { right };
+        => |b| {
+            b.at_encoder.cut(1002, 12);
+            b.at_encoder.cut(1003, 12);
+        };
     "power-ups-not-counted" "A power-up is not counted."
         => |b| b.sick.power_ups = |before| before;
     "power-up-counter-volatile" "After each power-up there was one."

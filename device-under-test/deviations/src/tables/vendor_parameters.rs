@@ -1,6 +1,7 @@
 //! Bugs of what the parameters of a vendor say and keep, and of the data set through which they are reached.
 
 use super::Deviation;
+use super::parameter_memory::Hangs;
 use super::set_prm::with;
 use encoder_profile::encoder::Gear;
 use encoder_profile::hooks::View;
@@ -52,11 +53,11 @@ pub static BUGS: &[Deviation] = bugs! {
     "p971-resets" "A write to P971 sets the offset to 0."
         => |b| b.a3m60.saved = |_, _, ram| ram.measuring.offset = 0;
     "p971-refused" "A write to P971 is refused as read only."
-        => |b| b.encoder.parameters.refusal = p971_refused;
+        => |b| b.at_encoder.refuse(p971_refused);
     "p971-reads-memory" "P971 reads 5A5Ah."
         => |b| b.at_encoder.element(|_, at, right| if at == (971, 0) { 0x5A5A } else { right });
     "preset-value-of-31-bits" "The highest bit of P65000 is lost."
-        => |b| b.encoder.values.preset_value = |value| value & 0x7FFF_FFFF;
+        => |b| b.at_encoder.value(65000, |value| value & 0x7FFF_FFFF);
     "preset-value-never-stored" "P65000 is lost at power-off."
         => |b| b.a3m60.stores_preset_value = false;
     "saves-by-p971-only" "P65000 is stored when 1 is written to P971."
@@ -89,7 +90,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "operating-status-0" "P65001 shows the switches of delivery, whatever they are."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 1) { 0x0C02 } else { right });
     "operating-status-cut-short" "P65001 ends after eight elements."
-        => |b| b.encoder.values.elements = |number, right| if number == 65001 { 8 } else { right };
+        => |b| b.at_encoder.cut(65001, 8);
     "operating-time-in-hours" "P65001 counts hours."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
     "operating-time-not-kept" "The operating time in P65001 is 0 after power-up."
@@ -97,7 +98,7 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // P1002
     "service-log-cut-short" "P1002 has four elements."
-        => |b| b.encoder.values.elements = |number, right| if number == 1002 { 4 } else { right };
+        => |b| b.at_encoder.cut(1002, 4);
     "power-ups-count-starts" "Each start counts as a power-up."
         => |b| b.a3m60.counts_starts = true;
     "seconds-of-power-counted" "P1002 counts the seconds with power."
@@ -121,7 +122,7 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // P1007 and P1008
     "p1007-cut-short" "P1007 has four elements."
-        => |b| b.encoder.values.elements = |number, right| if number == 1007 { 4 } else { right };
+        => |b| b.at_encoder.cut(1007, 4);
     "p1007-disturbs-the-position" "A write to P1007 sets the position to 0 for a second."
         => |b| b.a3m60.test_disturbs = true;
     "integration-times-exchanged" "The two integration times of delivery are exchanged."
@@ -159,7 +160,7 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Access
     "unknown-parameter-1003-read" "P1003 reads 0."
-        => |b| b.encoder.parameters.refusal = |id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003));
+        => |b| b.at_encoder.refuse(|id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003)));
     "busy-answered-with-another-error" "While a value is being stored a read is refused with an invalid index."
         => |b| b.a3m60.is_rude_while_storing = true;
     "unknown-index-answered" "Any index goes to the parameters."
@@ -173,7 +174,7 @@ pub static BUGS: &[Deviation] = bugs! {
             true
         });
     "hangs-after-short-request" "After a request of fewer than four octets none is answered."
-        => |b| b.encoder.parameters.hangs = |octets| octets.len() < 4;
+        => |b| b.at_encoder.add(Hangs::after(|octets| octets.len() < 4));
     "parameters-with-telegrams-only" "There are no parameters with the telegrams of the vendor."
         => |b| b.a3m60.has_parameters = |telegram| telegram.number != 0;
 };

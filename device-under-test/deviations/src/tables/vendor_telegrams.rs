@@ -84,7 +84,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "error-code-in-the-speed" "The code of an error stands in NIST_B too."
         => |b| b.at_encoder.image(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
     "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
-        => |b| b.encoder.diagnosis.code = |error| if is_caused_at_start(error) { None } else { error.code };
+        => |b| b.at_encoder.code(|error| if is_caused_at_start(error) { None } else { error.code });
 
     // Speed
     "speed-in-steps" "The speed is in steps per second."

@@ -5,26 +5,22 @@
 //! with that model. This room must not know the bugs.
 
 mod control;
-mod diagnosis;
 mod memory;
 mod names;
 mod records;
 mod reset;
-mod values;
 
 pub use control::{ByPlc, Control};
-pub use diagnosis::Diagnosis;
 pub use memory::{Memory, PowerUp};
 pub use names::Names;
 pub use records::Records;
 pub use reset::Reset;
-pub use values::{Values, preset_units};
 
 use crate::checks::Checks;
 use crate::encoder::measuring::MeasuringSteps;
 use crate::encoder::velocity::VelocitySteps;
 use crate::hooks::EncoderHooks;
-use crate::profidrive::{life_sign, mantel, parameters, sensor, telegram, user_parameters};
+use crate::profidrive::{life_sign, mantel, sensor, telegram, user_parameters};
 use device_stack::Attached;
 
 /// How an encoder behaves.
@@ -46,22 +42,16 @@ pub struct Behaviour {
     pub mantel: mantel::Rules,
     /// Signs of life.
     pub life_sign: life_sign::Rules,
-    /// Parameter manager.
-    pub parameters: parameters::Rules,
     /// User parameters of the start-up.
     pub user_parameters: user_parameters::Rules,
     /// Control by PLC.
     pub control: Control,
     /// Records of the encoder object.
     pub records: Records,
-    /// Values of single parameters.
-    pub values: Values,
     /// What goes to memory, and when.
     pub memory: Memory,
     /// What a factory reset does.
     pub reset: Reset,
-    /// Diagnoses.
-    pub diagnosis: Diagnosis,
     /// Station names.
     pub names: Names,
 }

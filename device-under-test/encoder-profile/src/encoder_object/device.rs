@@ -7,7 +7,7 @@ use crate::behaviour::{Behaviour, PowerUp};
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::facts::{Cause, Facts, Reset, Variant};
 use crate::hooks::Lit;
-use crate::profidrive::parameters::Manager;
+use crate::profidrive::parameters::Responses;
 use crate::profidrive::telegram::Outputs;
 use alloc::format;
 use alloc::vec::Vec;
@@ -43,7 +43,8 @@ pub struct EncoderObject<M: Model> {
     pub(super) ram: Ram,
     /// The name and the addresses that come back with the next power-up.
     returns: Option<StationData>,
-    pub(super) manager: Manager<ArKey>,
+    /// The responses to parameter requests that wait to be fetched.
+    pub(super) responses: Responses<ArKey>,
     powered: bool,
     /// Whether there was a factory reset since power-up.
     was_reset: bool,
@@ -75,7 +76,7 @@ impl<M: Model> EncoderObject<M> {
             rules,
             identity: identity(facts, variant, mac),
             plugs: places::plugs(facts, variant, &behaviour.telegram),
-            manager: Manager::new(behaviour.parameters),
+            responses: Responses::default(),
             behaviour,
             shaft,
             faults,
@@ -94,12 +95,7 @@ impl<M: Model> EncoderObject<M> {
 
     /// The encoder at one instant.
     pub fn live(&mut self, now: Time) -> Live<'_, M> {
-        self.parts(now).0
-    }
-
-    /// The encoder at one instant, and beside it its parameter manager.
-    pub(super) fn parts(&mut self, now: Time) -> (Live<'_, M>, &mut Manager<ArKey>) {
-        let live = Live {
+        Live {
             now,
             facts: self.facts,
             variant: self.variant,
@@ -111,8 +107,7 @@ impl<M: Model> EncoderObject<M> {
             store: &mut self.store,
             ram: &mut self.ram,
             model: &mut self.model,
-        };
-        (live, &mut self.manager)
+        }
     }
 
     fn reset(&mut self, now: Time, reset: Reset) {
@@ -260,9 +255,10 @@ impl<M: Model> Application for EncoderObject<M> {
         if begin.stored_offset != stored_offset {
             self.store.offset.replace(begin.stored_offset);
         }
-        self.manager = Manager::new(self.behaviour.parameters);
+        self.responses = Responses::default();
         (self.powered, self.was_reset) = (true, false);
         M::power_up(&mut self.live(now));
+        self.behaviour.hooks.notify(|hooks| hooks.powered_up());
         self.advance(now);
     }
 

@@ -2,6 +2,7 @@
 
 use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 use super::{Live, Model};
+use crate::checks::Check;
 use crate::facts::{Cause, Effect, ErrorFact, Facts};
 use crate::profidrive::sensor::Error;
 use alloc::vec::Vec;
@@ -54,21 +55,18 @@ pub(super) fn without_fault(facts: &Facts) -> Vec<Unprovoked> {
 impl<M: Model> Live<'_, M> {
     /// The errors whose cause is there now; their numbers are their places in the facts.
     pub fn causes(&self) -> Vec<Error> {
-        let rules = &self.behaviour.diagnosis;
-        let is_warning = rules.warning_is_error && self.ram.warnings != 0;
         let raised = |number: usize, causes: OwnCauses| {
             let error = &self.facts.errors[number];
-            let is_there = self.is_caused(error, causes) || number == 0 && is_warning;
-            let is_raised = is_there && (rules.raises)(error);
-            is_raised.then(|| Error { number: number as u16, code: (rules.code)(error) })
+            self.is_caused(error, causes).then_some(Error { number: number as u16, code: error.code })
         };
-        match self.faults.are_none() {
+        let causes = match self.faults.are_none() {
             true => self.ram.without_fault.iter().filter_map(|one| raised(one.number, one.causes)).collect(),
             false => {
                 let known = self.facts.errors.iter().enumerate();
                 known.filter_map(|(number, error)| raised(number, OwnCauses::of(error))).collect()
             }
-        }
+        };
+        self.behaviour.hooks.apply(causes, |hooks, causes| hooks.causes(&self.view(), causes))
     }
 
     fn is_caused(&self, error: &ErrorFact, causes: OwnCauses) -> bool {
@@ -91,9 +89,7 @@ impl<M: Model> Live<'_, M> {
             return Vec::new();
         }
         let known = |error: &Error| {
-            let code = self.behaviour.diagnosis.code;
             let there = self.facts.errors.get(usize::from(error.number));
-            let there = there.filter(|fact| fact.code == error.code || code(fact) == error.code);
             there.or_else(|| self.facts.errors.iter().find(|fact| fact.code.is_some() && fact.code == error.code))
         };
         self.ram.sensor.errors().iter().filter_map(known).collect()
@@ -118,56 +114,43 @@ impl<M: Model> Live<'_, M> {
         let here = known.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
         let right = here.fold(M::warnings(self), |bits, warning| bits | warning.bit);
         self.ram.had_warning |= right != 0;
-        self.ram.warnings = (self.behaviour.diagnosis.warnings)(self.ram.warnings, right);
+        self.ram.warnings = self.behaviour.hooks.apply(right, |hooks, right| hooks.warnings(&self.view(), right));
     }
 
-    /// Error type and severity of what should be told.
-    fn wanted(&self) -> Vec<(u16, Severity)> {
-        let (rules, bits) = (&self.behaviour.diagnosis, self.warnings());
+    /// Whether diagnoses are reported: always, but for compatibility mode without the alarm channel. XAC77 manual, 11.4.
+    pub fn reports_diagnoses(&self) -> bool {
+        let (compatible, is_on) = (self.ram.user.compatible, self.ram.user.alarm_channel);
+        self.behaviour.checks.check(Check::AlarmChannel { compatible, is_on }, !compatible || is_on)
+    }
+
+    /// Error type and severity of the errors and warnings that have a diagnosis.
+    fn diagnoses(&self) -> Vec<(u16, Severity)> {
+        let bits = self.warnings();
         if bits == 0 && self.ram.sensor.errors().is_empty() {
             return Vec::new();
         }
         let errors = self.errors().into_iter().map(|error| (error.error_type, error.severity));
         let warnings = self.facts.warnings.iter().filter(|warning| bits & warning.bit != 0);
         let all = errors.chain(warnings.map(|warning| (warning.error_type, warning.severity)));
-        let told = all.filter_map(|(error_type, severity)| {
-            Some(((rules.error_type)(error_type.or(rules.without_type)?)?, severity))
-        });
-        told.map(|(error_type, severity)| (error_type, (rules.severity)(error_type, severity))).collect()
+        all.filter_map(|(error_type, severity)| Some((error_type?, severity))).collect()
     }
 
-    /// Brings the diagnoses in line with errors and warnings.
+    /// The diagnoses that are reported, from those of the manual.
+    pub fn reported(&self, diagnoses: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+        self.behaviour.hooks.apply(diagnoses, |hooks, diagnoses| hooks.diagnoses(&self.view(), diagnoses))
+    }
+
+    /// Brings the diagnoses in line with errors and warnings: what has gone disappears, what is new appears.
     pub(super) fn diagnose(&mut self) {
-        let rules = &self.behaviour.diagnosis;
-        let mut wanted = self.wanted();
-        if wanted.is_empty() && self.ram.diagnoses.is_empty() {
-            return;
-        }
-        if !(rules.are_sent)(self.ram.user.compatible, self.ram.user.alarm_channel) {
-            wanted.clear();
-        }
-        if let Some(after) = rules.repeats_after
-            && !wanted.is_empty()
-            && self.now >= self.ram.told_at + after
-        {
-            self.ram.told_at = self.now;
-            self.ram.diagnoses.clear();
-        }
-        if !rules.side_by_side {
-            wanted.drain(..wanted.len().saturating_sub(1));
-        }
-        let gone = |known: &(u16, Severity)| rules.disappear && !wanted.contains(known);
-        let changes = &mut self.ram.changes;
-        self.ram
-            .diagnoses
-            .iter()
-            .filter(|known| gone(known))
-            .for_each(|known| changes.push_back(change(*known, false)));
-        self.ram.diagnoses.retain(|known| !gone(known));
-        for new in wanted {
-            if !self.ram.diagnoses.contains(&new) {
-                self.ram.diagnoses.push(new);
-                self.ram.changes.push_back(change(new, true));
+        let diagnoses = if self.reports_diagnoses() { self.diagnoses() } else { Vec::new() };
+        let diagnoses = self.reported(diagnoses);
+        let (known, changes) = (&mut self.ram.diagnoses, &mut self.ram.changes);
+        known.iter().filter(|old| !diagnoses.contains(old)).for_each(|old| changes.push_back(change(*old, false)));
+        known.retain(|old| diagnoses.contains(old));
+        for new in diagnoses {
+            if !known.contains(&new) {
+                known.push(new);
+                changes.push_back(change(new, true));
             }
         }
     }

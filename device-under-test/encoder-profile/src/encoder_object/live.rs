@@ -171,8 +171,6 @@ pub struct Ram {
     pub(super) next_preset: Option<NextPreset>,
     /// Error type and severity of the diagnoses that are there.
     pub(super) diagnoses: Vec<(u16, Severity)>,
-    /// When diagnoses were told last.
-    pub(super) told_at: Time,
     /// Diagnoses that came or went and were not fetched yet.
     pub changes: VecDeque<DiagnosisChange>,
 }
@@ -257,7 +255,6 @@ impl Ram {
             last_preset: None,
             next_preset: None,
             diagnoses: Vec::new(),
-            told_at: now,
             changes: VecDeque::new(),
         }
     }
@@ -306,8 +303,7 @@ impl<M: Model> Live<'_, M> {
 
     /// Raises the errors whose cause is there, and brings the diagnoses in line with them.
     pub fn look_for_errors(&mut self) {
-        let causes = self.behaviour.hooks.apply(self.causes(), |hooks, causes| hooks.causes(&self.view(), causes));
-        self.ram.sensor.watch(&causes);
+        self.ram.sensor.watch(&self.causes());
         self.look_for_warnings();
         self.diagnose();
     }

@@ -59,9 +59,12 @@ impl<M: Model> Live<'_, M> {
         if self.behaviour.memory.stores_every_write {
             self.store.preset_value.replace(value);
         }
-        if self.behaviour.values.preset_value_presets {
-            self.ram.measuring.offset = self.ram.measuring.preset(PresetMode::Absolute, value.into());
-        }
+    }
+
+    /// The units by which a preset with this preset value sets or shifts the position.
+    fn units(&self, mode: PresetMode, value: u32) -> u64 {
+        let units = self.facts.preset_values.units(mode, value, self.positions());
+        self.behaviour.hooks.apply(units, |hooks, units| hooks.preset_units(&self.view(), mode, units))
     }
 
     /// Begins to save P65000.
@@ -89,14 +92,11 @@ impl<M: Model> Live<'_, M> {
         let rules = &self.behaviour.memory;
         let (mode, value) = match source {
             Source::Parameter(mode) if rules.presets_stored_value => (mode, *self.store.preset_value.stored()),
-            Source::Parameter(mode) => {
-                let word = self.ram.outputs.preset;
-                (mode, (self.behaviour.values.preset_from)(self.ram.preset_value, word))
-            }
+            Source::Parameter(mode) => (mode, self.ram.preset_value),
             Source::Value(mode, value) => (mode, value),
         };
         let value = match source {
-            Source::Parameter(_) => (self.behaviour.values.preset_units)(mode, value, self.positions()),
+            Source::Parameter(_) => self.units(mode, value),
             Source::Value(..) => value.into(),
         };
         if !M::takes_preset(self, mode, value) {

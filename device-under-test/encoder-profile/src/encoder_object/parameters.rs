@@ -12,49 +12,39 @@ const OPERATING_STATUS: u16 = 65001;
 
 impl<M: Model> Parameters for Live<'_, M> {
     fn parameter(&self, number: u16) -> Option<Parameter> {
-        let mut shown = self.right_parameter(number)?;
-        let (values, view) = (&self.behaviour.values, self.view());
-        for (subindex, value) in shown.values.iter_mut().enumerate() {
-            *value = self.told(&view, (number, subindex), *value);
-        }
-        let count = (values.elements)(number, shown.values.len());
-        shown.values.truncate(count);
-        Some(Parameter { format: (values.format)(number, shown.format), ..shown })
+        let parameter = M::parameter(self, number).or_else(|| self.shared_parameter(number))?;
+        Some(self.behaviour.hooks.apply(parameter, |hooks, mut parameter| {
+            let view = self.view();
+            for (subindex, value) in parameter.values.iter_mut().enumerate() {
+                *value = hooks.element(&view, (number, subindex), *value);
+            }
+            hooks.parameter(&view, number, parameter)
+        }))
     }
 
     fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-        if let Some(written) = M::write(self, number, subindex, values) {
+        let at = (number, subindex);
+        let values = Some(values.to_vec());
+        let values = self.behaviour.hooks.apply(values, |hooks, values| hooks.written(&self.view(), at, values));
+        let Some(values) = values else { return Ok(()) };
+        if let Some(written) = M::write(self, number, subindex, &values) {
             return written;
         }
         let value = values.first().copied().unwrap_or(0);
-        match number {
-            971 => {
-                let saves = (self.behaviour.values.saves)(value).ok_or(ErrorNumber::VALUE_NOT_ALLOWED)?;
-                if saves {
-                    self.save();
-                }
-                Ok(())
-            }
-            65000 => {
-                let written = (self.behaviour.values.preset_value)(value as u32);
-                let in_start = matches!(self.ram.phase, Phase::Parameters(_));
-                self.set_preset_value((self.behaviour.values.takes_preset_value)(
-                    in_start,
-                    self.ram.preset_value,
-                    written,
-                ));
-                Ok(())
-            }
-            _ => Err(ErrorNumber::READ_ONLY),
+        match (number, value) {
+            // Transfer to non-volatile memory: 1 starts it.
+            (971, 0) => {}
+            (971, 1) => self.save(),
+            (971, _) => return Err(ErrorNumber::VALUE_NOT_ALLOWED),
+            // Preset value.
+            (65000, _) => self.set_preset_value(value as u32),
+            _ => return Err(ErrorNumber::READ_ONLY),
         }
+        Ok(())
     }
 }
 
 impl<M: Model> Live<'_, M> {
-    fn right_parameter(&self, number: u16) -> Option<Parameter> {
-        M::parameter(self, number).or_else(|| self.shared_parameter(number))
-    }
-
     /// A parameter of the encoder object as it has it by itself.
     pub fn shared_parameter(&self, number: u16) -> Option<Parameter> {
         if !self.facts.parameters.contains(&number) {
@@ -111,20 +101,6 @@ impl<M: Model> Live<'_, M> {
         ]
     }
 
-    /// The operating status as it is shown, wherever a manual has it.
-    pub fn shown_status(&self) -> Vec<u64> {
-        let (values, view) = (&self.behaviour.values, self.view());
-        let shown = self.operating_status().into_iter().enumerate();
-        let mut shown: Vec<u64> = shown.map(|(n, word)| self.told(&view, (OPERATING_STATUS, n), word)).collect();
-        shown.truncate((values.elements)(OPERATING_STATUS, shown.len()));
-        shown
-    }
-
-    /// What an element says in the end.
-    fn told(&self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
-        self.behaviour.hooks.apply(right, |hooks, right| hooks.element(view, at, right))
-    }
-
     /// The encoder as a hook is given it.
     pub(super) fn view(&self) -> View<'_> {
         let mut others = self.facts.variants.iter().map(|variant| variant.hardware);
@@ -135,8 +111,11 @@ impl<M: Model> Live<'_, M> {
             other: others.find(|other| *other != self.hardware).unwrap_or(self.hardware),
             user: &self.ram.user,
             before: self.ram.emitter.before(),
+            is_starting: matches!(self.ram.phase, Phase::Parameters(_)),
             errors: self.ram.sensor.errors(),
             faults: self.fault_bits(),
+            warnings: self.ram.warnings,
+            positions: self.positions(),
             measuring: &self.ram.measuring,
             preset_value: self.ram.preset_value,
             offset_at_power_up: self.ram.offset_at_power_up,

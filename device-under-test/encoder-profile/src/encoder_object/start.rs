@@ -5,7 +5,7 @@ use super::{EncoderObject, Live, Model, Phase};
 use crate::facts::InExchange;
 use crate::profidrive::life_sign::Watch;
 use crate::profidrive::mantel::Cleared;
-use crate::profidrive::parameters::BadRequest;
+use crate::profidrive::parameters::{BadRequest, Manager};
 use crate::profidrive::telegram::{Emitter, Outputs};
 use crate::profidrive::user_parameters::{self, UserParameters};
 use alloc::vec::Vec;
@@ -75,7 +75,7 @@ impl<M: Model> EncoderObject<M> {
 
     /// A connection of any kind has ended.
     pub(super) fn end(&mut self, now: Time, ar: ArKey) {
-        self.manager.ended(ar);
+        self.responses.forget(ar);
         if self.ram.phase == Phase::Parameters(ar) || self.ram.phase == Phase::Data(ar) {
             self.ram.phase = Phase::Alone;
             self.ram.outputs = Outputs::default();
@@ -110,7 +110,10 @@ impl<M: Model> EncoderObject<M> {
         match access.index {
             USER_PARAMETERS => Err(RecordRefusal::AccessDenied),
             index if index == self.behaviour.records.parameter_access => {
-                let response = access.ar.and_then(|key| self.manager.fetch(key));
+                let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
+                let waiting = self.responses.fetch(key);
+                let response =
+                    self.behaviour.hooks.apply(waiting, |hooks, waiting| hooks.fetched_response(key, waiting));
                 out.extend(response.ok_or(RecordRefusal::StateConflict)?);
                 Ok(())
             }
@@ -181,10 +184,16 @@ impl<M: Model> EncoderObject<M> {
             return Err(RecordRefusal::StateConflict);
         }
         self.ram.held_up_until = now + self.behaviour.records.hold_up;
-        let (mut live, manager) = self.parts(now);
-        manager.take(key, data, &mut live).map_err(|bad| match bad {
+        self.responses.forget(key);
+        let hooks = self.behaviour.hooks.clone();
+        let request = hooks.apply(data.to_vec(), |hooks, octets| hooks.parameter_request(key, octets));
+        let manager = Manager { serves_any_axis: self.facts.serves_any_axis, checks: self.behaviour.checks.clone() };
+        let exchange = manager.answer(&request, &mut self.live(now)).map_err(|bad| match bad {
             BadRequest::TooShort => RecordRefusal::WriteLength,
             BadRequest::Count => RecordRefusal::InvalidRange,
-        })
+        })?;
+        let response = hooks.apply(exchange.octets(), |hooks, octets| hooks.parameter_response(&exchange, octets));
+        self.responses.keep(key, response);
+        Ok(())
     }
 }

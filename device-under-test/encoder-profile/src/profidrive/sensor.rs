@@ -75,16 +75,20 @@ pub enum Acknowledge {
 /// An error of the encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error {
-    /// Which one it is; errors with different numbers may share a code.
+    /// Which one it is: its index in the facts, or [`Error::OWN`] and more for one that is not there. Errors with different numbers
+    /// may share a code.
     pub number: u16,
     /// Its code in G1_XIST2; an error without one is neither shown there nor by bit 15 of G1_ZSW.
     pub code: Option<u16>,
 }
 
 impl Error {
+    /// The number of an error that is not in the facts is this and its code.
+    pub const OWN: u16 = 0x8000;
+
     /// The error that has a code of its own.
     pub const fn of(code: u16) -> Error {
-        Error { number: code, code: Some(code) }
+        Error { number: Error::OWN | code, code: Some(code) }
     }
 
     fn shown(self) -> u16 {

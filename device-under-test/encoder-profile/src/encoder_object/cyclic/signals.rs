@@ -4,9 +4,6 @@ use crate::encoder_object::{Live, Model};
 use crate::profidrive::sensor::Xist2;
 use crate::profidrive::telegram::{Image, Parts, Signal};
 
-/// Bit 15 of G1_ZSW.
-const ERROR: u16 = 0x8000;
-
 impl<M: Model> Live<'_, M> {
     /// The signals as they are, apart from ZSW2_ENC.
     pub(super) fn image(&mut self) -> Image {
@@ -20,18 +17,6 @@ impl<M: Model> Live<'_, M> {
     }
 
     fn image_now(&self) -> Image {
-        let image = self.whole_image();
-        let user = &self.ram.user;
-        let shows_codes = (self.behaviour.diagnosis.shows_codes)(user.compatible, user.alarm_channel);
-        if shows_codes || image.g1_zsw & ERROR == 0 {
-            return image;
-        }
-        let transfers = image.request.absolute;
-        let position = if transfers { image.position as u32 } else { 0 };
-        Image { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2: position, ..image }
-    }
-
-    fn whole_image(&self) -> Image {
         let (ram, rules) = (&*self.ram, &self.behaviour.user_parameters);
         let settings = ram.measuring.settings;
         let acting = |signal| {

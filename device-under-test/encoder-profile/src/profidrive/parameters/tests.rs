@@ -2,6 +2,7 @@
 
 use super::*;
 use rstest::rstest;
+use wire::profidrive::Response;
 
 /// 922 word, 65000 double word to be written, 965 octets, 964 three words, 61000 a string, 1006 two words to be written,
 /// 1009 three double words, two of them to be written.
@@ -39,9 +40,7 @@ impl Parameters for Sample {
 }
 
 fn ask(request: &[u8]) -> Result<Vec<u8>, BadRequest> {
-    let mut manager = Manager::new(Rules::default());
-    manager.take((), request, &mut Sample(0x64))?;
-    Ok(manager.fetch(()).expect("a response is waiting"))
+    Ok(Manager::default().answer(request, &mut Sample(0x64))?.octets())
 }
 
 // Octets as the catalogue writes them out: BMP-003 to BMP-014 and ERR-001 to ERR-032. 0x39A is 922, 0x3C4 is 964,
@@ -97,7 +96,7 @@ fn a_refused_parameter_does_not_keep_the_others_from_being_written() {
     let mut sample = Sample(0x64);
     let request =
         [1, 2, 1, 2, 0x10, 0, 0x03, 0x9A, 0, 0, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 82, 0x43, 1, 0, 0, 0, 5];
-    Manager::new(Rules::default()).take((), &request, &mut sample).expect("the request is well formed");
+    Manager::default().answer(&request, &mut sample).expect("the request is well formed");
     assert_eq!(sample.0, 5);
 }
 
@@ -122,17 +121,18 @@ fn the_longest_request_is_answered_in_240_octets() {
 }
 
 #[test]
-fn a_response_is_fetched_once_and_by_whom_it_is_for() {
-    let mut manager = Manager::new(Rules::default());
-    assert_eq!(manager.fetch(1), None);
-    manager.take(1, &[7, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
-    manager.take(1, &[8, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
-    assert_eq!(manager.fetch(2), None);
-    assert_eq!(manager.fetch(1).map(|response| response[0]), Some(8));
-    assert_eq!(manager.fetch(1), None);
-    manager.take(1, &[9, 1, 1, 1, 0x10, 0, 0x03, 0x9A, 0, 0], &mut Sample(0)).expect("well formed");
-    assert!(manager.take(1, &[9], &mut Sample(0)).is_err());
-    assert_eq!(manager.fetch(1), None);
+fn a_response_is_fetched_once_and_by_its_connection() {
+    let mut responses = Responses::default();
+    assert_eq!(responses.fetch(1), None);
+    responses.keep(1, alloc::vec![7]);
+    responses.keep(1, alloc::vec![8]);
+    assert_eq!(responses.fetch(2), None);
+    assert_eq!(responses.fetch(1), Some(alloc::vec![8]));
+    assert_eq!(responses.fetch(1), None);
+    responses.keep(1, alloc::vec![9]);
+    responses.forget(2);
+    responses.forget(1);
+    assert_eq!(responses.fetch(1), None);
 }
 
 // SICK AFS60/AFM60, P1006: two limits, each with its subindex or both at once.
@@ -140,7 +140,7 @@ fn a_response_is_fetched_once_and_by_whom_it_is_for() {
 fn elements_are_written_by_their_subindex() {
     let mut sample = Sample(0x0007_0008);
     let mut write = |octets: &[u8]| {
-        Manager::new(Rules::default()).take((), octets, &mut sample).expect("the request is well formed");
+        Manager::default().answer(octets, &mut sample).expect("the request is well formed");
         sample.0
     };
     assert_eq!(write(&[1, 2, 1, 1, 0x10, 1, 0x03, 0xEE, 0, 1, 0x42, 1, 0, 9]), 0x0007_0009);
@@ -150,21 +150,9 @@ fn elements_are_written_by_their_subindex() {
 
 // Kübler Sendix 58xx: any axis is answered and mirrored.
 #[test]
-fn axes_and_octets_by_the_manual() {
+fn axes_by_the_manual() {
     let request = [1, 1, 0xCD, 1, 0x10, 0, 0x03, 0x9A, 0, 0];
-    let mut manager = Manager::new(Rules { axis: |_| true, answers_nothing: true, ..Rules::default() });
-    assert_eq!(manager.fetch(1), Some(Vec::new()));
-    manager.take(1, &request, &mut Sample(0)).expect("well formed");
-    manager.ended(2);
-    assert_eq!(manager.fetch(1), Some(alloc::vec![1, 1, 0xCD, 1, 0x42, 1, 0, 81]));
-    manager.take(1, &request, &mut Sample(0)).expect("well formed");
-    manager.ended(1);
-    assert_eq!(manager.fetch(1), Some(Vec::new()));
-
-    let in_pairs = |octets: &[u8]| octets.chunks(2).flat_map(|pair| pair.iter().rev().copied()).collect();
-    let mut manager = Manager::new(Rules { received: in_pairs, forgets_at_end: false, ..Rules::default() });
-    let printed = [1, 1, 1, 1, 0, 0x10, 0x9A, 0x03, 0, 0];
-    manager.take(1, &printed, &mut Sample(0)).expect("well formed");
-    manager.ended(1);
-    assert_eq!(manager.fetch(1), Some(alloc::vec![1, 1, 1, 1, 0x42, 1, 0, 81]));
+    let manager = Manager { serves_any_axis: true, ..Manager::default() };
+    let exchange = manager.answer(&request, &mut Sample(0)).expect("well formed");
+    assert_eq!(exchange.octets(), [1, 1, 0xCD, 1, 0x42, 1, 0, 81]);
 }

@@ -28,11 +28,12 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Access, RecordRefusal, ResetScope, Seen, Severity};
 use encoder_profile::behaviour::Behaviour;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::{Hardware, Scaling, Settings};
 use encoder_profile::encoder_object::{Live, Model};
 use encoder_profile::facts::{
-    Cause, Effect, ErrorFact, Facts, Identification, InExchange, NO_DIAGNOSIS, Reset, Timing, Variant, WarningFact,
-    WithoutRecord,
+    Cause, Effect, ErrorFact, Facts, Identification, InExchange, NO_DIAGNOSIS, PresetValues, Reset, Timing, Variant,
+    WarningFact, WithoutRecord,
 };
 use encoder_profile::profidrive::sensor::{Answers, Parks, Transfers};
 use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
@@ -85,7 +86,9 @@ pub static FACTS: Facts = Facts {
     without_record: WithoutRecord::Error,
     record_in_exchange: InExchange::InForce,
     stands_still_in_preset: true,
+    preset_values: PresetValues::Limited,
     watches_controller: false,
+    serves_any_axis: true,
     modules: modules::MODULES,
     resets: |scope| match scope {
         ResetScope::Factory | ResetScope::Communication | ResetScope::AllData | ResetScope::Device => {
@@ -163,9 +166,6 @@ pub fn healthy() -> Behaviour {
     healthy.control.fault_present = |faults| faults != 0;
     // One step per send clock of 1 ms, whatever the update time.
     healthy.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 1000 + 1;
-    healthy.values.preset_value_fits = records::fits;
-    healthy.values.preset_units = records::preset_units;
-    healthy.parameters.axis = |_| true;
     let rules = &mut healthy.user_parameters;
     rules.is_cyclic = |user| user.preset_acts_on_xist1;
     rules.serves = serves;
@@ -204,8 +204,8 @@ impl Model for Sendix {
 
     fn warnings(live: &Live<'_, Self>) -> u32 {
         let rpm = live.shaft.rounded_rpm(live.now);
-        let is_above = rpm.unsigned_abs() > HIGHEST_SPEED;
-        if (live.behaviour.diagnosis.is_too_fast)(rpm, is_above) { SPEED } else { 0 }
+        let is_too_fast = rpm.unsigned_abs() > HIGHEST_SPEED;
+        if live.behaviour.checks.check(Check::TooFast(rpm), is_too_fast) { SPEED } else { 0 }
     }
 
     fn settings(live: &Live<'_, Self>, settings: Settings) -> Settings {

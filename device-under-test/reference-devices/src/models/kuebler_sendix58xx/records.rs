@@ -3,22 +3,24 @@
 use super::Sendix;
 use alloc::vec::Vec;
 use device_stack::profinet::{Access, RecordRefusal};
-use encoder_profile::behaviour;
-use encoder_profile::encoder::PresetMode;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder_object::Live;
+use encoder_profile::profidrive::parameters::Parameters;
 use encoder_profile::profidrive::user_parameters::{Rules, UserParameters};
 use wire::profidrive::ErrorNumber;
 
 /// Written it is the user parameters, read the operating status.
 const STATUS: u16 = 0xBF00;
 const PRESET_VALUE: u16 = 65000;
+const OPERATING_STATUS: u16 = 65001;
 
 /// Reads 0xBF00: double words, most significant octet first.
 pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
     if access.index != STATUS || !live.is_here(&access) {
         return None;
     }
-    let octets = live.shown_status().into_iter().flat_map(|word| (word as u32).to_be_bytes()).collect();
+    let status = live.parameter(OPERATING_STATUS)?;
+    let octets = status.values.into_iter().flat_map(|word| (word as u32).to_be_bytes()).collect();
     out.extend((live.behaviour.records.status)(octets, &live.ram.record));
     Some(Ok(()))
 }
@@ -27,7 +29,7 @@ pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> O
 pub fn write(live: &mut Live<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
     let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
     let range = range(live, &live.behaviour.user_parameters);
-    match (live.behaviour.values.preset_value_fits)(value, range) {
+    match live.behaviour.checks.check(Check::PresetValue { value, range }, fits(value, range)) {
         true => None,
         false => Some(Err(ErrorNumber::LIMIT)),
     }
@@ -40,14 +42,6 @@ fn range(live: &Live<'_, Sendix>, rules: &Rules) -> u64 {
 }
 
 /// Whether a preset value, or what is left of the range beyond a negative one, is below the range: chapter 7.
-pub fn fits(value: u32, range: u64) -> bool {
+fn fits(value: u32, range: u64) -> bool {
     u64::from((value as i32).unsigned_abs()) < range
-}
-
-/// The units of a preset, from a preset value that may be beyond the range by now: an absolute one is limited.
-pub fn preset_units(mode: PresetMode, value: u32, range: u64) -> u64 {
-    match mode {
-        PresetMode::Absolute => i64::from(value as i32).clamp(0, range as i64 - 1) as u64,
-        PresetMode::Relative => behaviour::preset_units(mode, value, range),
-    }
 }

@@ -28,8 +28,8 @@ pub use web::State;
 use core::time::Duration;
 use encoder_profile::encoder::{Hardware, Scaling};
 use encoder_profile::facts::{
-    Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Reset, Submodule, Timing,
-    Variant, WithoutRecord,
+    Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Reset, Submodule,
+    Timing, Variant, WithoutRecord,
 };
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::UserParameters;
@@ -92,7 +92,9 @@ pub static FACTS: Facts = Facts {
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,
+    preset_values: PresetValues::Signed,
     watches_controller: true,
+    serves_any_axis: false,
     modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],
     resets: Reset::of,
 };

@@ -9,7 +9,9 @@ use super::{CONFIGURATIONS, FACTS, SUBMODULES, SUBSLOT, station};
 use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use device_stack::profibus::{Access, Application, DiagnosisBits, End, Identity, Refusal, Seen, State as Stage};
-use device_stack::profinet::{self as object, Access as ObjectAccess, Application as _, ArKey, Plug, RecordRefusal};
+use device_stack::profinet::{
+    self as object, Access as ObjectAccess, Application as _, ArKey, Plug, RecordRefusal, Severity,
+};
 use encoder_profile::behaviour::Behaviour;
 use encoder_profile::encoder_object::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, EncoderObject, Piece};
 use encoder_profile::facts::Variant;
@@ -85,7 +87,8 @@ impl Encoder {
     fn blocks(&mut self, now: Time) -> Vec<u8> {
         let live = self.object.live(now);
         let known = status::known(&live);
-        (live.rules.own.blocks)(&status::told_numbers(&live, &known), &known)
+        let numbers: Vec<u8> = status::diagnoses(&live, &known).iter().map(|(number, _)| *number as u8).collect();
+        (live.rules.own.blocks)(&numbers, &known)
     }
 
     fn plugged(&self) -> Option<Plug> {
@@ -229,8 +232,8 @@ impl Application for Encoder {
         self.object.advance(now);
         self.look(now);
         let live = self.object.live(now);
-        let told = status::told_numbers(&live, &status::known(&live));
-        let has_error = told.iter().any(|number| status::is_error(&live, *number));
+        let diagnoses = status::diagnoses(&live, &status::known(&live));
+        let has_error = diagnoses.iter().any(|(_, severity)| *severity == Severity::Fault);
         let ext_diag = (live.rules.own.ext_diag)(has_error);
         out.extend_from_slice(&self.told);
         DiagnosisBits { ext_diag, ..DiagnosisBits::default() }

@@ -32,8 +32,8 @@ use encoder_profile::behaviour::Behaviour;
 use encoder_profile::encoder::Hardware;
 use encoder_profile::encoder_object::Live;
 use encoder_profile::facts::{
-    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Submodule, Timing, Variant, WarningFact,
-    WithoutRecord,
+    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Submodule, Timing,
+    Variant, WarningFact, WithoutRecord,
 };
 use encoder_profile::profidrive::mantel::{self, Cleared, TRIGGER};
 use encoder_profile::profidrive::telegram::{Control, STANDARD, Signal, Telegram};
@@ -115,7 +115,9 @@ pub static FACTS: Facts = Facts {
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,
+    preset_values: PresetValues::Signed,
     watches_controller: true,
+    serves_any_axis: false,
     modules: &[Module { ident: 1, access_point: 1, submodules: SUBMODULES }],
     resets: |_| None,
 };

@@ -163,16 +163,12 @@ pub fn write_own(
         1008 => Some(write_speed(live, subindex, values)),
         1009 => Some(write_axis(live, subindex, values)),
         65000 => {
-            let value = (live.behaviour.values.preset_value)(values.first().copied().unwrap_or(0) as u32);
-            if (live.behaviour.values.preset_value_fits)(value, live.positions()) {
-                live.set_preset_value(value);
-                if live.rules.own.stores_preset_value {
-                    live.store.preset_value.write(live.now, value, live.facts.timing.save);
-                }
-                Some(Ok(()))
-            } else {
-                Some(Err(ErrorNumber::LIMIT))
+            let value = values.first().copied().unwrap_or(0) as u32;
+            live.set_preset_value(value);
+            if live.rules.own.stores_preset_value {
+                live.store.preset_value.write(live.now, value, live.facts.timing.save);
             }
+            Some(Ok(()))
         }
         _ => None,
     }

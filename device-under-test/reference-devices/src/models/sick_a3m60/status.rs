@@ -11,6 +11,7 @@ use super::parameters;
 use super::{Live, State, is_of_vendor};
 use alloc::vec::Vec;
 use device_stack::profinet::Severity;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder_object::Phase;
 
 /// A cause that the stand brings about.
@@ -176,25 +177,14 @@ fn codes(live: &Live<'_, State>) -> Vec<i32> {
     noticed(live).filter_map(|fault| (live.rules.own.fault_code)(fault.name, fault.code)).collect()
 }
 
-/// What the diagnosis tells, from what is known.
-pub fn told_numbers(live: &Live<'_, State>, known: &Known) -> Vec<u8> {
-    let rules = &live.behaviour.diagnosis;
-    if !(rules.are_sent)(live.ram.user.compatible, live.ram.user.alarm_channel) {
+/// The numbers of the diagnosis with their severity, from what is known; only a speed that is too high is no error.
+pub fn diagnoses(live: &Live<'_, State>, known: &Known) -> Vec<(u16, Severity)> {
+    if !live.reports_diagnoses() {
         return Vec::new();
     }
-    let told = numbers((live.rules.own.told)(known));
-    let told = told.into_iter().filter_map(|number| (rules.error_type)(number.into()));
-    let mut told: Vec<u8> = told.map(|number| number as u8).collect();
-    if !rules.side_by_side {
-        told.drain(..told.len().saturating_sub(1));
-    }
-    told
-}
-
-/// Whether a number of the diagnosis is an error and no warning.
-pub fn is_error(live: &Live<'_, State>, number: u8) -> bool {
-    let right = if number == TOO_FAST { Severity::MaintenanceRequired } else { Severity::Fault };
-    (live.behaviour.diagnosis.severity)(number.into(), right) == Severity::Fault
+    let severity = |number| if number == TOO_FAST { Severity::MaintenanceRequired } else { Severity::Fault };
+    let diagnoses = numbers((live.rules.own.told)(known)).into_iter().map(|number| (number.into(), severity(number)));
+    live.reported(diagnoses.collect())
 }
 
 /// The code that takes the place of the position in the telegrams of the vendor, from what is known.
@@ -208,5 +198,5 @@ pub fn shown_code(live: &Live<'_, State>, known: &Known) -> Option<i32> {
 /// Whether the speed is above its limit: manual, table 37, bit 5.
 pub fn is_too_fast(live: &Live<'_, State>) -> bool {
     let rpm = parameters::rpm(live);
-    (live.behaviour.diagnosis.is_too_fast)(rpm, rpm.abs() > super::HIGHEST_SPEED)
+    live.behaviour.checks.check(Check::TooFast(rpm), rpm.abs() > super::HIGHEST_SPEED)
 }

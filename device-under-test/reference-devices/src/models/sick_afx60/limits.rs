@@ -9,6 +9,7 @@ use super::{Live, State};
 use crate::models::sick::settings::elements;
 use alloc::vec::Vec;
 use core::time::Duration;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::Cell;
 use encoder_profile::encoder::velocity::Sampling;
 use encoder_profile::encoder_object::words;
@@ -214,7 +215,7 @@ pub fn is_too_fast(live: &Live<'_, State>) -> bool {
 }
 
 fn too_fast(live: &Live<'_, State>, speeds: &Speeds) -> bool {
-    (live.behaviour.diagnosis.is_too_fast)(speeds.rpm, (live.rules.own.is_too_fast)(speeds))
+    live.behaviour.checks.check(Check::TooFast(speeds.rpm), (live.rules.own.is_too_fast)(speeds))
 }
 
 /// Whether the speed is below its limit.

@@ -28,8 +28,8 @@ use encoder_profile::behaviour::Behaviour;
 use encoder_profile::encoder::{Hardware, Scaling};
 use encoder_profile::encoder_object::Live;
 use encoder_profile::facts::{
-    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, Reset, Submodule, Timing, Variant,
-    WarningFact, WithoutRecord,
+    Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Reset, Submodule, Timing,
+    Variant, WarningFact, WithoutRecord,
 };
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::UserParameters;
@@ -53,8 +53,6 @@ pub fn healthy() -> Behaviour {
     right.sensor.parking_clears_errors = false;
     right.sensor.acknowledges_while_parked = true;
     right.sensor.raises_while_parked = |_| true;
-    right.parameters.axis = |_| true;
-    right.values.preset_units = |_, value, _| value.into();
     // Manual, 3.6.7 and 3.6.8.
     right.user_parameters.serves = serves;
     right.user_parameters.are_wrong = |_, _, _| false;
@@ -121,7 +119,9 @@ pub static FACTS: Facts = Facts {
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,
+    preset_values: PresetValues::Unsigned,
     watches_controller: false,
+    serves_any_axis: true,
     // Idents are invented but for the numbers of the telegrams and FFFFh.
     modules: &[Module { ident: 1, access_point: 0xFFFF, submodules: SUBMODULES }],
     resets: Reset::of,

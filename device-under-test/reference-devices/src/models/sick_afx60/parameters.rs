@@ -82,7 +82,7 @@ pub fn write_own(
                 live.store.preset_value.write(live.now, 0, live.facts.timing.save);
                 return Some(Ok(()));
             }
-            if values.first().is_some_and(|value| (live.behaviour.values.saves)(*value) == Some(true)) {
+            if values.first() == Some(&1) {
                 if live.rules.own.saves_limits {
                     limits::store_limits(live);
                 }

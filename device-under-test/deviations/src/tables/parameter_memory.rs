@@ -1,0 +1,250 @@
+//! Deviations of the parameter access that remember something of requests, responses or values before.
+
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use device_stack::profinet::ArKey;
+use encoder_profile::checks::{Check, EncoderChecks};
+use encoder_profile::encoder::PresetMode;
+use encoder_profile::hooks::{EncoderHooks, Held, View};
+use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS};
+use wire::profidrive::{Attribute, ErrorNumber, ParameterError, Request, RequestId, Response};
+
+/// A request that changes nothing.
+const HARMLESS: [u8; 10] = [1, 1, 1, 1, 0x10, 0, 0, 1, 0, 0];
+
+/// After some request none is answered until the next power-up.
+pub struct Hangs {
+    after: fn(&[u8]) -> bool,
+    hangs: bool,
+}
+
+impl Hangs {
+    /// After a request with such octets.
+    pub fn after(after: fn(&[u8]) -> bool) -> Hangs {
+        Hangs { after, hangs: false }
+    }
+}
+
+impl EncoderHooks for Hangs {
+    fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        self.hangs |= (self.after)(&octets);
+        if self.hangs { HARMLESS.to_vec() } else { octets }
+    }
+
+    fn fetched_response(&mut self, _: ArKey, waiting: Option<Vec<u8>>) -> Option<Vec<u8>> {
+        waiting.filter(|_| !self.hangs)
+    }
+
+    fn powered_up(&mut self) {
+        self.hangs = false;
+    }
+}
+
+/// Octets that are missing in a request are those of the requests before.
+pub struct OldOctets([u8; MAX_OCTETS]);
+
+impl Default for OldOctets {
+    fn default() -> OldOctets {
+        let mut octets = [0; MAX_OCTETS];
+        octets[..HARMLESS.len()].copy_from_slice(&HARMLESS);
+        OldOctets(octets)
+    }
+}
+
+impl EncoderHooks for OldOctets {
+    fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        let received = octets.len().min(MAX_OCTETS);
+        self.0[..received].copy_from_slice(&octets[..received]);
+        let mut longer = (received..=MAX_OCTETS).map(|length| &self.0[..length]);
+        longer.find(|octets| Request::parse(octets).is_ok()).map_or(octets, <[u8]>::to_vec)
+    }
+
+    fn powered_up(&mut self) {
+        *self = OldOctets::default();
+    }
+}
+
+/// A request is answered with its reference and the values of the one before.
+#[derive(Default)]
+pub struct ResponseBefore(Vec<u8>);
+
+impl EncoderHooks for ResponseBefore {
+    fn parameter_response(&mut self, _: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+        let before = self.0.iter().skip(1);
+        let response = match self.0.is_empty() {
+            true => octets,
+            false => octets.iter().take(1).chain(before).copied().collect(),
+        };
+        self.0.clone_from(&response);
+        response
+    }
+
+    fn powered_up(&mut self) {
+        self.0.clear();
+    }
+}
+
+/// A response can be fetched again until the connection sends another request.
+#[derive(Default)]
+pub struct OldResponse(Option<(ArKey, Vec<u8>)>);
+
+impl EncoderHooks for OldResponse {
+    fn parameter_request(&mut self, from: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        self.0.take_if(|(of, _)| *of == from);
+        octets
+    }
+
+    fn fetched_response(&mut self, by: ArKey, waiting: Option<Vec<u8>>) -> Option<Vec<u8>> {
+        if let Some(response) = &waiting {
+            self.0 = Some((by, response.clone()));
+        }
+        self.0.clone().filter(|(of, _)| *of == by).map(|(_, response)| response)
+    }
+
+    fn powered_up(&mut self) {
+        self.0 = None;
+    }
+}
+
+/// A response that was not fetched can be fetched by the next connection.
+#[derive(Default)]
+pub struct ResponseOfEarlierConnection {
+    asks: Option<ArKey>,
+    waiting: Vec<(Option<ArKey>, Vec<u8>)>,
+}
+
+impl EncoderHooks for ResponseOfEarlierConnection {
+    fn parameter_request(&mut self, from: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        self.asks = Some(from);
+        self.waiting.retain(|(of, _)| *of != Some(from));
+        octets
+    }
+
+    fn parameter_response(&mut self, _: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+        self.waiting.push((self.asks, octets.clone()));
+        octets
+    }
+
+    fn fetched_response(&mut self, _: ArKey, _: Option<Vec<u8>>) -> Option<Vec<u8>> {
+        match self.waiting.is_empty() {
+            true => None,
+            false => Some(self.waiting.swap_remove(0).1),
+        }
+    }
+
+    fn powered_up(&mut self) {
+        *self = ResponseOfEarlierConnection::default();
+    }
+}
+
+/// A value is written although a check refuses it; the response refuses it all the same.
+#[derive(Clone, Default)]
+pub struct WrittenBeforeChecked {
+    is_writing: Rc<Cell<bool>>,
+    refusal: Rc<Cell<Option<ParameterError>>>,
+}
+
+impl EncoderChecks for WrittenBeforeChecked {
+    fn check(&mut self, check: Check, verdict: bool) -> bool {
+        let number = match check {
+            Check::Attribute(Attribute::DESCRIPTION) => ErrorNumber::DESCRIPTION_READ_ONLY,
+            Check::Attribute(Attribute::TEXT) => ErrorNumber::TEXT_READ_ONLY,
+            Check::Attribute(_) | Check::ElementCount { .. } => ErrorNumber::BAD_ADDRESS,
+            Check::Writable { .. } => ErrorNumber::READ_ONLY,
+            Check::KnownFormat(_) => ErrorNumber::BAD_FORMAT,
+            Check::WholeValue { .. } => ErrorNumber::NO_ARRAY,
+            Check::ValueCount { .. } => ErrorNumber::BAD_VALUE_COUNT,
+            Check::ValueFormat { .. } => ErrorNumber::WRONG_TYPE,
+            _ => return verdict,
+        };
+        if verdict || !self.is_writing.get() {
+            return verdict;
+        }
+        let subindex = if let Check::Writable { element, .. } = check { element } else { None };
+        self.refusal.set(self.refusal.get().or(Some(ParameterError { number, subindex })));
+        true
+    }
+}
+
+impl EncoderHooks for WrittenBeforeChecked {
+    fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        // With several parameters it would have to be known which one a check is about.
+        self.is_writing.set(matches!(octets[..], [_, id, _, 1, ..] if id == RequestId::CHANGE.0));
+        self.refusal.take();
+        octets
+    }
+
+    fn parameter_response(&mut self, exchange: &Exchange, octets: Vec<u8>) -> Vec<u8> {
+        let Some(error) = self.refusal.take() else { return octets };
+        let mut refused = Vec::new();
+        Response::to_change(&exchange.request.header, &[Err(error)]).write(&mut refused);
+        refused
+    }
+}
+
+/// After a refused parameter the others of its request are not written.
+#[derive(Clone, Default)]
+pub struct StopsAtFirstError {
+    was_refused: Rc<Cell<bool>>,
+}
+
+impl EncoderChecks for StopsAtFirstError {
+    fn check(&mut self, check: Check, verdict: bool) -> bool {
+        let is_of_parameter = matches!(
+            check,
+            Check::Attribute(_)
+                | Check::Writable { .. }
+                | Check::ElementCount { .. }
+                | Check::WholeValue { .. }
+                | Check::Elements { .. }
+                | Check::ValueCount { .. }
+                | Check::KnownFormat(_)
+                | Check::ValueFormat { .. }
+                | Check::SurplusOctets(_)
+        );
+        if is_of_parameter && !verdict {
+            self.was_refused.set(true);
+        }
+        verdict
+    }
+}
+
+impl EncoderHooks for StopsAtFirstError {
+    fn parameter_request(&mut self, _: ArKey, octets: Vec<u8>) -> Vec<u8> {
+        self.was_refused.set(false);
+        octets
+    }
+
+    fn written(&mut self, _: &View<'_>, _: (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
+        values.filter(|_| !self.was_refused.get())
+    }
+}
+
+/// Writing P65000 sets the position at once.
+#[derive(Default)]
+pub struct PresetsAtWrite {
+    is_written: bool,
+    /// P65000 in the cycle before; none in the first one.
+    value: Option<u32>,
+}
+
+impl EncoderHooks for PresetsAtWrite {
+    fn written(&mut self, _: &View<'_>, (number, _): (u16, u16), values: Option<Vec<u64>>) -> Option<Vec<u64>> {
+        self.is_written |= number == 65000;
+        values
+    }
+
+    fn held(&mut self, view: &View<'_>, held: Held) -> Held {
+        // It can be given another value without a parameter request too.
+        let is_new = self.value.replace(held.preset_value).is_some_and(|before| before != held.preset_value);
+        match core::mem::take(&mut self.is_written) || is_new {
+            true => Held { offset: view.measuring.preset(PresetMode::Absolute, held.preset_value.into()), ..held },
+            false => held,
+        }
+    }
+
+    fn powered_up(&mut self) {
+        *self = PresetsAtWrite::default();
+    }
+}
