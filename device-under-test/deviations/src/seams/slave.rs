@@ -10,6 +10,7 @@ use core::time::Duration;
 use device_stack::profibus::{Application, Check, SlaveHooks};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::cfg::Sums;
 use wire::profibus::diag::SlaveDiag;
 use wire::profibus::dpv1::{Pdu, Side};
 use wire::profibus::fdl::{BitTimes, DataFrame, Format, Frame};
@@ -110,6 +111,18 @@ impl Slave {
         self.add(Tells(change));
     }
 
+    /// Changes the identifiers that Get_Cfg answers.
+    pub fn get_cfg(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
+        self.answer(move |telegram| {
+            let Some(frame) = frame(telegram).filter(|frame| !frame.fc.is_request()) else { return };
+            if Service::of(&frame) == Service::Slave(SlaveSap::GET_CFG) && !frame.data.is_empty() {
+                let mut identifiers = frame.data.to_vec();
+                change(&mut identifiers);
+                *telegram = with_data(&frame, &identifiers);
+            }
+        });
+    }
+
     /// Waits another time until it answers.
     pub fn delay(&mut self, delay: impl FnMut(BitTimes) -> BitTimes + 'static) {
         self.add(Waits(delay));
@@ -157,6 +170,10 @@ impl SlaveHooks for Slave {
             are_given &= of.parameters(parameters);
         }
         are_given
+    }
+
+    fn configuration(&mut self, encoder: &dyn Application, identifiers: &[u8], right: Option<Sums>) -> Option<Sums> {
+        self.0.iter_mut().fold(right, |right, of| of.configuration(encoder, identifiers, right))
     }
 
     fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {

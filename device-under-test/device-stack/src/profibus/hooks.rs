@@ -7,6 +7,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::time::Duration;
 use station::StandAction;
+use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::SetPrm;
 
@@ -27,6 +28,8 @@ pub enum Check {
     OutputLength(usize),
     /// Global_Control is for the groups of the slave.
     Group(u8),
+    /// The encoder leaves its address to the bus: Set_Slave_Address is served.
+    AddressService,
     /// Set_Slave_Address comes while parameters are awaited.
     AddressTime,
     /// The ident number of Set_Slave_Address is that of the slave.
@@ -66,6 +69,11 @@ pub trait SlaveHooks {
     /// Changes the parameters that the encoder is given; `false` keeps them from it as if they were right.
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         true
+    }
+
+    /// How much is exchanged after Chk_Cfg with these identifiers, or none for Cfg_Fault.
+    fn configuration(&mut self, encoder: &dyn Application, identifiers: &[u8], right: Option<Sums>) -> Option<Sums> {
+        right
     }
 
     /// Changes the outputs that the encoder is given; none while they are clear or missing.

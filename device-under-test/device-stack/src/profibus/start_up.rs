@@ -118,7 +118,9 @@ impl Slave {
         if !has_parameters || self.master.is_some_and(|master| master != sa) {
             return Answer::NO_SERVICE;
         }
-        match env.application.check_configuration(env.at(), data) {
+        let lengths = env.application.check_configuration(env.at(), data);
+        let lengths = self.hooks.apply(lengths, |hooks, lengths| hooks.configuration(env.application, data, lengths));
+        match lengths {
             None => self.refuse(env, Faults { cfg: true, ..self.faults }),
             Some(sums) => {
                 self.faults.cfg = false;
@@ -165,7 +167,8 @@ impl Slave {
 
     /// Takes another address.
     pub(super) fn set_slave_address(&mut self, env: &mut Env<'_>, data: &[u8]) -> Answer {
-        let may = self.check(env, Check::AddressTime, self.state == State::WaitPrm) && env.application.takes_address();
+        let is_time = self.check(env, Check::AddressTime, self.state == State::WaitPrm);
+        let may = is_time && self.check(env, Check::AddressService, env.application.takes_address());
         let (true, Ok(request)) = (may, SetSlaveAddress::parse(data)) else {
             return Answer::NO_SERVICE;
         };
