@@ -24,8 +24,8 @@ pub struct Behaviour {
     pub a3m60: sick_a3m60::knobs::Rules,
     /// What is the own of the AFS60 and AFM60.
     pub afx60: sick_afx60::knobs::Rules,
-    /// What is the own of the AMT58.
-    pub amt58: datalogic_amt58::knobs::Rules,
+    /// The deviations of the AMT58.
+    pub amt58: Attached<dyn datalogic_amt58::hooks::Amt58Hooks>,
     /// The device after no manual.
     pub plain: plain::Rules,
 }

@@ -96,8 +96,8 @@ pub static DATALOGIC_AMT58: Manual = Manual {
         delivered: datalogic_amt58::ADDRESS,
         build: |variant, behaviour, shaft, line| {
             let (_, hardware) = datalogic_amt58::VARIANTS.iter().find(|(name, _)| *name == variant)?;
-            let (shared, rules) = (behaviour.encoder.clone(), behaviour.amt58);
-            let encoder = datalogic_amt58::Amt58::new(*hardware, shared, rules, shaft, line.address);
+            let (shared, hooks) = (behaviour.encoder.clone(), behaviour.amt58.clone());
+            let encoder = datalogic_amt58::Amt58::new(*hardware, shared, hooks, shaft, line.address);
             Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
         },
     }),

@@ -76,6 +76,7 @@ macro_rules! hook {
     };
 }
 
+pub mod amt58;
 pub mod encoder;
 pub mod measuring;
 pub mod slave;
@@ -101,6 +102,8 @@ pub struct Deviations {
     pub velocity: measuring::Speeds,
     /// At the seams of its PROFIBUS slave.
     pub slave: slave::Slave,
+    /// At the hooks of an AMT58.
+    pub amt58: amt58::Amt58,
 }
 
 impl core::ops::Deref for Deviations {
@@ -158,11 +161,12 @@ impl Deviations {
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
-        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, slave } = self;
+        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, slave, amt58 } = self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
         behaviour.encoder.velocity = velocity.attached();
+        behaviour.amt58 = amt58.attached();
         if !slave.is_empty() {
             behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }

@@ -118,7 +118,7 @@ pub struct Group {
 }
 
 /// Every group, by topic.
-pub static GROUPS: &[&[Group]] = &[variations::GROUPS];
+pub static GROUPS: &[&[Group]] = &[amt58::GROUPS, variations::GROUPS];
 
 /// The deviations of the groups whose needs the devices of `manual` meet.
 pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {

@@ -474,38 +474,6 @@ impl SlaveHooks for NotSupported {
     }
 }
 
-/// Keeps the outputs when the exchange of data ends, Clear apart.
-#[derive(Default)]
-pub struct KeepsOutputs {
-    last: Option<Vec<u8>>,
-    is_clear: bool,
-}
-
-impl KeepsOutputs {
-    fn hear(&mut self, telegram: &[u8]) {
-        if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
-            && let Ok(control) = GlobalControl::parse(frame.data)
-        {
-            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
-        }
-    }
-}
-
-impl SlaveHooks for KeepsOutputs {
-    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
-        self.hear(telegram);
-        vec![telegram.to_vec()]
-    }
-
-    fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {
-        match outputs {
-            Some(_) => self.last.clone_from(outputs),
-            None if !self.is_clear => outputs.clone_from(&self.last),
-            None => {}
-        }
-    }
-}
-
 /// Answers at the address that switches or memory have at every moment, and not only at the start.
 pub struct FollowsAddress;
 

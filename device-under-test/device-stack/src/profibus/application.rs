@@ -73,11 +73,6 @@ pub trait Application {
     /// Takes outputs: once for each Data_Exchange that takes effect, or none when they are cleared, fail-safe or missing.
     fn outputs(&mut self, now: Time, data: Option<&[u8]>);
 
-    /// Outputs have come that are refused, because there is no exchange of data.
-    fn outputs_refused(&mut self, now: Time, data: &[u8]) {
-        let (_, _) = (now, data);
-    }
-
     /// Fills in the inputs, after the outputs of the same Data_Exchange; all of `data` is written.
     ///
     /// Also asked by RD_Inp, and once by Freeze.
@@ -128,11 +123,6 @@ pub trait Application {
     /// Whether what is fed to the device is enough for it to work; while it is not, it is as if its supply were cut.
     fn is_alive(&self) -> bool {
         true
-    }
-
-    /// Whether it has stopped for good until the supply goes; the slave is silent then.
-    fn is_stuck(&self) -> bool {
-        false
     }
 
     /// Somebody looks at the LEDs at `now` and has `seen` what the stack knows: what they show together is settled here, once.

@@ -135,7 +135,7 @@ impl<A: Application> Device<A> {
 impl<A: Application> Station for Device<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.shown = None;
-        if !self.is_linked || self.supply != Supply::On || self.application.is_stuck() {
+        if !self.is_linked || self.supply != Supply::On {
             return;
         }
         if !self.hooks.is_any() {

@@ -12,7 +12,6 @@ impl Slave {
     /// Takes outputs and gives inputs.
     pub(super) fn exchange(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
         if !self.is_exchanging_with(sa) {
-            env.application.outputs_refused(env.at(), data);
             return Answer::NO_SERVICE;
         }
         if !env.application.takes_outputs(env.at()) {

@@ -1,42 +1,127 @@
 //! Bugs of the switches and of the address that the bus gives.
 
+use crate::seams::slave::{frame, request, with_data};
 use crate::tables::Deviation;
-use crate::tables::slave_memory::FollowsAddress;
+use alloc::vec;
+use alloc::vec::Vec;
+use device_stack::profibus::{Application, Check, SlaveHooks};
+use station::StandAction;
+use wire::profibus::address::SetSlaveAddress;
+use wire::profibus::fdl::DataFrame;
+use wire::profibus::sap::{Service, SlaveSap};
 
-/// The bugs of this seam.
+/// The bugs of the address.
 pub static BUGS: &[Deviation] = bugs! {
     "address-service-never-active" "Set_Slave_Address is refused with the switches at 126 too."
-        => |b| b.amt58.takes_address = |_| false;
+        => |d| d.slave.check(|check, is_served| is_served && check != Check::AddressService);
     "address-service-always-active" "Set_Slave_Address is taken with any position of the switches."
-        => |b| b.amt58.takes_address = |_| true;
+        => |d| d.slave.check(|check, is_served| is_served || check == Check::AddressService);
     "address-locked-with-0" "After the first Set_Slave_Address no other is taken, whatever its lock octet says."
-        => |b| b.amt58.locks_address = |_| true;
+        => |d| d.slave.add(Locks { with_0: true, ..Locks::default() });
     "address-locked" "A lock octet other than 0 locks the address for good."
-        => |b| b.amt58.locks_address = |is_final| is_final;
+        => |d| d.slave.add(Locks::default());
     "address-lost-at-power-off" "The address given over the bus is lost when the supply goes off."
-        => |b| b.amt58.stores_address = |_, _| None;
+        => |d| d.amt58.address(|of, _| of.switches);
     "bus-address-before-switches" "An address once given over the bus counts whatever the switches say."
-        => |b| b.amt58.address = |switches| switches.given.unwrap_or(switches.address);
+        => |d| d.amt58.address(|of, _| of.set_by_bus.unwrap_or(of.switches));
     "address-bits-reversed" "Switch 1 is the highest bit of the address and switch 7 the lowest."
-        => |b| b.amt58.address = |switches| switches.address.reverse_bits() >> 1;
-    "eighth-switch-adds-128" "Switch 8 adds 128 to the address, and the device then answers nobody."
-        => |b| b.amt58.address = |switches| switches.address | u8::from(switches.eighth) << 7;
-    "address-0-refused" "With the switches at 0 the device answers nobody."
-        => |b| b.amt58.address = |switches| if switches.address == 0 { NOBODY } else { switches.address };
-    "addresses-above-99-refused" "With the switches above 99 the device answers nobody, 126 apart."
-        => |b| b.amt58.address = |switches| match switches.address {
-            126 => switches.given.unwrap_or(126),
-            100.. => NOBODY,
-            address => address,
-        };
-    "address-126-refused" "With the switches at 126 the device answers nobody."
-        => |b| b.amt58.address = |switches| if switches.address == 126 { NOBODY } else { switches.address };
+        => |d| d.amt58.address(|of, _| of.switches.reverse_bits() >> 1);
+    "eighth-switch-adds-128" "Switch 8 adds 128 to the address, and the device then answers no station."
+        => |d| d.slave.add(EighthSwitch::default());
+    "address-0-refused" "With the switches at 0 the device answers no station."
+        => |d| d.amt58.address(|_, address| if address == 0 { SILENT } else { address });
+    "addresses-above-99-refused" "With the switches above 99 the device answers no station, 126 apart."
+        => |d| d.amt58.address(|of, address| if of.switches > 99 && of.switches != 126 { SILENT } else { address });
+    "address-126-refused" "With the switches at 126 the device answers no station."
+        => |d| d.amt58.address(|of, address| if of.switches == 126 { SILENT } else { address });
     "address-changes-on-the-fly" "The switches are read all the time, and their address counts at once."
-        => |b| {
-            b.amt58.switches_act_at_once = true;
-            b.slave.add(FollowsAddress);
-        };
+        => |d| d.slave.add(FollowsSwitches::default());
 };
 
 /// An address at which no slave answers.
-const NOBODY: u8 = 127;
+const SILENT: u8 = 127;
+
+/// Keeps an address that the bus has given: one whose telegram says so, or every one.
+#[derive(Default)]
+struct Locks {
+    with_0: bool,
+    is_requested: bool,
+    is_locked: bool,
+}
+
+impl SlaveHooks for Locks {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((frame, Service::Slave(SlaveSap::SET_SLAVE_ADDRESS))) = request(telegram)
+            && let Ok(address) = SetSlaveAddress::parse(frame.data)
+        {
+            self.is_requested = self.with_0 || address.no_change != 0;
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+        match check {
+            Check::AddressService => verdict && !self.is_locked,
+            Check::NewAddress(_) => {
+                self.is_locked |= verdict && self.is_requested;
+                verdict
+            }
+            _ => verdict,
+        }
+    }
+}
+
+/// Adds 128 to the address when the supply comes with the eighth switch on.
+#[derive(Default)]
+struct EighthSwitch {
+    is_on: bool,
+    acts: bool,
+}
+
+impl SlaveHooks for EighthSwitch {
+    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+        verdict && !(self.acts && matches!(check, Check::Address(_)))
+    }
+
+    fn starts(&mut self) {
+        self.acts = self.is_on;
+    }
+
+    fn act(&mut self, action: &StandAction<'_>) {
+        if let StandAction::Switch("eighth", position) = action {
+            self.is_on = *position != 0;
+        }
+    }
+}
+
+/// Answers at the address of the switches as soon as they are moved.
+#[derive(Default)]
+struct FollowsSwitches {
+    /// The position to which they were moved since power-up.
+    moved_to: Option<u8>,
+}
+
+impl SlaveHooks for FollowsSwitches {
+    fn check(&mut self, _: &dyn Application, check: Check, verdict: bool) -> bool {
+        match (check, self.moved_to) {
+            (Check::Address(address), Some(position)) => address == position,
+            _ => verdict,
+        }
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        if let (Some(position), Some(frame)) = (self.moved_to, frame(telegram)) {
+            *telegram = with_data(&DataFrame { sa: position, ..frame }, frame.data);
+        }
+    }
+
+    fn starts(&mut self) {
+        self.moved_to = None;
+    }
+
+    fn act(&mut self, action: &StandAction<'_>) {
+        if let StandAction::Switch("address", position) = action {
+            self.moved_to = u8::try_from(*position).ok();
+        }
+    }
+}

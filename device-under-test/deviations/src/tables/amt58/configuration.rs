@@ -1,119 +1,158 @@
 //! Bugs of Chk_Cfg and Get_Cfg, and of how much is exchanged.
 
+use crate::seams::Deviations;
 use crate::tables::Deviation;
-use reference_devices::models::datalogic_amt58::knobs::has;
-use reference_devices::models::datalogic_amt58::program::{OPERATING, Program, SPEED_UNIT, VELOCITY, lengths};
-use reference_devices::models::datalogic_amt58::told::{Shown, inputs};
+use alloc::vec::Vec;
+use device_stack::profibus::{Application, SlaveHooks};
+use reference_devices::models::datalogic_amt58::data_exchange::{POSITION, POSITION_AND_VELOCITY, lengths};
+use reference_devices::models::datalogic_amt58::set_prm::{CLASS_2, OPERATING, VELOCITY, VELOCITY_UNIT, has};
 use wire::profibus::cfg::Sums;
+use wire::profibus::prm::SetPrm;
 
-const POSITION: [u8; 2] = [0xD1, 0xE1];
-const BOTH: [u8; 2] = [0xD3, 0xE1];
-
-/// The bugs of this seam.
+/// The bugs of the configuration.
 pub static BUGS: &[Deviation] = bugs! {
     "velocity-configuration-always-taken" "D3 E1 is accepted whatever the parameters say, and 8 octets are sent."
-        => |b| b.amt58.takes_configuration = |_, told, right| right.or(accepted(told, told == BOTH));
+        => |d| configure(d, |_, sent, right| right.or(accepted(sent, sent == POSITION_AND_VELOCITY)));
     "short-configuration-always-taken" "D1 E1 is accepted with the velocity parameterised, and the inputs are cut to 4 octets."
-        => |b| b.amt58.takes_configuration = |_, told, right| right.or(accepted(told, told == POSITION));
+        => |d| configure(d, |_, sent, right| right.or(accepted(sent, sent == POSITION)));
     "configuration-of-another-class" "In Class 1 the identifiers D3 E1 are wanted, and D1 E1 is refused."
-        => |b| b.amt58.takes_configuration = |program, told, right| match program.class() {
-            0 => accepted(told, told == BOTH),
+        => |d| configure(d, |class, sent, right| match class.number() {
+            0 => accepted(sent, sent == POSITION_AND_VELOCITY),
             _ => right,
-        };
+        });
     "class-2-wants-d3" "In Class 2 the identifiers D3 E1 are wanted, and D1 E1 is refused."
-        => |b| b.amt58.takes_configuration = |program, told, right| match program.class() {
-            1 => accepted(told, told == BOTH),
+        => |d| configure(d, |class, sent, right| match class.number() {
+            1 => accepted(sent, sent == POSITION_AND_VELOCITY),
             _ => right,
-        };
+        });
     "only-first-identifier-checked" "Of the configuration only the first identifier is compared."
-        => |b| b.amt58.takes_configuration = |program, told, _| own(program, told.first() == program.identifiers().first());
+        => |d| configure(d, |class, sent, _| class.takes(sent.first() == class.identifiers.first()));
     "consistency-bit-ignored" "Bit 7 of the identifiers is not compared."
-        => |b| b.amt58.takes_configuration = |program, told, _| {
-            let plain = |octets: &[u8]| octets.iter().map(|octet| octet & 0x7F).collect::<alloc::vec::Vec<_>>();
-            own(program, plain(told) == plain(program.identifiers()))
-        };
+        => |d| configure(d, |class, sent, _| {
+            let without_bit = |octets: &[u8]| octets.iter().map(|octet| octet & 0x7F).collect::<Vec<_>>();
+            class.takes(without_bit(sent) == without_bit(&class.identifiers))
+        });
     "only-lengths-compared" "Of the identifiers only how many octets of input and output they mean is compared."
-        => |b| b.amt58.takes_configuration = |program, told, _| own(program, lengths(told) == lengths(program.identifiers()));
+        => |d| configure(d, |class, sent, _| class.takes(lengths(sent) == lengths(&class.identifiers)));
     "identifiers-as-a-set" "The order of the identifiers is not compared."
-        => |b| b.amt58.takes_configuration = |program, told, right| match (told, program.identifiers()) {
-            ([first, second], [one, other]) => own(program, [first, second] == [one, other] || [second, first] == [one, other]),
+        => |d| configure(d, |class, sent, right| match (sent, &class.identifiers[..]) {
+            ([first, second], [one, other]) => {
+                class.takes([first, second] == [one, other] || [second, first] == [one, other])
+            }
             _ => right,
-        };
+        });
     "output-identifier-first" "The configuration is wanted with the output identifier first."
-        => |b| b.amt58.takes_configuration = |program, told, _| {
-            own(program, told.iter().rev().eq(program.identifiers()))
-        };
+        => |d| configure(d, |class, sent, _| class.takes(sent.iter().rev().eq(&class.identifiers)));
     "longer-inputs-accepted" "An identifier with more input octets than the device has is accepted."
-        => |b| b.amt58.takes_configuration = |program, told, right| {
-            let (asked, wanted) = (lengths(told), lengths(program.identifiers()));
-            right.or(own(program, asked.inputs > wanted.inputs && asked.outputs == wanted.outputs))
-        };
+        => |d| configure(d, |class, sent, right| {
+            let (of, own) = (lengths(sent), lengths(&class.identifiers));
+            right.or(class.takes(of.inputs > own.inputs && of.outputs == own.outputs))
+        });
     "configuration-compared-as-received" "The configuration is compared over the length that came, so that a shorter one fits."
-        => |b| b.amt58.takes_configuration = |program, told, _| own(program, program.identifiers().starts_with(told));
+        => |d| configure(d, |class, sent, _| class.takes(class.identifiers.starts_with(sent)));
     "surplus-identifiers-ignored" "Identifiers behind the second are not looked at."
-        => |b| b.amt58.takes_configuration = |program, told, _| own(program, told.starts_with(program.identifiers()));
+        => |d| configure(d, |class, sent, _| class.takes(sent.starts_with(&class.identifiers)));
     "output-length-not-compared" "The length of the outputs is not compared."
-        => |b| b.amt58.takes_configuration = |program, told, right| {
-            let is_pair = told.len() == 2 && told.first() == program.identifiers().first();
-            right.or(accepted(told, is_pair && told.get(1).is_some_and(|second| second & 0xF0 == 0xE0)))
-        };
-    "get-cfg-constant" "Get_Cfg tells D1 E1 whatever the class is."
-        => |b| b.amt58.configuration = |_| &POSITION;
+        => |d| configure(d, |class, sent, right| {
+            let is_pair = sent.len() == 2 && sent.first() == class.identifiers.first();
+            right.or(accepted(sent, is_pair && sent.get(1).is_some_and(|second| second & 0xF0 == 0xE0)))
+        });
+    "get-cfg-constant" "Get_Cfg answers D1 E1 whatever the class is."
+        => |d| d.slave.get_cfg(|identifiers| *identifiers = POSITION.into());
     "directions-confused" "Get_Cfg and the data exchange have the lengths of input and output exchanged in Class 2 with velocity."
-        => |b| {
-            b.amt58.configuration = |program| if program.has_velocity { &[0xD1, 0xE3] } else { program.identifiers() };
-            b.amt58.takes_configuration = |program, _, right| right.map(|sums| match program.has_velocity {
-                true => Sums { inputs: sums.outputs, outputs: sums.inputs },
-                false => sums,
+        => |d| {
+            d.slave.get_cfg(|identifiers| if *identifiers == POSITION_AND_VELOCITY {
+                *identifiers = [0xD1, 0xE3].into();
             });
+            configure(d, |class, _, right| right.map(|sums| match class.number() {
+                2 => Sums { inputs: sums.outputs, outputs: sums.inputs },
+                _ => sums,
+            }));
         };
     "velocity-in-class-2" "In Class 2 the inputs have 8 octets, with the velocity, although D1 E1 is the configuration."
-        => |b| b.amt58.takes_configuration = |program, _, right| right.map(|sums| match program.class() {
+        => |d| configure(d, |class, _, right| right.map(|sums| match class.number() {
             1 => Sums { inputs: 8, ..sums },
             _ => sums,
-        });
+        }));
     "unit-activates-velocity" "A unit other than 0 brings the velocity into the inputs of Class 2 too, which then have 8 octets."
-        => |b| b.amt58.takes_configuration = |program, _, right| right.map(|sums| {
-            let bits = program.octets[OPERATING];
-            match program.is_class_2 && !has(bits, VELOCITY) && program.octets[SPEED_UNIT] != 0 {
-                true => Sums { inputs: 8, ..sums },
-                false => sums,
-            }
-        });
+        => |d| configure(d, |class, _, right| right.map(|sums| match class.number() == 1 && class.unit != 0 {
+            true => Sums { inputs: 8, ..sums },
+            false => sums,
+        }));
     "inputs-of-two-octets" "In Class 1 the inputs have two octets, the lower half of the position."
-        => |b| {
-            b.amt58.takes_configuration = |program, _, right| right.map(|sums| match program.class() {
+        => |d| {
+            configure(d, |class, _, right| right.map(|sums| match class.number() {
                 0 => Sums { inputs: 2, ..sums },
                 _ => sums,
+            }));
+            d.amt58.inputs(|view, octets| if let [_, _] = octets {
+                octets.copy_from_slice(&(view.measuring.shifted() as u16).to_be_bytes());
             });
-            b.amt58.inputs = |shown, octets| match octets {
-                [_, _] => octets.copy_from_slice(&(shown.position as u16).to_be_bytes()),
-                _ => inputs(shown, octets),
-            };
         };
     "inputs-of-six-octets" "In Class 2 with velocity the inputs have six octets, the velocity having two."
-        => |b| {
-            b.amt58.takes_configuration = |program, _, right| right.map(|sums| match program.has_velocity {
-                true => Sums { inputs: 6, ..sums },
-                false => sums,
+        => |d| {
+            configure(d, |class, _, right| right.map(|sums| match class.number() {
+                2 => Sums { inputs: 6, ..sums },
+                _ => sums,
+            }));
+            d.amt58.inputs(|view, octets| {
+                let parameters = view.parameters;
+                let now = view.velocity.value(&parameters.scaling, parameters.direction) as i16;
+                if let [_, _, _, _, velocity @ ..] = octets && velocity.len() == 2 {
+                    velocity.copy_from_slice(&now.to_be_bytes());
+                }
             });
-            b.amt58.inputs = short_velocity;
         };
 };
 
-fn accepted(told: &[u8], is_accepted: bool) -> Option<Sums> {
-    is_accepted.then(|| lengths(told))
+/// What the last Set_Prm says about the configuration.
+#[derive(Default)]
+struct Class {
+    /// The operating parameters.
+    operating: u8,
+    /// The unit of the velocity.
+    unit: u8,
+    /// The identifiers that belong to them.
+    identifiers: Vec<u8>,
 }
 
-fn own(program: &Program, is_accepted: bool) -> Option<Sums> {
-    is_accepted.then(|| lengths(program.identifiers()))
+impl Class {
+    /// 0 for Class 1, 1 for Class 2, 2 for Class 2 with velocity.
+    fn number(&self) -> u32 {
+        u32::from(has(self.operating, CLASS_2)) + u32::from(has(self.operating, CLASS_2 | VELOCITY))
+    }
+
+    /// The lengths of the class, if the configuration is accepted.
+    fn takes(&self, is_accepted: bool) -> Option<Sums> {
+        is_accepted.then(|| lengths(&self.identifiers))
+    }
 }
 
-fn short_velocity(shown: &Shown<'_>, octets: &mut [u8]) {
-    inputs(shown, octets);
-    if let [_, _, _, _, velocity @ ..] = octets
-        && velocity.len() == 2
-    {
-        velocity.copy_from_slice(&(shown.velocity as i16).to_be_bytes());
+/// The lengths that were sent, if they are accepted.
+fn accepted(sent: &[u8], is_accepted: bool) -> Option<Sums> {
+    is_accepted.then(|| lengths(sent))
+}
+
+/// Lets Chk_Cfg result in other lengths: from the class, the identifiers that were sent, and the lengths of the manual.
+fn configure(d: &mut Deviations, change: impl Fn(&Class, &[u8], Option<Sums>) -> Option<Sums> + 'static) {
+    d.slave.add(Configures { class: Class::default(), change });
+}
+
+struct Configures<F> {
+    class: Class,
+    change: F,
+}
+
+impl<F: Fn(&Class, &[u8], Option<Sums>) -> Option<Sums>> SlaveHooks for Configures<F> {
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        let octet = |at: usize| parameters.user.get(at).copied().unwrap_or_default();
+        (self.class.operating, self.class.unit) = (octet(OPERATING), octet(VELOCITY_UNIT));
+        true
+    }
+
+    fn configuration(&mut self, encoder: &dyn Application, sent: &[u8], right: Option<Sums>) -> Option<Sums> {
+        self.class.identifiers.clear();
+        encoder.configuration(&mut self.class.identifiers);
+        (self.change)(&self.class, sent, right)
     }
 }

@@ -1,66 +1,133 @@
 //! Bugs of the LEDs.
 
+use crate::seams::Deviations;
 use crate::tables::Deviation;
-use reference_devices::models::datalogic_amt58::lights::{
-    self, GOOD, INVALID, Lamps, NO_BUS, Situation, TIME_OUT, ZONE, lamps,
+use core::time::Duration;
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, View};
+use reference_devices::models::datalogic_amt58::leds::{
+    BUS_FAILURE, INVALID_PARAMETERS, Leds, NO_SUPPLY, OPERATION, RED_ZONE, Situation, TIME_OUT, leds,
 };
-use reference_devices::models::datalogic_amt58::program;
+use reference_devices::models::datalogic_amt58::red_zone;
+use reference_devices::models::datalogic_amt58::scaling::SentScaling;
+use reference_devices::models::datalogic_amt58::set_prm::{COUNTS, RESOLUTION, number};
+use station::Time;
 
-/// The bugs of this seam.
+/// The bugs of the LEDs.
 pub static BUGS: &[Deviation] = bugs! {
     "led-lit-without-power" "Without supply the red LED stays lit."
-        => |b| b.amt58.lamps = |of| if of.seen.has_supply { lamps(of) } else { TIME_OUT };
+        => |d| instead(d, NO_SUPPLY, TIME_OUT);
     "power-led-flashes-in-operation" "In data exchange without a fault the green LED flashes."
-        => |b| b.amt58.lamps = |of| instead(of, GOOD, ZONE);
+        => |d| instead(d, OPERATION, RED_ZONE);
     "led-patterns-exchanged" "In the red zone the LEDs show what invalid parameters have to show, and the other way round."
-        => |b| b.amt58.lamps = |of| match lamps(of) {
-            ZONE => INVALID,
-            INVALID => ZONE,
-            shown => shown,
-        };
+        => |d| d.amt58.leds(|_, _, leds| match leds {
+            RED_ZONE => INVALID_PARAMETERS,
+            INVALID_PARAMETERS => RED_ZONE,
+            leds => leds,
+        });
     "invalid-parameters-not-on-led" "With invalid parameters the LEDs show a bus communication failure."
-        => |b| b.amt58.lamps = |of| instead(of, INVALID, NO_BUS);
+        => |d| instead(d, INVALID_PARAMETERS, BUS_FAILURE);
     "time-out-shown-as-bus-failure" "When the watchdog has expired the LEDs show a bus communication failure."
-        => |b| b.amt58.lamps = |of| instead(of, TIME_OUT, NO_BUS);
+        => |d| instead(d, TIME_OUT, BUS_FAILURE);
     "fault-led-steady-on-bus-failure" "With a bus communication failure the red LED is lit instead of flashing."
-        => |b| b.amt58.lamps = |of| instead(of, NO_BUS, UNDEFINED);
+        => |d| instead(d, BUS_FAILURE, UNDEFINED);
     "memory-error-not-on-led" "A memory error is not shown by the LEDs."
-        => |b| b.amt58.lamps = |of| lamps(&Situation { is_unreadable: false, ..*of });
+        => |d| d.amt58.leds(|_, of, _| leds(&Situation { is_unreadable: false, ..*of }));
     "memory-fault-ignored-at-power-up" "The checksum of the memory is not looked at when the supply comes."
-        => |b| b.amt58.checks_memory = false;
+        => |d| d.amt58.check(|_, check, right| right || check == Check::Memory);
     "undefined-led-pattern" "For a second after the watchdog has expired the red LED is lit while the green one is still lit."
-        => |b| b.amt58.lamps = |of| if of.expired_for < 1_000 { instead(of, TIME_OUT, UNDEFINED) } else { lamps(of) };
+        => |d| d.amt58.add(LateTimeOut::default());
     "parameter-error-latched" "The LEDs show invalid parameters until the supply goes off, although right ones came."
-        => |b| b.amt58.lamps = |of| lamps(&Situation { is_invalid: of.was_invalid, ..*of });
+        => |d| d.amt58.add(LatchedError::default());
     "red-zone-before-invalid-parameters" "A scaling that is refused and whose number of revolutions is no power of two is shown as the red zone."
-        => |b| b.amt58.lamps = |of| if of.is_invalid_with_zone { instead(of, INVALID, ZONE) } else { lamps(of) };
+        => |d| d.amt58.add(RefusedZone::default());
 
     // Red zone
     "red-zone-always-signalled" "With scaling on the green LED flashes wherever the shaft is."
-        => |b| b.amt58.is_in_zone = |zone| zone.program.scales;
+        => |d| d.amt58.red_zone(|view, _| view.parameters.scales);
     "one-revolution-has-red-zone" "One revolution is not taken for a power of two, and the green LED flashes all the time."
-        => |b| b.amt58.is_in_zone = |zone| {
-            let scaling = &zone.program.scaling;
-            program::is_in_zone(zone) || zone.program.scales && scaling.range == scaling.units_per_revolution
-        };
+        => |d| d.amt58.red_zone(|view, is_inside| {
+            let scaling = &view.parameters.scaling;
+            is_inside || view.parameters.scales && scaling.range == scaling.units_per_revolution
+        });
     "red-led-in-red-zone" "In the red zone the red LED is lit too."
-        => |b| b.amt58.lamps = |of| instead(of, ZONE, INVALID);
+        => |d| instead(d, RED_ZONE, INVALID_PARAMETERS);
     "red-zone-led-by-parameters" "With a scaling that has a red zone the green LED flashes wherever the shaft is."
-        => |b| b.amt58.is_in_zone = |zone| {
-            zone.program.scales && program::zone(&zone.program.scaling, zone.hardware).1 > 0
-        };
+        => |d| d.amt58.red_zone(|view, _| {
+            view.parameters.scales && red_zone::zone(&view.parameters.scaling, &view.hardware).1 > 0
+        });
     "red-zone-not-on-led" "The green LED does not flash in the red zone."
-        => |b| b.amt58.is_in_zone = |_| false;
+        => |d| d.amt58.red_zone(|_, _| false);
     "singleturn-has-red-zone" "On the singleturn encoder counts per revolution that are no power of two make the green LED flash."
-        => |b| b.amt58.is_in_zone = |zone| {
-            let is_odd = !zone.program.scaling.units_per_revolution.is_power_of_two();
-            program::is_in_zone(zone) || zone.program.scales && zone.hardware.revolutions == 1 && is_odd
-        };
+        => |d| d.amt58.red_zone(|view, is_inside| {
+            let is_odd = !view.parameters.scaling.units_per_revolution.is_power_of_two();
+            is_inside || view.parameters.scales && view.hardware.revolutions == 1 && is_odd
+        });
 };
 
-const UNDEFINED: Lamps = Lamps { red: lights::TIME_OUT.red, green: lights::GOOD.green };
+const UNDEFINED: Leds = Leds { fault: TIME_OUT.fault, power: OPERATION.power };
 
-fn instead(of: &Situation, right: Lamps, wrong: Lamps) -> Lamps {
-    let shown = lamps(of);
-    if shown == right { wrong } else { shown }
+/// Shows `wrong` where the manual has `right`.
+fn instead(d: &mut Deviations, right: Leds, wrong: Leds) {
+    d.amt58.leds(move |_, _, leds| if leds == right { wrong } else { leds });
+}
+
+/// Shows for a second after a time-out what the manual has not.
+#[derive(Default)]
+struct LateTimeOut {
+    /// When outputs came or were cleared last; the time-out clears them.
+    outputs: Option<Time>,
+}
+
+impl Amt58Hooks for LateTimeOut {
+    fn outputs(&mut self, view: &View<'_>, outputs: u32) -> u32 {
+        self.outputs = Some(view.now);
+        outputs
+    }
+
+    fn leds(&mut self, view: &View<'_>, _: &Situation, leds: Leds) -> Leds {
+        let is_new = self.outputs.is_some_and(|time| view.now.since(time) < Duration::from_secs(1));
+        if leds == TIME_OUT && is_new { UNDEFINED } else { leds }
+    }
+}
+
+/// Shows wrong parameters until the supply goes.
+#[derive(Default)]
+struct LatchedError {
+    was_invalid: bool,
+}
+
+impl Amt58Hooks for LatchedError {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        self.was_invalid |= matches!(check, Check::UserOctets(_) | Check::Scaling(_) | Check::Unit(_)) && !verdict;
+        verdict
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.was_invalid = false;
+        offset
+    }
+
+    fn leds(&mut self, _: &View<'_>, of: &Situation, _: Leds) -> Leds {
+        leds(&Situation { is_invalid: of.is_invalid || self.was_invalid, ..*of })
+    }
+}
+
+/// Shows the red zone for wrong parameters whose scaling has one.
+#[derive(Default)]
+struct RefusedZone {
+    has_zone: bool,
+}
+
+impl Amt58Hooks for RefusedZone {
+    fn check(&mut self, view: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        if let Check::UserOctets(user) = check {
+            let sent = SentScaling::new(number(user, COUNTS), number(user, RESOLUTION), &view.hardware);
+            self.has_zone = red_zone::zone(&sent.forced, &view.hardware).1 > 0;
+        }
+        verdict
+    }
+
+    fn leds(&mut self, _: &View<'_>, _: &Situation, leds: Leds) -> Leds {
+        if self.has_zone && leds == INVALID_PARAMETERS { RED_ZONE } else { leds }
+    }
 }

@@ -1,32 +1,41 @@
-//! The bugs that a reference AMT58 can be told to have, by what they are about.
+//! The bugs that only a reference AMT58 can have, by topic.
 
 mod addresses;
 mod configuration;
 mod diagnosis;
 mod leds;
 mod parameters;
+mod preset_memory;
 mod presets;
 mod red_zone;
 mod scaling;
 mod values;
 
-use super::{Table, measuring, presets as shared_presets, slave, velocity};
+use super::{Group, Table, measuring, presets as shared_presets, slave, velocity};
+use crate::needs::Need;
+use reference_devices::manuals::DATALOGIC_AMT58;
 
-/// By the seam at which they are switched on.
+const AMT58: &[Need] = &[Need::Of(&DATALOGIC_AMT58)];
+
+/// By topic.
+pub static GROUPS: &[Group] = &[
+    Group { needs: AMT58, deviations: addresses::BUGS },
+    Group { needs: AMT58, deviations: configuration::BUGS },
+    Group { needs: AMT58, deviations: diagnosis::BUGS },
+    Group { needs: AMT58, deviations: leds::BUGS },
+    Group { needs: AMT58, deviations: parameters::BUGS },
+    Group { needs: AMT58, deviations: presets::BUGS },
+    Group { needs: AMT58, deviations: red_zone::BUGS },
+    Group { needs: AMT58, deviations: scaling::BUGS },
+    Group { needs: AMT58, deviations: values::BUGS },
+];
+
+/// Those of the tables that say by name which manuals have them.
 pub static BUGS: &[Table] = &[
-    Table::All(addresses::BUGS),
-    Table::All(configuration::BUGS),
-    Table::All(diagnosis::BUGS),
-    Table::All(leds::BUGS),
     Table::Only(measuring::BUGS, MEASURING),
-    Table::All(parameters::BUGS),
-    Table::All(presets::BUGS),
-    Table::All(red_zone::BUGS),
-    Table::All(scaling::BUGS),
     Table::Only(shared_presets::BUGS, PRESETS),
     Table::Only(slave::BUGS, SLAVE),
     Table::All(slave::OTHERS),
-    Table::All(values::BUGS),
     Table::Only(velocity::BUGS, VELOCITY_BUGS),
 ];
 

@@ -1,11 +1,13 @@
 //! Bugs of the positions in the red zone.
 
+use super::diagnosis::{ALARMS, patch};
 use crate::seams::measuring::Step;
 use crate::tables::Deviation;
+use device_stack::profibus::DiagnosisBits;
 use encoder_profile::encoder::{Hardware, RedZone, Scaling};
-use reference_devices::models::datalogic_amt58::program::zone;
+use reference_devices::models::datalogic_amt58::red_zone::{is_inside, zone};
 
-/// The bugs of this seam.
+/// The bugs of the red zone.
 pub static BUGS: &[Deviation] = bugs! {
     "red-zone-from-zero" "The red zone counts from 0 on, and ends before the range does."
         => |b| b.measuring.scale(Scaling::position);
@@ -57,21 +59,16 @@ pub static BUGS: &[Deviation] = bugs! {
     "red-zone-moves-with-preset" "The zone begins where the position with its offset, not the place of the shaft, comes to its border."
         => |b| b.measuring.slip(moves_with_preset);
     "red-zone-raises-diagnosis" "In the red zone Ext_Diag is 1 and the alarms are 01h."
-        => |b| b.amt58.diagnosis = |told, octets, bits| if told.is_in_zone {
-            bits.ext_diag = true;
-            if let Some(alarms) = octets.get_mut(1) {
-                *alarms = 1;
-            }
-        };
+        => |d| d.amt58.diagnosis(|view, octets, bits| if view.is_in_zone {
+            patch(octets, ALARMS, &[1]);
+            DiagnosisBits { ext_diag: true, ..bits }
+        } else {
+            bits
+        });
 };
 
 fn position(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
     RedZone::ToTheEnd.position(scaling, hardware, place)
-}
-
-fn is_inside(scaling: &Scaling, hardware: &Hardware, place: u64) -> bool {
-    let (all, zone) = zone(scaling, hardware);
-    zone > 0 && scaling.units(hardware, place) >= all - zone
 }
 
 /// The position counted so that the last one before the physical zero is the last of the range.

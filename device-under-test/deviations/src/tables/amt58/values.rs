@@ -1,103 +1,225 @@
 //! Bugs of the inputs: positions and velocity.
 
+use super::diagnosis::{extend, patch};
+use crate::seams::Deviations;
 use crate::tables::Deviation;
-use encoder_profile::encoder::velocity::MeasuredWay;
-use encoder_profile::encoder::{Scaling, Unit};
-use reference_devices::models::datalogic_amt58::program::unit;
-use reference_devices::models::datalogic_amt58::told::{Shown, inputs, put};
+use alloc::vec::Vec;
+use core::mem;
+use encoder_profile::encoder::Scaling;
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
+use reference_devices::models::datalogic_amt58::set_prm::{
+    COUNTS, EncoderParameters, RESOLUTION, VELOCITY_UNIT, number,
+};
 
-/// The bugs of this seam.
+/// The bugs of the inputs.
 pub static BUGS: &[Deviation] = bugs! {
     // Octets
     "position-little-endian" "The position is sent least significant octet first."
-        => |b| b.amt58.inputs = |shown, octets| inputs(&with_position(shown, shown.position.swap_bytes()), octets);
+        => |d| d.amt58.inputs(|_, inputs| set_position(inputs, position(inputs).swap_bytes()));
     "scaled-position-words-swapped" "In Class 2 with scaling on the two words of the position are swapped."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let swapped = if shown.program.scales { shown.position.rotate_left(16) } else { shown.position };
-            inputs(&with_position(shown, swapped), octets);
-        };
+        => |d| d.amt58.inputs(|view, inputs| if view.parameters.scales {
+            set_position(inputs, position(inputs).rotate_left(16));
+        });
     "velocity-before-position" "The velocity stands in octets 1 to 4 and the position in octets 5 to 8."
-        => |b| b.amt58.inputs = |shown, octets| match octets.len() {
-            8 => inputs(&Shown { position: shown.velocity as u32, velocity: shown.position as i32, ..*shown }, octets),
-            _ => inputs(shown, octets),
-        };
+        => |d| d.amt58.inputs(|_, inputs| if inputs.len() == 8 {
+            inputs.rotate_left(4);
+        });
     "velocity-little-endian" "The velocity is sent least significant octet first."
-        => |b| b.amt58.inputs = |shown, octets| inputs(&with_velocity(shown, shown.velocity.swap_bytes()), octets);
+        => |d| d.amt58.inputs(|_, inputs| set_velocity(inputs, velocity(inputs).swap_bytes()));
     "inputs-renewed-with-outputs" "The inputs are taken anew only when the outputs differ from those of the cycle before."
-        => |b| b.amt58.inputs = |shown, octets| match shown.count > 0 && shown.outputs[0] == shown.outputs[1] {
-            true => put(octets, &shown.before),
-            false => inputs(shown, octets),
-        };
+        => |d| d.amt58.add(HeldInputs::default());
     "position-torn" "While the position changes, its upper 16 bits are those of the frame before."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let torn = shown.truth_before.0 & 0xFFFF_0000 | shown.position & 0xFFFF;
-            inputs(&with_position(shown, torn), octets);
+        => |d| {
+            let mut before = 0;
+            d.amt58.inputs(move |_, inputs| {
+                let now = position(inputs);
+                set_position(inputs, mem::replace(&mut before, now) & 0xFFFF_0000 | now & 0xFFFF);
+            });
         };
     "position-negative-below-zero" "One step backward from 0 the position is FFFFFFFFh, and counts down from there to half the range."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let range = shown.program.scaling.range;
-            let is_above = u64::from(shown.position) >= range / 2;
-            let below = if is_above { shown.position.wrapping_sub(range as u32) } else { shown.position };
-            inputs(&with_position(shown, below), octets);
-        };
+        => |d| d.amt58.inputs(|view, inputs| {
+            let (range, position) = (view.parameters.scaling.range, position(inputs));
+            if u64::from(position) >= range / 2 {
+                set_position(inputs, position.wrapping_sub(range as u32));
+            }
+        });
     "turns-counted-by-singleturn" "The singleturn encoder counts turns above its 18 bits."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let turns = shown.endless.div_euclid(shown.hardware.range() as i64) as u32;
-            let above = if shown.hardware.revolutions == 1 { turns << 18 } else { 0 };
-            inputs(&with_position(shown, shown.position.wrapping_add(above)), octets);
-        };
+        => |d| d.amt58.inputs(|view, inputs| if view.hardware.revolutions == 1 {
+            let turns = view.shaft.place(view.now).div_euclid(view.hardware.range() as i64) as u32;
+            set_position(inputs, position(inputs).wrapping_add(turns << 18));
+        });
     "turns-of-12-bits" "The multiturn encoder counts 4096 turns."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let turns = shown.program.scaling.units_per_revolution * 4096;
-            inputs(&with_position(shown, (u64::from(shown.position) % turns.max(1)) as u32), octets);
-        };
+        => |d| d.amt58.inputs(|view, inputs| {
+            let turns = view.parameters.scaling.units_per_revolution * 4096;
+            set_position(inputs, (u64::from(position(inputs)) % turns.max(1)) as u32);
+        });
 
     // Velocity
     "speed-units-exchanged" "The unit codes 0 and 1 are swapped."
-        => |b| b.amt58.unit = |code| unit(code ^ 1);
+        => |d| d.slave.parameters(|parameters| if let Some(unit) = parameters.user.get_mut(VELOCITY_UNIT) {
+            *unit ^= 1;
+        });
     "speed-in-hardware-steps" "The velocity in steps counts steps of the hardware although scaling is on."
-        => |b| b.amt58.scaling_of_velocity = |_, hardware| Scaling::hardware(hardware);
+        => |d| velocity_by(d, |view| Scaling::hardware(&view.hardware));
     "unused-scaling-in-velocity" "With scaling off the velocity still counts the units per revolution of Set_Prm."
-        => |b| b.amt58.scaling_of_velocity = |program, _| if program.scales { program.scaling } else { program.sent };
+        => |d| d.amt58.add(UnusedScaling::default());
     "programmed-range-of-16384" "Counts per revolution that are those of the hardware are shown, and used for the velocity, as 16384."
-        => |b| {
-            b.amt58.scaling_of_velocity = |program, hardware| match program.scaling.units_per_revolution {
-                units if units == hardware.steps_per_revolution => {
-                    Scaling { units_per_revolution: 16_384, ..program.scaling }
-                }
-                _ => program.scaling,
-            };
-            b.amt58.diagnosis = |told, octets, _| {
-                let is_whole = told.program.scaling.units_per_revolution == told.hardware.steps_per_revolution;
-                super::diagnosis::patch(octets, 39, if is_whole { &[0, 0, 0x40, 0] } else { &[] });
-            };
+        => |d| {
+            velocity_by(d, |view| match view.parameters.scaling {
+                of if is_whole(view) => Scaling { units_per_revolution: 16_384, ..of },
+                of => of,
+            });
+            extend(d, |view, octets| patch(octets, 39, if is_whole(view) { &[0, 0, 0x40, 0] } else { &[] }));
         };
     "speed-without-sign" "The velocity has no sign."
-        => |b| b.amt58.inputs = |shown, octets| inputs(&with_velocity(shown, shown.velocity.wrapping_abs()), octets);
+        => |d| d.amt58.inputs(|_, inputs| set_velocity(inputs, velocity(inputs).wrapping_abs()));
     "speed-unit-not-checked" "Unit 2 is accepted, and the velocity is in tenths of a revolution per minute."
-        => |b| {
-            b.amt58.unit = |code| if code == 2 { Some(Unit::RevolutionsPerSecond) } else { unit(code) };
-            b.velocity.velocity(|way, right| match way.unit {
-                Unit::RevolutionsPerSecond => MeasuredWay { unit: Unit::Rpm, steps: way.steps * 10, ..*way }.velocity(),
-                _ => right,
+        => |d| d.amt58.add(Tenths::default());
+    "noise-shows-as-speed" "At standstill the velocity is 1 once in a hundred cycles."
+        => |d| {
+            let mut count = 0_u32;
+            d.amt58.inputs(move |_, inputs| {
+                count = count.wrapping_add(1);
+                if velocity(inputs) == 0 && count.is_multiple_of(100) {
+                    set_velocity(inputs, 1);
+                }
             });
         };
-    "noise-shows-as-speed" "At standstill the velocity is 1 once in a hundred cycles."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let noise = shown.velocity == 0 && shown.count % 100 == 99;
-            inputs(&with_velocity(shown, shown.velocity + i32::from(noise)), octets);
-        };
     "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
-        => |b| b.amt58.inputs = |shown, octets| {
-            let jump = if shown.is_preset { shown.position.wrapping_sub(shown.truth_before.0) as i32 } else { 0 };
-            inputs(&with_velocity(shown, shown.velocity.wrapping_add(jump)), octets);
-        };
+        => |d| d.amt58.add(Jumps::default());
 };
 
-fn with_position<'a>(shown: &Shown<'a>, position: u32) -> Shown<'a> {
-    Shown { position, ..*shown }
+/// The position in the inputs; 0 where it is not whole.
+pub(super) fn position(inputs: &[u8]) -> u32 {
+    inputs.first_chunk().copied().map_or(0, u32::from_be_bytes)
 }
 
-fn with_velocity<'a>(shown: &Shown<'a>, velocity: i32) -> Shown<'a> {
-    Shown { velocity, ..*shown }
+/// Puts another position into the inputs.
+pub(super) fn set_position(inputs: &mut [u8], position: u32) {
+    if let Some(octets) = inputs.first_chunk_mut() {
+        *octets = position.to_be_bytes();
+    }
+}
+
+/// The velocity in the inputs; 0 where there is none.
+pub(super) fn velocity(inputs: &[u8]) -> i32 {
+    let octets = inputs.split_at_checked(4).and_then(|(_, velocity)| velocity.try_into().ok());
+    octets.map_or(0, i32::from_be_bytes)
+}
+
+/// Puts another velocity into the inputs, if they have one.
+pub(super) fn set_velocity(inputs: &mut [u8], velocity: i32) {
+    if let Some((_, octets)) = inputs.split_at_mut_checked(4).filter(|(_, octets)| octets.len() == 4) {
+        octets.copy_from_slice(&velocity.to_be_bytes());
+    }
+}
+
+/// Counts the velocity by another scaling.
+fn velocity_by(d: &mut Deviations, scaling: fn(&View<'_>) -> Scaling) {
+    d.amt58.inputs(move |view, inputs| {
+        set_velocity(inputs, view.velocity.value(&scaling(view), view.parameters.direction) as i32);
+    });
+}
+
+/// Whether the counts per revolution are those of the hardware.
+fn is_whole(view: &View<'_>) -> bool {
+    view.parameters.scaling.units_per_revolution == view.hardware.steps_per_revolution
+}
+
+/// Gives the inputs of before while the outputs stay the same.
+#[derive(Default)]
+struct HeldInputs {
+    /// The outputs of this cycle and of the one before.
+    outputs: [u32; 2],
+    inputs: Option<Vec<u8>>,
+}
+
+impl Amt58Hooks for HeldInputs {
+    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+        self.outputs = [outputs, self.outputs[0]];
+        outputs
+    }
+
+    fn inputs(&mut self, _: &View<'_>, inputs: &mut [u8]) {
+        if let Some(before) = self.inputs.as_ref().filter(|_| self.outputs[0] == self.outputs[1]) {
+            let length = before.len().min(inputs.len());
+            inputs[..length].copy_from_slice(&before[..length]);
+        }
+        self.inputs = Some(inputs.to_vec());
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        *self = HeldInputs::default();
+        offset
+    }
+}
+
+/// Counts the velocity by the scaling of Set_Prm, which does not act.
+#[derive(Default)]
+struct UnusedScaling {
+    sent: Option<Scaling>,
+}
+
+impl Amt58Hooks for UnusedScaling {
+    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+        let (units_per_revolution, range) = (number(user, COUNTS).into(), number(user, RESOLUTION).into());
+        self.sent = (!parameters.scales).then_some(Scaling { units_per_revolution, range });
+        parameters
+    }
+
+    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
+        if let Some(scaling) = self.sent {
+            set_velocity(inputs, view.velocity.value(&scaling, view.parameters.direction) as i32);
+        }
+    }
+}
+
+/// Takes a unit that there is not for tenths of a revolution per minute.
+#[derive(Default)]
+struct Tenths {
+    acts: bool,
+}
+
+impl Amt58Hooks for Tenths {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        verdict || check == Check::Unit(2)
+    }
+
+    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+        self.acts = user.get(VELOCITY_UNIT) == Some(&2);
+        parameters
+    }
+
+    fn inputs(&mut self, _: &View<'_>, inputs: &mut [u8]) {
+        if self.acts {
+            set_velocity(inputs, velocity(inputs).wrapping_mul(10));
+        }
+    }
+}
+
+/// Adds to the velocity by how much the position has changed since the inputs before a preset.
+#[derive(Default)]
+struct Jumps {
+    is_preset: bool,
+    before: u32,
+}
+
+impl Amt58Hooks for Jumps {
+    fn offset(&mut self, _: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        self.is_preset |= cause == NewOffset::Preset;
+        offset
+    }
+
+    fn inputs(&mut self, _: &View<'_>, inputs: &mut [u8]) {
+        let now = position(inputs);
+        let before = mem::replace(&mut self.before, now);
+        if mem::take(&mut self.is_preset) {
+            set_velocity(inputs, velocity(inputs).wrapping_add(now.wrapping_sub(before) as i32));
+        }
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        *self = Jumps::default();
+        offset
+    }
 }

@@ -1,17 +1,23 @@
 //! Datalogic AMT58 HS58 and HM58 with PROFIBUS DP.
 //!
-//! Source: Datalogic AMT58...16x14 PB, Profibus-DP Profile for Encoders, instruction manual of 2017. Classes 1, 2 and 2 with
-//! velocity are chosen by Set_Prm; the only thing that is stored is the offset of presets, and the address if the bus has given it.
-//! What the manual does not print is marked as invented where it stands.
+//! Source: Datalogic AMT58...16x14 PB, Profibus-DP Profile for Encoders, instruction manual of 2017. Set_Prm selects Class 1,
+//! Class 2, or Class 2 with velocity. Only the offset of presets is stored, and the node number if the bus has set it. What the
+//! manual does not print is marked as invented.
+//!
+//! By chapter: [`node_number`] 4.8 and 6.8, [`leds`] 4.9, [`set_prm`] and [`scaling`] 6.4, [`data_exchange`] 6.5 and 6.6,
+//! [`preset`] 6.6, [`slave_diag`] 6.7, [`red_zone`] 6.9.
 
+pub mod data_exchange;
 mod encoder;
-pub mod knobs;
-pub mod lights;
+pub mod hooks;
+pub mod leds;
+pub mod node_number;
 pub mod preset;
-pub mod program;
+pub mod red_zone;
+pub mod scaling;
+pub mod set_prm;
 mod slave;
-mod switches;
-pub mod told;
+mod slave_diag;
 
 #[cfg(test)]
 mod tests;
@@ -22,7 +28,7 @@ use core::time::Duration;
 use device_stack::profibus::Identity;
 use encoder_profile::encoder::Hardware;
 
-/// The address at delivery: manual, 4.8.
+/// The node number in factory state: manual, 4.8.
 pub const ADDRESS: u8 = 1;
 
 /// The variants and their hardware (manual, 6.4.3).

@@ -1,72 +1,54 @@
-//! The preset: bit 31 of the outputs in three cycles in a row, and bits 0 to 30 as its value (manual, 6.6).
+//! The preset: bit 31 of the outputs starts it, bits 0 to 30 are its value (manual, 6.6).
 
-use super::program::Program;
-use encoder_profile::encoder::Hardware;
+use super::encoder::Amt58;
+use super::hooks::{Check, NewOffset};
+use encoder_profile::encoder::PresetMode;
+use station::Time;
 
-/// The bit that asks for a preset.
+/// The bit that starts a preset.
 pub const TRIGGER: u32 = 0x8000_0000;
 /// The bits of the value.
 pub const VALUE: u32 = 0x7FFF_FFFF;
-/// In how many cycles in a row it has to be asked for.
+/// In how many cycles in a row the bit has to be set, as the example of 6.6 has it.
 pub const CYCLES: u32 = 3;
 
-/// What the outputs so far ask for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Trigger {
-    /// In how many cycles in a row the bit was set.
-    pub count: u32,
-    /// The outputs of the cycle before.
-    pub before: u32,
-    /// How many presets there were since power-up.
-    pub presets: u32,
-}
-
-/// What a cycle asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Order {
-    /// Nothing.
-    Nothing,
-    /// A preset to this value.
-    Preset(u32),
-    /// The offset is to be what it was before the last preset.
-    Undo,
-    /// A revolution is to have so many units from now on.
-    Units(u64),
-}
-
-/// A preset that is wanted.
-#[derive(Clone, Copy, Debug)]
-pub struct Wanted<'a> {
-    /// Its value.
-    pub value: u32,
-    /// The range of positions.
-    pub range: u64,
-    /// The program in force.
-    pub program: &'a Program,
-    /// The hardware.
-    pub hardware: &'a Hardware,
-    /// Whether the shaft turns.
-    pub is_moving: bool,
-    /// How many presets there were since power-up.
-    pub presets: u32,
-}
-
-/// What the outputs of a cycle ask for: one preset each time that the bit stands for three cycles.
-pub fn order(trigger: &mut Trigger, outputs: u32) -> Order {
-    ordered_after(CYCLES, trigger, outputs)
-}
-
-/// The same with another number of cycles.
-pub fn ordered_after(cycles: u32, trigger: &mut Trigger, outputs: u32) -> Order {
-    trigger.count = if outputs & TRIGGER == 0 { 0 } else { trigger.count.saturating_add(1) };
-    match trigger.count == cycles {
-        true => Order::Preset(outputs & VALUE),
-        false => Order::Nothing,
+impl Amt58 {
+    /// Takes the outputs of a cycle: each time that bit 31 stands for three cycles there is one preset.
+    pub(super) fn take_outputs(&mut self, now: Time, octets: [u8; 4]) {
+        let outputs = u32::from_be_bytes(octets);
+        let outputs = self.hooks.apply(outputs, |hooks, outputs| hooks.outputs(&self.view(now), outputs));
+        let before = self.ram.preset_cycles;
+        let cycles = if outputs & TRIGGER == 0 { 0 } else { before.saturating_add(1) };
+        self.ram.preset_cycles = cycles;
+        if self.check(now, Check::PresetCycles(cycles), cycles == CYCLES) {
+            self.preset(now, (outputs & VALUE).into());
+        }
     }
-}
 
-/// The value of a preset, if it is within the range of positions.
-pub fn taken(wanted: &Wanted<'_>) -> Option<u64> {
-    let value = u64::from(wanted.value);
-    (value < wanted.range).then_some(value)
+    /// Gives the present place of the shaft the position `value`, if that is less than the total resolution in force, and
+    /// stores the offset at once.
+    fn preset(&mut self, now: Time, value: u64) {
+        self.sample(now);
+        let measuring = &self.ram.measuring;
+        if !self.check(now, Check::PresetValue(value), value < measuring.range()) {
+            return;
+        }
+        let offset = measuring.preset(PresetMode::Absolute, value) as i64;
+        let is_back = value < measuring.position();
+        let offset = if is_back { offset - measuring.range() as i64 } else { offset };
+        let offset = self.hooks.apply(offset, |hooks, offset| hooks.offset(&self.view(now), NewOffset::Preset, offset));
+        self.use_offset(offset);
+        let stored = self.hooks.apply(Some(offset), |hooks, stored| hooks.store(&self.view(now), stored));
+        if let Some(offset) = stored {
+            self.stored_offset.replace(offset);
+        }
+    }
+
+    /// Adds this offset to all positions from now on.
+    pub(super) fn use_offset(&mut self, offset: i64) {
+        let measuring = &mut self.ram.measuring;
+        let range = i64::try_from(measuring.range().max(1)).unwrap_or(i64::MAX);
+        measuring.offset = offset.rem_euclid(range) as u64;
+        self.ram.offset = offset;
+    }
 }

@@ -1,0 +1,451 @@
+//! Deviations of presets that remember something of what came before.
+
+use super::diagnosis::patch;
+use super::values::set_position;
+use crate::seams::slave::request;
+use alloc::rc::Rc;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use core::mem;
+use core::time::Duration;
+use device_stack::profibus::{Application, DiagnosisBits, SlaveHooks};
+use encoder_profile::encoder::PresetMode;
+use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
+use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
+use reference_devices::models::datalogic_amt58::set_prm::{EncoderParameters, RESERVED, RESOLUTION, number};
+use station::Time;
+use wire::profibus::cfg::Sums;
+use wire::profibus::global_control::{ControlCommand, GlobalControl};
+use wire::profibus::sap::{Service, SlaveSap};
+
+/// Counts cycles with bit 31, whatever cycles there are in between.
+#[derive(Default)]
+pub(super) struct OwnCount {
+    count: u32,
+}
+
+impl Amt58Hooks for OwnCount {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        let Check::PresetCycles(cycles) = check else { return verdict };
+        match (cycles > 0, self.count) {
+            (true, count) => self.count = count.saturating_add(1),
+            (false, CYCLES..) => self.count = 0,
+            (false, _) => {}
+        }
+        cycles > 0 && self.count == CYCLES
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.count = 0;
+        offset
+    }
+}
+
+/// Makes another preset when bit 31 falls, whose offset is the one before the first.
+#[derive(Default)]
+pub(super) struct Undone {
+    cycles: u32,
+    before: i64,
+    is_undoing: bool,
+}
+
+impl Amt58Hooks for Undone {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        match check {
+            Check::PresetCycles(cycles) => {
+                self.is_undoing = cycles == 0 && self.cycles >= CYCLES;
+                self.cycles = cycles;
+                verdict || self.is_undoing
+            }
+            Check::PresetValue(_) => verdict || self.is_undoing,
+            _ => verdict,
+        }
+    }
+
+    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        match (cause, self.is_undoing) {
+            (NewOffset::Preset, true) => self.before,
+            (NewOffset::Preset, false) => {
+                self.before = view.offset;
+                offset
+            }
+            (NewOffset::SetPrm, _) => offset,
+        }
+    }
+}
+
+/// Makes a preset of each other value without bit 31.
+#[derive(Default)]
+pub(super) struct WithoutTrigger {
+    before: u32,
+    is_other: bool,
+}
+
+impl Amt58Hooks for WithoutTrigger {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        verdict || self.is_other && matches!(check, Check::PresetCycles(_))
+    }
+
+    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+        let before = mem::replace(&mut self.before, outputs);
+        self.is_other = outputs & TRIGGER == 0 && (outputs ^ before) & VALUE != 0;
+        outputs
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.before = 0;
+        offset
+    }
+}
+
+/// Counts cycles from the telegrams on the bus, refused ones too; a preset that is due is made in the next exchange.
+#[derive(Clone, Default)]
+pub(super) struct Early {
+    count: Rc<Cell<u32>>,
+    due: Rc<Cell<Option<u32>>>,
+}
+
+impl SlaveHooks for Early {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((frame, Service::DataExchange)) = request(telegram)
+            && let Ok(octets) = frame.data.try_into()
+        {
+            let outputs = u32::from_be_bytes(octets);
+            self.count.set(if outputs & TRIGGER == 0 { 0 } else { self.count.get().saturating_add(1) });
+            if self.count.get() == CYCLES {
+                self.due.set(Some(outputs));
+            }
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn starts(&mut self) {
+        (self.count.take(), self.due.take());
+    }
+}
+
+impl Amt58Hooks for Early {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        match check {
+            Check::PresetCycles(_) => self.due.take().is_some(),
+            _ => verdict,
+        }
+    }
+
+    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+        if outputs & TRIGGER == 0 && self.due.get().is_none() {
+            self.count.set(0);
+        }
+        self.due.get().unwrap_or(outputs)
+    }
+}
+
+/// Keeps the outputs when the exchange of data ends, Clear apart, and makes their preset when the next one begins.
+#[derive(Clone, Default)]
+pub(super) struct Repeated {
+    /// The outputs of the last cycle as the encoder got them.
+    last: Rc<Cell<u32>>,
+    /// Those whose preset is due.
+    due: Rc<Cell<Option<u32>>>,
+    sent: Option<Vec<u8>>,
+    is_clear: bool,
+}
+
+impl SlaveHooks for Repeated {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((frame, Service::Slave(SlaveSap::GLOBAL_CONTROL))) = request(telegram)
+            && let Ok(control) = GlobalControl::parse(frame.data)
+        {
+            self.is_clear = control.command.has(ControlCommand::CLEAR_DATA);
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn configuration(&mut self, _: &dyn Application, _: &[u8], right: Option<Sums>) -> Option<Sums> {
+        let has_bit = self.last.get() & TRIGGER != 0;
+        self.due.set(right.and(has_bit.then(|| self.last.get())));
+        right
+    }
+
+    fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {
+        match outputs {
+            Some(_) => self.sent.clone_from(outputs),
+            None if !self.is_clear => outputs.clone_from(&self.sent),
+            None => {}
+        }
+    }
+}
+
+impl Amt58Hooks for Repeated {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        match check {
+            Check::PresetCycles(_) => verdict || self.due.take().is_some(),
+            _ => verdict,
+        }
+    }
+
+    fn outputs(&mut self, _: &View<'_>, outputs: u32) -> u32 {
+        self.last.set(outputs);
+        self.due.get().unwrap_or(outputs)
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        (self.last.take(), self.due.take());
+        offset
+    }
+}
+
+/// Makes a preset to 0 of a Set_Prm whose last octet is FFh.
+#[derive(Default)]
+pub(super) struct SetByParameters {
+    is_due: bool,
+    /// The offset of that preset, as long as it is the last one.
+    stored: Option<i64>,
+}
+
+impl Amt58Hooks for SetByParameters {
+    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+        self.is_due = user.get(RESERVED) == Some(&0xFF);
+        parameters
+    }
+
+    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        if cause == NewOffset::SetPrm && self.is_due {
+            self.stored = Some(-(view.measuring.position() as i64));
+        }
+        self.stored.filter(|_| cause == NewOffset::SetPrm).unwrap_or(offset)
+    }
+
+    fn store(&mut self, _: &View<'_>, offset: Option<i64>) -> Option<i64> {
+        self.stored = None;
+        offset
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.stored.unwrap_or(offset)
+    }
+}
+
+/// Compares the value of a preset with the total resolution of Set_Prm although scaling is off.
+#[derive(Default)]
+pub(super) struct UnusedRange {
+    range: u64,
+}
+
+impl Amt58Hooks for UnusedRange {
+    fn check(&mut self, view: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        match check {
+            Check::PresetValue(value) => verdict && (view.parameters.scales || value < self.range),
+            _ => verdict,
+        }
+    }
+
+    fn parameters(&mut self, _: &View<'_>, user: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+        self.range = number(user, RESOLUTION).into();
+        parameters
+    }
+}
+
+/// Makes one preset between power-up and power-down.
+#[derive(Default)]
+pub(super) struct OnceOnly {
+    is_made: bool,
+}
+
+impl Amt58Hooks for OnceOnly {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        match check {
+            Check::PresetValue(_) => verdict && !mem::replace(&mut self.is_made, true),
+            _ => verdict,
+        }
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.is_made = false;
+        offset
+    }
+}
+
+fn place(view: &View<'_>) -> u64 {
+    view.hardware.sense(view.shaft.place(view.now))
+}
+
+/// Forgets the offset where the shaft is not where the preset was made.
+#[derive(Default)]
+pub(super) struct AtStandstill {
+    place: u64,
+}
+
+impl Amt58Hooks for AtStandstill {
+    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        if cause == NewOffset::Preset {
+            self.place = place(view);
+        }
+        offset
+    }
+
+    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+        self.place = place(view);
+        offset
+    }
+
+    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
+        if place(view) != self.place {
+            set_position(inputs, view.measuring.position() as u32);
+        }
+    }
+}
+
+/// Computes the offset from the place where the shaft was 50 ms ago.
+#[derive(Default)]
+pub(super) struct OldPlace {
+    value: u64,
+}
+
+impl Amt58Hooks for OldPlace {
+    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
+        if let Check::PresetValue(value) = check {
+            self.value = value;
+        }
+        verdict
+    }
+
+    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        if cause != NewOffset::Preset {
+            return offset;
+        }
+        let mut before = view.measuring.clone();
+        before.put(view.hardware.sense(view.shaft.place(view.now - Duration::from_millis(50))));
+        let is_back = self.value < before.position();
+        let offset = before.preset(PresetMode::Absolute, self.value) as i64;
+        if is_back { offset - before.range() as i64 } else { offset }
+    }
+}
+
+/// Adds the offset of before to that of the first preset under another scaling.
+#[derive(Default)]
+pub(super) struct OldOffset {
+    is_first: bool,
+}
+
+impl Amt58Hooks for OldOffset {
+    fn parameters(&mut self, view: &View<'_>, _: &[u8], parameters: EncoderParameters) -> EncoderParameters {
+        self.is_first = parameters.scaling != view.parameters.scaling;
+        parameters
+    }
+
+    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        match cause == NewOffset::Preset && mem::take(&mut self.is_first) {
+            true => offset + view.offset,
+            false => offset,
+        }
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.is_first = false;
+        offset
+    }
+}
+
+/// Keeps an offset for each class.
+#[derive(Default)]
+pub(super) struct OfEachClass {
+    class: usize,
+    offsets: [i64; 3],
+}
+
+impl Amt58Hooks for OfEachClass {
+    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        if cause == NewOffset::Preset {
+            return offset;
+        }
+        self.offsets[self.class] = view.offset;
+        self.class = usize::from(view.parameters.is_class_2) + usize::from(view.parameters.has_velocity);
+        self.offsets[self.class]
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        *self = OfEachClass { class: 0, offsets: [offset; 3] };
+        offset
+    }
+}
+
+/// Writes offsets to the memory 10 s after their preset.
+#[derive(Default)]
+pub(super) struct LateWrites {
+    pending: Option<(Time, i64)>,
+    written: i64,
+}
+
+impl LateWrites {
+    fn settle(&mut self, now: Time) {
+        if let Some((_, offset)) = self.pending.take_if(|(due, _)| *due <= now) {
+            self.written = offset;
+        }
+    }
+}
+
+impl Amt58Hooks for LateWrites {
+    fn store(&mut self, view: &View<'_>, offset: Option<i64>) -> Option<i64> {
+        self.settle(view.now);
+        self.pending = offset.map(|offset| (view.now + Duration::from_secs(10), offset));
+        None
+    }
+
+    fn power_down(&mut self, view: &View<'_>) {
+        self.settle(view.now);
+        self.pending = None;
+    }
+
+    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+        if view.is_unreadable { offset } else { self.written }
+    }
+}
+
+/// Shows no offset until the first preset after power-up.
+#[derive(Default)]
+pub(super) struct ShownFromRam {
+    is_preset: bool,
+}
+
+impl Amt58Hooks for ShownFromRam {
+    fn offset(&mut self, _: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
+        self.is_preset |= cause == NewOffset::Preset;
+        offset
+    }
+
+    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
+        self.is_preset = false;
+        offset
+    }
+
+    fn diagnosis(&mut self, _: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
+        if !self.is_preset {
+            patch(octets, 31, &[0; 4]);
+        }
+        bits
+    }
+}
+
+/// Takes the shaft to be where it was when the supply went.
+#[derive(Default)]
+pub(super) struct Restored {
+    shift: i64,
+    before: i64,
+}
+
+impl Amt58Hooks for Restored {
+    fn place(&mut self, place: i64) -> i64 {
+        place.saturating_add(self.shift)
+    }
+
+    fn power_down(&mut self, view: &View<'_>) {
+        self.before = view.hardware.sense(view.shaft.place(view.now).saturating_add(self.shift)) as i64;
+    }
+
+    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
+        self.shift = self.before - place(view) as i64;
+        offset
+    }
+}

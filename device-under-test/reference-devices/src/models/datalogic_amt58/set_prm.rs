@@ -1,0 +1,146 @@
+//! The parameters of Set_Prm (manual, 6.4).
+//!
+//! Octets of the telegram: 7 to 9 network, 10 operating parameters, 11 to 14 counts per revolution, 15 to 18 total resolution,
+//! 19 unit of the velocity, 20 reserved. The user octets begin with octet 7.
+
+use super::encoder::Amt58;
+use super::hooks::{Check, NewOffset};
+use super::scaling::SentScaling;
+use encoder_profile::encoder::{Direction, Hardware, RedZone, Scaling, Settings, Unit};
+use station::Time;
+
+/// How many user octets there are.
+pub const OCTETS: usize = 14;
+/// The user octet with the operating parameters: octet 10.
+pub const OPERATING: usize = 3;
+/// The first user octet of the counts per revolution: octet 11.
+pub const COUNTS: usize = 4;
+/// The first user octet of the total resolution: octet 15.
+pub const RESOLUTION: usize = 8;
+/// The user octet with the unit of the velocity: octet 19.
+pub const VELOCITY_UNIT: usize = 12;
+/// The last user octet, which is reserved: octet 20.
+pub const RESERVED: usize = 13;
+
+/// Code sequence: positions rise counterclockwise (6.4.1, bit 0).
+pub const CODE_SEQUENCE: u8 = 0x01;
+/// Class 2 functionality (6.4.1, bit 1).
+pub const CLASS_2: u8 = 0x02;
+/// Scaling function control (6.4.1, bit 3).
+pub const SCALING: u8 = 0x08;
+/// Diagnostic type: extended (6.4.1, bit 6).
+pub const EXTENDED: u8 = 0x40;
+/// Exchange type: position and velocity (6.4.1, bit 7).
+pub const VELOCITY: u8 = 0x80;
+
+/// The parameters in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EncoderParameters {
+    /// The operating parameters that have an effect: octet 8 of the diagnosis.
+    pub operating: u8,
+    /// In which direction positions rise.
+    pub direction: Direction,
+    /// Whether the functions of Class 2 are on.
+    pub is_class_2: bool,
+    /// Whether scaling acts.
+    pub scales: bool,
+    /// Whether the diagnosis is extended.
+    pub is_extended: bool,
+    /// Whether the velocity is exchanged.
+    pub has_velocity: bool,
+    /// Counts per revolution and total resolution: those of the hardware where scaling does not act.
+    pub scaling: Scaling,
+    /// The unit of the velocity.
+    pub unit: Unit,
+}
+
+impl EncoderParameters {
+    /// Those before any Set_Prm: Class 1; invented.
+    pub fn before_set_prm(hardware: &Hardware) -> EncoderParameters {
+        EncoderParameters {
+            operating: 0,
+            direction: Direction::Clockwise,
+            is_class_2: false,
+            scales: false,
+            is_extended: false,
+            has_velocity: false,
+            scaling: Scaling::hardware(hardware),
+            unit: Unit::Rpm,
+        }
+    }
+
+    /// How positions are measured; the red zone ends with the last position of the range (6.9).
+    pub fn settings(&self) -> Settings {
+        Settings { red_zone: RedZone::ToTheEnd, ..Settings::scaled(self.direction, self.scaling, true) }
+    }
+
+    /// The parameters of these user octets; none if they are wrong.
+    fn read(user: &[u8], hardware: &Hardware, check: impl Fn(Check<'_>, bool) -> bool) -> Option<EncoderParameters> {
+        if !check(Check::UserOctets(user), user.len() == OCTETS) {
+            return None;
+        }
+        let octets: &[u8; OCTETS] = user.first_chunk()?;
+        let (bits, unit) = (octets[OPERATING], octets[VELOCITY_UNIT]);
+        // Scaling, extended diagnosis and velocity are functions of Class 2 (6.4.1).
+        let is_class_2 = has(bits, CLASS_2);
+        let scales = check(Check::Scales(bits), has(bits, CLASS_2 | SCALING));
+        let is_extended = check(Check::IsExtended(bits), has(bits, CLASS_2 | EXTENDED));
+        let has_velocity = check(Check::HasVelocity(bits), has(bits, CLASS_2 | VELOCITY));
+        let scaling = SentScaling::new(number(octets, COUNTS), number(octets, RESOLUTION), hardware);
+        if scales && !check(Check::Scaling(scaling), scaling.is_possible()) {
+            return None;
+        }
+        // 0 and 1 are the units (6.4.4), and without velocity the octet is reserved.
+        if has_velocity && !check(Check::Unit(unit), unit <= 1) {
+            return None;
+        }
+        let is_reversed = has(bits, CODE_SEQUENCE);
+        let in_effect = [
+            (is_reversed, CODE_SEQUENCE),
+            (is_class_2, CLASS_2),
+            (scales, SCALING),
+            (is_extended, EXTENDED),
+            (has_velocity, VELOCITY),
+        ];
+        Some(EncoderParameters {
+            operating: in_effect.iter().filter(|(acts, _)| *acts).map(|(_, bit)| bit).sum(),
+            direction: if is_reversed { Direction::Counterclockwise } else { Direction::Clockwise },
+            is_class_2,
+            scales,
+            is_extended,
+            has_velocity,
+            scaling: if scales { scaling.forced } else { Scaling::hardware(hardware) },
+            unit: if has_velocity && unit == 1 { Unit::PerSecond } else { Unit::Rpm },
+        })
+    }
+}
+
+/// Whether all bits of `wanted` are set.
+pub fn has(bits: u8, wanted: u8) -> bool {
+    bits & wanted == wanted
+}
+
+/// The number whose first user octet is `at`, most significant octet first.
+pub fn number(user: &[u8], at: usize) -> u32 {
+    user.iter().skip(at).take(4).fold(0, |number, octet| number << 8 | u32::from(*octet))
+}
+
+impl Amt58 {
+    /// Takes the user octets of Set_Prm over if they are right; the offset of presets stays what it is.
+    pub(super) fn take_parameters(&mut self, now: Time, user: &[u8]) -> bool {
+        self.sample(now);
+        self.ram.has_expired = false;
+        let read = EncoderParameters::read(user, &self.ram.hardware, |check, verdict| self.check(now, check, verdict));
+        self.ram.is_invalid = read.is_none();
+        let Some(parameters) = read else { return false };
+        let parameters =
+            self.hooks.apply(parameters, |hooks, parameters| hooks.parameters(&self.view(now), user, parameters));
+        self.ram.parameters = parameters;
+        self.ram.measuring.settings = parameters.settings();
+        self.ram.velocity.set_unit(parameters.unit);
+        let offset = self.ram.offset;
+        let offset = self.hooks.apply(offset, |hooks, offset| hooks.offset(&self.view(now), NewOffset::SetPrm, offset));
+        self.use_offset(offset);
+        true
+    }
+}
