@@ -1,5 +1,8 @@
 //! The decisions of an encoder that a deviation may flip: every yes or no about what it is asked for goes through one call.
 
+use crate::encoder::Hardware;
+use crate::profidrive::telegram::Signal;
+use crate::profidrive::user_parameters::UserParameters;
 use device_stack::Attached;
 use wire::profidrive::{Attribute, Format};
 
@@ -76,6 +79,34 @@ pub enum Check {
     },
     /// Whether this speed in revolutions per minute is too high.
     TooFast(i64),
+    /// Whether a record answers at this API, slot and subslot.
+    RecordAnswersAt(u32, u16, u16),
+    /// Whether the record of this index is the parameter access.
+    IsParameterAccess(u16),
+    /// Whether a start without user parameters is no error.
+    StartsWithoutRecord,
+    /// Whether user parameters are in force as soon as they are written.
+    RecordActsAtOnce,
+    /// Whether these user parameters can be served with the telegram of this number.
+    UserParametersAreRight(UserParameters, u16),
+    /// Whether the hardware can serve the scaling of these user parameters.
+    ScalingIsServed(UserParameters, Hardware),
+    /// Whether there is a velocity unit of this number.
+    VelocityUnitExists(u8),
+    /// Whether the tolerated failures of the sign of life are allowed.
+    ToleranceIsRight(UserParameters),
+    /// Whether the scaling of these user parameters is in force.
+    ScalingActs(UserParameters),
+    /// Whether the code sequence of these user parameters is in force.
+    CodeSequenceActs(UserParameters),
+    /// Whether presets and their offset are in force with these user parameters.
+    PresetsAct(UserParameters),
+    /// Whether positions stand at the last value of their range beyond it, with these user parameters.
+    PositionStands(UserParameters),
+    /// Whether a preset acts on this position signal, with these user parameters.
+    PresetActsOn(Signal, UserParameters),
+    /// Whether the velocity is calculated, with these user parameters.
+    VelocityIsMeasured(UserParameters),
 }
 
 /// Flips decisions; the default leaves them as the manual has them.

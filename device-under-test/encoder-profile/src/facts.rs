@@ -2,7 +2,7 @@
 
 use crate::encoder::{Hardware, PresetMode};
 use crate::profidrive::telegram::Telegram;
-use crate::profidrive::user_parameters::UserParameters;
+use crate::profidrive::user_parameters::{StartLimits, UserParameters};
 use core::time::Duration;
 use device_stack::profinet::{ResetScope, Severity};
 
@@ -39,6 +39,10 @@ pub struct Facts {
     pub supported_warnings: u32,
     /// The user parameters at delivery.
     pub default_record: fn(&Hardware) -> UserParameters,
+    /// What user parameters may ask for.
+    pub limits: StartLimits,
+    /// Index of the record of the parameter access.
+    pub parameter_access: u16,
     /// What a start without a record of user parameters is.
     pub without_record: WithoutRecord,
     /// What such a record is in data exchange.

@@ -5,14 +5,14 @@
 
 use crate::encoder::{Hardware, Measuring, PresetMode};
 use crate::encoder_object::Store;
-use crate::facts::Facts;
+use crate::facts::{Facts, Submodule};
 use crate::profidrive::parameters::{Exchange, Parameter};
 use crate::profidrive::sensor::{Error, Sensor};
 use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use crate::profidrive::user_parameters::UserParameters;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{ArKey, Seen, Severity, StationData};
+use device_stack::profinet::{Access, ArKey, Plug, RecordRefusal, Seen, Severity, StationData};
 use station::Time;
 
 /// The hooks of an encoder; each default changes nothing.
@@ -31,6 +31,42 @@ pub trait EncoderHooks {
     /// The signals of a frame, from those that are right now and the cycle before.
     fn image(&mut self, before: &Before, now: Image) -> Image {
         now
+    }
+
+    /// The submodules that are plugged for a connection that begins.
+    fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
+        plugged
+    }
+
+    /// The octets of inputs that a telegram announces to the stack.
+    fn input_octets(&mut self, telegram: &Telegram, right: u16) -> u16 {
+        right
+    }
+
+    /// The inputs of a submodule before they are sent, from the signals of the frame.
+    fn inputs(
+        &mut self,
+        view: &View<'_>,
+        submodule: &Submodule,
+        image: &Image,
+        right: SubmoduleInputs,
+    ) -> SubmoduleInputs {
+        right
+    }
+
+    /// The octets of a record that is written, before it is taken or refused.
+    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        octets
+    }
+
+    /// The answer to a record that was read.
+    fn read_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        octets
+    }
+
+    /// How long it takes from the end of the parameters to the first good data.
+    fn ready(&mut self, view: &View<'_>, right: Duration) -> Duration {
+        right
     }
 
     /// The value of an element of a parameter, by the number of the parameter and the place of the element.
@@ -92,6 +128,18 @@ pub trait EncoderHooks {
     }
 }
 
+/// The octets of a record, or why it is refused.
+pub type RecordOctets = Result<Vec<u8>, RecordRefusal>;
+
+/// The inputs of a submodule.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SubmoduleInputs {
+    /// The octets, as many as the signals have; the stack sends as many as were announced.
+    pub octets: Vec<u8>,
+    /// Whether they are good.
+    pub are_good: bool,
+}
+
 /// The encoder as it is when a hook is called.
 pub struct View<'a> {
     /// Now.
@@ -110,6 +158,12 @@ pub struct View<'a> {
     pub before: &'a Before,
     /// Latched errors, oldest first.
     pub errors: &'a [Error],
+    /// The submodules with data in use; there is at least one.
+    pub submodules: &'a [&'static Submodule],
+    /// Whether this connection has brought user parameters.
+    pub has_record: bool,
+    /// How long this connection has exchanged data; none if it does not.
+    pub exchanged_for: Option<Duration>,
     /// The fault bits of the errors that are there.
     pub faults: u32,
     /// The bits of the warnings that are there.

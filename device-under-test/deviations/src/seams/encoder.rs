@@ -1,14 +1,16 @@
 //! The hooks of an encoder, as the rows of the tables attach to them.
 
 use alloc::vec::Vec;
-use device_stack::profinet::{ArKey, Severity};
+use core::time::Duration;
+use device_stack::profinet::{Access, ArKey, Plug, Severity};
 use encoder_profile::checks::{Check, EncoderChecks};
-use encoder_profile::encoder::PresetMode;
-use encoder_profile::facts::ErrorFact;
-use encoder_profile::hooks::{EncoderHooks, Held, Lit, View};
+use encoder_profile::encoder::{Hardware, PresetMode, Settings, Unit};
+use encoder_profile::facts::{ErrorFact, Submodule};
+use encoder_profile::hooks::{EncoderHooks, Held, Lit, RecordOctets, SubmoduleInputs, View};
 use encoder_profile::profidrive::parameters::{Exchange, Parameter};
 use encoder_profile::profidrive::sensor::Error;
-use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
+use encoder_profile::profidrive::telegram::{Before, Control, Image, Outputs, Signal, Telegram, TelegramSteps};
+use encoder_profile::profidrive::user_parameters::{StartSteps, UserParameters};
 use wire::profidrive::{Format, ParameterError, ParameterValue, Request, RequestId, Response};
 
 hooks! { Decisions: EncoderChecks
@@ -21,11 +23,31 @@ impl Decisions {
     pub fn set(&mut self, of: Check, verdict: bool) {
         self.check(move |check, right| if check == of { verdict } else { right });
     }
+
+    /// Decides whether the hardware can serve a scaling.
+    pub fn serves(&mut self, mut decide: impl FnMut(&UserParameters, &Hardware, bool) -> bool + 'static) {
+        self.check(move |check, right| match check {
+            Check::ScalingIsServed(user, hardware) => decide(&user, &hardware, right),
+            _ => right,
+        });
+    }
 }
 
 hooks! { Encoder: EncoderHooks
     /// Changes what the controller sends in one telegram, as it arrives.
     outputs(view: &View<'_>, telegram: &Telegram) -> Outputs;
+    /// Changes which submodules are plugged when a connection begins.
+    plugged() -> Vec<Plug>;
+    /// Changes the octets of inputs that a telegram announces to the stack.
+    input_octets(telegram: &Telegram) -> u16;
+    /// Changes the inputs of a submodule before they are sent.
+    inputs(view: &View<'_>, submodule: &Submodule, image: &Image) -> SubmoduleInputs;
+    /// Changes the octets of a record that is written, or refuses it.
+    write_record(view: &View<'_>, access: &Access) -> RecordOctets;
+    /// Changes the answer to a record that was read.
+    read_record(view: &View<'_>, access: &Access) -> RecordOctets;
+    /// Changes how long it takes from the end of the parameters to the first good data.
+    ready(view: &View<'_>) -> Duration;
     /// Changes the errors whose cause is there.
     causes(view: &View<'_>) -> Vec<Error>;
     /// Changes the signals of a frame, from the cycle before and the signals of the manual.
@@ -157,5 +179,73 @@ fn refused(
             Response::to_change(header, &outcomes)
         }
         _ => response,
+    }
+}
+hooks! { Telegrams: TelegramSteps
+    /// Changes the settings that act on a signal.
+    acts_on(signal: Signal, hardware: &Hardware) -> Settings;
+}
+
+hooks! { Start: StartSteps
+    /// Changes the user parameters that are in force without a record.
+    delivered(hardware: &Hardware) -> UserParameters;
+    /// Changes the user parameters that come into force.
+    understand(view: &View<'_>) -> UserParameters;
+    /// Changes the settings of the measuring task that user parameters make.
+    settings(user: &UserParameters, hardware: &Hardware) -> Settings;
+    /// Changes the velocity unit of a number.
+    velocity_unit(number: u8) -> Unit;
+}
+
+/// A signal of a telegram that is about to be sent.
+pub struct SentSignal<'a> {
+    /// The encoder.
+    pub view: &'a View<'a>,
+    /// Its telegram.
+    pub telegram: &'static Telegram,
+    /// Which one it is.
+    pub signal: Signal,
+    /// The signals of the frame.
+    pub image: &'a Image,
+}
+
+impl Encoder {
+    /// Changes STW2_ENC and G1_STW as they arrive.
+    pub fn control_words(&mut self, mut change: impl FnMut(&Telegram, [u16; 2]) -> [u16; 2] + 'static) {
+        self.outputs(move |_, telegram, arrived| match arrived.words {
+            Some(words) => Outputs { words: Some(change(telegram, words)), ..arrived },
+            None => arrived,
+        });
+    }
+
+    /// Changes the preset value with its trigger as it arrives, from it and the four octets without a function.
+    pub fn preset_word(&mut self, mut change: impl FnMut(u32, Option<u32>) -> u32 + 'static) {
+        self.outputs(move |_, telegram, arrived| match telegram.outputs.contains(&Control::Preset) {
+            true => Outputs { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived },
+            false => arrived,
+        });
+    }
+
+    /// Changes the octets of each signal.
+    pub fn signal(&mut self, mut change: impl FnMut(&SentSignal<'_>, &mut Vec<u8>) + 'static) {
+        self.inputs(move |view, submodule, image, inputs| {
+            let telegram = submodule.telegram;
+            let mut rest = inputs.octets.into_iter();
+            let mut octets = Vec::new();
+            for signal in telegram.inputs.iter().copied() {
+                let mut one = rest.by_ref().take(signal.octets()).collect();
+                change(&SentSignal { view, telegram, signal, image }, &mut one);
+                octets.extend(one);
+            }
+            SubmoduleInputs { octets, ..inputs }
+        });
+    }
+
+    /// Sends the signals of a telegram in another order, or others.
+    pub fn order(&mut self, mut order: impl FnMut(&'static Telegram) -> &'static [Signal] + 'static) {
+        self.inputs(move |_, submodule, image, inputs| {
+            let inputs_as_sent = Telegram { inputs: order(submodule.telegram), ..*submodule.telegram };
+            SubmoduleInputs { octets: inputs_as_sent.octets(image), ..inputs }
+        });
     }
 }

@@ -100,6 +100,10 @@ pub struct Deviations {
     pub measuring: measuring::Positions,
     /// At the steps of its velocity.
     pub velocity: measuring::Speeds,
+    /// At the steps of its telegrams.
+    pub telegram: encoder::Telegrams,
+    /// At the steps of its start.
+    pub start: encoder::Start,
     /// At the seams of its PROFIBUS slave.
     pub slave: slave::Slave,
     /// At the hooks of an AMT58.
@@ -130,6 +134,10 @@ pub struct OfEncoder<'a> {
     pub measuring: &'a mut measuring::Positions,
     /// At the steps of its velocity.
     pub velocity: &'a mut measuring::Speeds,
+    /// At the steps of its telegrams.
+    pub telegram: &'a mut encoder::Telegrams,
+    /// At the steps of its start.
+    pub start: &'a mut encoder::Start,
     knobs: &'a mut encoder_profile::behaviour::Behaviour,
 }
 
@@ -155,18 +163,29 @@ impl Deviations {
             at_encoder: &mut self.at_encoder,
             measuring: &mut self.measuring,
             velocity: &mut self.velocity,
+            telegram: &mut self.telegram,
+            start: &mut self.start,
             knobs: &mut self.behaviour.encoder,
         }
     }
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
+<<<<<<< HEAD
         let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, slave, amt58 } = self;
+=======
+        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, telegram, start, slave } = self;
+>>>>>>> 75d02d7 (Let the bugs of telegrams and user parameters stand beside the encoder)
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
         behaviour.encoder.velocity = velocity.attached();
+<<<<<<< HEAD
         behaviour.amt58 = amt58.attached();
+=======
+        behaviour.encoder.telegram = telegram.attached();
+        behaviour.encoder.start = start.attached();
+>>>>>>> 75d02d7 (Let the bugs of telegrams and user parameters stand beside the encoder)
         if !slave.is_empty() {
             behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }

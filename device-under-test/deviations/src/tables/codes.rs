@@ -48,7 +48,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |b| b.afx60.faults_stay = true;
     "invalid-scaling-not-noticed" "User parameters that cannot be served are accepted in silence."
         => |b| {
-            b.encoder.user_parameters.judges = |_, _| true;
+            b.checks.serves(|_, _, _| true);
             b.afx60.words = |[a, b, c], _| [a, b & !0x0002, c];
         };
 

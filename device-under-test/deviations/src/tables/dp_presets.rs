@@ -4,6 +4,7 @@ use super::Deviation;
 use super::presets::absolute_beyond_the_range;
 use super::slave_memory::Zeroes;
 use core::time::Duration;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring;
 use encoder_profile::profidrive::mantel::{self, TRIGGER};
@@ -20,7 +21,7 @@ pub static BUGS: &[Deviation] = bugs! {
             b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
         };
     "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
-        => |b| b.encoder.telegram.trigger = |word, unused| if unused.is_some() { word & !TRIGGER } else { word };
+        => |b| b.at_encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
     "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
         => |b| b.a3m60.time_stamp = |seconds| (seconds.preset / 1000) as u16;
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each cycle."
@@ -67,7 +68,7 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // By G1_STW
     "absolute-preset-is-relative" "Each preset is relative."
-        => |b| b.encoder.telegram.control_words = |_, [a, b]| [a, b | 0x0800];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
     "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
         => |b| b.a3m60.image = preset_of_xist1_not_shifted;
     "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
@@ -83,7 +84,10 @@ pub static BUGS: &[Deviation] = bugs! {
     "only-first-preset" "After power-up two presets by G1_STW are carried out."
         => |b| b.a3m60.presets = |asked| asked.origin != Origin::Request || asked.count < 2;
     "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
-        => |b| b.encoder.user_parameters.presets = |user| user.class_4 || user.preset_acts_on_xist1;
+        => |b| b.checks.check(|check, right| match check {
+            Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
+            _ => right,
+        });
     "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
         => |b| b.a3m60.presets = |asked| asked.origin != Origin::Request || asked.is_transferred;
 };

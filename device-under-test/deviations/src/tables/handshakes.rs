@@ -11,7 +11,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
         => |b| b.at_encoder.image(park_clears_position_first);
     "parking-ignored" "A request to park has no effect."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, b & !PARKED];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b & !PARKED]);
     "park-never-ends" "The encoder stays parked when the request is taken back."
         => |b| b.at_encoder.image(park_never_ends);
     "speed-while-parked" "The velocity is measured while parked."
@@ -67,7 +67,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "persistent-error-not-cyclic" "Faults of memory and parameters are shown in P65001 only."
         => |b| b.at_encoder.image(|_, now| if is_persistent(&now) { without_error(now) } else { now });
     "acknowledgement-ignored" "A request to acknowledge has no effect."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, b & !ERROR];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b & !ERROR]);
     "acknowledge-answer-is-a-pulse" "Bit 11 of G1_ZSW is set for one frame only."
         => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now });
     "failed-acknowledgement-not-answered" "Bit 11 of G1_ZSW is not set where the error persists."
@@ -99,7 +99,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
         => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_transfer(now) } else { now });
     "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, b | (a & 0x0080) << 8];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (a & 0x0080) << 8]);
     "error-clears-itself" "A latched error goes away with its cause."
         => |b| b.sensor.latches = false;
     "error-needs-request" "The error code is shown only while the position is requested."

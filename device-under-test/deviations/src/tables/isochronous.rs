@@ -2,6 +2,7 @@
 
 use super::Deviation;
 use core::time::Duration;
+use encoder_profile::checks::Check;
 use encoder_profile::profidrive::life_sign::next;
 use reference_devices::models::sick_a3m60::Wrong;
 use reference_devices::models::sick_a3m60::knobs::{Times, Words};
@@ -58,7 +59,7 @@ pub static BUGS: &[Deviation] = bugs! {
         => |b| b.encoder.life_sign.tolerated = |_| 1;
     "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
         => |b| {
-            b.encoder.user_parameters.are_wrong = |_, _, _| false;
+            b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
             b.encoder.life_sign.tolerated = |number| i32::from(number & 15);
         };
     "life-sign-error-not-told" "Bit 4 of P1001 is never set."

@@ -3,54 +3,57 @@
 use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_parked};
 use super::presets::after_parking;
+use super::signals::{hide_error, put};
 use crate::seams::OfEncoder;
+use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
+use device_stack::profinet::Plug;
 use encoder_profile::encoder::measuring::PresetBasis;
-use encoder_profile::encoder::{Hardware, PresetMode, Scaling, Settings};
-use encoder_profile::profidrive::telegram::{self, Before, Image, Signal, Telegram};
+use encoder_profile::encoder::{Hardware, PresetMode, Scaling};
+use encoder_profile::hooks::EncoderHooks;
+use encoder_profile::profidrive::telegram::{Before, Image, Signal, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
-use wire::octets::Append;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Telegrams
     "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
-        => |b| b.telegram.order = status_words_swapped;
+        => |b| b.at_encoder.order(status_words_swapped);
     "nist-a-before-positions" "In telegram 82 NIST_A stands before G1_XIST1."
-        => |b| b.telegram.order = nist_a_before_positions;
+        => |b| b.at_encoder.order(nist_a_before_positions);
     "xist2-before-xist3" "In telegram 84 G1_XIST2 stands before G1_XIST3."
-        => |b| b.telegram.order = xist2_before_xist3;
+        => |b| b.at_encoder.order(xist2_before_xist3);
     "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
-        => |b| (b.telegram.order, b.telegram.input_octets) = (without_velocity, without_velocity_octets);
+        => |b| (b.at_encoder.order(without_velocity), b.at_encoder.input_octets(without_velocity_octets));
     "signal-words-swapped" "Each signal of 32 bits is sent with its two words exchanged."
-        => |b| b.telegram.put = signal_words_swapped;
+        => |b| b.at_encoder.signal(|_, octets| swap_words(octets));
     "telegram-latched" "The telegram of the first connection after power-up stays in use."
-        => |b| b.telegram.stays = true;
+        => |b| b.at_encoder.add(Latched::default());
     "codes-in-two-telegrams-only" "In the telegrams 82 and 84 G1_XIST2 has no error codes."
-        => |b| b.telegram.put = codes_in_two_telegrams_only;
+        => |b| b.at_encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
     "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
-        => |b| b.telegram.control_words = |t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }];
+        => |b| b.at_encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
 
     // Shift of G1_XIST1
     "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
-        => |b| b.telegram.put = xist1_saturates;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
     "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
         => |b| {
-            b.telegram.shift = |_, _, right| 16 - right;
+            b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
             b.at_encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
         };
     "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
-        => |b| b.telegram.shift = |_, _, right| 16 - right;
+        => |b| b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
     "xist1-right-aligned" "G1_XIST1 is not shifted."
-        => |b| b.telegram.shift = |_, _, _| 0;
+        => |b| b.at_encoder.image(|_, now| Image { shift: 0, ..now });
     "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
-        => |b| b.telegram.shift = shift_follows_scaling;
+        => |b| b.at_encoder.image(|_, now| Image { shift: (now.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
 
     // Control by PLC and signs of life
     "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
-        => |b| b.telegram.control_words = |_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
     "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
         => |b| b.at_encoder.image(xist2_freezes_without_control);
     "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
@@ -71,7 +74,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
         => |b| b.at_encoder.image(|_, now| shows_position(now, now.request.home));
     "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
     "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
         => |b| b.sensor.release = |_, before| before;
     "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
@@ -98,9 +101,9 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "revolution-missing" "Of all revolutions the last one is not counted."
         => |b| b.measuring.range(revolution_missing);
     "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
-        => |b| b.telegram.put = velocity_left_aligned;
+        => |b| b.at_encoder.signal(velocity_left_aligned);
     "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
-        => |b| b.user_parameters.default = |right, _| UserParameters { speed_unit: 0, ..right };
+        => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
 };
 
 const EXECUTED: u16 = 0x1000;
@@ -118,7 +121,7 @@ fn preset_on_zero_while_parked(b: &mut OfEncoder<'_>) {
     });
 }
 
-fn status_words_swapped(telegram: &Telegram) -> &'static [Signal] {
+fn status_words_swapped(telegram: &'static Telegram) -> &'static [Signal] {
     use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistA, NistB, Zsw2Enc};
     match telegram.number {
         81 => &[G1Zsw, Zsw2Enc, G1Xist1, G1Xist2],
@@ -129,51 +132,22 @@ fn status_words_swapped(telegram: &Telegram) -> &'static [Signal] {
     }
 }
 
-fn nist_a_before_positions(telegram: &Telegram) -> &'static [Signal] {
+fn nist_a_before_positions(telegram: &'static Telegram) -> &'static [Signal] {
     use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, Zsw2Enc};
     if telegram.number == 82 { &[Zsw2Enc, G1Zsw, NistA, G1Xist1, G1Xist2] } else { telegram.inputs }
 }
 
-fn xist2_before_xist3(telegram: &Telegram) -> &'static [Signal] {
+fn xist2_before_xist3(telegram: &'static Telegram) -> &'static [Signal] {
     use Signal::{G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
     if telegram.number == 84 { &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist3, NistB] } else { telegram.inputs }
 }
 
-fn without_velocity(telegram: &Telegram) -> &'static [Signal] {
+fn without_velocity(telegram: &'static Telegram) -> &'static [Signal] {
     if telegram.number == 84 { &telegram.inputs[..4] } else { telegram.inputs }
 }
 
-fn without_velocity_octets(telegram: &Telegram) -> u16 {
-    if telegram.number == 84 { 16 } else { telegram.input_octets }
-}
-
-fn signal_words_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let begin = out.len();
-    telegram::put(signal, image, out);
-    if out.len() - begin == 4 {
-        out[begin..].rotate_left(2);
-    }
-}
-
-fn codes_in_two_telegrams_only(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::G1Xist2 if matches!(telegram.number, 82 | 84) && has_error(image) => out.put_u32(0),
-        other => telegram::put(other, image, out),
-    }
-}
-
-fn xist1_saturates(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::G1Xist1 => out.put_u32((image.g1_xist1 << image.shift).min(i32::MAX as u32)),
-        other => telegram::put(other, image, out),
-    }
-}
-
-fn shift_follows_scaling(settings: &Settings, hardware: &Hardware, right: u32) -> u32 {
-    match settings.scaling == Scaling::hardware(hardware) {
-        true => right,
-        false => (settings.scaling.range.max(2) - 1).leading_zeros().saturating_sub(32),
-    }
+fn without_velocity_octets(telegram: &Telegram, right: u16) -> u16 {
+    if telegram.number == 84 { 16 } else { right }
 }
 
 fn xist2_freezes_without_control(before: &Before, now: Image) -> Image {
@@ -207,10 +181,31 @@ fn revolution_missing(scaling: &Scaling, hardware: &Hardware, _: u64) -> u64 {
     }
 }
 
-fn velocity_left_aligned(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::NistA => out.put_u16((image.velocity << 4) as u16),
-        Signal::NistB => out.put_u32((image.velocity << 16) as u32),
-        other => telegram::put(other, image, out),
+/// Exchanges the words of a signal of 32 bits.
+pub fn swap_words(octets: &mut [u8]) {
+    if octets.len() == 4 {
+        octets.rotate_left(2);
+    }
+}
+
+fn velocity_left_aligned(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
+    match of.signal {
+        Signal::NistA => *octets = ((of.image.velocity << 4) as u16).to_be_bytes().into(),
+        Signal::NistB => put(octets, (of.image.velocity << 16) as u32),
+        _ => {}
+    }
+}
+
+/// Remembers the submodules of the first connection.
+#[derive(Default)]
+struct Latched(Option<Vec<Plug>>);
+
+impl EncoderHooks for Latched {
+    fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
+        self.0.get_or_insert(plugged).clone()
+    }
+
+    fn powered_up(&mut self) {
+        self.0 = None;
     }
 }

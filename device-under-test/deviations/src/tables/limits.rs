@@ -1,12 +1,17 @@
 //! Bugs of settings and their limits: speed calculation, temperature, supply, round axis.
 
 use super::Deviation;
+use super::signals::put;
+use super::start::{PARAMETER_ACCESS, USER_PARAMETERS, are_single_limits_kept, unscaled};
 use alloc::vec::Vec;
 use core::time::Duration;
+use device_stack::profinet::{Access, RecordRefusal};
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring::Reading;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
-use encoder_profile::hooks::View;
-use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
+use encoder_profile::hooks::{RecordOctets, View};
+use encoder_profile::profidrive::telegram::Signal;
+use encoder_profile::profidrive::user_parameters::UserParameters;
 use reference_devices::models::sick::settings;
 use reference_devices::models::sick_afx60::knobs::Fields;
 use wire::profinet::dcp::Value;
@@ -80,9 +85,12 @@ pub static BUGS: &[Deviation] = bugs! {
     "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
         => |b| b.at_encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
     "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
-        => |b| b.encoder.user_parameters.acts_on = |_, settings, _| Settings { direction: if settings.gear.is_some() { Direction::Clockwise } else { settings.direction }, ..settings };
+        => |b| b.telegram.acts_on(|signal, _, settings| match settings.gear {
+            Some(_) if signal != Signal::NistB => Settings { direction: Direction::Clockwise, ..settings },
+            _ => settings,
+        });
     "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
-        => |b| b.encoder.telegram.shift = |settings, _, right| if settings.gear.is_some() { 0 } else { right };
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
 
     // Start
     "vendor-record-ignored" "The record of the vendor changes nothing."
@@ -97,23 +105,26 @@ pub static BUGS: &[Deviation] = bugs! {
             b.afx60.judges_start_record = |right, fields| right || fields.interval > 100 || fields.measurements > 200;
         };
     "one-unit-refused" "One unit a revolution, and a range of one, are impossible."
-        => |b| b.encoder.user_parameters.judges = |right, asked| right && asked.scaling.units_per_revolution != 1 && asked.scaling.range != 1;
+        => |b| b.checks.serves(|user, _, right| right && user.units_per_revolution != 1 && user.range != 1);
     "ratios-above-2048-refused" "A range of more than 2048 revolutions is impossible."
-        => |b| b.encoder.user_parameters.judges = |right, asked| right && asked.scaling.range / asked.scaling.units_per_revolution.max(1) <= 2048;
+        => |b| b.checks.serves(|user, _, right| right && user.range / user.units_per_revolution.max(1) <= 2048);
     "other-ratios-accepted" "A range that is no power of two of revolutions is accepted."
-        => |b| b.encoder.user_parameters.judges = other_ratios_accepted;
+        => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 1));
     "factory-record-refused" "A record with the whole range of the hardware is refused."
-        => |b| b.encoder.user_parameters.accepts = |user, hardware| user.range != hardware.range();
+        => |b| b.at_encoder.write_record(factory_record_refused);
     "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
-        => |b| b.encoder.user_parameters.unscaled = |_| Scaling { units_per_revolution: 8192, range: 33_554_432 };
+        => |b| b.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
     "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
-        => |b| b.encoder.user_parameters.understand = |before, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && before.class_4, ..user };
+        => |b| b.start.understand(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
     "parameters-need-class-4" "With class 4 off requests for parameters are refused."
-        => |b| b.encoder.records.takes_requests = |user| user.class_4;
+        => |b| b.at_encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
+            true => Err(RecordRefusal::StateConflict),
+            false => octets,
+        });
     "velocity-needs-class-4" "With class 4 off the velocity is 0."
-        => |b| b.encoder.user_parameters.measures_velocity = |user| user.class_4;
+        => |b| b.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
     "wrong-value-clipped" "Units and range above their limits count as the limits."
-        => |b| b.encoder.user_parameters.understand = wrong_value_clipped;
+        => |b| b.start.understand(wrong_value_clipped);
     "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
         => |b| b.stack.got = |value| match value { Value::DeviceId { device_id, .. } => Value::DeviceId { vendor_id: 0x002A, device_id }, other => other };
     "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
@@ -235,13 +246,16 @@ fn steps_rounded_up(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     }
 }
 
-fn other_ratios_accepted(right: bool, asked: &Asked) -> bool {
-    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, .. } = *asked;
-    right || (1..=hardware.steps_per_revolution).contains(&units) && (1..=hardware.range()).contains(&range)
-}
-
-fn wrong_value_clipped(_: UserParameters, user: UserParameters) -> UserParameters {
+fn wrong_value_clipped(_: &View<'_>, user: UserParameters) -> UserParameters {
     let units = user.units_per_revolution.min(1 << 18);
     let range = if user.range == user.units_per_revolution { units } else { user.range.min(1 << 30) };
     UserParameters { units_per_revolution: units, range, ..user }
+}
+
+fn factory_record_refused(view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    let user = octets.as_ref().ok().filter(|_| access.index == USER_PARAMETERS);
+    match user.and_then(|octets| UserParameters::parse(octets)) {
+        Some(user) if user.range == view.hardware.range() => Err(RecordRefusal::InvalidParameter),
+        _ => octets,
+    }
 }

@@ -2,10 +2,12 @@
 
 use super::Deviation;
 use super::image::is_parked;
+use super::signals::put;
 use crate::seams::measuring::Step;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring::{self, OffsetSum};
 use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings};
-use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal};
+use encoder_profile::profidrive::telegram::{Before, Image, Signal};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
@@ -24,11 +26,11 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // Which settings act on which signal
     "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
-        => |b| b.user_parameters.acts_on = only_xist1_scaled;
+        => |b| b.telegram.acts_on(only_xist1_scaled);
     "code-sequence-on-xist1-only" "The code sequence acts on G1_XIST1 and on no other position."
-        => |b| b.user_parameters.acts_on = code_sequence_on_xist1_only;
+        => |b| b.telegram.acts_on(code_sequence_on_xist1_only);
     "class-4-without-xist3" "Code sequence, preset and scaling do not act on G1_XIST3."
-        => |b| b.user_parameters.acts_on = class_4_without_xist3;
+        => |b| b.telegram.acts_on(class_4_without_xist3);
 
     // Scaling
     "range-ignored" "The position begins anew only where the hardware does."
@@ -74,13 +76,17 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
         => |b| b.at_encoder.image(first_position_limited);
     "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
-        => |b| b.user_parameters.stands = |_| true;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::PositionStands(_)));
 
     // Signals
     "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
         => |b| b.at_encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
     "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
-        => |b| b.telegram.parts = st_pos_without_offset;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::SingleTurn {
+            let Settings { scaling, .. } = of.view.measuring.settings;
+            let place = of.view.measuring.under(Settings::hardware(&of.view.hardware)).position();
+            put(octets, (scaling.position(&of.view.hardware, place) % scaling.units_per_revolution.max(1)) as u32);
+        });
 };
 
 /// A position on a circle as a number to both sides of 0.
@@ -98,12 +104,6 @@ fn second_position_runs_below_0(sum: &OffsetSum, right: u64) -> u64 {
 
 fn first_position_limited(_: &Before, now: Image) -> Image {
     Image { g1_xist1: u64::from(now.g1_xist1).min(now.positions - 1) as u32, ..now }
-}
-
-fn st_pos_without_offset(parts: &Parts) -> [u32; 2] {
-    let [_, multi_turn] = telegram::parts(parts);
-    let position = parts.scaling.position(&parts.hardware, parts.place);
-    [telegram::parts(&Parts { position, ..*parts })[0], multi_turn]
 }
 
 fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
@@ -133,21 +133,21 @@ fn position_before_parking_shown(before: &Before, now: Image) -> Image {
     }
 }
 
-fn only_xist1_scaled(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
+fn only_xist1_scaled(signal: Signal, hardware: &Hardware, settings: Settings) -> Settings {
     match signal {
-        Signal::G1Xist1 => settings,
+        Signal::G1Xist1 | Signal::NistB => settings,
         _ => Settings { scaling: Scaling::hardware(hardware), ..settings },
     }
 }
 
-fn code_sequence_on_xist1_only(signal: Signal, settings: Settings, _: &Hardware) -> Settings {
+fn code_sequence_on_xist1_only(signal: Signal, _: &Hardware, settings: Settings) -> Settings {
     match signal {
-        Signal::G1Xist1 => settings,
+        Signal::G1Xist1 | Signal::NistB => settings,
         _ => Settings { direction: Direction::Clockwise, ..settings },
     }
 }
 
-fn class_4_without_xist3(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
+fn class_4_without_xist3(signal: Signal, hardware: &Hardware, settings: Settings) -> Settings {
     match signal {
         Signal::G1Xist3 => Settings::hardware(hardware),
         _ => settings,

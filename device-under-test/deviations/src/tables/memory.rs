@@ -1,6 +1,7 @@
 //! Bugs of non-volatile memory.
 
 use super::Deviation;
+use super::start::first_record;
 use device_stack::profinet::StationData;
 use encoder_profile::encoder::PresetMode;
 
@@ -44,7 +45,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // Others
     "scaling-remembered" "The first record 0xBF00 stays in force for good, over a power cycle too."
-        => |b| (b.memory.keeps_user_parameters, b.user_parameters.takes_every_record) = (true, false);
+        => |b| b.start.understand(first_record(Default::default()));
     "parking-survives-power-off" "An encoder that was parked when the power went is parked after power-up."
         => |b| b.memory.at_power_up = |begin| begin.is_parked = begin.was_parked;
     "name-lost-at-power-off" "The station name is lost at power-off."

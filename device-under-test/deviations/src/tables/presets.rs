@@ -61,11 +61,14 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
         => |b| b.at_encoder.image(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
-        => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user };
+        => |b| b.start.understand(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
-        => |b| b.user_parameters.presets_xist2 = |user| user.preset_acts_on_xist1;
+        => |b| b.checks.check(|check, right| match check {
+            Check::PresetActsOn(_, user) => user.preset_acts_on_xist1,
+            _ => right,
+        });
     "preset-without-class-4" "A preset is carried out although class 4 is off."
-        => |b| b.user_parameters.presets = |_| true;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::PresetsAct(_)));
     "position-not-reduced" "The sum of position and offset is not reduced to the measuring range."
         => |b| {
             b.measuring.absolute(absolute_beyond_the_range);
@@ -102,7 +105,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
         => |b| b.checks.set(Check::PositionStandsStill, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
-        => |b| b.user_parameters.understand = |_, user| UserParameters { preset_acts_on_xist1: true, ..user };
+        => |b| b.start.understand(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
         => |b| b.at_encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
     "highest-position-refused" "The highest position of the range is refused as a preset value."
@@ -134,7 +137,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
             });
         };
     "preset-mode-inverted" "Bit 11 of G1_STW is taken the other way round."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, b ^ 0x0800];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b ^ 0x0800]);
     "request-for-position-presets" "Bit 13 of G1_STW carries out a preset as bit 12 does."
         => |b| {
             b.sensor.asks_for_preset = |request| request.home || request.absolute;

@@ -1,22 +1,87 @@
 //! Bugs of where records answer and of what they do to the cyclic exchange.
 
 use super::Deviation;
+use super::start::{PARAMETER_ACCESS, USER_PARAMETERS};
+use crate::seams::OfEncoder;
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
 use core::time::Duration;
+use device_stack::profinet::{Access, RecordRefusal};
+use encoder_profile::checks::Check;
+use encoder_profile::encoder_object::{ENCODER_API, ENCODER_SLOT};
+use encoder_profile::facts::Submodule;
+use encoder_profile::hooks::{EncoderHooks, RecordOctets, SubmoduleInputs, View};
+use encoder_profile::profidrive::telegram::{Image, Signal};
+use encoder_profile::profidrive::user_parameters::UserParameters;
+use station::Time;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
     "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
-        => |b| b.records.answer_at = |asked, (api, slot, _)| asked == (api, slot, 2);
+        => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
     "parameters-in-slot-0" "Records answer at the device access point only."
-        => |b| b.records.answer_at = |asked, _| asked == (0, 0, 1);
+        => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (0, 0, 1));
     "records-at-every-submodule" "Records answer at each submodule of the encoder."
-        => |b| b.records.answer_at = |(api, slot, _), access_point| (api, slot) == (access_point.0, access_point.1);
+        => |b| answer_at(b, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
     "parameters-at-b02f" "The parameter access has the record B02Fh."
-        => |b| b.records.parameter_access = 0xB02F;
+        => |b| b.checks.check(|check, right| match check {
+            Check::IsParameterAccess(index) => index == 0xB02F,
+            _ => right,
+        });
     "record-read-freezes-position" "The signals of the telegram stand still while a parameter request is handled."
-        => |b| b.records.hold_up = Duration::from_millis(20);
+        => |b| b.at_encoder.add(ReadFreezesPosition::default());
     "telegram-84-needs-class-4" "Telegram 84 is refused where class 4 is off."
-        => |b| b.records.go_with = |telegram, class_4| class_4 || telegram.number != 84;
+        => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
     "telegram-82-not-offered" "Telegram 82 is refused."
-        => |b| b.records.go_with = |telegram, _| telegram.number != 82;
+        => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
 };
+
+fn answer_at(b: &mut OfEncoder<'_>, at: fn(u32, u16, u16) -> bool) {
+    b.checks.check(move |check, right| match check {
+        Check::RecordAnswersAt(api, slot, subslot) => at(api, slot, subslot),
+        _ => right,
+    });
+}
+
+/// The number of the telegram in use.
+fn number(view: &View<'_>) -> u16 {
+    view.submodules[0].telegram.number
+}
+
+/// Refuses some user parameters.
+fn refuse(access: &Access, octets: RecordOctets, is_refused: impl FnOnce(&UserParameters) -> bool) -> RecordOctets {
+    let user = octets.as_ref().ok().and_then(|octets| UserParameters::parse(octets));
+    match user.filter(|_| access.index == USER_PARAMETERS) {
+        Some(user) if is_refused(&user) => Err(RecordRefusal::InvalidParameter),
+        _ => octets,
+    }
+}
+
+/// For how long a parameter request holds up the signals.
+const HELD_UP: Duration = Duration::from_millis(20);
+
+/// Remembers the last inputs of each subslot, and until when they are sent again.
+#[derive(Default)]
+struct ReadFreezesPosition {
+    until: Option<Time>,
+    sent: BTreeMap<u16, Vec<u8>>,
+}
+
+impl EncoderHooks for ReadFreezesPosition {
+    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        if access.index == PARAMETER_ACCESS {
+            self.until = Some(view.now + HELD_UP);
+        }
+        octets
+    }
+
+    fn inputs(&mut self, view: &View<'_>, submodule: &Submodule, _: &Image, right: SubmoduleInputs) -> SubmoduleInputs {
+        let sent = self.sent.entry(submodule.subslot).or_default();
+        let is_held_up = self.until.is_some_and(|until| view.now < until) && sent.len() == right.octets.len();
+        // ZSW2_ENC goes on.
+        let begin = if submodule.telegram.inputs.first() == Some(&Signal::Zsw2Enc) { 2 } else { 0 };
+        let held = if is_held_up { core::mem::take(sent) } else { right.octets.clone() };
+        *sent = [&right.octets[..begin], &held[begin..]].concat();
+        SubmoduleInputs { octets: sent.clone(), ..right }
+    }
+}

@@ -2,9 +2,9 @@
 
 use super::Deviation;
 use core::time::Duration;
-use encoder_profile::encoder::Unit;
-use encoder_profile::profidrive::user_parameters::{Asked, serves};
-use reference_devices::models::sick::settings;
+use encoder_profile::checks::Check;
+use encoder_profile::encoder::{Hardware, Unit};
+use encoder_profile::profidrive::user_parameters::{UserParameters, serves};
 use reference_devices::models::sick_a3m60::knobs::{Brought, Fields, OCTETS, Times};
 
 /// The bugs of this seam.
@@ -47,27 +47,27 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // What is taken
     "zero-units-taken" "No step in a revolution is accepted."
-        => |b| b.encoder.user_parameters.judges = |right, asked| right || asked.scaling.units_per_revolution == 0;
+        => |b| b.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
     "range-of-zero-taken" "A range of 0 is taken for one revolution."
         => |b| b.a3m60.understands = |fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields };
     "impossible-scaling-accepted" "More steps in a revolution or a wider range than the sensor has are accepted in silence."
-        => |b| b.encoder.user_parameters.judges = impossible_scaling_accepted;
+        => |b| b.checks.serves(impossible_scaling_accepted);
     "rule-of-powers-missing" "Any range is accepted without the round axis."
-        => |b| b.encoder.user_parameters.serves = serves;
+        => |b| b.checks.serves(|user, hardware, _| serves(user, hardware));
     "more-revolutions-than-there-are" "A range of more revolutions than the encoder has is accepted."
-        => |b| b.encoder.user_parameters.judges = more_revolutions_than_there_are;
+        => |b| b.checks.serves(more_revolutions_than_there_are);
     "singleturn-range-refused" "A range of one revolution is refused."
-        => |b| b.encoder.user_parameters.judges = |right, asked| right && asked.scaling.range != asked.scaling.units_per_revolution;
+        => |b| b.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
     "range-halved" "The range in force is half of the one that is set."
         => |b| b.a3m60.understands = |fields| Fields { range: fields.range / 2, ..fields };
     "unit-4-ignored" "Unit 4 counts as revolutions per minute."
         => |b| b.a3m60.understands = |fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields };
     "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
-        => |b| b.encoder.user_parameters.unit = |number| (number <= 4).then_some(Unit::Rpm);
+        => |b| b.start.velocity_unit(|_, _| Unit::Rpm);
     "speed-units-exchanged" "The units 1 and 2 are exchanged."
         => |b| b.a3m60.understands = speed_units_exchanged;
     "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
-        => |b| b.encoder.user_parameters.unit = |number| settings::unit(number.into()).or(Some(Unit::PerSecond));
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
     "user-octets-shifted" "The user octets are read one octet late."
         => |b| b.a3m60.octets = |octets| octets.into_iter().skip(1).collect();
     "parameter-length-not-checked" "Octets behind the last one are not looked at."
@@ -114,15 +114,14 @@ fn default_scaling_on(fields: Fields) -> Fields {
     }
 }
 
-fn more_revolutions_than_there_are(right: bool, asked: &Asked) -> bool {
-    let units = asked.scaling.units_per_revolution;
-    let is_possible = (1..=asked.hardware.steps_per_revolution).contains(&units);
-    right || is_possible && asked.scaling.range.is_multiple_of(units) && (asked.scaling.range / units).is_power_of_two()
+fn more_revolutions_than_there_are(user: &UserParameters, hardware: &Hardware, right: bool) -> bool {
+    let (units, range) = (user.units_per_revolution, user.range);
+    let is_possible = (1..=hardware.steps_per_revolution).contains(&units);
+    right || is_possible && range.is_multiple_of(units) && (range / units).is_power_of_two()
 }
 
-fn impossible_scaling_accepted(right: bool, asked: &Asked) -> bool {
-    let is_too_fine = asked.scaling.units_per_revolution > asked.hardware.steps_per_revolution;
-    right || is_too_fine || asked.scaling.range > asked.hardware.range()
+fn impossible_scaling_accepted(user: &UserParameters, hardware: &Hardware, right: bool) -> bool {
+    right || user.units_per_revolution > hardware.steps_per_revolution || user.range > hardware.range()
 }
 
 fn speed_units_exchanged(fields: Fields) -> Fields {

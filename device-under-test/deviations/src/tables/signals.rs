@@ -2,45 +2,49 @@
 
 use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
+use crate::seams::encoder::SentSignal;
 use alloc::vec::Vec;
-use encoder_profile::encoder::{Hardware, Scaling, Settings};
+use encoder_profile::encoder::{Scaling, Settings};
+use encoder_profile::hooks::{SubmoduleInputs, View};
 use encoder_profile::profidrive::sensor::Transfers;
-use encoder_profile::profidrive::telegram::{self, Before, Image, Parts, Signal, Telegram};
-use wire::octets::Append;
+use encoder_profile::profidrive::telegram::{self, Before, Control, Image, Outputs, Signal, Telegram};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Telegrams
     "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
-        => |b| b.telegram.control_words = |_, [a, b]| [b, a];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [b, a]);
     "positions-swapped" "G1_XIST1 and G1_XIST2 change places in the telegrams 81 to 83."
-        => |b| b.telegram.order = positions_swapped;
+        => |b| b.at_encoder.order(positions_swapped);
     "velocity-before-xist2" "NIST_B stands before G1_XIST2 in the telegrams 83 and 84."
-        => |b| b.telegram.order = velocity_before_xist2;
+        => |b| b.at_encoder.order(velocity_before_xist2);
     "xist3-halves-swapped" "The two halves of G1_XIST3 are exchanged."
-        => |b| b.telegram.put = xist3_halves_swapped;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.rotate_left(4) });
     "position-little-endian" "The positions are sent least significant octet first."
-        => |b| b.telegram.put = position_little_endian;
+        => |b| b.at_encoder.signal(|of, octets| if is_position(of.signal) { octets.reverse() });
     "nist-a-from-upper-half" "NIST_A is the upper half of the 32-bit velocity."
-        => |b| b.telegram.put = nist_a_from_upper_half;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::NistA { *octets = (of.image.velocity as i32).to_be_bytes()[..2].into() });
     "nist-b-not-sign-extended" "A negative velocity has zeros in the upper half of NIST_B."
-        => |b| b.telegram.put = nist_b_not_sign_extended;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::NistB && of.image.velocity < 0 { octets[..2].fill(0) });
     "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
         => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
     "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
-        => |b| (b.telegram.input_octets, b.telegram.order) = (with_velocity_octets, with_velocity);
+        => |b| (b.at_encoder.input_octets(with_velocity_octets), b.at_encoder.order(with_velocity));
     "velocity-of-the-other-width" "Telegram 82 carries NIST_B and telegram 83 NIST_A."
-        => |b| (b.telegram.input_octets, b.telegram.order) = (other_width_octets, other_width);
+        => |b| (b.at_encoder.input_octets(other_width_octets), b.at_encoder.order(other_width));
     "xist3-of-four-octets" "G1_XIST3 has four octets."
-        => |b| (b.telegram.input_octets, b.telegram.put) = (xist3_octets, xist3_of_four_octets);
+        => |b| {
+            b.at_encoder.input_octets(|telegram, right| if telegram.number == 84 { 16 } else { right });
+            b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.drain(..4); });
+        };
     "inputs-padded-to-four" "The inputs are filled up to a multiple of four octets."
-        => |b| b.telegram.input_octets = |t| t.input_octets.next_multiple_of(4);
+        => |b| b.at_encoder.input_octets(|_, right| right.next_multiple_of(4));
     "setpoint-word-inserted" "The telegrams 82 and 83 expect a setpoint between STW2_ENC and G1_STW."
-        => |b| b.telegram.control_words = |t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }];
+        => |b| b.at_encoder.control_words(|t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }]);
     "telegram-84-without-g1-stw" "G1_STW is not looked at in telegram 84."
-        => |b| b.telegram.control_words = |t, [a, b]| [a, if t.number == 84 { 0 } else { b }];
+        => |b| b.at_encoder.control_words(|t, [a, b]| [a, if t.number == 84 { 0 } else { b }]);
     "telegram-84-hides-errors" "G1_XIST2 of telegram 84 leaves out the error code."
-        => |b| b.telegram.put = telegram_84_hides_errors;
+        => |b| b.at_encoder.signal(|of, octets| if of.telegram.number == 84 { hide_error(of, octets) });
     "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
         => |b| b.at_encoder.image(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
     "position-of-24-bits" "G1_XIST1 has 24 bits only."
@@ -58,20 +62,20 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
         => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
     "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
-        => |b| b.telegram.control_words = |_, [a, b]| [a & 0x00FF, b];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a & 0x00FF, b]);
     "control-word-octets-swapped" "The octets of G1_STW are exchanged."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, b.swap_bytes()];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b.swap_bytes()]);
     "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
         => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
     "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
         => |b| b.at_encoder.image(|_, now| Image { good: !has_error(&now), ..now });
 
     "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, b | (b & 0x0400) << 4];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (b & 0x0400) << 4]);
     "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
-        => |b| b.telegram.control_words = |_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
     "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }]);
     "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
         => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
     "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
@@ -156,7 +160,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "position-bit-before-position" "Bit 13 of G1_ZSW is set one frame before the position stands in G1_XIST2."
         => |b| b.at_encoder.image(position_bit_before_position);
     "transfer-needs-preset" "The position is transferred in G1_XIST2 while a preset is requested too."
-        => |b| b.telegram.control_words = |_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }]);
     "xist2-one-frame-late" "G1_XIST2 shows the position of the frame before."
         => |b| b.at_encoder.image(xist2_one_frame_late);
     "absolute-value-not-served" "The request for the position in G1_XIST2 has no effect."
@@ -189,23 +193,23 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
 
     // Submodules
     "mantel-without-velocity" "Telegram 860 has the position alone."
-        => |b| (b.telegram.input_octets, b.telegram.order) = (mantel_without_velocity_octets, mantel_without_velocity);
+        => |b| (b.at_encoder.input_octets(mantel_without_velocity_octets), b.at_encoder.order(mantel_without_velocity));
     "velocity-before-position" "The velocity stands before the position in telegram 860."
-        => |b| b.telegram.order = velocity_before_position;
+        => |b| b.at_encoder.order(velocity_before_position);
     "mantel-position-in-front" "A position of 16 bits stands in the first two of the four octets of telegram 860."
-        => |b| b.telegram.put = mantel_position_in_front;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::Position && of.image.positions <= 1 << 16 { octets.rotate_left(2) });
     "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
-        => |b| b.user_parameters.acts_on = mantel_position_unscaled;
+        => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+            Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
+            _ => settings,
+        });
     "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
         => |b| b.at_encoder.image(|before, now| Image {
             plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
             ..now
         });
     "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
-        => |b| b.telegram.put = |telegram, signal, image, out| match signal {
-            Signal::NistA => put_low_octet_first(telegram, signal, image, out),
-            _ => telegram::put(signal, image, out),
-        };
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::NistA { octets.reverse() });
     "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
         => |b| b.at_encoder.image(|_, now| Image { single_turn: now.single_turn << 16, ..now });
     "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
@@ -216,86 +220,59 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
             ..now
         });
     "st-pos-reaches-mur" "The position within the revolution is a whole revolution where it should be 0."
-        => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
-            [0, turns] => [parts.scaling.units_per_revolution as u32, turns],
-            right => right,
-        };
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::SingleTurn && of.image.single_turn == 0 { put(octets, units(of) as u32) });
     "st-pos-modulo-range" "The position within the revolution is the position in the range."
-        => |b| b.telegram.parts = |parts| [parts.position as u32, telegram::parts(parts)[1]];
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::SingleTurn { put(octets, of.image.plain_position) });
     "mt-pos-rounded-up" "The revolutions are rounded up."
-        => |b| b.telegram.parts = |parts| match telegram::parts(parts) {
-            [0, turns] => [0, turns],
-            [rest, turns] => [rest, turns + 1],
-        };
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });
     "mt-pos-of-the-hardware" "The revolutions are those of the hardware."
-        => |b| b.telegram.parts =
-            |parts| [telegram::parts(parts)[0], (parts.place / parts.hardware.steps_per_revolution) as u32];
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::MultiTurn { put(octets, turns_of_the_hardware(of.view) as u32) });
     "mt-pos-counts-turns" "The revolutions of the shaft are counted beyond those of the range."
-        => |b| b.telegram.parts = mt_pos_counts_turns;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::MultiTurn {
+            let laps = of.view.measuring.laps * of.view.hardware.revolutions as i64;
+            put(octets, (laps + turns_of_the_hardware(of.view) as i64) as u32);
+        });
     "mt-pos-underflows" "Where the range is below a revolution the revolutions have all bits set."
-        => |b| b.telegram.parts = |parts| match parts.scaling.range < parts.scaling.units_per_revolution {
-            true => [telegram::parts(parts)[0], u32::MAX],
-            false => telegram::parts(parts),
-        };
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.view.measuring.settings.scaling.range < units(of) { octets.fill(0xFF) });
     "separate-g1-stw-obeyed" "The bits of G1_STW in a submodule of its own are obeyed."
-        => |b| b.telegram.separate = |[a, b], separate| [a, b | separate];
-    "separate-g1-zsw-zero" "G1_ZSW in a submodule of its own is always 0."
-        => |b| b.telegram.put = |_, signal, image, out| match signal {
-            Signal::SeparateG1Zsw => out.put_u16(0),
-            _ => telegram::put(signal, image, out),
+        => |b| {
+            let mut bits = 0;
+            b.at_encoder.outputs(move |_, telegram, arrived| {
+                if telegram.outputs.contains(&Control::SeparateG1Stw) {
+                    bits = arrived.separate.unwrap_or(0);
+                }
+                Outputs { words: arrived.words.map(|[a, b]| [a, b | bits]), ..arrived }
+            });
         };
+    "separate-g1-zsw-zero" "G1_ZSW in a submodule of its own is always 0."
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::SeparateG1Zsw { octets.fill(0) });
     "extension-shifts-the-telegram" "With a submodule for the velocity telegram 81 begins two octets later."
-        => |b| b.telegram.put = extension_shifts_the_telegram;
+        => |b| b.at_encoder.signal(|of, octets| {
+            let has_speed = of.view.submodules.iter().any(|one| one.telegram.inputs == [Signal::NistA]);
+            if of.signal == Signal::Zsw2Enc && has_speed {
+                octets.splice(..0, [0, 0]);
+            }
+        });
     "provider-status-bad" "The provider status of the last submodule with inputs stays bad."
-        => |b| b.telegram.is_good = |is_last, right| right && !is_last;
+        => |b| b.at_encoder.inputs(|view, submodule, _, right| {
+            let last = view.submodules.iter().rfind(|one| one.telegram.input_octets > 0);
+            SubmoduleInputs { are_good: right.are_good && last.is_none_or(|last| *last != submodule), ..right }
+        });
 };
 
-fn put_low_octet_first(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let begin = out.len();
-    telegram::put(signal, image, out);
-    out[begin..].reverse();
-}
-
-fn mantel_without_velocity(telegram: &Telegram) -> &'static [Signal] {
+fn mantel_without_velocity(telegram: &'static Telegram) -> &'static [Signal] {
     if telegram.number == 860 { &[Signal::Position] } else { telegram.inputs }
 }
 
-fn mantel_without_velocity_octets(telegram: &Telegram) -> u16 {
-    if telegram.number == 860 { 4 } else { telegram.input_octets }
+fn mantel_without_velocity_octets(telegram: &Telegram, right: u16) -> u16 {
+    if telegram.number == 860 { 4 } else { right }
 }
 
-fn velocity_before_position(telegram: &Telegram) -> &'static [Signal] {
+fn velocity_before_position(telegram: &'static Telegram) -> &'static [Signal] {
     if telegram.number == 860 { &[Signal::NistB, Signal::Position] } else { telegram.inputs }
 }
 
-fn mantel_position_in_front(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::Position if image.positions <= 1 << 16 => out.put_u32(image.plain_position << 16),
-        other => telegram::put(other, image, out),
-    }
-}
-
-fn mantel_position_unscaled(signal: Signal, settings: Settings, hardware: &Hardware) -> Settings {
-    match signal {
-        Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
-        _ => settings,
-    }
-}
-
-fn mt_pos_counts_turns(parts: &Parts) -> [u32; 2] {
-    let turns = (parts.place / parts.hardware.steps_per_revolution) as i64;
-    let turns = parts.laps * parts.hardware.revolutions as i64 + turns;
-    [telegram::parts(parts)[0], turns as u32]
-}
-
-fn extension_shifts_the_telegram(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    if signal == Signal::Zsw2Enc && image.has_speed {
-        out.put_u16(0);
-    }
-    telegram::put(signal, image, out);
-}
-
-fn positions_swapped(telegram: &Telegram) -> &'static [Signal] {
+fn positions_swapped(telegram: &'static Telegram) -> &'static [Signal] {
     use Signal::{G1Xist1, G1Xist2, G1Zsw, NistA, NistB, Zsw2Enc};
     match telegram.number {
         81 => &[Zsw2Enc, G1Zsw, G1Xist2, G1Xist1],
@@ -305,7 +282,7 @@ fn positions_swapped(telegram: &Telegram) -> &'static [Signal] {
     }
 }
 
-fn velocity_before_xist2(telegram: &Telegram) -> &'static [Signal] {
+fn velocity_before_xist2(telegram: &'static Telegram) -> &'static [Signal] {
     use Signal::{G1Xist1, G1Xist2, G1Xist3, G1Zsw, NistB, Zsw2Enc};
     match telegram.number {
         83 => &[Zsw2Enc, G1Zsw, G1Xist1, NistB, G1Xist2],
@@ -314,15 +291,15 @@ fn velocity_before_xist2(telegram: &Telegram) -> &'static [Signal] {
     }
 }
 
-fn with_velocity(telegram: &Telegram) -> &'static [Signal] {
+fn with_velocity(telegram: &'static Telegram) -> &'static [Signal] {
     if telegram.number == 81 { telegram::STANDARD[1].inputs } else { telegram.inputs }
 }
 
-fn with_velocity_octets(telegram: &Telegram) -> u16 {
-    if telegram.number == 81 { 14 } else { telegram.input_octets }
+fn with_velocity_octets(telegram: &Telegram, right: u16) -> u16 {
+    if telegram.number == 81 { 14 } else { right }
 }
 
-fn other_width(telegram: &Telegram) -> &'static [Signal] {
+fn other_width(telegram: &'static Telegram) -> &'static [Signal] {
     match telegram.number {
         82 => telegram::STANDARD[2].inputs,
         83 => telegram::STANDARD[1].inputs,
@@ -330,29 +307,11 @@ fn other_width(telegram: &Telegram) -> &'static [Signal] {
     }
 }
 
-fn other_width_octets(telegram: &Telegram) -> u16 {
+fn other_width_octets(telegram: &Telegram, right: u16) -> u16 {
     match telegram.number {
         82 => 16,
         83 => 14,
-        _ => telegram.input_octets,
-    }
-}
-
-fn xist3_octets(telegram: &Telegram) -> u16 {
-    if telegram.number == 84 { 16 } else { telegram.input_octets }
-}
-
-fn xist3_of_four_octets(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::G1Xist3 => out.put_u32(image.g1_xist3 as u32),
-        other => telegram::put(other, image, out),
-    }
-}
-
-fn telegram_84_hides_errors(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::G1Xist2 if telegram.number == 84 && has_error(image) => out.put_u32(0),
-        other => telegram::put(other, image, out),
+        _ => right,
     }
 }
 
@@ -387,35 +346,30 @@ fn position_bit_before_position(before: &Before, now: Image) -> Image {
     }
 }
 
-fn xist3_halves_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    telegram::put(signal, &Image { g1_xist3: image.g1_xist3.rotate_right(32), ..*image }, out);
+/// Gives a signal another value.
+pub fn put(octets: &mut Vec<u8>, value: u32) {
+    *octets = value.to_be_bytes().into();
 }
 
-fn position_little_endian(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let begin = out.len();
-    telegram::put(signal, image, out);
-    if is_position(signal) {
-        out[begin..].reverse();
+/// Leaves an error code out of G1_XIST2.
+pub fn hide_error(of: &SentSignal<'_>, octets: &mut [u8]) {
+    if of.signal == Signal::G1Xist2 && has_error(of.image) {
+        octets.fill(0);
     }
+}
+
+fn units(of: &SentSignal<'_>) -> u64 {
+    of.view.measuring.settings.scaling.units_per_revolution
+}
+
+/// The revolutions that the sensor tells apart, without scaling, offset and code sequence.
+fn turns_of_the_hardware(view: &View<'_>) -> u64 {
+    view.measuring.under(Settings::hardware(&view.hardware)).position() / view.hardware.steps_per_revolution
 }
 
 fn is_position(signal: Signal) -> bool {
     use Signal::{G1Xist1, G1Xist2, G1Xist3, MultiTurn, Position, SingleTurn};
     matches!(signal, G1Xist1 | G1Xist2 | G1Xist3 | Position | SingleTurn | MultiTurn)
-}
-
-fn nist_a_from_upper_half(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::NistA => out.put_u16((image.velocity >> 16) as u16),
-        other => telegram::put(other, image, out),
-    }
-}
-
-fn nist_b_not_sign_extended(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::NistB if image.velocity < 0 => out.put_u32((image.velocity as u16).into()),
-        other => telegram::put(other, image, out),
-    }
 }
 
 fn xist2_always_shows_position(_: &Before, now: Image) -> Image {

@@ -1,207 +1,236 @@
 //! Bugs of the record of user parameters.
 
 use super::Deviation;
-use encoder_profile::encoder::{Direction, Hardware, Scaling, Unit};
+use crate::seams::OfEncoder;
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use core::time::Duration;
+use device_stack::Attached;
+use device_stack::profinet::{Access, RecordRefusal};
+use encoder_profile::checks::{Check, Checks};
+use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings, Unit};
+use encoder_profile::hooks::{EncoderHooks, RecordOctets, View};
 use encoder_profile::profidrive::telegram::Signal;
-use encoder_profile::profidrive::user_parameters::{Asked, OCTETS, Rules, UserParameters, unit};
+use encoder_profile::profidrive::user_parameters::{OCTETS, ParametrizedEncoder, UserParameters};
+
+/// Index of the record of user parameters.
+pub const USER_PARAMETERS: u16 = 0xBF00;
+/// Index of the record of the parameter access.
+pub const PARAMETER_ACCESS: u16 = 0xB02E;
+/// Octet 0 of the user parameters at delivery, of the XAC77.
+const DEFAULT_SWITCHES: u8 = 0x22;
+/// Later than any controller waits for good data.
+const NEVER: Duration = Duration::from_secs(3600);
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Record
     "record-length-not-checked" "A record 0xBF00 of another length is accepted."
-        => |b| b.user_parameters.checks_length = false;
+        => |b| change_record(b, |octets| octets.resize(OCTETS, 0));
     "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
-        => |b| b.user_parameters.takes_every_record = false;
+        => |b| record_taken_once(b);
     "record-half-taken-in-data-exchange" "A record in data exchange is refused and scales the position nevertheless."
-        => |b| b.user_parameters.measures_by_refused = true;
+        => |b| record_half_taken(b);
     "bits-2-and-3-exchanged" "Preset control and scaling change places in octet 0."
-        => |b| b.user_parameters.octets =
-            |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8;
+        => |b| read_octets(b, |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8);
     "reserved-bit-7-acts" "Bit 7 of octet 0 turns the code sequence round."
-        => |b| b.user_parameters.octets = |octets| octets[0] ^= octets[0] >> 7;
+        => |b| read_octets(b, |octets| octets[0] ^= octets[0] >> 7);
     "scaling-little-endian" "The scaling parameters are read with their least significant octet first."
-        => |b| b.user_parameters.octets = scaling_little_endian;
+        => |b| read_octets(b, scaling_little_endian);
     "octet-17-as-unit" "The velocity unit is read from octet 17."
-        => |b| b.user_parameters.octets = |octets| octets[18] = octets[17];
+        => |b| read_octets(b, |octets| octets[18] = octets[17]);
     "unit-from-octet-19" "The velocity unit is read from octet 19."
-        => |b| b.user_parameters.octets = |octets| octets[18] = octets[19];
+        => |b| read_octets(b, |octets| octets[18] = octets[19]);
     "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
-        => |b| b.user_parameters.preset_value = |octets| Some(octets[30].into()).filter(|value| *value != 0);
+        => |b| b.at_encoder.add(ReservedOctetsAct::default());
     "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
-        => |b| b.user_parameters.understand = upper_scaling_octets_ignored;
+        => |b| b.start.understand(upper_scaling_octets_ignored);
     "units-and-range-exchanged" "Units per revolution and total range change places."
-        => |b| b.user_parameters.understand = units_and_range_exchanged;
+        => |b| b.start.understand(units_and_range_exchanged);
     "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-        => |b| b.user_parameters.understand = |_, user| UserParameters { compatible: !user.compatible, ..user };
+        => |b| b.start.understand(|_, user| UserParameters { compatible: !user.compatible, ..user });
     "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
-        => |b| b.user_parameters.are_wrong = |_, _, _| false;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
 
     // Class 4 and code sequence
     "class-4-always-on" "The class 4 bit is not looked at."
-        => |b| b.user_parameters.understand = |_, user| UserParameters { class_4: true, ..user };
+        => |b| b.start.understand(|_, user| UserParameters { class_4: true, ..user });
     "code-sequence-ignored" "The position rises clockwise whatever the record says."
-        => |b| b.user_parameters.direction = |_, _| Direction::Clockwise;
+        => |b| b.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
     "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
-        => |b| b.user_parameters.direction = |user, _| user.direction;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
     "direction-reversed" "The code sequence of the singleturn encoder is reversed."
-        => |b| b.user_parameters.direction = direction_reversed;
+        => |b| b.start.settings(direction_reversed);
 
     // Scaling
     "scaling-without-class-4" "Scaling acts although class 4 is off."
-        => |b| b.user_parameters.scales = |user| user.scaling;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ScalingActs(user) => user.scaling,
+            _ => right,
+        });
     "scaling-bit-ignored" "Scaling acts although it is off."
-        => |b| b.user_parameters.scales = |user| user.class_4;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ScalingActs(user) => user.class_4,
+            _ => right,
+        });
     "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
-        => |b| b.user_parameters.measures_by = scaling_one_start_late;
+        => |b| b.start.settings(scaling_one_start_late());
     "full-range-refused" "The whole range of the hardware is taken for an impossible one."
-        => |b| b.user_parameters.judges = |right, asked| right && asked.scaling.range < asked.hardware.range();
+        => |b| b.checks.serves(|user, hardware, right| right && user.range < hardware.range());
     "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
-        => |b| b.user_parameters.judges =
-            |right, asked| right && asked.scaling.units_per_revolution < asked.hardware.steps_per_revolution;
+        => |b| b.checks.serves(|user, hardware, right| right && user.units_per_revolution < hardware.steps_per_revolution);
     "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
-        => |b| b.user_parameters.limits = |own, other| other.unwrap_or(own);
+        => |b| limits_of_the_other_variant(b);
     "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
-        => |b| b.user_parameters.judges = single_limits_not_checked;
+        => |b| b.checks.serves(single_limits_not_checked);
     "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
-        => |b| b.user_parameters.judges = |right, asked| right || are_single_limits_kept(asked);
+        => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
     "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
-        => |b| b.user_parameters.judges = |right, asked| {
-            right && asked.scaling.units_per_revolution.is_power_of_two() && asked.scaling.range.is_power_of_two()
-        };
+        => |b| b.checks.serves(|user, _, right| {
+            right && user.units_per_revolution.is_power_of_two() && user.range.is_power_of_two()
+        });
     "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
-        => |b| b.user_parameters.starts = |user| user.units_per_revolution != 0;
+        => |b| b.at_encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
 
     // Velocity unit
     "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
-        => |b| b.user_parameters.unit = |number| unit(number).or(Some(Unit::PerSecond));
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
     "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
-        => |b| b.user_parameters.unit = |number| unit(number).map(|_| Unit::PerSecond);
+        => |b| b.start.velocity_unit(|_, _| Unit::PerSecond);
     "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
-        => |b| b.user_parameters.are_wrong = |user, telegram, _| user.speed_unit != 0 && telegram.number == 81;
+        => |b| b.checks.check(|check, right| match check {
+            Check::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
+            _ => right,
+        });
 
     // Defaults
     "default-record-is-wrong" "The switches by default are taken for wrong."
-        => |b| b.user_parameters.are_wrong = |user, _, default| user.bits == default.bits;
+        => |b| b.checks.check(|check, right| match check {
+            Check::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
+            _ => right,
+        });
     "defaults-of-another-model" "Without scaling a revolution has 8192 units."
-        => |b| b.user_parameters.unscaled =
-            |hardware| Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) };
+        => |b| b.start.settings(|user, hardware, right| {
+            unscaled(user, right, Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) })
+        });
     "default-range-of-one-revolution" "Without scaling the total range is one revolution."
-        => |b| b.user_parameters.unscaled =
-            |hardware| Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) };
+        => |b| b.start.settings(|user, hardware, right| {
+            unscaled(user, right, Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) })
+        });
     "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
-        => |b| b.user_parameters.default = default_switches_inverted;
+        => |b| b.start.delivered(default_switches_inverted);
     "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
-        => |b| (b.user_parameters.default, b.life_sign.tolerated_without_compatibility) = (default_tolerance_10, |n| n);
+        => |b| {
+            b.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
+            b.life_sign.tolerated_without_compatibility = |n| n;
+        };
     "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
-        => |b| b.user_parameters.default =
-            |right, _| UserParameters { speed_unit: Unit::Rpm as u8, ..right };
+        => |b| b.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });
 };
 
 /// The bugs of this seam that not all manuals have.
 pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Record
     "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
-        => |b| b.user_parameters.octets = scaling_of_32_bits;
+        => |b| read_octets(b, scaling_of_32_bits);
     "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
-        => |b| b.user_parameters.octets_expected = 30;
+        => |b| b.at_encoder.write_record(record_of_30_octets);
     "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
-        => |b| b.user_parameters.are_wrong = |user, _, _| user.life_sign_failures != 0;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ToleranceIsRight(user) => user.life_sign_failures == 0,
+            _ => right,
+        });
     "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
-        => |b| b.user_parameters.direction = |user, _| match user.direction {
-            Direction::Clockwise if user.class_4 => Direction::Counterclockwise,
-            _ => Direction::Clockwise,
-        };
+        => |b| b.start.settings(|user, _, right| match user.direction {
+            Direction::Clockwise if user.class_4 => Settings { direction: Direction::Counterclockwise, ..right },
+            _ => Settings { direction: Direction::Clockwise, ..right },
+        });
     "class-4-inverted" "Class 4 is on while its bit is 0."
-        => |b| b.user_parameters.understand = |_, user| UserParameters { class_4: !user.class_4, ..user };
+        => |b| b.start.understand(|_, user| UserParameters { class_4: !user.class_4, ..user });
     "missing-record-ignored" "A start without a record is no error."
-        => |b| b.user_parameters.without_record = |_| true;
+        => |b| b.checks.set(Check::StartsWithoutRecord, true);
     "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
-        => |b| b.user_parameters.understand = |before, user| match (user.units_per_revolution, user.range) {
-            (0, 0) => before,
+        => |b| b.start.understand(|view, user| match (user.units_per_revolution, user.range) {
+            (0, 0) => *view.user,
             _ => user,
-        };
+        });
     "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
-        => |b| b.user_parameters.stays_wrong = true;
+        => |b| parameter_error_latched(b);
     "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
-        => |b| b.records.starts = |telegram, was_asked| telegram.number != 860 || was_asked;
+        => |b| b.at_encoder.add(Mantel860WaitsForPreset::default());
 
     // In data exchange
     "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
-        => |b| b.user_parameters.acts_in_exchange = false;
+        => |b| b.checks.set(Check::RecordActsAtOnce, false);
     "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
-        => |b| b.user_parameters.outlasts_starts = true;
+        => |b| record_of_data_exchange_stays(b);
     "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
-        => |b| b.user_parameters.acts_since =
-            |signal, now, at_start| if signal == Signal::Position { now } else { at_start };
+        => |b| new_scaling_in_mantel860_only(b);
 
     // Scaling
     "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
         => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
     "range-of-24-bits" "Only the lower 24 bits of the total range count."
-        => |b| b.user_parameters.understand = |_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user };
+        => |b| b.start.understand(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
     "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
-        => |b| b.user_parameters.judges = |right, asked| right && asked.scaling.range <= 1 << 25;
+        => |b| b.checks.serves(|user, _, right| right && user.range <= 1 << 25);
 
     // The status, as it is read
     "status-of-31-octets" "The status is the record that was written."
-        => |b| b.records.status = |_, written| written.into();
+        => |b| b.at_encoder.add(StatusOf31Octets::default());
     "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
-        => |b| b.records.status = |mut octets, _| {
-            octets.drain(20..24);
-            octets.extend([0; 4]);
-            octets
-        };
+        => |b| b.at_encoder.read_record(|_, access, octets| match access.index {
+            USER_PARAMETERS => octets.map(|octets| [&octets[..20], &octets[24..], &[0; 4]].concat()),
+            _ => octets,
+        });
     "profile-version-in-one-octet" "The version of the profile has one octet."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
     "profile-version-3-1" "The status tells version 3.1 of the profile."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
 };
 
-fn scaling_of_32_bits(octets: &mut [u8; OCTETS]) {
+fn scaling_of_32_bits(octets: &mut [u8]) {
     for begin in [1, 9] {
         octets.copy_within(begin..begin + 4, begin + 4);
         octets[begin..begin + 4].fill(0);
     }
 }
 
-fn scaling_little_endian(octets: &mut [u8; OCTETS]) {
+fn scaling_little_endian(octets: &mut [u8]) {
     octets[1..9].reverse();
     octets[9..17].reverse();
 }
 
-fn upper_scaling_octets_ignored(_: UserParameters, user: UserParameters) -> UserParameters {
+fn upper_scaling_octets_ignored(_: &View<'_>, user: UserParameters) -> UserParameters {
     let UserParameters { units_per_revolution, range, .. } = user;
     UserParameters { units_per_revolution: units_per_revolution & 0xFFFF_FFFF, range: range & 0xFFFF_FFFF, ..user }
 }
 
-fn units_and_range_exchanged(_: UserParameters, user: UserParameters) -> UserParameters {
+fn units_and_range_exchanged(_: &View<'_>, user: UserParameters) -> UserParameters {
     UserParameters { units_per_revolution: user.range, range: user.units_per_revolution, ..user }
 }
 
-fn direction_reversed(user: &UserParameters, hardware: &Hardware) -> Direction {
-    match ((Rules::default().direction)(user, hardware), hardware.revolutions) {
+fn direction_reversed(_: &UserParameters, hardware: &Hardware, right: Settings) -> Settings {
+    let direction = match (right.direction, hardware.revolutions) {
         (Direction::Clockwise, 1) => Direction::Counterclockwise,
         (Direction::Counterclockwise, 1) => Direction::Clockwise,
         (direction, _) => direction,
-    }
+    };
+    Settings { direction, ..right }
 }
 
-fn scaling_one_start_late(before: UserParameters, now: UserParameters) -> UserParameters {
-    let UserParameters { scaling, units_per_revolution, range, .. } = before;
-    UserParameters { scaling, units_per_revolution, range, ..now }
+/// Whether units and range are each within the limits of the hardware, whatever their ratio.
+pub fn are_single_limits_kept(user: &UserParameters, hardware: &Hardware, least_range: u64) -> bool {
+    (1..=hardware.steps_per_revolution).contains(&user.units_per_revolution)
+        && (least_range..=hardware.range()).contains(&user.range)
 }
 
-fn are_single_limits_kept(asked: &Asked) -> bool {
-    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, .. } = *asked;
-    (1..=hardware.steps_per_revolution).contains(&units) && (2..=hardware.range()).contains(&range)
+fn single_limits_not_checked(user: &UserParameters, hardware: &Hardware, right: bool) -> bool {
+    right || user.range != 0 && !are_single_limits_kept(user, hardware, 2)
 }
 
-fn single_limits_not_checked(right: bool, asked: &Asked) -> bool {
-    let is_number = asked.scaling.range != 0;
-    right || is_number && !are_single_limits_kept(asked)
-}
-
-fn default_switches_inverted(right: UserParameters, _: &Hardware) -> UserParameters {
+fn default_switches_inverted(_: &Hardware, right: UserParameters) -> UserParameters {
     UserParameters {
         bits: right.bits ^ 0x3F,
         direction: Direction::Counterclockwise,
@@ -214,6 +243,205 @@ fn default_switches_inverted(right: UserParameters, _: &Hardware) -> UserParamet
     }
 }
 
-fn default_tolerance_10(right: UserParameters, _: &Hardware) -> UserParameters {
-    UserParameters { life_sign_failures: 10, ..right }
+/// Changes the octets of each record of user parameters.
+fn change_record(b: &mut OfEncoder<'_>, change: fn(&mut Vec<u8>)) {
+    b.at_encoder.write_record(move |_, access, octets| match octets {
+        Ok(mut octets) if access.index == USER_PARAMETERS => {
+            change(&mut octets);
+            Ok(octets)
+        }
+        octets => octets,
+    });
+}
+
+/// Reads the record otherwise, if it has the right length.
+fn read_octets(b: &mut OfEncoder<'_>, change: fn(&mut [u8])) {
+    b.at_encoder.write_record(move |_, access, octets| match octets {
+        Ok(mut octets) if access.index == USER_PARAMETERS && octets.len() == OCTETS => {
+            change(&mut octets);
+            Ok(octets)
+        }
+        octets => octets,
+    });
+}
+
+fn record_of_30_octets(_: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+    match octets {
+        Ok(mut octets) if access.index == USER_PARAMETERS && octets.len() == 30 => {
+            octets.push(0);
+            Ok(octets)
+        }
+        Ok(_) if access.index == USER_PARAMETERS => Err(RecordRefusal::WriteLength),
+        octets => octets,
+    }
+}
+
+/// The settings with another scaling where the user has none.
+pub fn unscaled(user: &UserParameters, right: Settings, scaling: Scaling) -> Settings {
+    if user.class_4 && user.scaling { right } else { Settings { scaling, ..right } }
+}
+
+/// Takes the first record for all that follow.
+pub fn first_record(
+    first: Rc<Cell<Option<UserParameters>>>,
+) -> impl FnMut(&View<'_>, UserParameters) -> UserParameters {
+    move |view, user| {
+        let taken = first.get().unwrap_or(user);
+        first.set(first.get().or(view.has_record.then_some(user)));
+        taken
+    }
+}
+
+fn record_taken_once(b: &mut OfEncoder<'_>) {
+    let first = Rc::new(Cell::new(None));
+    b.start.understand(first_record(Rc::clone(&first)));
+    b.at_encoder.powered_up(move || first.set(None));
+}
+
+fn record_half_taken(b: &mut OfEncoder<'_>) {
+    let refused = Rc::new(Cell::new(None));
+    let (at_start, acting) = (Rc::clone(&refused), Rc::clone(&refused));
+    b.at_encoder.write_record(move |view, access, octets| {
+        let is_refused = access.index == USER_PARAMETERS && view.exchanged_for.is_some();
+        let user = octets.as_ref().ok().and_then(|octets| UserParameters::parse(octets));
+        if let (true, Some(user)) = (is_refused, user) {
+            let (checks, steps) = (Checks::default(), Attached::NONE);
+            let encoder = ParametrizedEncoder {
+                hardware: view.hardware,
+                limits: &view.facts.limits,
+                checks: &checks,
+                steps: &steps,
+            };
+            refused.set(Some(user.settings(&encoder)));
+        }
+        octets
+    });
+    b.start.understand(move |_, user| {
+        at_start.set(None);
+        user
+    });
+    b.telegram.acts_on(move |_, _, right| acting.get().unwrap_or(right));
+}
+
+fn scaling_one_start_late() -> impl FnMut(&UserParameters, &Hardware, Settings) -> Settings {
+    let mut before = None;
+    move |_, _, right| {
+        let scaling = before.replace(right.scaling).unwrap_or(right.scaling);
+        Settings { scaling, ..right }
+    }
+}
+
+fn limits_of_the_other_variant(b: &mut OfEncoder<'_>) {
+    let other = Rc::new(Cell::new(None));
+    let known = Rc::clone(&other);
+    b.start.understand(move |view, user| {
+        other.set(Some((view.other, view.facts.limits.serves)));
+        user
+    });
+    b.checks.serves(move |user, _, right| known.get().map_or(right, |(other, serves)| serves(user, &other)));
+}
+
+fn parameter_error_latched(b: &mut OfEncoder<'_>) {
+    let is_wrong = Rc::new(Cell::new(false));
+    let at_start = Rc::clone(&is_wrong);
+    b.start.understand(move |view, user| {
+        at_start.set(at_start.get() && view.exchanged_for.is_some());
+        user
+    });
+    b.checks.check(move |check, right| match check {
+        Check::StartsWithoutRecord => {
+            is_wrong.set(is_wrong.get() || !right);
+            right
+        }
+        Check::UserParametersAreRight(..) => {
+            is_wrong.set(is_wrong.get() || !right);
+            !is_wrong.get()
+        }
+        _ => right,
+    });
+}
+
+fn record_of_data_exchange_stays(b: &mut OfEncoder<'_>) {
+    let kept = Rc::new(Cell::new(None));
+    let in_memory = Rc::clone(&kept);
+    b.start.understand(move |view, user| {
+        if view.exchanged_for.is_some() {
+            kept.set(Some(user));
+        }
+        kept.get().unwrap_or(user)
+    });
+    b.at_encoder.powered_up(move || in_memory.set(None));
+}
+
+fn new_scaling_in_mantel860_only(b: &mut OfEncoder<'_>) {
+    let at_start = Rc::new(Cell::new(None));
+    let known = Rc::clone(&at_start);
+    b.start.understand(move |view, user| {
+        if view.exchanged_for.is_none() {
+            at_start.set(None);
+        }
+        user
+    });
+    b.telegram.acts_on(move |signal, _, right| {
+        let settings = known.get().unwrap_or(right);
+        known.set(Some(settings));
+        if matches!(signal, Signal::Position | Signal::NistB) { right } else { settings }
+    });
+}
+
+/// P65000 shows octet 30 of the last record, until it is written itself.
+#[derive(Default)]
+struct ReservedOctetsAct(Option<(u8, u32)>);
+
+impl EncoderHooks for ReservedOctetsAct {
+    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        let octet = octets.as_ref().ok().and_then(|octets| octets.get(30)).filter(|octet| **octet != 0);
+        if let (USER_PARAMETERS, Some(octet)) = (access.index, octet) {
+            self.0 = Some((*octet, view.preset_value));
+        }
+        octets
+    }
+
+    fn element(&mut self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+        match self.0 {
+            Some((octet, before)) if at == (65000, 0) && view.preset_value == before => octet.into(),
+            _ => right,
+        }
+    }
+}
+
+/// Remembers whether the start has brought a parameter request.
+#[derive(Default)]
+struct Mantel860WaitsForPreset(bool);
+
+impl EncoderHooks for Mantel860WaitsForPreset {
+    fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        self.0 |= access.index == PARAMETER_ACCESS && view.exchanged_for.is_none();
+        octets
+    }
+
+    fn ready(&mut self, view: &View<'_>, right: Duration) -> Duration {
+        let was_asked = core::mem::take(&mut self.0);
+        if view.submodules[0].telegram.number != 860 || was_asked { right } else { NEVER }
+    }
+}
+
+/// Remembers the record that was written last.
+#[derive(Default)]
+struct StatusOf31Octets(Vec<u8>);
+
+impl EncoderHooks for StatusOf31Octets {
+    fn write_record(&mut self, _: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        if let (USER_PARAMETERS, Ok(octets)) = (access.index, &octets) {
+            self.0.clone_from(octets);
+        }
+        octets
+    }
+
+    fn read_record(&mut self, _: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
+        match access.index {
+            USER_PARAMETERS => octets.map(|_| self.0.clone()),
+            _ => octets,
+        }
+    }
 }

@@ -3,16 +3,15 @@
 use super::Deviation;
 use super::image::has_position;
 use crate::seams::OfEncoder;
+use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
 use encoder_profile::encoder::measuring::Sampled;
 use encoder_profile::encoder::velocity::MeasuredWay;
-use encoder_profile::encoder::{Direction, Hardware, Sampling, Scaling, Unit};
-use encoder_profile::profidrive::telegram::{self, Before, Image, Signal, Telegram};
-use encoder_profile::profidrive::user_parameters::{UserParameters, unit};
-use wire::octets::Append;
+use encoder_profile::encoder::{Direction, Sampling, Scaling, Settings, Unit};
+use encoder_profile::profidrive::telegram::{Before, Image, Signal};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
@@ -20,11 +19,14 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
         => |b| b.velocity.velocity(speed_per_minute);
     "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
-        => |b| b.user_parameters.unit = speed_units_exchanged;
+        => |b| b.start.velocity_unit(speed_units_exchanged);
     "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
         => |b| b.velocity.velocity(rpm_from_scaled_steps);
     "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
-        => |b| b.user_parameters.scales_velocity = |_, hardware, _| Scaling::hardware(hardware);
+        => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+            Signal::NistB => Settings { scaling: Scaling::hardware(hardware), ..settings },
+            _ => settings,
+        });
 
     // Windows
     "speed-once-a-second" "The velocity is calculated once a second."
@@ -46,7 +48,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
         => |b| b.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
     "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
-        => |b| b.telegram.put = speed_overflows;
+        => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
 };
 
 /// The bugs of this seam that not all manuals have.
@@ -58,13 +60,13 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
         => |b| b.at_encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
     "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
-        => |b| b.telegram.put = short_velocity_limited_symmetrically;
+        => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
     "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
-        => |b| b.telegram.put = long_velocity_limited;
+        => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
     "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
-        => |b| b.telegram.put = short_velocity_filtered;
+        => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + of.image.velocity_before) / 2)));
     "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
-        => |b| b.user_parameters.scales_velocity = unused_scaling_in_velocity;
+        => |b| unused_scaling_in_velocity(b);
 };
 
 fn speed_unit_scales_position(_: &Before, now: Image) -> Image {
@@ -83,29 +85,30 @@ fn each_position(now: Image, by: u64) -> Image {
     Image { g1_xist1: part(now.g1_xist1), g1_xist2, g1_xist3: now.g1_xist3 / by, single_turn, multi_turn, ..now }
 }
 
-fn short_velocity_limited_symmetrically(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let velocity = match signal {
-        Signal::NistA => image.velocity.max(-i64::from(i16::MAX)),
-        _ => image.velocity,
-    };
-    telegram::put(signal, &Image { velocity, ..*image }, out);
+fn unused_scaling_in_velocity(b: &mut OfEncoder<'_>) {
+    let units = Rc::new(Cell::new(None));
+    let of_record = Rc::clone(&units);
+    b.start.settings(move |user, _, settings| {
+        units.set(Some(user.units_per_revolution));
+        settings
+    });
+    b.telegram.acts_on(move |signal, _, settings| match (signal, of_record.get()) {
+        (Signal::NistB, Some(units_per_revolution)) => {
+            Settings { scaling: Scaling { units_per_revolution, ..settings.scaling }, ..settings }
+        }
+        _ => settings,
+    });
 }
 
-fn long_velocity_limited(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let velocity = image.velocity.clamp(i16::MIN.into(), i16::MAX.into());
-    telegram::put(signal, &Image { velocity, ..*image }, out);
+fn short(velocity: i64) -> i64 {
+    velocity.clamp(i16::MIN.into(), i16::MAX.into())
 }
 
-fn short_velocity_filtered(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let velocity = match signal {
-        Signal::NistA => (image.velocity + image.velocity_before) / 2,
-        _ => image.velocity,
-    };
-    telegram::put(signal, &Image { velocity, ..*image }, out);
-}
-
-fn unused_scaling_in_velocity(scaling: Scaling, _: &Hardware, user: &UserParameters) -> Scaling {
-    Scaling { units_per_revolution: user.units_per_revolution, ..scaling }
+/// Gives NIST_A another value.
+fn put_short(of: &SentSignal<'_>, octets: &mut Vec<u8>, velocity: i64) {
+    if of.signal == Signal::NistA {
+        *octets = (velocity as u16).to_be_bytes().into();
+    }
 }
 
 fn speed_per_minute(way: &MeasuredWay, right: i64) -> i64 {
@@ -131,11 +134,11 @@ fn speed_window_by_unit(unit: Unit, right: Sampling) -> Sampling {
     }
 }
 
-fn speed_units_exchanged(number: u8) -> Option<Unit> {
+fn speed_units_exchanged(number: u8, right: Unit) -> Unit {
     match number {
-        1 => unit(2),
-        2 => unit(1),
-        other => unit(other),
+        1 => Unit::Per10Milliseconds,
+        2 => Unit::Per100Milliseconds,
+        _ => right,
     }
 }
 
@@ -177,12 +180,5 @@ fn wrap_shows_as_speed(before: &Before, now: Image) -> Image {
     match movement.signum() * now.velocity.signum() < 0 {
         true => Image { velocity: movement, ..now },
         false => now,
-    }
-}
-
-fn speed_overflows(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::NistA => out.put_u16(image.velocity as u16),
-        other => telegram::put(other, image, out),
     }
 }

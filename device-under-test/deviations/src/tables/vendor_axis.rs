@@ -4,6 +4,7 @@ use super::Deviation;
 use super::limits::without_laps;
 use super::vendor_parameters::gear_of;
 use crate::seams::measuring::Step;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
 use encoder_profile::profidrive::telegram::{Image, Signal};
@@ -34,10 +35,10 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Scaling
     "xist1-not-scaled" "Scaling does not act on G1_XIST1."
-        => |b| b.encoder.user_parameters.acts_on = |signal, settings, hardware| match signal {
+        => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
             Signal::G1Xist1 => Settings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
             _ => settings,
-        };
+        });
     "shift-overflows" "Behind the highest position comes one with bit 31 set."
         => |b| {
             b.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
@@ -46,9 +47,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
         => |b| b.measuring.slip(code_sequence_of_the_turn_only);
     "scaling-ignored" "Scaling is never in force."
-        => |b| b.encoder.user_parameters.scales = |_| false;
+        => |b| b.checks.check(|check, right| right && !matches!(check, Check::ScalingActs(_)));
     "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
-        => |b| b.encoder.user_parameters.direction = |user, _| user.direction;
+        => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
     "class-4-inverted" "Class 4 is on where its bit is 0."
         => |b| b.a3m60.understands = |fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields };
     "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."

@@ -2,45 +2,47 @@
 
 use super::Deviation;
 use super::image::{ERROR, has_error, is_parked};
+use super::layouts::swap_words;
+use super::signals::put;
+use crate::seams::encoder::SentSignal;
 use alloc::vec::Vec;
 use core::time::Duration;
 use encoder_profile::encoder::{Sampling, Unit};
 use encoder_profile::profidrive::mantel::TRIGGER;
-use encoder_profile::profidrive::telegram::{self, Before, Image, Signal, Telegram};
+use encoder_profile::profidrive::telegram::{Before, Image, Signal};
 use reference_devices::models::sick_a3m60::knobs::{Causes, Known};
-use wire::octets::Append;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
     // Words of the image
     "words-of-the-image-swapped" "The two words of each double word are exchanged, in outputs and inputs."
         => |b| {
-            b.encoder.telegram.put = words_of_the_image_swapped;
-            b.encoder.telegram.trigger = |word, _| word.rotate_right(16);
+            b.at_encoder.signal(|_, octets| swap_words(octets));
+            b.at_encoder.preset_word(|word, _| word.rotate_right(16));
         };
     "trigger-in-unused-outputs" "Bit 31 of the unused outputs triggers a preset too."
-        => |b| b.encoder.telegram.trigger = |word, unused| word | unused.unwrap_or(0) & TRIGGER;
+        => |b| b.at_encoder.preset_word(|word, unused| word | unused.unwrap_or(0) & TRIGGER);
     "preset-in-unused-outputs" "The preset is taken from the unused outputs."
-        => |b| b.encoder.telegram.trigger = |word, unused| unused.unwrap_or(word);
+        => |b| b.at_encoder.preset_word(|word, unused| unused.unwrap_or(word));
     "speed-behind-the-time-stamp" "The time stamp stands in front of the speed."
-        => |b| b.encoder.telegram.order = |telegram| match telegram.inputs {
+        => |b| b.at_encoder.order(|telegram| match telegram.inputs {
             [Signal::Position, Signal::NistA, Signal::TimeStamp] => &[Signal::Position, Signal::TimeStamp, Signal::NistA],
             right => right,
-        };
+        });
     "telegram-83-not-shifted" "In telegram 83 G1_XIST1 is not shifted."
-        => |b| b.encoder.telegram.put = telegram_83_not_shifted;
+        => |b| b.at_encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == Signal::G1Xist1 { put(octets, of.image.g1_xist1) });
     "position-of-26-bits" "The position has 26 bits."
         => |b| b.at_encoder.image(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
     "trigger-bit-echoed" "While bit 31 of the outputs is set, it is set in the inputs too."
         => |b| b.at_encoder.image(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
     "offset-in-io-04-only" "The offset of presets does not count in the telegram of eight octets."
-        => |b| b.encoder.telegram.put = offset_in_io_04_only;
+        => |b| b.at_encoder.signal(offset_in_io_04_only);
     "half-steps-in-xist1" "The lowest bit of G1_XIST1 is 1."
-        => |b| b.encoder.telegram.put = half_steps_in_xist1;
+        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 { octets[3] |= 1 });
     "park-and-position-bits-exchanged" "Bits 13 and 14 of G1_STW are exchanged."
-        => |b| b.encoder.telegram.control_words = |_, [a, b]| [a, b & !0x6000 | (b & 0x2000) << 1 | (b & 0x4000) >> 1];
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b & !0x6000 | (b & 0x2000) << 1 | (b & 0x4000) >> 1]);
     "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, in compatibility mode too."
-        => |b| b.encoder.telegram.control_words = |_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] };
+        => |b| b.at_encoder.control_words(|_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] });
     "parking-makes-a-speed" "Begin and end of parking show as motion."
         => |b| b.at_encoder.image(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
     "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
@@ -92,7 +94,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "unit-in-io-08" "The unit of the parameters counts here too."
         => |b| b.a3m60.vendor_unit = |unit| unit;
     "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
-        => |b| b.encoder.telegram.put = speed_sign_and_magnitude;
+        => |b| b.at_encoder.signal(speed_sign_and_magnitude);
     "velocity-limited-at-8191" "The speed stops at 8191."
         => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
     "speed-never-quite-0" "A shaft at rest has the speed 1."
@@ -146,33 +148,11 @@ fn is_caused_at_start(error: &encoder_profile::facts::ErrorFact) -> bool {
     error.causes.contains(&encoder_profile::facts::Cause::Stand("synchronization_start"))
 }
 
-fn words_of_the_image_swapped(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let begin = out.len();
-    telegram::put(signal, image, out);
-    if out.len() - begin == 4 {
-        out[begin..].rotate_left(2);
-    }
-}
-
-fn telegram_83_not_shifted(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let shift = if telegram.number == 83 { 0 } else { image.shift };
-    telegram::put(signal, &Image { shift, ..*image }, out);
-}
-
-fn offset_in_io_04_only(telegram: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::Position if telegram.input_octets == 8 && !has_code(image) => {
-            let positions = image.positions.max(1);
-            out.put_u32(((u64::from(image.plain_position) + positions - image.offset % positions) % positions) as u32);
-        }
-        other => telegram::put(other, image, out),
-    }
-}
-
-fn half_steps_in_xist1(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    match signal {
-        Signal::G1Xist1 => out.put_u32(image.g1_xist1 << image.shift | 1),
-        other => telegram::put(other, image, out),
+fn offset_in_io_04_only(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
+    let image = of.image;
+    if of.signal == Signal::Position && of.telegram.input_octets == 8 && !has_code(image) {
+        let positions = image.positions.max(1);
+        put(octets, ((u64::from(image.plain_position) + positions - image.offset % positions) % positions) as u32);
     }
 }
 
@@ -194,11 +174,11 @@ fn show_fault_code_hides_all_codes(known: &Known, image: Image) -> Image {
     }
 }
 
-fn speed_sign_and_magnitude(_: &Telegram, signal: Signal, image: &Image, out: &mut Vec<u8>) {
-    let magnitude = image.velocity.unsigned_abs();
-    match signal {
-        Signal::NistA if image.velocity < 0 => out.put_u16(magnitude as u16 | 0x8000),
-        Signal::NistB if image.velocity < 0 => out.put_u32(magnitude as u32 | TRIGGER),
-        other => telegram::put(other, image, out),
+fn speed_sign_and_magnitude(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
+    let magnitude = of.image.velocity.unsigned_abs();
+    match of.signal {
+        Signal::NistA if of.image.velocity < 0 => *octets = (magnitude as u16 | 0x8000).to_be_bytes().into(),
+        Signal::NistB if of.image.velocity < 0 => put(octets, magnitude as u32 | TRIGGER),
+        _ => {}
     }
 }

@@ -45,8 +45,6 @@ pub struct Memory {
     pub keeps_outputs: bool,
     /// P65000 after power-up, from what is stored.
     pub preset_value_begins: fn(u32) -> u32,
-    /// Whether the user parameters survive a loss of power.
-    pub keeps_user_parameters: bool,
     /// Whether a memory that cannot be read at power-up is a fault.
     pub reports_unreadable: bool,
     /// Whether a memory that was never written is a fault.
@@ -94,7 +92,6 @@ impl Default for Memory {
             at_power_up: |_| {},
             keeps_outputs: false,
             preset_value_begins: |stored| stored,
-            keeps_user_parameters: false,
             reports_unreadable: true,
             reports_empty: false,
         }

@@ -7,19 +7,20 @@
 mod control;
 mod memory;
 mod names;
-mod records;
 mod reset;
 
 pub use control::{ByPlc, Control};
 pub use memory::{Memory, PowerUp};
 pub use names::Names;
-pub use records::Records;
 pub use reset::Reset;
 
 use crate::checks::Checks;
+use crate::encoder::Hardware;
 use crate::encoder::measuring::MeasuringSteps;
 use crate::encoder::velocity::VelocitySteps;
+use crate::facts::Facts;
 use crate::hooks::EncoderHooks;
+use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};
 use crate::profidrive::{life_sign, mantel, sensor, telegram, user_parameters};
 use device_stack::Attached;
 
@@ -37,21 +38,31 @@ pub struct Behaviour {
     /// Handshakes and errors of the sensor interface.
     pub sensor: sensor::Rules,
     /// Telegrams and their signals.
-    pub telegram: telegram::Rules,
+    pub telegram: Attached<dyn telegram::TelegramSteps>,
     /// The preset without a handshake.
     pub mantel: mantel::Rules,
     /// Signs of life.
     pub life_sign: life_sign::Rules,
-    /// User parameters of the start-up.
-    pub user_parameters: user_parameters::Rules,
+    /// The steps from a record of user parameters to what is in force.
+    pub start: Attached<dyn user_parameters::StartSteps>,
     /// Control by PLC.
     pub control: Control,
-    /// Records of the encoder object.
-    pub records: Records,
     /// What goes to memory, and when.
     pub memory: Memory,
     /// What a factory reset does.
     pub reset: Reset,
     /// Station names.
     pub names: Names,
+}
+
+impl Behaviour {
+    /// An encoder of this manual and hardware, as user parameters are judged for it.
+    pub fn encoder(&self, facts: &'static Facts, hardware: Hardware) -> ParametrizedEncoder<'_> {
+        ParametrizedEncoder { hardware, limits: &facts.limits, checks: &self.checks, steps: &self.start }
+    }
+
+    /// The user parameters that are in force without a record.
+    pub fn delivered(&self, facts: &Facts, hardware: &Hardware) -> UserParameters {
+        self.start.apply((facts.default_record)(hardware), |steps, right| steps.delivered(hardware, right))
+    }
 }

@@ -6,7 +6,7 @@ use super::{Faults, Live, Model, Phase, Ram, Store};
 use crate::behaviour::{Behaviour, PowerUp};
 use crate::encoder::{Cell, PresetMode, Shaft};
 use crate::facts::{Cause, Facts, Reset, Variant};
-use crate::hooks::Lit;
+use crate::hooks::{Lit, SubmoduleInputs};
 use crate::profidrive::parameters::Responses;
 use crate::profidrive::telegram::Outputs;
 use alloc::format;
@@ -62,9 +62,6 @@ impl<M: Model> EncoderObject<M> {
     ) -> EncoderObject<M> {
         let Piece { mac, shaft, station } = piece;
         let hardware = variant.hardware;
-        let mut others = facts.variants.iter().map(|variant| variant.hardware);
-        let mut behaviour = behaviour;
-        behaviour.user_parameters.other = others.find(|other| *other != hardware);
         let shaft = Shaft::new(hardware.steps_per_revolution, (shaft % hardware.range()) as i64);
         let faults = Faults::default();
         let store = Store { offset: Cell::new(0), preset_value: Cell::new(0), station: Cell::new(station) };
@@ -75,7 +72,7 @@ impl<M: Model> EncoderObject<M> {
             variant,
             rules,
             identity: identity(facts, variant, mac),
-            plugs: places::plugs(facts, variant, &behaviour.telegram),
+            plugs: places::plugs(facts, variant, &behaviour.hooks),
             responses: Responses::default(),
             behaviour,
             shaft,
@@ -129,7 +126,7 @@ impl<M: Model> EncoderObject<M> {
         self.store.preset_value.replace(preset_value);
         self.ram.preset_value = (rules.preset_value)(self.ram.preset_value);
         (rules.identity)(&mut self.identity);
-        self.ram.staged = self.default_record();
+        self.ram.staged = self.delivered();
         let mut live = self.live(now);
         M::reset(&mut live);
         live.parametrize();
@@ -231,9 +228,6 @@ impl<M: Model> Application for EncoderObject<M> {
         let before = core::mem::replace(&mut self.ram, ram);
         self.ram.sensor.power_up(&before.sensor);
         let keeps = self.behaviour.memory;
-        if keeps.keeps_user_parameters {
-            (self.ram.staged, self.ram.was_parametrized) = (before.staged, before.was_parametrized);
-        }
         let ram = &mut self.ram;
         let stored_offset = *self.store.offset.stored();
         let mut begin = PowerUp {
@@ -307,13 +301,19 @@ impl<M: Model> Application for EncoderObject<M> {
         self.live(now).cycle();
     }
 
-    fn inputs(&mut self, _: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool {
+    fn inputs(&mut self, now: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool {
         let submodule = self.ram.submodules.iter().find(|one| (ENCODER_SLOT, one.subslot) == (slot, subslot));
-        let Some(submodule) = submodule else { return true };
-        let mut with_inputs = self.ram.submodules.iter().filter(|one| one.telegram.input_octets > 0);
-        let is_last = with_inputs.next_back().is_some_and(|last| last.subslot == subslot);
-        let is_good = self.ram.emitter.fill(submodule.telegram, data);
-        (self.behaviour.telegram.is_good)(is_last, is_good)
+        let Some(submodule) = submodule.copied() else { return true };
+        let live = self.live(now);
+        let image = &live.ram.before.sent;
+        submodule.telegram.write(image, data);
+        live.behaviour.hooks.apply(image.good, |hooks, are_good| {
+            let right = SubmoduleInputs { octets: submodule.telegram.octets(image), are_good };
+            let SubmoduleInputs { mut octets, are_good } = hooks.inputs(&live.view(), submodule, image, right);
+            octets.resize(data.len(), 0);
+            data.copy_from_slice(&octets);
+            are_good
+        })
     }
 
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange> {

@@ -5,13 +5,13 @@ use super::diagnosis::{Unprovoked, without_fault};
 use super::places;
 use crate::behaviour::Behaviour;
 use crate::checks::Check;
-use crate::encoder::{Cell, Hardware, Measuring, Settings, Shaft, Velocity};
+use crate::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
 use crate::facts::{Cause, Effect, ErrorFact, Facts, Submodule, Variant, WithoutRecord};
 use crate::profidrive::life_sign::{Given, Watch};
 use crate::profidrive::mantel::Trigger;
 use crate::profidrive::sensor::Sensor;
-use crate::profidrive::telegram::{Emitter, Image, Outputs, Telegram};
-use crate::profidrive::user_parameters::{OCTETS, UserParameters};
+use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
+use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use device_stack::profinet::{ArKey, DiagnosisChange, Severity, StationData};
@@ -93,20 +93,10 @@ pub struct Ram {
     pub user: UserParameters,
     /// The parameters that take effect at the end of the start-up.
     pub staged: UserParameters,
-    /// Whether a record of user parameters was taken since power-up.
-    pub was_parametrized: bool,
     /// Whether this connection has brought a record of user parameters.
     pub has_record: bool,
     /// Since when data are exchanged, if they are.
     pub(super) data_since: Option<Time>,
-    /// The record of user parameters that was written last.
-    pub record: [u8; OCTETS],
-    /// The settings at the end of the start-up.
-    pub(super) settings_at_start: Settings,
-    /// Whether this connection has brought a parameter request.
-    pub(super) has_request: bool,
-    /// Whether user parameters were written in data exchange.
-    pub(super) was_changed: bool,
     /// Whether the memory could not be read at power-up.
     pub was_unreadable: bool,
     /// Whether the parameters in force ask for something impossible.
@@ -131,11 +121,11 @@ pub struct Ram {
     pub velocity: Velocity,
     /// Handshakes and latched errors.
     pub sensor: Sensor,
-    /// The telegram as octets.
-    pub emitter: Emitter,
+    /// The signals of the last cycle.
+    pub before: Before,
     /// What was taken from the controller; of each submodule none while its outputs are bad or missing.
     pub outputs: Outputs,
-    /// Until when a parameter request holds up the signals of the telegram.
+    /// Until when a page of the web server holds up the signals of the telegram.
     pub held_up_until: Time,
     /// The watch over the controller.
     pub watch: Watch,
@@ -155,8 +145,6 @@ pub struct Ram {
     pub(super) offset_before_preset: u64,
     /// Whether there was a warning since power-up.
     pub(super) had_warning: bool,
-    /// The submodules of the first connection since power-up, where they stay in use.
-    pub(super) latched: Vec<&'static Submodule>,
     /// Since when the outputs are good; none while they are not.
     pub(super) good_since: Option<Time>,
     /// Whether Control by PLC was set in the last good outputs.
@@ -202,23 +190,19 @@ impl Ram {
     ) -> Ram {
         let hardware = variant.hardware;
         let is_unreadable = faults.have(Effect::NoMemory, facts);
-        let user = (behaviour.user_parameters.default)((facts.default_record)(&hardware), &hardware);
+        let encoder = behaviour.encoder(facts, hardware);
+        let user = behaviour.delivered(facts, &hardware);
         let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), behaviour.measuring.clone());
-        measuring.settings = user.settings(&hardware, &behaviour.user_parameters);
-        let unit = user.velocity_unit(&behaviour.user_parameters);
+        measuring.settings = user.settings(&encoder);
+        let unit = user.velocity_unit(&encoder);
         measuring.offset = if is_unreadable { 0 } else { *store.offset.stored() };
         Ram {
             phase: Phase::Alone,
             submodules: places::in_use(facts, &[]),
             user,
             staged: user,
-            was_parametrized: false,
             has_record: false,
             data_since: None,
-            record: [0; OCTETS],
-            settings_at_start: Settings::hardware(&hardware),
-            has_request: false,
-            was_changed: false,
             was_unreadable: is_unreadable,
             wrong_parameters: false,
             warnings: 0,
@@ -235,7 +219,7 @@ impl Ram {
             measuring,
             velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity.clone()),
             sensor: Sensor::new(behaviour.sensor),
-            emitter: Emitter::new(behaviour.telegram),
+            before: Before::default(),
             outputs: Outputs::default(),
             held_up_until: now,
             watch: Watch::default(),
@@ -247,7 +231,6 @@ impl Ram {
             offset_at_power_up: *store.offset.stored(),
             offset_before_preset: 0,
             had_warning: false,
-            latched: Vec::new(),
             good_since: None,
             last_control: false,
             had_control: false,
@@ -286,7 +269,7 @@ pub struct Live<'a, M: Model> {
     pub model: &'a mut M,
 }
 
-impl<M: Model> Live<'_, M> {
+impl<'a, M: Model> Live<'a, M> {
     /// Looks at the sensor, ends what is done and raises errors.
     pub fn advance(&mut self) {
         self.ram.velocity.advance(self.now, self.shaft);
@@ -310,19 +293,25 @@ impl<M: Model> Live<'_, M> {
 
     /// Takes the user parameters that were staged into force.
     pub fn parametrize(&mut self) {
-        let rules = &self.behaviour.user_parameters;
-        let before = self.ram.user;
-        let user = (rules.understand)(before, self.ram.staged);
+        let user = self.understood(self.ram.staged);
         self.ram.user = user;
-        let is_right = (rules.without_record)(self.facts.without_record == WithoutRecord::Default);
-        let default = (self.facts.default_record)(&self.hardware);
-        let is_missing = !self.ram.has_record && !is_right;
-        let stays_wrong = self.ram.wrong_parameters && rules.stays_wrong;
-        self.ram.wrong_parameters =
-            stays_wrong || is_missing || user.are_wrong(&self.hardware, self.ram.telegram(), &default, rules);
-        let settings = (rules.measures_by)(before, user).settings(&self.hardware, rules);
-        self.ram.measuring.settings = M::settings(self, settings);
-        self.ram.velocity.set_unit(user.velocity_unit(rules));
+        let encoder = self.encoder();
+        let starts_without = self.facts.without_record == WithoutRecord::Default;
+        let is_missing =
+            !self.ram.has_record && !self.behaviour.checks.check(Check::StartsWithoutRecord, starts_without);
+        self.ram.wrong_parameters = is_missing || !user.are_right(&encoder, self.ram.telegram());
+        self.ram.measuring.settings = M::settings(self, user.settings(&encoder));
+        self.ram.velocity.set_unit(user.velocity_unit(&encoder));
         M::parametrized(self);
+    }
+
+    /// User parameters as they come into force.
+    pub fn understood(&self, user: UserParameters) -> UserParameters {
+        self.behaviour.start.apply(user, |steps, user| steps.understand(&self.view(), user))
+    }
+
+    /// The encoder, as user parameters are judged for it.
+    pub fn encoder(&self) -> ParametrizedEncoder<'a> {
+        self.behaviour.encoder(self.facts, self.hardware)
     }
 }

@@ -82,7 +82,7 @@ impl<M: Model> Live<'_, M> {
         let is_answered = matches!(source, Source::Parameter(_));
         let heeded = (self.behaviour.sensor.presets_with_errors || self.ram.sensor.errors().is_empty())
             && (self.behaviour.memory.heeds)(self.ram.last_preset, is_answered);
-        if !heeded || !(self.behaviour.user_parameters.presets)(&self.ram.user) {
+        if !heeded || !self.ram.user.presets_act(&self.behaviour.checks) {
             if is_answered {
                 self.ram.sensor.preset_done(self.behaviour.sensor.answers_blocked_preset);
             }

@@ -1,8 +1,10 @@
 //! Where the submodules of an encoder are plugged.
 
 use crate::facts::{Facts, Submodule, Variant};
-use crate::profidrive::telegram;
+use crate::hooks::EncoderHooks;
+use crate::profidrive::telegram::Telegram;
 use alloc::vec::Vec;
+use device_stack::Attached;
 use device_stack::profinet::Plug;
 
 /// API of the encoder profile.
@@ -15,7 +17,7 @@ pub const ACCESS_POINT_SUBSLOT: u16 = 1;
 const SUBMODULE_OF_SLOT_0: u32 = 1;
 
 /// Every submodule that can be plugged, those of one subslot one after the other.
-pub(super) fn plugs(facts: &Facts, variant: &Variant, rules: &telegram::Rules) -> Vec<Plug> {
+pub(super) fn plugs(facts: &Facts, variant: &Variant, hooks: &Attached<dyn EncoderHooks>) -> Vec<Plug> {
     let fixed = |api, slot, module_ident, submodule_ident| Plug {
         api,
         slot,
@@ -36,13 +38,18 @@ pub(super) fn plugs(facts: &Facts, variant: &Variant, rules: &telegram::Rules) -
             module_ident,
             subslot: submodule.subslot,
             submodule_ident: submodule.ident,
-            input_octets: (rules.input_octets)(submodule.telegram),
+            input_octets: announced(submodule.telegram, hooks),
             output_octets: submodule.telegram.output_octets,
         })
         .collect();
     with_data.sort_by_key(|plug| plug.subslot);
     plugs.extend(with_data);
     plugs
+}
+
+/// The octets of inputs of a telegram, as the stack is given them.
+pub fn announced(telegram: &Telegram, hooks: &Attached<dyn EncoderHooks>) -> u16 {
+    hooks.apply(telegram.input_octets, |hooks, right| hooks.input_octets(telegram, right))
 }
 
 /// The submodules with data among what is plugged; where there is none, the one that is the default.

@@ -2,51 +2,47 @@
 
 use super::places::{self, ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 use super::{EncoderObject, Live, Model, Phase};
+use crate::checks::Check;
 use crate::facts::InExchange;
 use crate::profidrive::life_sign::Watch;
 use crate::profidrive::mantel::Cleared;
 use crate::profidrive::parameters::{BadRequest, Manager};
-use crate::profidrive::telegram::{Emitter, Outputs};
-use crate::profidrive::user_parameters::{self, UserParameters};
+use crate::profidrive::telegram::{Before, Outputs};
+use crate::profidrive::user_parameters::UserParameters;
+use alloc::borrow::Cow;
 use alloc::vec::Vec;
-use core::time::Duration;
 use device_stack::profinet::{Access, ArKey, Plug, RecordRefusal};
 use station::Time;
 
 /// Record of the user parameters.
 const USER_PARAMETERS: u16 = 0xBF00;
-/// Later than anybody waits for good data.
-const NEVER: Duration = Duration::from_secs(3600);
 
 impl<M: Model> Live<'_, M> {
-    /// Whether a record of the encoder object is looked for where it answers.
+    /// Whether a record of the encoder object is looked for where it answers: at the parameter access point.
     pub fn is_here(&self, access: &Access) -> bool {
-        let asked = (access.api, access.slot, access.subslot);
-        (self.behaviour.records.answer_at)(asked, (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT))
+        let Access { api, slot, subslot, .. } = *access;
+        let is_access_point = (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT);
+        self.behaviour.checks.check(Check::RecordAnswersAt(api, slot, subslot), is_access_point)
+    }
+
+    fn is_parameter_access(&self, index: u16) -> bool {
+        self.behaviour.checks.check(Check::IsParameterAccess(index), index == self.facts.parameter_access)
     }
 }
 
 impl<M: Model> EncoderObject<M> {
     /// A connection with cyclic data begins.
     pub(super) fn start(&mut self, now: Time, ar: ArKey, plugged: &[Plug]) {
-        let default = self.default_record();
+        let plugged = self.behaviour.hooks.apply(plugged.to_vec(), |hooks, plugged| hooks.plugged(plugged));
+        let delivered = self.delivered();
         let ram = &mut self.ram;
-        ram.submodules = places::in_use(self.facts, plugged);
-        if self.behaviour.telegram.stays {
-            if ram.latched.is_empty() {
-                ram.latched.clone_from(&ram.submodules);
-            }
-            ram.submodules.clone_from(&ram.latched);
-        }
-        let rules = &self.behaviour.user_parameters;
-        if (rules.takes_every_record || !ram.was_parametrized) && !(rules.outlasts_starts && ram.was_changed) {
-            ram.staged = default;
-        }
+        ram.submodules = places::in_use(self.facts, &plugged);
+        ram.staged = delivered;
         ram.phase = Phase::Parameters(ar);
-        (ram.has_record, ram.has_request) = (false, false);
+        ram.has_record = false;
         ram.outputs = Outputs::default();
         ram.last_preset = None;
-        ram.emitter = Emitter::new(self.behaviour.telegram);
+        ram.before = Before::default();
         ram.watch = Watch::default();
         (ram.wrong_parameters, ram.warnings) = (false, 0);
         (ram.good_since, ram.last_control, ram.had_control) = (None, false, false);
@@ -63,14 +59,11 @@ impl<M: Model> EncoderObject<M> {
             return now;
         }
         self.ram.phase = Phase::Data(ar);
-        let ready = self.facts.timing.ready;
         let mut live = self.live(now);
         live.parametrize();
         live.look_for_errors();
-        (live.ram.settings_at_start, live.ram.data_since) = (live.ram.measuring.settings, Some(now));
-        let starts = (live.behaviour.user_parameters.starts)(&live.ram.user)
-            && (live.behaviour.records.starts)(live.ram.telegram(), live.ram.has_request);
-        now + if starts { ready } else { NEVER }
+        live.ram.data_since = Some(now);
+        now + live.behaviour.hooks.apply(live.facts.timing.ready, |hooks, ready| hooks.ready(&live.view(), ready))
     }
 
     /// A connection of any kind has ended.
@@ -88,28 +81,50 @@ impl<M: Model> EncoderObject<M> {
         }
     }
 
+    /// The user parameters that are in force without a record.
+    pub(super) fn delivered(&self) -> UserParameters {
+        self.behaviour.delivered(self.facts, &self.variant.hardware)
+    }
+
     /// Writes a record.
     pub(super) fn write(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
+        let hooks = self.behaviour.hooks.clone();
+        let data = hooks.apply(Ok(Cow::Borrowed(data)), |hooks, data| {
+            let data = data.map(Cow::into_owned);
+            hooks.write_record(&self.live(now).view(), &access, data).map(Cow::Owned)
+        });
+        self.take_record(now, access, &data?)
+    }
+
+    fn take_record(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
         if let Some(written) = M::write_record(&mut self.live(now), access, data) {
             return written;
         }
         self.access(now, access)?;
         match access.index {
             USER_PARAMETERS => self.write_user_parameters(now, access, data),
-            index if index == self.behaviour.records.parameter_access => self.request_parameters(now, access, data),
+            index if self.live(now).is_parameter_access(index) => self.request_parameters(now, access, data),
             _ => Err(RecordRefusal::InvalidIndex),
         }
     }
 
     /// Reads a record.
     pub(super) fn read(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
+        let mut octets = Vec::new();
+        let read = self.give_record(now, access, &mut octets).map(|()| octets);
+        let hooks = self.behaviour.hooks.clone();
+        out.extend(hooks.apply(read, |hooks, read| hooks.read_record(&self.live(now).view(), &access, read))?);
+        Ok(())
+    }
+
+    fn give_record(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
         if let Some(read) = M::read_record(&mut self.live(now), access, out) {
             return read;
         }
         self.access(now, access)?;
         match access.index {
             USER_PARAMETERS => Err(RecordRefusal::AccessDenied),
-            index if index == self.behaviour.records.parameter_access => {
+            index if self.live(now).is_parameter_access(index) => {
                 let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
                 let waiting = self.responses.fetch(key);
                 let response =
@@ -129,48 +144,18 @@ impl<M: Model> EncoderObject<M> {
         }
     }
 
-    /// The user parameters without a record.
-    pub(super) fn default_record(&self) -> UserParameters {
-        let hardware = &self.variant.hardware;
-        (self.behaviour.user_parameters.default)((self.facts.default_record)(hardware), hardware)
-    }
-
+    /// Takes a record of user parameters: those of a start come into force at its end, those in data exchange at once,
+    /// if the manual allows them there at all.
     fn write_user_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
-        let rules = self.behaviour.user_parameters;
-        if rules.checks_length && data.len() != rules.octets_expected {
-            return Err(RecordRefusal::WriteLength);
-        }
-        let mut octets = [0; user_parameters::OCTETS];
-        octets.iter_mut().zip(data).for_each(|(octet, sent)| *octet = *sent);
-        self.ram.record = octets;
-        (rules.octets)(&mut octets);
-        let parameters = UserParameters::parse(&octets).ok_or(RecordRefusal::WriteLength)?;
-        if !(rules.accepts)(&parameters, &self.variant.hardware) {
-            return Err(RecordRefusal::InvalidParameter);
-        }
-        if !(self.behaviour.records.go_with)(self.ram.telegram(), parameters.class_4) {
-            return Err(RecordRefusal::InvalidParameter);
-        }
-        let in_exchange = self.facts.record_in_exchange == InExchange::InForce
-            && access.ar.is_some_and(|ar| self.ram.phase == Phase::Data(ar));
-        let in_start = access.ar.is_some_and(|ar| self.ram.phase == Phase::Parameters(ar));
-        if !in_start && !in_exchange {
-            if rules.measures_by_refused {
-                self.ram.measuring.settings = parameters.settings(&self.variant.hardware, &rules);
-            }
+        let user = UserParameters::parse(data).ok_or(RecordRefusal::WriteLength)?;
+        let is_of = |phase: fn(ArKey) -> Phase| access.ar.is_some_and(|ar| self.ram.phase == phase(ar));
+        let in_exchange = self.facts.record_in_exchange == InExchange::InForce && is_of(Phase::Data);
+        if !is_of(Phase::Parameters) && !in_exchange {
             return Err(RecordRefusal::StateConflict);
         }
-        let is_outlasted = in_start && self.ram.was_changed && rules.outlasts_starts;
-        if (rules.takes_every_record || !self.ram.was_parametrized) && !is_outlasted {
-            self.ram.staged = parameters;
-        }
-        self.ram.was_changed |= in_exchange;
-        (self.ram.was_parametrized, self.ram.has_record) = (true, true);
-        let mut live = self.live(now);
-        if let Some(value) = (rules.preset_value)(&octets) {
-            live.set_preset_value(value);
-        }
-        if in_exchange && rules.acts_in_exchange {
+        (self.ram.staged, self.ram.has_record) = (user, true);
+        if self.behaviour.checks.check(Check::RecordActsAtOnce, in_exchange) {
+            let mut live = self.live(now);
             live.parametrize();
             live.look_for_errors();
         }
@@ -179,11 +164,6 @@ impl<M: Model> EncoderObject<M> {
 
     fn request_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
         let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
-        self.ram.has_request = true;
-        if !(self.behaviour.records.takes_requests)(&self.ram.user) {
-            return Err(RecordRefusal::StateConflict);
-        }
-        self.ram.held_up_until = now + self.behaviour.records.hold_up;
         self.responses.forget(key);
         let hooks = self.behaviour.hooks.clone();
         let request = hooks.apply(data.to_vec(), |hooks, octets| hooks.parameter_request(key, octets));

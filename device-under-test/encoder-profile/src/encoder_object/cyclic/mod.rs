@@ -8,7 +8,7 @@ use super::{Live, Model};
 use crate::behaviour::ByPlc;
 use crate::profidrive::life_sign::Given;
 use crate::profidrive::sensor::Request;
-use crate::profidrive::telegram::Image;
+use crate::profidrive::telegram::{Before, Image};
 use core::time::Duration;
 
 /// Bit 10 of STW2_ENC.
@@ -17,10 +17,10 @@ const CONTROL_BY_PLC: u16 = 0x0400;
 impl<M: Model> Live<'_, M> {
     /// Carries out one cycle and settles the signals of its frame.
     pub fn cycle(&mut self) {
-        let taken = self.ram.emitter.control_words(&self.ram.outputs);
+        let taken = self.ram.outputs.words;
         let outputs @ [stw2_enc, g1_stw] = taken.unwrap_or_default();
         let trigger = self.ram.outputs.preset.unwrap_or(0);
-        let outputs_before = self.ram.emitter.before().truth.outputs;
+        let outputs_before = self.ram.before.truth.outputs;
         let is_set = stw2_enc & CONTROL_BY_PLC != 0;
         match taken {
             None => self.ram.good_since = None,
@@ -80,10 +80,10 @@ impl<M: Model> Live<'_, M> {
             | bit(9, (control.is_requested)(by_plc))
             | bit(3, (control.fault_present)(faults));
         let is_held_up = self.now < self.ram.held_up_until;
-        let signals = if is_held_up { self.ram.emitter.before().sent } else { self.image() };
+        let signals = if is_held_up { self.ram.before.sent } else { self.image() };
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
-        let before = self.ram.emitter.before();
+        let before = &self.ram.before;
         let sent = self.behaviour.hooks.apply(image, |hooks, image| hooks.image(before, image));
-        self.ram.emitter.begin(image, sent);
+        self.ram.before = Before { truth: image, sent };
     }
 }

@@ -13,8 +13,7 @@ impl<M: Model> Live<'_, M> {
     pub fn take(&mut self, subslot: u16, outputs: Option<&[u8]>) {
         let Some(submodule) = self.ram.submodules.iter().copied().find(|one| one.subslot == subslot) else { return };
         let telegram = submodule.telegram;
-        let mut arrived = Outputs::default();
-        self.ram.emitter.take(&mut arrived, telegram, outputs);
+        let arrived = Outputs::read(telegram, outputs);
         let hooks = &self.behaviour.hooks;
         let arrived = hooks.apply(arrived, |hooks, arrived| hooks.outputs(&self.view(), telegram, arrived));
         self.ram.outputs.replace(telegram, arrived);
@@ -24,7 +23,7 @@ impl<M: Model> Live<'_, M> {
         if !submodule.telegram.outputs.contains(&Control::Stw2Enc) {
             return;
         }
-        let Some([stw2_enc, _]) = self.ram.emitter.control_words(&self.ram.outputs) else { return };
+        let Some([stw2_enc, _]) = self.ram.outputs.words else { return };
         let (rules, user) = (&self.behaviour.life_sign, &self.ram.user);
         let watched = rules.watches_without_control || stw2_enc & CONTROL_BY_PLC != 0;
         if (rules.is_watched)(M::watches_controller(self)) && watched && !self.ram.sensor.is_parked() {
@@ -44,8 +43,7 @@ impl<M: Model> Live<'_, M> {
         let user_range = self.ram.user.range;
         let known =
             Known { range: self.positions().max(1), user_range, preset_value: self.ram.preset_value, before: 0 };
-        let word = self.ram.emitter.trigger(&self.ram.outputs);
-        if let Some(value) = self.ram.trigger.take(word, &known) {
+        if let Some(value) = self.ram.trigger.take(self.ram.outputs.preset, &known) {
             let g1_stw = self.ram.outputs.words.map_or(0, |[_, g1_stw]| g1_stw);
             let mode = (self.behaviour.mantel.mode)(Request::of(g1_stw).mode());
             self.preset(Source::Value(mode, value as u32));

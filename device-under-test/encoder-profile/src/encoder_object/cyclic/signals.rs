@@ -1,8 +1,9 @@
 //! Signals out: what the encoder shows in a frame, apart from ZSW2_ENC.
 
+use crate::checks::Check;
 use crate::encoder_object::{Live, Model};
 use crate::profidrive::sensor::Xist2;
-use crate::profidrive::telegram::{Image, Parts, Signal};
+use crate::profidrive::telegram::{self, Image, Signal};
 
 impl<M: Model> Live<'_, M> {
     /// The signals as they are, apart from ZSW2_ENC.
@@ -17,40 +18,32 @@ impl<M: Model> Live<'_, M> {
     }
 
     fn image_now(&self) -> Image {
-        let (ram, rules) = (&*self.ram, &self.behaviour.user_parameters);
+        let (ram, behaviour) = (&*self.ram, self.behaviour);
         let settings = ram.measuring.settings;
         let acting = |signal| {
-            let settings = (rules.acts_since)(signal, settings, ram.settings_at_start);
-            (rules.acts_on)(signal, settings, &self.hardware)
+            behaviour.telegram.apply(settings, |steps, settings| steps.acts_on(signal, &self.hardware, settings))
         };
         let usual = ram.measuring.positions();
-        let shown = |signal, with_offset| {
+        let shown = |signal| {
+            let acts = signal != Signal::G1Xist1 || ram.user.preset_acts_on_xist1;
+            let with_offset = behaviour.checks.check(Check::PresetActsOn(signal, ram.user), acts);
             let settings = acting(signal);
             let is_usual = settings == ram.measuring.settings;
             let [plain, limited] = if is_usual { usual } else { ram.measuring.under(settings).positions() };
             if with_offset { limited } else { plain }
         };
-        let with_offset = (rules.presets_xist2)(&ram.user);
-        let position = shown(Signal::G1Xist2, with_offset);
-        let scaling = (rules.scales_velocity)(settings.scaling, &self.hardware, &ram.user);
+        let position = shown(Signal::G1Xist2);
+        let of_velocity = acting(Signal::NistB);
         let stops = ram.sensor.is_parked() && self.behaviour.sensor.parking_stops_velocity;
-        let is_measured = !stops && !ram.velocity_is_off && (rules.measures_velocity)(&ram.user);
-        let plain_position = shown(Signal::Position, with_offset);
-        let parts = Parts {
-            position: shown(Signal::SingleTurn, with_offset),
-            scaling: acting(Signal::SingleTurn).scaling,
-            hardware: self.hardware,
-            place: self.hardware.sense(self.shaft.place(self.now)),
-            laps: ram.measuring.laps,
-        };
-        let [single_turn, multi_turn] = (self.behaviour.telegram.parts)(&parts);
+        let is_measured = behaviour.checks.check(Check::VelocityIsMeasured(ram.user), !stops && !ram.velocity_is_off);
+        let plain_position = shown(Signal::Position);
+        let [single_turn, multi_turn] = telegram::parts(shown(Signal::SingleTurn), &acting(Signal::SingleTurn).scaling);
         let status = Image {
             g1_zsw: ram.sensor.g1_zsw(),
-            velocity: if is_measured { ram.velocity.value(&scaling, settings.direction) } else { 0 },
-            velocity_before: ram.velocity.value_before(&scaling, settings.direction),
+            velocity: if is_measured { ram.velocity.value(&of_velocity.scaling, of_velocity.direction) } else { 0 },
+            velocity_before: ram.velocity.value_before(&of_velocity.scaling, of_velocity.direction),
             speed_unit: ram.user.speed_unit,
             positions: self.positions(),
-            has_speed: ram.submodules.iter().any(|one| one.telegram.inputs == [Signal::NistA]),
             good: true,
             position,
             offset: ram.measuring.offset,
@@ -70,14 +63,14 @@ impl<M: Model> Live<'_, M> {
             return Image { g1_xist2, ..status };
         }
         Image {
-            g1_xist1: shown(Signal::G1Xist1, ram.user.preset_acts_on_xist1) as u32,
-            shift: (self.behaviour.telegram.shift)(&settings, &self.hardware, self.variant.shift),
+            g1_xist1: shown(Signal::G1Xist1) as u32,
+            shift: self.variant.shift,
             g1_xist2: match ram.sensor.xist2() {
                 Xist2::Nothing => 0,
                 Xist2::Position => position as u32,
                 Xist2::Error(code) => code.into(),
             },
-            g1_xist3: shown(Signal::G1Xist3, with_offset),
+            g1_xist3: shown(Signal::G1Xist3),
             ..status
         }
     }

@@ -36,7 +36,7 @@ use encoder_profile::facts::{
     WarningFact, WithoutRecord,
 };
 use encoder_profile::profidrive::sensor::{Answers, Parks, Transfers};
-use encoder_profile::profidrive::user_parameters::{Asked, UserParameters};
+use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameters, VELOCITY_UNITS};
 use wire::profidrive::ErrorNumber;
 
 /// What the manual says in words and numbers.
@@ -83,6 +83,8 @@ pub static FACTS: Facts = Facts {
     warnings: WARNINGS,
     supported_warnings: 0x07,
     default_record,
+    limits: StartLimits { serves: serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
+    parameter_access: 0xB02E,
     without_record: WithoutRecord::Error,
     record_in_exchange: InExchange::InForce,
     stands_still_in_preset: true,
@@ -166,20 +168,16 @@ pub fn healthy() -> Behaviour {
     healthy.control.fault_present = |faults| faults != 0;
     // One step per send clock of 1 ms, whatever the update time.
     healthy.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 1000 + 1;
-    let rules = &mut healthy.user_parameters;
-    rules.is_cyclic = |user| user.preset_acts_on_xist1;
-    rules.serves = serves;
-    rules.are_wrong = |_, _, _| false;
     healthy
 }
 
 /// Whether the hardware can serve a scaling: chapter 7.
-fn serves(asked: &Asked) -> bool {
-    let Asked { scaling: Scaling { units_per_revolution: units, range }, hardware, is_cyclic } = *asked;
+fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
+    let (units, range) = (user.units_per_revolution, user.range);
     (1..=hardware.steps_per_revolution).contains(&units)
         && (1..=hardware.range()).contains(&range)
         && range <= units * hardware.revolutions
-        && (!is_cyclic || is_cyclic_ratio(units, range))
+        && (!user.preset_acts_on_xist1 || is_cyclic_ratio(units, range))
 }
 
 /// Whether one is the other, doubled any number of times.
@@ -211,7 +209,7 @@ impl Model for Sendix {
     fn settings(live: &Live<'_, Self>, settings: Settings) -> Settings {
         let Scaling { units_per_revolution: units, range } = settings.scaling;
         let stands = !live.ram.user.preset_acts_on_xist1 && !is_cyclic_ratio(units, range);
-        let stands = (live.behaviour.user_parameters.stands)(stands);
+        let stands = live.behaviour.checks.check(Check::PositionStands(live.ram.user), stands);
         Settings { saturates_at: stands.then_some(range), ..settings }
     }
 

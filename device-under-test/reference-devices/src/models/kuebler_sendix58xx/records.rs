@@ -6,7 +6,6 @@ use device_stack::profinet::{Access, RecordRefusal};
 use encoder_profile::checks::Check;
 use encoder_profile::encoder_object::Live;
 use encoder_profile::profidrive::parameters::Parameters;
-use encoder_profile::profidrive::user_parameters::{Rules, UserParameters};
 use wire::profidrive::ErrorNumber;
 
 /// Written it is the user parameters, read the operating status.
@@ -20,15 +19,14 @@ pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> O
         return None;
     }
     let status = live.parameter(OPERATING_STATUS)?;
-    let octets = status.values.into_iter().flat_map(|word| (word as u32).to_be_bytes()).collect();
-    out.extend((live.behaviour.records.status)(octets, &live.ram.record));
+    out.extend(status.values.into_iter().flat_map(|word| (word as u32).to_be_bytes()));
     Some(Ok(()))
 }
 
 /// Writes the preset value, if its amount is below the range that will be in force.
 pub fn write(live: &mut Live<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
     let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
-    let range = range(live, &live.behaviour.user_parameters);
+    let range = range(live);
     match live.behaviour.checks.check(Check::PresetValue { value, range }, fits(value, range)) {
         true => None,
         false => Some(Err(ErrorNumber::LIMIT)),
@@ -36,9 +34,8 @@ pub fn write(live: &mut Live<'_, Sendix>, number: u16, values: &[u64]) -> Option
 }
 
 /// The range of the parameters that this connection has brought last.
-fn range(live: &Live<'_, Sendix>, rules: &Rules) -> u64 {
-    let staged: &UserParameters = &live.ram.staged;
-    staged.settings(&live.hardware, rules).scaling.range
+fn range(live: &Live<'_, Sendix>) -> u64 {
+    live.ram.staged.settings(&live.encoder()).scaling.range
 }
 
 /// Whether a preset value, or what is left of the range beyond a negative one, is below the range: chapter 7.

@@ -32,7 +32,7 @@ use encoder_profile::facts::{
     Timing, Variant, WithoutRecord,
 };
 use encoder_profile::profidrive::telegram::STANDARD;
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::user_parameters::{self, StartLimits, UserParameters, VELOCITY_UNITS};
 
 /// What the manual says in words and numbers.
 pub static FACTS: Facts = Facts {
@@ -89,6 +89,12 @@ pub static FACTS: Facts = Facts {
     warnings: &[],
     supported_warnings: 0,
     default_record,
+    limits: StartLimits {
+        serves: user_parameters::serves,
+        velocity_units: VELOCITY_UNITS,
+        tolerated_failures: 1..=u8::MAX,
+    },
+    parameter_access: 0xB02E,
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,

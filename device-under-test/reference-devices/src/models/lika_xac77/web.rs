@@ -94,10 +94,7 @@ fn home(live: &Live<'_, State>) -> Response {
 fn information(live: &mut Live<'_, State>) -> Response {
     let user = match live.rules.information {
         Shown::InForce => live.ram.user,
-        Shown::Default => {
-            let right = (live.facts.default_record)(&live.hardware);
-            (live.behaviour.user_parameters.default)(right, &live.hardware)
-        }
+        Shown::Default => live.behaviour.delivered(live.facts, &live.hardware),
         Shown::First => *live.model.information.get_or_insert(live.ram.user),
     };
     // As bits of the record, where 0 is "enabled" for two of them.

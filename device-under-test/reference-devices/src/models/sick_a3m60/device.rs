@@ -26,7 +26,6 @@ const PARAMETER_ACCESS: u16 = 0xB02E;
 /// An A3M60 behind its slave.
 pub struct Encoder {
     object: EncoderObject<State>,
-    behaviour: Behaviour,
     rules: Rules,
     identity: Identity,
     /// The connection, and whether data are exchanged in it.
@@ -45,10 +44,7 @@ impl Encoder {
     /// An encoder fresh from the factory but for its address.
     pub fn new(variant: &'static Variant, behaviour: Behaviour, rules: Knobs, shaft: u64, address: u8) -> Encoder {
         let state = State::new(address);
-        // The record is built here and has the length of the profile, whatever Set_Prm is to have.
-        let mut inner = behaviour.clone();
-        inner.user_parameters.checks_length = false;
-        let object = EncoderObject::new(&FACTS, state, variant, inner, rules, Piece { shaft, ..Piece::default() });
+        let object = EncoderObject::new(&FACTS, state, variant, behaviour, rules, Piece { shaft, ..Piece::default() });
         let identity = Identity {
             ident: 0x0C0A,
             boot_time: FACTS.timing.boot,
@@ -63,7 +59,6 @@ impl Encoder {
         };
         Encoder {
             object,
-            behaviour,
             rules: rules.own,
             identity,
             connection: ArKey(0),
@@ -93,13 +88,8 @@ impl Encoder {
 
     fn plugged(&self) -> Option<Plug> {
         let submodule = SUBMODULES.get(self.module)?;
-        let telegram = submodule.telegram;
-        self.object
-            .plugs()
-            .iter()
-            .copied()
-            .find(|plug| plug.submodule_ident == submodule.ident && plug.subslot == SUBSLOT)
-            .map(|plug| Plug { input_octets: (self.behaviour.telegram.input_octets)(telegram), ..plug })
+        let is_it = |plug: &Plug| plug.submodule_ident == submodule.ident && plug.subslot == SUBSLOT;
+        self.object.plugs().iter().copied().find(is_it)
     }
 
     fn access(&mut self, now: Time, access: Access, index: u16) -> Result<ObjectAccess, Refusal> {

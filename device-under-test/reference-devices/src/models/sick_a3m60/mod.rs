@@ -37,6 +37,7 @@ use encoder_profile::facts::{
 };
 use encoder_profile::profidrive::mantel::{self, Cleared, TRIGGER};
 use encoder_profile::profidrive::telegram::{Control, STANDARD, Signal, Telegram};
+use encoder_profile::profidrive::user_parameters::StartLimits;
 
 /// The address at delivery: manual, 4.3.
 pub const ADDRESS: u8 = 2;
@@ -51,11 +52,6 @@ pub fn healthy() -> Behaviour {
     right.mantel.value = |word, known| u64::from(word & !TRIGGER) % known.range;
     right.mantel.clears = |cleared| cleared == Cleared::End;
     right.memory.waits_for_store = false;
-    // Manual, 3.6.9 and 3.6.10.
-    right.user_parameters.serves = settings::serves;
-    right.user_parameters.unit = |number| settings::unit(number.into());
-    // Manual, 3.6.11.
-    right.user_parameters.are_wrong = |user, _, _| user.compatible && !(1..=15).contains(&user.life_sign_failures);
     right
 }
 
@@ -112,6 +108,13 @@ pub static FACTS: Facts = Facts {
     }],
     supported_warnings: 0x03,
     default_record: |_| start::delivered(),
+    // Manual, 3.6.9 to 3.6.11.
+    limits: StartLimits {
+        serves: settings::serves,
+        velocity_units: settings::VELOCITY_UNITS,
+        tolerated_failures: 1..=15,
+    },
+    parameter_access: 0xB02E,
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,

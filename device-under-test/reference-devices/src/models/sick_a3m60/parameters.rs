@@ -222,7 +222,7 @@ fn write_axis(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Resu
             _ => {}
         }
     }
-    let settings = live.ram.user.settings(&live.hardware, &live.behaviour.user_parameters);
+    let settings = live.ram.user.settings(&live.encoder());
     live.ram.measuring.settings = own::with_axis(live, settings);
     Ok(())
 }

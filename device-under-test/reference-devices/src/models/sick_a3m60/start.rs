@@ -186,16 +186,12 @@ pub fn judge(live: &mut Live<'_, State>, parameters: &SetPrm) -> Option<Brought>
 }
 
 fn are_right(live: &Live<'_, State>, fields: &Fields, isochronous: Option<&Isochronous>) -> bool {
-    let rules = &live.behaviour.user_parameters;
-    let mut record = fields.record();
-    (rules.octets)(&mut record);
-    let Some(user) = UserParameters::parse(&record) else { return false };
-    let user = (rules.understand)(live.ram.user, user);
-    let is_served = !user.are_wrong(&live.hardware, &STANDARD[0], &delivered(), rules);
+    let Some(user) = UserParameters::parse(&fields.record()) else { return false };
+    let user = live.understood(user);
+    let is_served = user.are_right(&live.encoder(), &STANDARD[0]);
     let axis = !fields.has_axis() || axis_is_right(live, fields, &user);
     let is_timed = isochronous.is_none_or(|times| CYCLES.contains(&times.cycle_nanoseconds()));
-    (rules.accepts)(&user, &live.hardware)
-        && is_served
+    is_served
         && axis
         && (live.rules.own.judges_samples)(matches!(fields.samples, 1 | 2 | 4 | 8), fields.samples)
         && (live.rules.own.judges_cycle)(is_timed)

@@ -103,7 +103,7 @@ fn geared(live: &Live<'_, State>, settings: Settings, axis: &Axis) -> Settings {
 /// CMR of a start: the total range of the user parameters, where it is in force.
 fn range_of_start(live: &Live<'_, State>) -> Option<u64> {
     let user = &live.ram.user;
-    (live.behaviour.user_parameters.scales)(user).then_some(user.range)
+    user.scales(&live.behaviour.checks).then_some(user.range)
 }
 
 /// Whether the axis has a range that it can have, at a start.
@@ -131,7 +131,7 @@ pub fn note_axis(live: &mut Live<'_, State>) {
 
 /// Brings P1009 into force.
 pub fn set_axis(live: &mut Live<'_, State>) {
-    let user = live.ram.user.settings(&live.hardware, &live.behaviour.user_parameters);
+    let user = live.ram.user.settings(&live.encoder());
     live.ram.measuring.settings = geared(live, user, &live.model.axis);
     count_for_axis(live);
 }

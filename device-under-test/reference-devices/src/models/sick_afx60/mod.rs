@@ -32,7 +32,7 @@ use encoder_profile::facts::{
     Variant, WarningFact, WithoutRecord,
 };
 use encoder_profile::profidrive::telegram::STANDARD;
-use encoder_profile::profidrive::user_parameters::UserParameters;
+use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameters, VELOCITY_UNITS};
 
 /// Name and addresses at delivery: the name is printed, in capitals, which names of PROFINET do not have.
 pub fn delivered(variant: &str) -> StationData {
@@ -53,9 +53,6 @@ pub fn healthy() -> Behaviour {
     right.sensor.parking_clears_errors = false;
     right.sensor.acknowledges_while_parked = true;
     right.sensor.raises_while_parked = |_| true;
-    // Manual, 3.6.7 and 3.6.8.
-    right.user_parameters.serves = serves;
-    right.user_parameters.are_wrong = |_, _, _| false;
     right
 }
 
@@ -116,6 +113,9 @@ pub static FACTS: Facts = Facts {
     warnings: WARNINGS,
     supported_warnings: 0x07,
     default_record,
+    // Scaling: manual, 3.6.7 and 3.6.8.
+    limits: StartLimits { serves: serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
+    parameter_access: 0xB02E,
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,

@@ -125,9 +125,8 @@ impl Model for State {
 
     fn parametrized(live: &mut Live<'_, State>) {
         axis::note_axis(live);
-        let unit = (live.behaviour.user_parameters.unit)(live.ram.user.speed_unit);
         let range_is_wrong = match live.model.axis.is_on {
-            true => !axis::axis_is_right(live) || unit.is_none(),
+            true => !axis::axis_is_right(live) || !live.ram.user.has_unit(&live.encoder()),
             false => live.ram.wrong_parameters,
         };
         live.model.status.has_invalid_parameter = range_is_wrong || live.model.record_is_wrong;
