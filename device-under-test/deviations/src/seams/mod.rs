@@ -171,21 +171,14 @@ impl Deviations {
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
-<<<<<<< HEAD
-        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, slave, amt58 } = self;
-=======
-        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, telegram, start, slave } = self;
->>>>>>> 75d02d7 (Let the bugs of telegrams and user parameters stand beside the encoder)
+        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, telegram, start, slave, amt58 } = self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
         behaviour.encoder.velocity = velocity.attached();
-<<<<<<< HEAD
         behaviour.amt58 = amt58.attached();
-=======
         behaviour.encoder.telegram = telegram.attached();
         behaviour.encoder.start = start.attached();
->>>>>>> 75d02d7 (Let the bugs of telegrams and user parameters stand beside the encoder)
         if !slave.is_empty() {
             behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }
