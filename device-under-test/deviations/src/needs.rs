@@ -13,6 +13,8 @@ pub enum Need {
     Profibus,
     /// The encoder object of the encoder profile, on either bus.
     EncoderProfile,
+    /// I&M0 and no other record of I&M.
+    OnlyIm0,
     /// A parameter of the encoder object, by its number.
     Parameter(u16),
     /// A signal in the inputs of a telegram.
@@ -36,6 +38,7 @@ impl Need {
             Need::Profinet => matches!(manual.bus, Bus::Profinet(_)),
             Need::Profibus => matches!(manual.bus, Bus::Profibus(_)),
             Need::EncoderProfile => manual.facts.is_some(),
+            Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),
             Need::Input(signal) => has(&|one| one.telegram.inputs.contains(&signal)),
             Need::Output(control) => has(&|one| one.telegram.outputs.contains(&control)),

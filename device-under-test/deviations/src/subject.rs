@@ -151,21 +151,7 @@ pub enum BuildError {
     },
 }
 
-/// The bugs that no manual lists, because only the manner of another controller shows them; every device can be told to have them.
+/// The bugs that no manual lists, because only the persona of another controller shows them; every device can have them.
 pub fn bugs_of_the_field() -> impl Iterator<Item = &'static Deviation> + Clone {
-    Table::Only(
-        tables::stack::BUGS,
-        &[
-            "advanced-start-refused",
-            "little-endian-refused",
-            "block-order-fixed",
-            "unknown-block-refused",
-            "phase-not-1-refused",
-            "reduction-of-512-refused",
-            "output-frame-id-not-taken",
-            "tag-needed",
-            "write-multiple-first-only",
-        ],
-    )
-    .bugs()
+    tables::field::BUGS.iter()
 }

@@ -2,9 +2,8 @@
 //!
 //! This room must not know the bugs.
 
-use crate::models::{datalogic_amt58, lika_xac77, plain, sick, sick_a3m60, sick_afx60};
-use device_stack::profinet::StackBehaviour;
-use device_stack::{Attached, profibus};
+use crate::models::{datalogic_amt58, lika_xac77, sick, sick_a3m60, sick_afx60};
+use device_stack::{Attached, profibus, profinet};
 use encoder_profile::behaviour;
 
 /// How a reference device behaves; the default is the profile, and healthy where a manual says nothing else.
@@ -12,8 +11,8 @@ use encoder_profile::behaviour;
 pub struct Behaviour {
     /// The encoder.
     pub encoder: behaviour::Behaviour,
-    /// The PROFINET stack.
-    pub stack: StackBehaviour,
+    /// The deviations of the PROFINET stack.
+    pub stack: Attached<dyn profinet::StackHooks>,
     /// The deviations of the PROFIBUS slave.
     pub slave: Attached<dyn profibus::SlaveHooks>,
     /// The web server of the XAC77.
@@ -26,6 +25,4 @@ pub struct Behaviour {
     pub afx60: sick_afx60::knobs::Rules,
     /// The deviations of the AMT58.
     pub amt58: Attached<dyn datalogic_amt58::hooks::Amt58Hooks>,
-    /// The device after no manual.
-    pub plain: plain::Rules,
 }

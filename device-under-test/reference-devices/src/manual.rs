@@ -131,5 +131,5 @@ pub fn encoder<M: Model + 'static>(
     let variant = facts.variants.iter().find(|known| known.name == variant)?;
     let mac = Mac(piece.mac);
     let encoder = EncoderObject::new(facts, model, variant, behaviour.encoder.clone(), rules, piece);
-    Some(Box::new(Device::new(encoder, mac, behaviour.stack)))
+    Some(Box::new(Device::new(encoder, mac, behaviour.stack.clone())))
 }

@@ -115,11 +115,11 @@ pub static PROFINET_IO: Manual = Manual {
         delivered: |_| StationData::default(),
         build: |variant, behaviour, piece| {
             let mac = Mac(piece.mac);
-            let device = plain::Plain::new(behaviour.plain, piece.mac, piece.station);
+            let device = plain::Plain::new(piece.mac, piece.station);
             PROFINET_IO
                 .variants
                 .contains(&variant)
-                .then(|| Box::new(profinet::Device::new(device, mac, behaviour.stack)) as _)
+                .then(|| Box::new(profinet::Device::new(device, mac, behaviour.stack.clone())) as _)
         },
     }),
 };

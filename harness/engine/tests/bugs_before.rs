@@ -17,6 +17,11 @@ use testing::Sample;
 const EXPLAINED: &[(&str, &str, &str)] = &[
     ("datalogic-amt58-profibus", "address-0-refused", "an address that the bus has set is no longer lost too"),
     ("datalogic-amt58-profibus", "eighth-switch-adds-128", "an address that the bus has set is no longer lost too"),
+    (
+        "lika-xac77-profinet",
+        "web-at-fixed-address",
+        "the device no longer answers at its first address beside the new one, so it can be named again after a reset",
+    ),
 ];
 
 /// What is written of a bug with which the device once could not run every trial.

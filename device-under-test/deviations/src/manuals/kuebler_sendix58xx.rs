@@ -21,12 +21,8 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::reset::BUGS, RESET),
     Table::Only(tables::signals::BUGS, SIGNALS),
     Table::All(tables::signals::OTHERS),
-    Table::Only(tables::stack::BUGS, STACK),
-    Table::All(tables::stack::OTHERS),
     Table::Only(tables::start::BUGS, START),
     Table::All(tables::start::OTHERS),
-    Table::Only(tables::station::BUGS, STATION),
-    Table::All(tables::station::OTHERS),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::velocity::OTHERS),
     Table::Only(tables::codes::BUGS, CODES),
@@ -163,37 +159,6 @@ const SIGNALS: &[&str] = &[
     "position-bit-stays-with-error",
 ];
 
-const STACK: &[&str] = &[
-    "name-prefix-answered",
-    "any-name-answered",
-    "station-type-of-the-stack",
-    "type-of-station-empty",
-    "address-after-restart-only",
-    "signal-refused",
-    "reset-leaves-connection",
-    "reset-answered-and-not-done",
-    "silent-after-reset",
-    "neighbours-not-told",
-    "not-announced-without-name",
-    "lldp-tells-old-name",
-    "neighbour-not-told",
-    "module-difference-not-reported",
-    "output-length-not-checked",
-    "dap-1-accepted",
-    "encoder-in-api-0",
-    "rt-class-1-refused",
-    "good-inputs-before-ready",
-    "bad-outputs-taken",
-    "one-bad-status-clears-all",
-    "outputs-held-after-loss",
-    "inputs-stop-with-bad-outputs",
-    "im0-without-vendor",
-    "im0-revisions-wrong",
-    "im0-software-as-text",
-    "records-not-cut",
-    "unknown-index-answered",
-];
-
 const START: &[&str] = &[
     "record-length-not-checked",
     "record-taken-once",
@@ -221,8 +186,6 @@ const START: &[&str] = &[
     "speed-unit-ignored",
     "defaults-of-another-model",
 ];
-
-const STATION: &[&str] = &["any-character-in-names", "number-at-the-end-refused"];
 
 const VELOCITY: &[&str] = &[
     "speed-per-minute",

@@ -22,9 +22,7 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::reset::BUGS, RESET),
     Table::All(tables::service::BUGS),
     Table::Only(tables::signals::BUGS, SIGNALS),
-    Table::Only(tables::stack::BUGS, STACK),
     Table::Only(tables::start::BUGS, START),
-    Table::Only(tables::station::BUGS, STATION),
     Table::Only(tables::velocity::BUGS, VELOCITY),
 ];
 
@@ -340,25 +338,6 @@ const SIGNALS: &[&str] = &[
     "position-bit-stays-with-error",
 ];
 
-const STACK: &[&str] = &[
-    "name-prefix-answered",
-    "signal-refused",
-    "neighbours-not-told",
-    "not-announced-without-name",
-    "lldp-tells-old-name",
-    "neighbour-not-told",
-    "half-duplex-reported",
-    "ident-not-checked",
-    "output-length-not-checked",
-    "encoder-in-api-0",
-    "access-point-with-data",
-    "im0-refused",
-    "im0-length-counts-header",
-    "im0-of-54-octets",
-    "im0-without-vendor",
-    "unknown-index-answered",
-];
-
 const START: &[&str] = &[
     "record-taken-once",
     "scaling-little-endian",
@@ -381,8 +360,6 @@ const START: &[&str] = &[
     "speed-unit-ignored",
     "default-switches-inverted",
 ];
-
-const STATION: &[&str] = &["number-at-the-end-refused", "empty-name-refused"];
 
 const VELOCITY: &[&str] = &[
     "speed-per-minute",

@@ -80,6 +80,7 @@ pub mod amt58;
 pub mod encoder;
 pub mod measuring;
 pub mod slave;
+pub mod stack;
 
 use alloc::rc::Rc;
 use core::cell::RefCell;
@@ -108,6 +109,8 @@ pub struct Deviations {
     pub slave: slave::Slave,
     /// At the hooks of an AMT58.
     pub amt58: amt58::Amt58,
+    /// At the seams of its PROFINET stack.
+    pub stack: stack::Stack,
 }
 
 impl core::ops::Deref for Deviations {
@@ -171,7 +174,8 @@ impl Deviations {
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
-        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, telegram, start, slave, amt58 } = self;
+        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, telegram, start, slave, stack, amt58 } =
+            self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
@@ -182,6 +186,7 @@ impl Deviations {
         if !slave.is_empty() {
             behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }
+        behaviour.stack = stack.attached();
         behaviour
     }
 }

@@ -3,6 +3,7 @@
 use super::Deviation;
 use super::diagnosis_memory::{StayingDiagnoses, StayingWarnings};
 use super::image::{ERROR, POSITION, has_error};
+use super::stack_memory::AlarmsBlockInputs;
 use alloc::vec::Vec;
 use device_stack::profinet::Severity;
 use encoder_profile::checks::Check;
@@ -42,11 +43,14 @@ pub static BUGS: &[Deviation] = bugs! {
     "alarm-switch-ignored" "Alarm channel control is not looked at: faults are always reported."
         => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
     "diagnosis-as-manufacturer-data" "Alarms carry data of the vendor in place of a channel diagnosis."
-        => |b| b.stack.alarm = diagnosis_as_manufacturer_data;
+        => |d| d.stack.alarm(|alarm, is_sent| {
+            diagnosis_as_manufacturer_data(alarm);
+            is_sent
+        });
     "alarms-block-inputs" "The inputs are bad while an alarm waits for its acknowledgement."
-        => |b| b.stack.sends_inputs_during_alarm = false;
+        => |d| d.stack.add(AlarmsBlockInputs::default());
     "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
-        => |b| b.stack.tells_diagnoses = false;
+        => |d| d.stack.record(|index, data| if is_diagnosis(index) { data.clear() });
     "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
         => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
 };
@@ -91,6 +95,10 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
         => |b| b.at_encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
 };
+
+fn is_diagnosis(index: u16) -> bool {
+    matches!(index & 0x0FFF, 0x00A..=0x00C) || index == 0xF80C
+}
 
 fn diagnosis_as_manufacturer_data(alarm: &mut AlarmNotification) {
     for item in &mut alarm.items {

@@ -3,7 +3,7 @@
 use super::Deviation;
 use super::signals::put;
 use super::start::{PARAMETER_ACCESS, USER_PARAMETERS, are_single_limits_kept, unscaled};
-use alloc::vec::Vec;
+use crate::seams::stack::rename;
 use core::time::Duration;
 use device_stack::profinet::{Access, RecordRefusal};
 use encoder_profile::checks::Check;
@@ -126,13 +126,16 @@ pub static BUGS: &[Deviation] = bugs! {
     "wrong-value-clipped" "Units and range above their limits count as the limits."
         => |b| b.start.understand(wrong_value_clipped);
     "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
-        => |b| b.stack.got = |value| match value { Value::DeviceId { device_id, .. } => Value::DeviceId { vendor_id: 0x002A, device_id }, other => other };
+        => |d| d.stack.got(|value| if let Value::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
     "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
-        => |b| b.stack.got = |value| match value { Value::DeviceId { vendor_id, device_id } => Value::DeviceId { vendor_id, device_id: device_id.swap_bytes() }, other => other };
+        => |d| d.stack.got(|value| if let Value::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
     "name-hidden-from-get" "DCP Get and LLDP tell an empty name."
-        => |b| {
-            b.stack.got = |value| match value { Value::NameOfStation(_) => Value::NameOfStation(Vec::new()), other => other };
-            b.stack.announced_name = |_, _| b"";
+        => |d| {
+            d.stack.got(|value| if let Value::NameOfStation(name) = value { name.clear() });
+            d.stack.lldp(|lldp| {
+                rename(lldp, b"");
+                true
+            });
         };
 
     // Limits of the speed

@@ -50,6 +50,7 @@ mod diagnosis_memory;
 pub mod dp_diagnosis;
 pub mod dp_presets;
 pub mod dp_station;
+pub mod field;
 pub mod handshakes;
 mod image;
 pub mod isochronous;
@@ -74,6 +75,7 @@ pub mod signals;
 pub mod slave;
 pub mod slave_memory;
 pub mod stack;
+mod stack_memory;
 pub mod start;
 pub mod station;
 pub mod variations;
@@ -118,7 +120,7 @@ pub struct Group {
 }
 
 /// Every group, by topic.
-pub static GROUPS: &[&[Group]] = &[amt58::GROUPS, variations::GROUPS];
+pub static GROUPS: &[&[Group]] = &[amt58::GROUPS, stack::GROUPS, plain::GROUPS, station::GROUPS, variations::GROUPS];
 
 /// The deviations of the groups whose needs the devices of `manual` meet.
 pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {

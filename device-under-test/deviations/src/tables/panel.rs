@@ -2,7 +2,7 @@
 
 use super::Deviation;
 use core::time::Duration;
-use device_stack::profinet::StationData;
+use device_stack::profinet::{StackCheck, StationData};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
@@ -64,13 +64,13 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Station
     "delivered-with-one-name" "Every variant is delivered with the same name."
-        => |b| b.stack.at_start = |station| if is_of_delivery(station) { station.name = b"afx60a".to_vec() };
+        => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name = b"afx60a".to_vec() });
     "delivered-without-a-name" "An encoder is delivered without a name."
-        => |b| b.stack.at_start = |station| if is_of_delivery(station) { station.name.clear() };
+        => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name.clear() });
     "alarm-acknowledgement-not-taken" "The acknowledgement of an alarm is not taken, and no other alarm is sent."
-        => |b| b.stack.takes_acknowledgements = false;
+        => |d| d.stack.set(StackCheck::Acknowledgement, false);
     "second-port-missing" "There is no second port."
-        => |b| b.stack.plugs = |plugs| plugs.retain(|plug| plug.subslot != 0x8002);
+        => |d| d.stack.plugs(|plugs| plugs.retain(|plug| plug.subslot != 0x8002));
 };
 
 fn is_of_delivery(station: &StationData) -> bool {

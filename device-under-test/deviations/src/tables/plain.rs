@@ -1,22 +1,32 @@
-//! Bugs of the device after no manual, those of its stack apart.
+//! Deviations of the device after no manual, those of its stack apart.
 
-use super::Deviation;
-use device_stack::profinet::Severity;
+use super::{Deviation, Group};
+use crate::needs::Need;
+use device_stack::profinet::{Severity, StackCheck};
+use reference_devices::manuals;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
+/// The deviations, by what they need of a device.
+pub static GROUPS: &[Group] = &[Group { needs: &[Need::Of(&manuals::PROFINET_IO)], deviations: BUGS }];
+
+const BUGS: &[Deviation] = bugs! {
     "any-name-taken" "A name against the rules is taken."
-        => |b| b.plain.takes_name = |_| true;
+        => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::Name(_)));
     "no-name-taken" "No name is taken."
-        => |b| b.plain.takes_name = |_| false;
+        => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::Name(_)));
     "name-lost-at-power-off" "The station name is lost at power-off."
-        => |b| b.plain.stores_name = false;
+        => |d| d.stack.set_station(|_, _, stored| stored.name.clear());
     "outputs-reversed" "The octets of the outputs are taken in reverse order."
-        => |b| b.plain.mirror = |[a, b, c, d]| [d, c, b, a];
+        => |d| d.stack.outputs(|_, _, data| if let Some(data) = data { data.reverse() });
     "diagnosis-never-withdrawn" "A diagnosis stays when its fault has gone."
-        => |b| b.plain.withdraws = false;
+        => |d| d.stack.diagnosis(|change, is_noted| is_noted && change.appears);
     "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
-        => |b| b.plain.severity = Severity::MaintenanceRequired;
+        => |d| d.stack.diagnosis(|change, is_noted| {
+            change.diagnosis.severity = Severity::MaintenanceRequired;
+            is_noted
+        });
     "diagnosis-of-another-slot" "A diagnosis names another slot than that of the fault."
-        => |b| b.plain.diagnosed = 2;
+        => |d| d.stack.diagnosis(|change, is_noted| {
+            change.diagnosis.slot = 2;
+            is_noted
+        });
 };

@@ -1,6 +1,7 @@
 //! Bugs of the web server.
 
 use super::Deviation;
+use super::stack_memory::PagesStay;
 use core::time::Duration;
 use reference_devices::models::lika_xac77::knobs::{Kept, Shown};
 
@@ -9,8 +10,8 @@ pub static BUGS: &[Deviation] = bugs! {
     // Server
     "web-waits-for-connection" "The web server answers only after the first connection."
         => |b| b.web.is_ready_alone = false;
-    "web-at-fixed-address" "The web server stays at the first address that the device had."
-        => |b| b.stack.moves_pages = false;
+    "web-at-fixed-address" "The web server answers only at the first address that the device had."
+        => |d| d.stack.add(PagesStay::default());
     "password-for-every-page" "The position page asks for a password."
         => |b| b.web.position_is_free = false;
     "page-freezes-position" "While a page is made the signals of the telegram stand still."

@@ -1,9 +1,9 @@
 //! The alarm endpoint of a connection: alarms of low priority, one at a time, with repetition and acknowledgement.
 //!
 //! Every alarm of this stack is shorter than the least that a controller may agree to, 200 octets.
-//! This room must not know diagnoses: it is given whole notifications.
+//! This module must not know diagnoses: it is given whole notifications.
 
-use super::StackBehaviour;
+use super::hooks::{Hooks, StackCheck};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
@@ -28,7 +28,7 @@ pub(super) struct AlarmEndpoint {
     next_sequence: u16,
     received: u16,
     specifier: u16,
-    takes_acknowledgements: bool,
+    hooks: Hooks,
 }
 
 /// What becomes of the alarm that is on its way.
@@ -56,16 +56,13 @@ pub(super) enum Outcome {
 impl AlarmEndpoint {
     /// Most octets of an alarm that the device can take.
     const MAX_LENGTH: u16 = 200;
+    /// SendSeqNum of the first alarm of a connection.
+    const FIRST_SEQUENCE: u16 = 0xFFFF;
     /// AckSeqNum while nothing was received.
     const NOTHING_RECEIVED: u16 = 0xFFFE;
 
     /// The endpoint with the number `local` for what `request` agrees.
-    pub(super) fn new(
-        (peer, mac): (Mac, Mac),
-        local: u16,
-        request: &AlarmCrBlockReq,
-        behaviour: &StackBehaviour,
-    ) -> AlarmEndpoint {
+    pub(super) fn new((peer, mac): (Mac, Mac), local: u16, request: &AlarmCrBlockReq, hooks: Hooks) -> AlarmEndpoint {
         AlarmEndpoint {
             peer,
             mac,
@@ -74,10 +71,10 @@ impl AlarmEndpoint {
             tags: [request.alarm_cr_tag_header_low, request.alarm_cr_tag_header_high],
             timeout: Duration::from_millis(100) * u32::from(request.rta_timeout_factor),
             retries: request.rta_retries,
-            takes_acknowledgements: behaviour.takes_acknowledgements,
+            hooks,
             waiting: VecDeque::new(),
             transfer: Transfer::Idle,
-            next_sequence: behaviour.first_alarm_sequence,
+            next_sequence: AlarmEndpoint::FIRST_SEQUENCE,
             received: AlarmEndpoint::NOTHING_RECEIVED,
             specifier: 0,
         }
@@ -94,6 +91,9 @@ impl AlarmEndpoint {
 
     /// Queues an alarm; its sequence number is filled in.
     pub(super) fn push(&mut self, mut notification: AlarmNotification) {
+        if !self.hooks.apply(true, |hooks, is_sent| hooks.alarm(&mut notification, is_sent)) {
+            return;
+        }
         notification.specifier = AlarmSpecifier::new(self.specifier, notification.specifier.0);
         self.specifier = (self.specifier + 1) & 0x07FF;
         self.waiting.push_back(notification);
@@ -102,11 +102,6 @@ impl AlarmEndpoint {
     /// Whether the PDU is for this endpoint.
     pub(super) fn is_for(&self, source: Mac, pdu: &RtaPdu) -> bool {
         source == self.peer && (pdu.header.dst_endpoint, pdu.header.src_endpoint) == (self.local, self.remote)
-    }
-
-    /// Whether an alarm waits for its acknowledgement.
-    pub(super) fn is_open(&self) -> bool {
-        self.transfer != Transfer::Idle
     }
 
     /// When a repetition is due.
@@ -120,11 +115,10 @@ impl AlarmEndpoint {
     }
 
     /// Repeats what is due, or sends the next alarm.
-    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox, behaviour: &StackBehaviour) -> Outcome {
+    pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Outcome {
         match core::mem::replace(&mut self.transfer, Transfer::Idle) {
             Transfer::Idle => {
-                if let Some(mut notification) = self.waiting.pop_front() {
-                    (behaviour.alarm)(&mut notification);
+                if let Some(notification) = self.waiting.pop_front() {
                     let sequence = self.next_sequence;
                     self.next_sequence = sequence.wrapping_add(1) & 0x7FFF;
                     self.send(now, notification, sequence, self.retries, out);
@@ -132,9 +126,7 @@ impl AlarmEndpoint {
             }
             Transfer::Sent { retries_left: 0, due, .. } if due <= now => return Outcome::End(AbortReason::ALARM_SEND),
             Transfer::Sent { notification, sequence, retries_left, due } if due <= now => {
-                if behaviour.repeats_alarms {
-                    self.send(now, notification, sequence, retries_left - 1, out);
-                }
+                self.send(now, notification, sequence, retries_left - 1, out);
             }
             other @ (Transfer::Sent { .. } | Transfer::Arrived { .. }) => self.transfer = other,
         }
@@ -162,9 +154,7 @@ impl AlarmEndpoint {
                 let kind = if sequence == expected {
                     self.received = sequence;
                     self.take_acknowledged(pdu.header.ack_seq_num);
-                    if self.takes_acknowledgements {
-                        self.take_data(body);
-                    }
+                    self.take_data(body);
                     RtaKind::ACK
                 } else if sequence == self.received {
                     RtaKind::ACK
@@ -188,9 +178,9 @@ impl AlarmEndpoint {
     }
 
     fn take_data(&mut self, body: &RtaBody) {
-        if let (RtaBody::Acknowledgement(ack), Transfer::Arrived { specifier }) = (body, &self.transfer)
-            && ack.specifier.sequence_number() == specifier.sequence_number()
-        {
+        let (RtaBody::Acknowledgement(ack), Transfer::Arrived { specifier }) = (body, &self.transfer) else { return };
+        let is_for_it = ack.specifier.sequence_number() == specifier.sequence_number();
+        if self.hooks.check(StackCheck::Acknowledgement, is_for_it) {
             self.transfer = Transfer::Idle;
         }
     }

@@ -4,7 +4,7 @@
 //! records of identification, I&M and diagnosis, interface and port submodules. The application is what one manual
 //! describes: submodules and their data, records of its own, diagnoses, what is stored, which names are allowed.
 //!
-//! This room must not know frames, blocks or sockets, nor any particular encoder.
+//! This module must not know frames, blocks or sockets, nor any particular encoder.
 
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -36,8 +36,6 @@ pub(super) struct Ar {
     pub exchange: Option<Exchange>,
     /// ApplicationReady while it is not confirmed.
     pub call: Option<Call>,
-    /// Whether its initiator has ended it, though it is still here.
-    pub has_ended: bool,
     /// When the phase is over at the latest, or at last.
     pub phase_due: Option<Time>,
 }

@@ -1,11 +1,13 @@
 //! The device as a party on the wire and as a thing on a stand: supply, cable, and the stack that lives while there is power.
 
-use super::StackBehaviour;
 use super::ahead::Ahead;
+use super::hooks::{Hooks, StackHooks};
 use super::stack::{Env, Kept, Stack};
+use crate::attached::Attached;
 use crate::earlier;
 use crate::profinet::{Application, Seen};
 use alloc::string::String;
+use alloc::vec;
 use core::time::Duration;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use wire::ethernet::Mac;
@@ -15,6 +17,7 @@ use wire::ethernet::Mac;
 /// A stand may let time go by for it at once. While a watchdog runs only the encoder's clock jumps, for the other end of
 /// the connection has not waited; otherwise that of the whole device does.
 pub struct Device<A> {
+    hooks: Attached<dyn StackHooks>,
     application: Ahead<A>,
     stack: Stack,
     ahead: Duration,
@@ -38,10 +41,11 @@ impl<A: Application> Device<A> {
     /// A device that has power and is plugged in since long before the run: it answers from the start of the run on.
     ///
     /// After a power cycle it is silent for the boot time of its identity.
-    pub fn new(application: A, mac: Mac, behaviour: StackBehaviour) -> Device<A> {
-        let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, behaviour));
+    pub fn new(application: A, mac: Mac, hooks: Attached<dyn StackHooks>) -> Device<A> {
+        let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, Hooks(hooks.clone())));
         let application = Ahead { inner: application, by: Duration::ZERO };
         Device {
+            hooks,
             application,
             stack,
             ahead: Duration::ZERO,
@@ -133,20 +137,39 @@ impl<A: Application> Device<A> {
     }
 
     fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Stack, &mut Env<'_>)) {
-        let mut lost = Outbox::new();
-        let out = if self.is_linked { out } else { &mut lost };
-        let mut env = Env { now, application: &mut self.application, out };
+        let mut own = Outbox::new();
+        let leaves_at_once = self.is_linked && !self.hooks.is_any();
+        let sent = if leaves_at_once { &mut *out } else { &mut own };
+        let mut env = Env { now, application: &mut self.application, out: sent };
         input(&mut self.stack, &mut env);
         self.stack.settle(&mut env);
         self.feel_supply(now);
+        for frame in own.frames().filter(|_| self.is_linked) {
+            let view = self.stack.view(now, &self.application);
+            let frame = self.hooks.apply(frame.to_vec(), |hooks, mut frame| {
+                hooks.goes(&view, &mut frame);
+                frame
+            });
+            if !frame.is_empty() {
+                out.push(&frame);
+            }
+        }
     }
 }
 
 impl<A: Application> Station for Device<A> {
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         self.shown = None;
-        if self.is_linked && self.supply == Supply::On {
-            self.run(now + self.ahead, out, |stack, env| stack.receive(env, frame));
+        if !self.is_linked || self.supply != Supply::On {
+            return;
+        }
+        let now = now + self.ahead;
+        if !self.hooks.is_any() {
+            return self.run(now, out, |stack, env| stack.receive(env, frame));
+        }
+        let view = self.stack.view(now, &self.application);
+        for frame in self.hooks.apply(vec![frame.to_vec()], |hooks, frames| hooks.comes(&view, frames)) {
+            self.run(now, out, |stack, env| stack.receive(env, &frame));
         }
     }
 

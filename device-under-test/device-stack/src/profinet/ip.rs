@@ -1,8 +1,7 @@
 //! ARP, ICMP, UDP and TCP, by smoltcp over a pipe of frames.
 //!
-//! This room must not know what a datagram says.
+//! This module must not know what a datagram says.
 
-use super::StackBehaviour;
 use super::web::{Pages, Web};
 use crate::profinet::StationData;
 use alloc::collections::VecDeque;
@@ -46,8 +45,6 @@ pub(super) struct Ip {
     server: SocketHandle,
     client: SocketHandle,
     web: Web,
-    /// The first address since the start.
-    first: Option<Ipv4Addr>,
     due: Option<Time>,
 }
 
@@ -75,22 +72,20 @@ impl Ip {
         };
         let (server, client) = (open(rpc::PORT), open(Ip::CLIENT_PORT));
         let web = Web::new(&mut sockets);
-        Ip { pipe, interface, sockets, server, client, web, first: None, due: None }
+        Ip { pipe, interface, sockets, server, client, web, due: None }
     }
 
     /// Takes the addresses of `station`; without an address nobody is answered.
-    pub(super) fn configure(&mut self, station: &StationData, behaviour: &StackBehaviour) {
+    pub(super) fn configure(&mut self, station: &StationData) {
         let address = Ipv4Addr::from(station.ip);
         let prefix = u32::from_be_bytes(station.mask).leading_ones() as u8;
         if !self.interface.has_ip_addr(address) {
             self.web.forget(&mut self.sockets);
         }
-        self.first = self.first.or((!address.is_unspecified()).then_some(address));
-        let first = self.first.filter(|first| *first != address && !behaviour.moves_pages);
         self.interface.update_ip_addrs(|addresses| {
             addresses.clear();
-            for address in [Some(address), first].into_iter().flatten().filter(|address| !address.is_unspecified()) {
-                // The list has room for two addresses and is empty.
+            if !address.is_unspecified() {
+                // The list has room for at least one address and is empty.
                 addresses.push(IpCidr::Ipv4(Ipv4Cidr::new(address, prefix))).ok();
             }
         });
@@ -139,16 +134,8 @@ impl Ip {
     }
 
     /// Answers what was asked of the web server.
-    pub(super) fn serve(
-        &mut self,
-        now: Time,
-        is_open: bool,
-        behaviour: &StackBehaviour,
-        pages: Pages<'_>,
-        out: &mut Outbox,
-    ) {
-        let address = self.first.filter(|_| !behaviour.moves_pages);
-        while self.web.serve(&mut self.sockets, is_open, address, pages) {
+    pub(super) fn serve(&mut self, now: Time, is_open: bool, pages: Pages<'_>, out: &mut Outbox) {
+        while self.web.serve(&mut self.sockets, is_open, pages) {
             self.poll(now, out);
         }
     }

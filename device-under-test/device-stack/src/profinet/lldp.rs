@@ -1,11 +1,13 @@
 //! LLDP: the device tells its neighbour who it is, and remembers who the neighbour is.
 
-use super::StackBehaviour;
 use alloc::format;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
 use wire::ethernet::Mac;
 use wire::lldp::{Lldp, Tlv};
+
+/// dot3MauType 100BASE-TX full duplex.
+pub(super) const FAST_ETHERNET: u16 = 16;
 
 /// Sends announcements, and keeps what the neighbour has announced.
 #[derive(Debug)]
@@ -79,11 +81,8 @@ impl Announcer {
     }
 
     /// Takes the announcement of a neighbour; what is none is passed over.
-    pub(super) fn hear(&mut self, source: Mac, payload: &[u8], behaviour: &StackBehaviour) {
+    pub(super) fn hear(&mut self, source: Mac, payload: &[u8]) {
         let Ok(lldp) = Lldp::parse(payload) else { return };
-        if !behaviour.keeps_neighbour {
-            return;
-        }
         let chassis = lldp.tlvs.iter().find_map(|tlv| match tlv {
             Tlv::ChassisId { subtype: Tlv::LOCALLY_ASSIGNED, id } => Some(id),
             _ => None,
@@ -102,16 +101,13 @@ impl Announcer {
     }
 
     /// Sends the announcement out of port 1, which has the cable, if it is due.
-    pub(super) fn wake(&mut self, now: Time, macs: Macs, name: &[u8], behaviour: &StackBehaviour, out: &mut Outbox) {
+    pub(super) fn wake(&mut self, now: Time, macs: Macs, name: &[u8], out: &mut Outbox) {
         if now < self.due {
             return;
         }
         self.due = now + Announcer::INTERVAL;
-        if !(behaviour.announces_itself)(name) {
-            return;
-        }
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
-        let own = format!("port-{:03}", (behaviour.announced_port)(1)).into_bytes();
+        let own = b"port-001".to_vec();
         let (chassis, port) = if name.is_empty() {
             (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, own)
         } else {
@@ -125,7 +121,7 @@ impl Announcer {
                 Tlv::TimeToLive(Announcer::TIME_TO_LIVE),
                 Tlv::PortStatus { rt_class_2: 0, rt_class_3: 0 },
                 Tlv::ChassisMac(macs.station),
-                Tlv::MacPhy { autonegotiation: 3, advertised: 0x0C00, mau_type: behaviour.mau_type },
+                Tlv::MacPhy { autonegotiation: 3, advertised: 0x0C00, mau_type: FAST_ETHERNET },
             ]
             .into(),
         };

@@ -1,8 +1,6 @@
 //! Identification and maintenance: what the device says of itself, and the three texts that a user may write.
 
-use super::stack::Kept;
 use crate::profinet::Identity;
-use alloc::vec::Vec;
 use wire::profinet::blocks::im::{Im0, ImText, SoftwareRevision, padded};
 
 /// The texts I&M1 to I&M3, blank at delivery; they survive a loss of power.
@@ -34,19 +32,8 @@ impl Texts {
     }
 }
 
-/// Appends I&M0 of a device with this identity, and counts that it was read.
-pub(super) fn write_im0(identity: &Identity, kept: &mut Kept, out: &mut Vec<u8>) {
-    let mut im0 = kept.written_im0.clone().unwrap_or_else(|| im0(identity));
-    (kept.behaviour.im0)(&mut im0, kept.past);
-    let mut octets = Vec::new();
-    im0.write(&mut octets);
-    (kept.behaviour.im0_octets)(&mut octets);
-    out.extend(octets);
-    kept.past.im0_reads = kept.past.im0_reads.wrapping_add(1);
-}
-
 /// I&M0 of a device with this identity.
-fn im0(identity: &Identity) -> Im0 {
+pub(super) fn im0(identity: &Identity) -> Im0 {
     let [prefix, functional_enhancement, bug_fix, internal_change] = identity.software_revision;
     Im0 {
         vendor_id: identity.vendor_id,

@@ -1,5 +1,6 @@
 //! What the device tells of its interface and its ports: records 0x8080, 0x802A and 0xF841.
 
+use super::lldp::FAST_ETHERNET;
 use super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT, Place};
 use super::stack::Stack;
 use alloc::format;
@@ -52,7 +53,7 @@ impl Stack {
             subslot: place.subslot,
             port: format!("port-{:03}", plug.subslot - INTERFACE_SUBSLOT).into_bytes(),
             peers: peers.into_iter().collect(),
-            mau_type: if is_linked { self.behaviour.mau_type } else { 0 },
+            mau_type: if is_linked { FAST_ETHERNET } else { 0 },
             domain_boundary: 0,
             multicast_boundary: 0,
             port_state: PORT_STATE_UNKNOWN,

@@ -1,5 +1,6 @@
 //! What is plugged, and how it compares with what a Connect expects.
 
+use super::hooks::Hooks;
 use crate::profinet::{Identity, Plug};
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{ExpectedModule, SubmoduleProperties, SubmoduleType};
@@ -121,7 +122,7 @@ pub(super) struct Plugged {
 
 impl Plugged {
     /// What is plugged before the first connection: the first alternative of each subslot of `plugs`, interface and ports.
-    pub(super) fn new(plugs: &[Plug], identity: &Identity, change: fn(&mut Vec<Plug>)) -> Plugged {
+    pub(super) fn new(plugs: &[Plug], identity: &Identity, hooks: &Hooks) -> Plugged {
         let mut possible = plugs.to_vec();
         let head = plugs.iter().find(|plug| plug.slot == 0);
         let (api, module_ident) = head.map_or((0, 0), |plug| (plug.api, plug.module_ident));
@@ -138,7 +139,7 @@ impl Plugged {
                 output_octets: 0,
             });
         }
-        change(&mut possible);
+        hooks.notify(|hooks| hooks.plugs(&mut possible));
         let mut plugged = Plugged { possible, real: Vec::new() };
         for at in 0..plugged.possible.len() {
             let plug = plugged.possible[at];
@@ -180,14 +181,6 @@ impl Plugged {
         self.possible.iter().find(fits).copied()
     }
 
-    /// `expected`, with the ident of what is plugged in its place if there is nothing with its own.
-    pub(super) fn standing_in(&self, expected: Expected) -> Expected {
-        match self.at(expected.place).filter(|_| self.fitting(&expected).is_none()) {
-            Some(plug) => Expected { submodule_ident: plug.submodule_ident, ..expected },
-            None => expected,
-        }
-    }
-
     /// Plugs what `expected` wants, as far as it is possible; gives what fits.
     pub(super) fn adapt(&mut self, expected: &[Expected]) -> Vec<Plug> {
         let fitting: Vec<Plug> = expected.iter().filter_map(|submodule| self.fitting(submodule)).collect();
@@ -215,7 +208,8 @@ impl Plugged {
 
     /// How what is plugged differs from `expected`; `None` if it does not.
     pub(super) fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
-        Some(self.comparison(expected, false)).filter(|difference| !difference.apis.is_empty())
+        let differing = expected.iter().filter(|submodule| self.at_fits(submodule).is_none());
+        Some(self.compare(differing)).filter(|difference| !difference.apis.is_empty())
     }
 
     /// Whether what is plugged differs from `expected`.
@@ -223,10 +217,14 @@ impl Plugged {
         expected.iter().any(|submodule| self.at_fits(submodule).is_none())
     }
 
-    /// How what is plugged compares with `expected`: what differs, and what does not if it `tells_proper` ones too.
-    pub(super) fn comparison(&self, expected: &[Expected], tells_proper: bool) -> ModuleDiffBlock {
+    /// How what is plugged compares with `expected`, submodules that do not differ among it.
+    pub(super) fn comparison(&self, expected: &[Expected]) -> ModuleDiffBlock {
+        self.compare(expected.iter())
+    }
+
+    fn compare<'a>(&self, expected: impl Iterator<Item = &'a Expected>) -> ModuleDiffBlock {
         let mut apis: Vec<ApiDiff> = Vec::new();
-        for submodule in expected.iter().filter(|submodule| tells_proper || self.at_fits(submodule).is_none()) {
+        for submodule in expected {
             let Place { api, slot, subslot } = submodule.place;
             let (module_ident, state) = match self.module_ident(submodule.place) {
                 None => (0, ModuleState::NO_MODULE),

@@ -1,5 +1,6 @@
 //! The records that all devices have, and which places there are at all; the others are the application's.
 
+use super::hooks::StackCheck;
 use super::maintenance;
 use super::plugged::{Expected, INTERFACE_SUBSLOT, Place, Scope};
 use super::stack::{Env, Stack};
@@ -9,7 +10,7 @@ use wire::profinet::blocks::BlockType;
 use wire::profinet::blocks::identification::{
     ApiData, ApiIdentification, IdentificationData, SlotIdentification, SubslotIdentification,
 };
-use wire::profinet::blocks::im::{Im0, ImText};
+use wire::profinet::blocks::im::ImText;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::status::RecordError;
 
@@ -101,23 +102,46 @@ fn expected(submodule: &Expected) -> (Place, u32, u32) {
 }
 
 impl Stack {
-    /// Reads a record and appends it to `out`; `about` is the connection whose records may be read.
+    /// Reads a record; `about` is the connection whose records may be read.
     pub(super) fn read_record(
         &mut self,
         env: &mut Env<'_>,
         access: Access,
         about: Option<usize>,
+    ) -> Result<Vec<u8>, RecordError> {
+        let access = self.looked_up(access);
+        let mut data = Vec::new();
+        let result = match record(access.index) {
+            Some(record) => self.read_own_record(env, access, record, about, &mut data),
+            None => self.check_application(access).and_then(|()| {
+                let result = env.application.read_record(env.now, access, &mut data);
+                result.map_err(error)
+            }),
+        };
+        self.hooks.apply(result.map(|()| data), |hooks, mut result| {
+            hooks.read(access, &mut result);
+            result
+        })
+    }
+
+    /// Which record is accessed.
+    fn looked_up(&self, access: Access) -> Access {
+        self.hooks.apply(access, |hooks, mut access| {
+            hooks.access(&mut access);
+            access
+        })
+    }
+
+    /// Reads a record of the stack and appends it to `out`.
+    fn read_own_record(
+        &self,
+        env: &Env<'_>,
+        access: Access,
+        (width, subject): (Width, Subject),
+        about: Option<usize>,
         out: &mut Vec<u8>,
     ) -> Result<(), RecordError> {
-        let access = if record(access.index).is_none() { (self.behaviour.looks_up)(access) } else { access };
-        let place = Place { api: access.api, slot: access.slot, subslot: access.subslot };
-        let Some((width, subject)) = record(access.index) else {
-            self.check_application(access.index, place)?;
-            return match env.application.read_record(env.now, access, out) {
-                Err(RecordRefusal::InvalidIndex) if !self.behaviour.refuses_unknown_index => Ok(()),
-                result => result.map_err(error),
-            };
-        };
+        let place = place(access);
         let connection = about.and_then(|at| self.ars.get(at)).filter(|ar| ar.exchange.is_some());
         let scope = match width {
             Width::Subslot => Scope::Subslot(place),
@@ -128,18 +152,16 @@ impl Stack {
         };
         let in_scope = |place: &(Place, u32, u32)| scope.contains(place.0);
         let here = || self.plugged.all().iter().map(real).filter(in_scope);
-        let is_passed_over = matches!(subject, Subject::Im(_)) && !self.behaviour.checks_place;
-        if here().next().is_none() && width != Width::Connection && !is_passed_over {
-            return Err(self.check_place(place).err().unwrap_or(RecordError::INVALID_SLOT));
+        let is_plugged = width == Width::Connection || here().next().is_some();
+        if !self.hooks.check(StackCheck::Plugged(access), is_plugged) {
+            return Err(self.refused_place(place));
         }
         match subject {
-            Subject::Real if !self.behaviour.tells_what_is_plugged => return Err(RecordError::INVALID_INDEX),
             Subject::Real => identification(BlockType::REAL_IDENTIFICATION, here()).write(out),
             Subject::Expected => {
                 let expected = self.ars.iter().flat_map(|ar| &ar.expected).map(expected).filter(in_scope);
                 identification(BlockType::EXPECTED_IDENTIFICATION, expected).write(out);
             }
-            Subject::Diagnosis { .. } if !self.behaviour.tells_diagnoses => {}
             Subject::Diagnosis { with_maintenance } => self.diagnoses.write(scope, with_maintenance, out),
             Subject::ModuleDiff => {
                 let difference = connection.and_then(|ar| ar.difference.clone());
@@ -156,8 +178,7 @@ impl Stack {
                 identification(BlockType::IM0_FILTER_SUBMODULE, head()).write(out);
                 identification(BlockType::IM0_FILTER_DEVICE, head()).write(out);
             }
-            Subject::Im(0) if !self.behaviour.serves_im0 => return Err(RecordError::INVALID_INDEX),
-            Subject::Im(0) => maintenance::write_im0(env.application.identity(), &mut self.kept, out),
+            Subject::Im(0) => maintenance::im0(env.application.identity()).write(out),
             Subject::Port => self.port(place).ok_or(RecordError::INVALID_INDEX)?.write(out),
             Subject::Interface if place.subslot != INTERFACE_SUBSLOT => return Err(RecordError::INVALID_INDEX),
             Subject::Interface => self.interface().write(out),
@@ -172,53 +193,61 @@ impl Stack {
 
     /// Writes a record.
     pub(super) fn write_record(&mut self, env: &mut Env<'_>, access: Access, data: &[u8]) -> Result<(), RecordError> {
-        let access = if record(access.index).is_none() { (self.behaviour.looks_up)(access) } else { access };
-        let place = Place { api: access.api, slot: access.slot, subslot: access.subslot };
-        match record(access.index) {
-            None => self.check_application(access.index, place)?,
-            Some(_) => self.check_place(place)?,
-        }
-        match record(access.index) {
-            None => match env.application.write_record(env.now, access, data) {
-                Err(RecordRefusal::InvalidIndex) if !self.behaviour.refuses_unknown_write => Ok(()),
-                result => result.map_err(error),
-            },
-            Some((_, Subject::Im(number))) if self.kept.texts.get(env.application.identity(), number).is_some() => {
-                let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;
-                if text.block().0 != BlockType::IM0.0 + number {
-                    return Err(RecordError::INVALID_PARAMETER);
-                }
-                if self.behaviour.keeps_texts {
-                    self.kept.texts.put(text);
-                }
-                Ok(())
-            }
-            Some((_, Subject::Im(1..))) if !self.behaviour.refuses_missing_im => Ok(()),
-            Some((_, Subject::Im(1..))) => Err(RecordError::INVALID_INDEX),
-            Some((_, Subject::Im(0))) if self.behaviour.im0_is_writable => {
-                self.kept.written_im0 = Some(Im0::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?);
-                Ok(())
-            }
-            Some(_) if !self.behaviour.refuses_read_only => Ok(()),
-            Some(_) => Err(RecordError::ACCESS_DENIED),
-        }
+        let access = self.looked_up(access);
+        let result = match record(access.index) {
+            Some((_, subject)) => self.write_own_record(env, access, subject, data),
+            None => self
+                .check_application(access)
+                .and_then(|()| env.application.write_record(env.now, access, data).map_err(error)),
+        };
+        self.hooks.apply(result, |hooks, mut result| {
+            hooks.written(access, data, &mut result);
+            result
+        })
     }
 
-    /// Whether the application may have a record `index` at `place`.
-    fn check_application(&self, index: u16, place: Place) -> Result<(), RecordError> {
-        if index >= WITHOUT_PLACE { Err(RecordError::INVALID_INDEX) } else { self.check_place(place) }
+    /// Writes a record of the stack: of I&M1 to I&M3 those that the device has, and no others.
+    fn write_own_record(
+        &mut self,
+        env: &Env<'_>,
+        access: Access,
+        subject: Subject,
+        data: &[u8],
+    ) -> Result<(), RecordError> {
+        self.check_place(access)?;
+        let Subject::Im(number @ 1..) = subject else { return Err(RecordError::ACCESS_DENIED) };
+        if self.kept.texts.get(env.application.identity(), number).is_none() {
+            return Err(RecordError::INVALID_INDEX);
+        }
+        let text = ImText::parse(data).map_err(|_| RecordError::WRITE_LENGTH_ERROR)?;
+        if text.block().0 != BlockType::IM0.0 + number {
+            return Err(RecordError::INVALID_PARAMETER);
+        }
+        self.kept.texts.put(text);
+        Ok(())
     }
 
-    /// Whether there is something at `place`.
-    fn check_place(&self, place: Place) -> Result<(), RecordError> {
-        if self.plugged.at(place).is_some() {
-            Ok(())
-        } else if self.plugged.all().iter().any(|plug| plug.api == place.api) {
-            Err(RecordError::INVALID_SLOT)
-        } else {
-            Err(RecordError::INVALID_AREA)
-        }
+    /// Whether the application may have this record.
+    fn check_application(&self, access: Access) -> Result<(), RecordError> {
+        if access.index >= WITHOUT_PLACE { Err(RecordError::INVALID_INDEX) } else { self.check_place(access) }
     }
+
+    /// Whether there is something where the record is looked up.
+    fn check_place(&self, access: Access) -> Result<(), RecordError> {
+        let place = place(access);
+        let is_plugged = self.hooks.check(StackCheck::Plugged(access), self.plugged.at(place).is_some());
+        if is_plugged { Ok(()) } else { Err(self.refused_place(place)) }
+    }
+
+    /// Why there is no record at `place`, where nothing is plugged.
+    fn refused_place(&self, place: Place) -> RecordError {
+        let knows_api = self.plugged.all().iter().any(|plug| plug.api == place.api);
+        if knows_api { RecordError::INVALID_SLOT } else { RecordError::INVALID_AREA }
+    }
+}
+
+fn place(access: Access) -> Place {
+    Place { api: access.api, slot: access.slot, subslot: access.subslot }
 }
 
 fn error(refusal: RecordRefusal) -> RecordError {

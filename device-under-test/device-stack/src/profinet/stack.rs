@@ -6,13 +6,13 @@ use super::cm::application_ready;
 use super::cyclic::State;
 use super::dcp::Desk;
 use super::diagnosis::Diagnoses;
+use super::hooks::{Connection, Hooks, StackCheck, StackView, Start};
 use super::ip::{Ip, Port, Received};
 use super::lldp::{Announcer, Macs, Neighbour};
 use super::maintenance::Texts;
 use super::phase::{Event, Phase};
 use super::plugged::{PORT_SUBSLOT, Plugged, Scope};
 use super::rpc::{Progress, Registered, Server, Taken};
-use super::{End, Past, StackBehaviour};
 use crate::earlier;
 use crate::profinet::{Application, ArKey, DiagnosisChange, Seen, StationData};
 use alloc::vec::Vec;
@@ -22,7 +22,6 @@ use wire::datagram::arp::{Arp, Operation};
 use wire::ethernet::{EtherType, FrameHeader, Mac};
 use wire::http::Request;
 use wire::profinet::alarm::{AlarmPriority, RtaPdu};
-use wire::profinet::blocks::im::Im0;
 use wire::profinet::rt::{FrameId, FrameKind};
 use wire::profinet::status::AbortReason;
 
@@ -41,30 +40,19 @@ pub(super) struct Env<'a> {
 pub(super) struct Kept {
     /// The address of the device.
     pub mac: Mac,
-    /// The address that it was made with.
-    made_with: Mac,
-    /// How it behaves.
-    pub behaviour: StackBehaviour,
+    /// The address of the piece.
+    piece: Mac,
+    hooks: Hooks,
     /// What a user has written about it.
     pub texts: Texts,
-    /// I&M0 as it was written, where it can be.
-    pub written_im0: Option<Im0>,
-    /// What has happened to it.
-    pub past: Past,
     connections: u32,
 }
 
 impl Kept {
     /// A device fresh from the factory.
-    pub(super) fn new(made_with: Mac, behaviour: StackBehaviour) -> Kept {
-        let past = Past::default();
-        let mac = (behaviour.mac)(made_with, past);
-        Kept { mac, made_with, behaviour, texts: Texts::default(), written_im0: None, past, connections: 0 }
-    }
-
-    /// Whether there can be no further connection.
-    pub(super) fn is_worn_out(&self) -> bool {
-        self.connections >= self.behaviour.connections_ever
+    pub(super) fn new(piece: Mac, hooks: Hooks) -> Kept {
+        let mac = hooks.apply(piece, |hooks, mac| hooks.mac(mac));
+        Kept { mac, piece, hooks, texts: Texts::default(), connections: 0 }
     }
 
     /// A number that no connection had before.
@@ -78,16 +66,12 @@ impl Kept {
 pub(super) struct Stack {
     /// What survives a loss of power.
     pub kept: Kept,
-    /// How it behaves.
-    pub behaviour: StackBehaviour,
+    /// Its deviations.
+    pub hooks: Hooks,
     /// The name and the addresses in use.
     pub station: StationData,
     /// The name and the addresses after the next start.
     pub stored: StationData,
-    name_at_start: Vec<u8>,
-    /// The name from before a reset, and when it is there again.
-    returning: Option<(Time, Vec<u8>)>,
-    is_silent: bool,
     /// What is open in DCP.
     pub desk: Desk,
     /// What is plugged.
@@ -105,19 +89,15 @@ impl Stack {
     /// The stack as it starts at `now`.
     pub(super) fn new(now: Time, application: &dyn Application, kept: Kept) -> Stack {
         let stored = application.stored_station();
-        let mut station = stored.clone();
-        (kept.behaviour.at_start)(&mut station);
+        let station = loaded(&kept.hooks, Start::PowerUp, &stored);
         let mut ip = Ip::new(now, kept.mac);
-        ip.configure(&station, &kept.behaviour);
+        ip.configure(&station);
         Stack {
-            behaviour: kept.behaviour,
-            name_at_start: station.name.clone(),
+            hooks: kept.hooks.clone(),
             station,
             stored,
-            returning: None,
-            is_silent: false,
             desk: Desk::new(now),
-            plugged: Plugged::new(application.plugs(), application.identity(), kept.behaviour.plugs),
+            plugged: Plugged::new(application.plugs(), application.identity(), &kept.hooks),
             diagnoses: Diagnoses::default(),
             ars: Vec::new(),
             ip,
@@ -130,6 +110,12 @@ impl Stack {
     /// What is kept when the power goes.
     pub(super) fn kept(&self) -> Kept {
         self.kept.clone()
+    }
+
+    /// What a deviation can read at `now`.
+    pub(super) fn view<'a>(&'a self, now: Time, application: &'a dyn Application) -> StackView<'a> {
+        let plugged = self.plugged.all();
+        StackView { now, application, mac: self.kept.mac, station: &self.station, plugged }
     }
 
     /// The cable was plugged: the neighbours are told who is here.
@@ -168,14 +154,15 @@ impl Stack {
     /// Takes a frame.
     pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
         let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
-        let is_for_us = (self.behaviour.is_addressed)(self.kept.mac, header.destination);
-        if self.is_silent || self.sends_as(header.source) || !(is_for_us || header.destination.is_group()) {
+        let is_for_us =
+            self.hooks.check(StackCheck::Addressed(header.destination), header.destination == self.kept.mac);
+        if self.sends_as(header.source) || !(is_for_us || header.destination.is_group()) {
             return;
         }
         match header.ether_type {
             EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_for_us),
             EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => {
-                self.lldp.hear(header.source, payload, &self.behaviour);
+                self.lldp.hear(header.source, payload);
             }
             EtherType::ARP if self.receive_arp(env, payload) => {}
             other if Ip::takes(other) => {
@@ -195,13 +182,9 @@ impl Stack {
         mac == self.kept.mac || mac.0[..3] == self.kept.mac.0[..3] && is_of_ports()
     }
 
-    /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over, or if it is to be
-    /// passed over; says whether it did.
+    /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over; says whether it did.
     fn receive_arp(&self, env: &mut Env<'_>, payload: &[u8]) -> bool {
         let Ok(arp) = Arp::parse(payload) else { return false };
-        if !(self.behaviour.takes_arp)(&arp) {
-            return true;
-        }
         let is_probe = arp.operation == Operation::REQUEST && arp.sender_ip.is_unspecified();
         if is_probe && !arp.target_ip.is_unspecified() && arp.target_ip.octets() == self.station.ip {
             env.out.push_with(|frame| arp.reply(self.kept.mac).write_frame(frame));
@@ -213,9 +196,6 @@ impl Stack {
         let Ok(frame_id) = FrameId::peek(payload) else { return };
         match frame_id.kind() {
             FrameKind::RtClass1 | FrameKind::RtClass2 if is_for_us => {
-                if header.tag.is_none() && !self.behaviour.takes_untagged {
-                    return;
-                }
                 self.receive_cyclic(env, header.source, frame_id, payload);
             }
             FrameKind::AlarmHigh if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::High, payload),
@@ -236,18 +216,11 @@ impl Stack {
     }
 
     fn receive_cyclic(&mut self, env: &mut Env<'_>, source: Mac, frame_id: FrameId, payload: &[u8]) {
-        let is_damaged = |ar: &Ar| {
-            let consumer = ar.exchange.as_ref().map(|exchange| &exchange.consumer);
-            consumer.is_some_and(|one| one.expects(source, frame_id, &self.behaviour) && !one.is_whole(payload))
-        };
-        if !self.behaviour.survives_short_frames && self.ars.iter().any(is_damaged) {
-            return self.end_all(env, AbortReason::ABORT_REQUEST);
-        }
         for ar in &mut self.ars {
             let is_ready = ar.phase.is_ready();
             let Some(exchange) = &mut ar.exchange else { continue };
-            if exchange.consumer.expects(source, frame_id, &self.behaviour)
-                && exchange.consumer.receive(env.now, payload, is_ready, env.application, &self.behaviour)
+            if exchange.consumer.expects(source, frame_id)
+                && exchange.consumer.receive(env.now, payload, is_ready, env.application)
             {
                 ar.step(env.now, Event::OutputsCame);
             }
@@ -258,11 +231,11 @@ impl Stack {
         let Some(Ok(pdu)) = payload.get(2..).map(RtaPdu::parse) else { return };
         for at in 0..self.ars.len() {
             let Some(exchange) = &mut self.ars[at].exchange else { continue };
-            if exchange.alarms.is_for(source, &pdu) || !self.behaviour.checks_alarm_endpoints {
+            if self.hooks.check(StackCheck::AlarmEndpoint, exchange.alarms.is_for(source, &pdu)) {
                 match exchange.alarms.receive(priority, &pdu, env.out) {
                     Outcome::GoesOn => {}
-                    Outcome::Ended => self.ended(env, at, End::Aborted),
-                    Outcome::End(reason) => self.end(env, at, Some(reason)),
+                    Outcome::Ended => self.end(env, at, Connection::Aborted, None),
+                    Outcome::End(reason) => self.abort(env, at, reason),
                 }
                 return;
             }
@@ -274,16 +247,13 @@ impl Stack {
             match port {
                 Port::Server => {
                     let address = self.station.ip;
-                    match self.server.take(&payload, from, address, &self.behaviour) {
-                        Taken::Damaged if !self.behaviour.survives_damaged_calls => {
-                            self.end_all(env, AbortReason::ABORT_REQUEST);
-                        }
-                        Taken::Damaged | Taken::Nothing => {}
+                    match self.server.take(&payload, from, address) {
+                        Taken::Nothing => {}
                         Taken::Say(pdus) => self.send(env, Port::Server, from, &pdus),
                         Taken::Execute(request) => {
-                            let reply = self.execute(env, &request);
-                            self.server.reply(env.now, &request, &reply, &self.behaviour);
-                            self.send_replies(env);
+                            let reply = self.execute(env, request.clone());
+                            let pdus = self.server.answer(&request, &reply);
+                            self.send(env, Port::Server, from, &pdus);
                         }
                     }
                 }
@@ -303,14 +273,14 @@ impl Stack {
     fn serve_pages(&mut self, env: &mut Env<'_>) {
         let (now, is_open) = (env.now, env.application.serves_pages());
         let mut pages = |request: &Request| env.application.page(now, request);
-        self.ip.serve(now, is_open, &self.behaviour, &mut pages, env.out);
+        self.ip.serve(now, is_open, &mut pages, env.out);
     }
 
     /// Draws the conclusion from how ApplicationReady is getting on; says whether the call is over.
     fn follow(&mut self, env: &mut Env<'_>, at: usize, progress: Progress) -> bool {
         match progress {
             Progress::Open => return false,
-            Progress::Failed(reason) => self.end(env, at, Some(reason)),
+            Progress::Failed(reason) => self.abort(env, at, reason),
             Progress::Done => {
                 let ar = &mut self.ars[at];
                 ar.call = None;
@@ -319,9 +289,7 @@ impl Stack {
                 if has_outputs {
                     ar.step(env.now, Event::OutputsCame);
                 }
-                if self.behaviour.tells_pending_diagnoses {
-                    self.tell_pending(at);
-                }
+                self.tell_pending(at);
             }
         }
         true
@@ -345,12 +313,6 @@ impl Stack {
         }
     }
 
-    fn send_replies(&mut self, env: &mut Env<'_>) {
-        while let Some((to, pdus)) = self.server.next_reply(env.now) {
-            self.send(env, Port::Server, to, &pdus);
-        }
-    }
-
     /// Does what is due.
     pub(super) fn wake(&mut self, env: &mut Env<'_>) {
         let now = env.now;
@@ -359,22 +321,15 @@ impl Stack {
             env.application.advance(env.now);
         }
         self.wake_dcp(env);
-        if let Some((_, name)) = self.returning.take_if(|(due, _)| *due <= now) {
-            self.stored.name.clone_from(&name);
-            self.use_station(now, StationData { name, ..self.station.clone() });
-            env.application.set_station(now, &self.station, &self.stored);
-        }
         if self.lldp.due() <= now {
-            let name = (self.behaviour.announced_name)(&self.station.name, &self.name_at_start);
             let macs = Macs { station: self.kept.mac, port: self.port_mac(PORT_SUBSLOT) };
-            self.lldp.wake(env.now, macs, name, &self.behaviour, env.out);
+            self.lldp.wake(env.now, macs, &self.station.name, env.out);
         }
         if is_due(self.ip.due()) {
             self.ip.poll(env.now, env.out);
             self.receive_datagrams(env);
             self.serve_pages(env);
         }
-        self.send_replies(env);
         for at in (0..self.ars.len()).rev() {
             self.wake_connection(env, at);
         }
@@ -383,13 +338,10 @@ impl Stack {
     fn wake_connection(&mut self, env: &mut Env<'_>, at: usize) {
         let has_problem = self.diagnoses.has_fault(self.ars[at].scope());
         let ar = &mut self.ars[at];
-        if let Some(exchange) = &mut ar.exchange
+        if let Some(exchange) = &ar.exchange
             && exchange.consumer.expires().is_some_and(|expires| expires <= env.now)
         {
-            if self.behaviour.watches_outputs {
-                return self.end(env, at, Some(AbortReason::CONSUMER_TIMEOUT));
-            }
-            exchange.consumer.stop(env.now, env.application, &self.behaviour);
+            return self.abort(env, at, AbortReason::CONSUMER_TIMEOUT);
         }
         if ar.phase_due.is_some_and(|due| due <= env.now) {
             match ar.phase {
@@ -398,17 +350,18 @@ impl Stack {
                     ar.call = Some(application_ready(env.now, self.kept.mac, ar));
                 }
                 Phase::Parameters | Phase::Waiting | Phase::Access => {
-                    return self.end(env, at, Some(AbortReason::CMI_TIMEOUT));
+                    return self.abort(env, at, AbortReason::CMI_TIMEOUT);
                 }
                 Phase::Announcing | Phase::Data => ar.phase_due = None,
             }
         }
         if let Some(exchange) = &mut ar.exchange {
-            let is_held_up = exchange.alarms.is_open() && !self.behaviour.sends_inputs_during_alarm;
-            let waits_for_outputs = !self.behaviour.inputs_go_on && exchange.consumer.has_bad_outputs();
-            let is_ready = ar.phase.is_ready() && !is_held_up;
-            let state = State { is_ready, has_problem, waits_for_outputs };
-            exchange.provider.wake(env, state, &self.behaviour);
+            let state = State {
+                inputs_are_ready: self.hooks.check(StackCheck::InputsReady, ar.phase.is_ready()),
+                takes_outputs: self.hooks.check(StackCheck::TakesOutputs, ar.phase.is_ready()),
+                has_problem,
+            };
+            exchange.provider.wake(env, state);
         }
         if let Some(call) = &mut ar.call {
             let to = call.to();
@@ -422,7 +375,10 @@ impl Stack {
 
     /// After each input: takes what the application has to tell, and sends alarms that can be sent.
     pub(super) fn settle(&mut self, env: &mut Env<'_>) {
-        while let Some(change) = env.application.next_diagnosis() {
+        while let Some(mut change) = env.application.next_diagnosis() {
+            if !self.hooks.apply(true, |hooks, is_noted| hooks.diagnosis(&mut change, is_noted)) {
+                continue;
+            }
             self.diagnoses.note(&change);
             for ar in self.ars.iter_mut().filter(|ar| ar.phase.has_alarms()) {
                 let alarm = self.diagnoses.alarm(&change, Scope::Connection(&ar.expected), &self.plugged);
@@ -434,45 +390,44 @@ impl Stack {
         for at in (0..self.ars.len()).rev() {
             let Some(exchange) = &mut self.ars[at].exchange else { continue };
             let is_due = exchange.alarms.due().is_some_and(|due| due <= env.now);
-            if is_due && let Outcome::End(reason) = exchange.alarms.wake(env.now, env.out, &self.behaviour) {
-                self.end(env, at, Some(reason));
+            if is_due && let Outcome::End(reason) = exchange.alarms.wake(env.now, env.out) {
+                self.abort(env, at, reason);
             }
+        }
+        let aborts = self.hooks.apply(false, |hooks, aborts| hooks.aborts(aborts));
+        if aborts {
+            self.abort_all(env, AbortReason::ABORT_REQUEST);
         }
     }
 
     /// Ends a connection; the other side is told if there is a reason and an alarm endpoint.
-    pub(super) fn end(&mut self, env: &mut Env<'_>, at: usize, reason: Option<AbortReason>) {
+    pub(super) fn end(&mut self, env: &mut Env<'_>, at: usize, event: Connection, reason: Option<AbortReason>) {
+        self.hooks.notify(|hooks| hooks.connection(event));
         let mut ar = self.ars.remove(at);
         if let Some(exchange) = &mut ar.exchange {
             if let Some(reason) = reason {
                 exchange.alarms.abort(reason, env.out);
             }
-            exchange.consumer.stop(env.now, env.application, &self.behaviour);
+            exchange.consumer.stop(env.now, env.application);
         }
         env.application.ended(env.now, ar.key);
     }
 
-    /// Ends a connection that its controller has ended.
-    pub(super) fn ended(&mut self, env: &mut Env<'_>, at: usize, how: End) {
-        if (self.behaviour.frees_connections)(how) {
-            return self.end(env, at, None);
-        }
-        self.ars[at].has_ended = true;
-        if let Some(exchange) = &mut self.ars[at].exchange {
-            exchange.consumer.stop(env.now, env.application, &self.behaviour);
-        }
+    /// Ends a connection of the device's own accord, for `reason`.
+    pub(super) fn abort(&mut self, env: &mut Env<'_>, at: usize, reason: AbortReason) {
+        self.end(env, at, Connection::Ended, Some(reason));
     }
 
     /// Ends all connections for `reason`.
-    pub(super) fn end_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
+    pub(super) fn abort_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
         while !self.ars.is_empty() {
-            self.end(env, self.ars.len() - 1, Some(reason));
+            self.abort(env, self.ars.len() - 1, reason);
         }
     }
 
     /// Uses `station` from now on; neighbours are told a new name at once.
     pub(super) fn use_station(&mut self, now: Time, station: StationData) {
-        self.ip.configure(&station, &self.behaviour);
+        self.ip.configure(&station);
         if station.name != self.station.name {
             self.lldp.announce(now);
         }
@@ -481,21 +436,13 @@ impl Stack {
 
     /// Takes the stored station into use, after a reset of it.
     pub(super) fn restart_station(&mut self, env: &mut Env<'_>) {
-        if self.behaviour.ends_with_reset {
-            self.end_all(env, AbortReason::RESET_TO_FACTORY);
-        }
-        self.kept.past.resets = self.kept.past.resets.wrapping_add(1);
-        self.is_silent = !self.behaviour.survives_reset;
-        let mac = (self.behaviour.mac)(self.kept.made_with, self.kept.past);
+        let mac = self.hooks.apply(self.kept.piece, |hooks, mac| hooks.mac(mac));
         if mac != self.kept.mac {
             self.kept.mac = mac;
             self.ip = Ip::new(env.now, mac);
         }
-        let name = core::mem::take(&mut self.station.name);
-        self.returning = self.behaviour.name_returns_after.map(|after| (env.now + after, name));
         self.stored = env.application.stored_station();
-        let mut station = self.stored.clone();
-        (self.behaviour.at_start)(&mut station);
+        let station = loaded(&self.hooks, Start::Reset, &self.stored);
         self.use_station(env.now, station);
     }
 
@@ -508,9 +455,15 @@ impl Stack {
     /// When something is to be done without a frame, the application's own affairs apart.
     pub(super) fn deadline(&self) -> Option<Time> {
         let connections = self.ars.iter().fold(None, |due, ar| earlier(due, ar.due()));
-        let datagrams = earlier(self.ip.due(), self.server.due());
         let announcements = earlier(self.desk.due(), Some(self.lldp.due()));
-        let due = earlier(connections, earlier(datagrams, announcements));
-        earlier(due, self.returning.as_ref().map(|(due, _)| *due))
+        earlier(connections, earlier(self.ip.due(), announcements))
     }
+}
+
+/// The stored station as it is taken into use.
+fn loaded(hooks: &Hooks, start: Start, stored: &StationData) -> StationData {
+    hooks.apply(stored.clone(), |hooks, mut station| {
+        hooks.load_station(start, &mut station);
+        station
+    })
 }

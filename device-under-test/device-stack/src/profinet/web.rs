@@ -1,14 +1,12 @@
 //! The web server: TCP connections, and in each one request and one answer.
 //!
-//! This room must not know what a page says.
+//! This module must not know what a page says.
 
 use alloc::vec;
 use alloc::vec::Vec;
-use core::net::Ipv4Addr;
 use smoltcp::iface::{SocketHandle, SocketSet};
 use smoltcp::socket::tcp::{Socket, SocketBuffer, State};
 use smoltcp::time::Duration;
-use smoltcp::wire::{IpAddress, IpListenEndpoint};
 use wire::http::{PORT, Progress, Request, Response};
 
 /// Who answers a request.
@@ -41,20 +39,13 @@ impl Web {
         self.connections.iter_mut().for_each(|connection| connection.renew(sockets));
     }
 
-    /// Answers what has come, at `address` or, without one, at each address of the device; says whether there is something
-    /// to be sent.
+    /// Answers what has come; says whether there is something to be sent.
     ///
     /// While the server is not open it finishes what it has begun and takes nothing new.
-    pub(super) fn serve(
-        &mut self,
-        sockets: &mut SocketSet<'static>,
-        is_open: bool,
-        address: Option<Ipv4Addr>,
-        pages: Pages<'_>,
-    ) -> bool {
+    pub(super) fn serve(&mut self, sockets: &mut SocketSet<'static>, is_open: bool, pages: Pages<'_>) -> bool {
         let has_sent = self.connections.iter_mut().fold(false, |sent, of| of.go_on(sockets, pages) | sent);
         match is_open {
-            true => self.listen(sockets, address),
+            true => self.listen(sockets),
             false => self.connections.iter_mut().for_each(|of| of.stop_listening(sockets)),
         }
         has_sent
@@ -62,8 +53,7 @@ impl Web {
 
     /// Makes free connections wait for a client; one that only waits for strays of its last client counts as free if there
     /// is no other.
-    fn listen(&mut self, sockets: &mut SocketSet<'static>, address: Option<Ipv4Addr>) {
-        let endpoint = IpListenEndpoint { addr: address.map(IpAddress::Ipv4), port: PORT };
+    fn listen(&mut self, sockets: &mut SocketSet<'static>) {
         let is = |of: &Connection, sockets: &SocketSet<'_>, state| of.state(sockets) == state;
         let waits = self.connections.iter().any(|of| is(of, sockets, State::Listen) || is(of, sockets, State::Closed));
         if !waits && let Some(old) = self.connections.iter_mut().find(|of| is(of, sockets, State::TimeWait)) {
@@ -73,7 +63,7 @@ impl Web {
             if connection.state(sockets) == State::Closed {
                 connection.asked.clear();
                 connection.answer = None;
-                let listens = sockets.get_mut::<Socket<'_>>(connection.socket).listen(endpoint);
+                let listens = sockets.get_mut::<Socket<'_>>(connection.socket).listen(PORT);
                 debug_assert!(listens.is_ok(), "the socket is closed, and the port is not 0");
             }
         }

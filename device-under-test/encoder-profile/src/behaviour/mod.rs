@@ -6,12 +6,10 @@
 
 mod control;
 mod memory;
-mod names;
 mod reset;
 
 pub use control::{ByPlc, Control};
 pub use memory::{Memory, PowerUp};
-pub use names::Names;
 pub use reset::Reset;
 
 use crate::checks::Checks;
@@ -51,8 +49,6 @@ pub struct Behaviour {
     pub memory: Memory,
     /// What a factory reset does.
     pub reset: Reset,
-    /// Station names.
-    pub names: Names,
 }
 
 impl Behaviour {

@@ -46,8 +46,6 @@ pub struct EncoderObject<M: Model> {
     /// The responses to parameter requests that wait to be fetched.
     pub(super) responses: Responses<ArKey>,
     powered: bool,
-    /// Whether there was a factory reset since power-up.
-    was_reset: bool,
 }
 
 impl<M: Model> EncoderObject<M> {
@@ -81,7 +79,6 @@ impl<M: Model> EncoderObject<M> {
             ram,
             returns: None,
             powered: true,
-            was_reset: false,
         }
     }
 
@@ -108,7 +105,6 @@ impl<M: Model> EncoderObject<M> {
     }
 
     fn reset(&mut self, now: Time, reset: Reset) {
-        self.was_reset = true;
         if reset.application {
             self.reset_application(now);
         }
@@ -203,8 +199,7 @@ impl<M: Model> Application for EncoderObject<M> {
     }
 
     fn accepts_name(&self, name: &[u8]) -> bool {
-        let is_new = self.was_reset && !self.behaviour.names.takes_after_reset;
-        !is_new && names::accepts(name, &self.behaviour.names)
+        names::accepts(name)
     }
 
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {
@@ -250,7 +245,7 @@ impl<M: Model> Application for EncoderObject<M> {
             self.store.offset.replace(begin.stored_offset);
         }
         self.responses = Responses::default();
-        (self.powered, self.was_reset) = (true, false);
+        self.powered = true;
         M::power_up(&mut self.live(now));
         self.behaviour.hooks.notify(|hooks| hooks.powered_up());
         self.advance(now);

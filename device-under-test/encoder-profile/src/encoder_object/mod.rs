@@ -13,7 +13,7 @@ mod diagnosis;
 mod live;
 mod memory;
 mod model;
-mod names;
+pub mod names;
 mod parameters;
 mod places;
 mod start;

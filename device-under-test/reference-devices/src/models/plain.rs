@@ -1,10 +1,10 @@
-//! A plain PROFINET IO device after no manual: what it is given by the controller it gives back.
+//! A plain PROFINET IO device after no manual: it gives back what the controller gives it.
 //!
 //! It is the reference for what holds for every PROFINET IO device. Slot 1 takes four octets and sends them back, four
 //! times 0 while it is given none that are good; slot 2 sends how many frames it has sent. It has I&M0 to I&M3, no
-//! parameters, and two faults that are told as channel diagnoses. Vendor, device and ident numbers are invented.
+//! parameters, and two faults that it reports as channel diagnoses. Vendor, device and ident numbers are invented.
 //!
-//! This room must not know encoders.
+//! This module must not know encoders.
 
 use alloc::collections::VecDeque;
 use alloc::format;
@@ -34,39 +34,8 @@ const fn plug(slot: u16, module_ident: u32, submodule_ident: u32, input_octets: 
     Plug { api: 0, slot, module_ident, subslot: 1, submodule_ident, input_octets, output_octets }
 }
 
-/// What a plain device does with what it is given; the default is healthy.
-#[derive(Clone, Copy, Debug)]
-pub struct Rules {
-    /// What is sent back, from what was taken.
-    pub mirror: fn([u8; 4]) -> [u8; 4],
-    /// What is taken as name: whether a name by the rules of PROFINET may be given.
-    pub takes_name: fn(bool) -> bool,
-    /// Whether a name is stored.
-    pub stores_name: bool,
-    /// Whether a diagnosis goes with its fault.
-    pub withdraws: bool,
-    /// How bad a fault is.
-    pub severity: Severity,
-    /// The slot that a diagnosis is about.
-    pub diagnosed: u16,
-}
-
-impl Default for Rules {
-    fn default() -> Rules {
-        Rules {
-            mirror: |octets| octets,
-            takes_name: |is_right| is_right,
-            stores_name: true,
-            withdraws: true,
-            severity: Severity::Fault,
-            diagnosed: MIRROR,
-        }
-    }
-}
-
 /// A plain device behind its PROFINET stack.
 pub struct Plain {
-    rules: Rules,
     identity: Identity,
     stored: StationData,
     outputs: [u8; 4],
@@ -77,7 +46,7 @@ pub struct Plain {
 
 impl Plain {
     /// A device fresh from the factory but for its station; the serial number is made of `mac`.
-    pub fn new(rules: Rules, mac: [u8; 6], station: StationData) -> Plain {
+    pub fn new(mac: [u8; 6], station: StationData) -> Plain {
         let [.., a, b, c] = mac;
         let identity = Identity {
             vendor_id: 0xFEED,
@@ -96,7 +65,6 @@ impl Plain {
             boot_time: BOOT,
         };
         Plain {
-            rules,
             identity,
             stored: station,
             outputs: [0; 4],
@@ -108,18 +76,16 @@ impl Plain {
 
     fn tell(&mut self, fault: usize, appears: bool) {
         let Some((_, error_type)) = FAULTS.get(fault) else { return };
-        if appears || self.rules.withdraws {
-            let diagnosis = Diagnosis {
-                api: 0,
-                slot: self.rules.diagnosed,
-                subslot: 1,
-                channel: 0,
-                error_type: *error_type,
-                extended: None,
-                severity: self.rules.severity,
-            };
-            self.changes.push_back(DiagnosisChange { appears, diagnosis });
-        }
+        let diagnosis = Diagnosis {
+            api: 0,
+            slot: MIRROR,
+            subslot: 1,
+            channel: 0,
+            error_type: *error_type,
+            extended: None,
+            severity: Severity::Fault,
+        };
+        self.changes.push_back(DiagnosisChange { appears, diagnosis });
     }
 }
 
@@ -138,13 +104,10 @@ impl Application for Plain {
 
     fn set_station(&mut self, _: Time, _: &StationData, stored: &StationData) {
         self.stored = stored.clone();
-        if !self.rules.stores_name {
-            self.stored.name.clear();
-        }
     }
 
     fn accepts_name(&self, name: &[u8]) -> bool {
-        (self.rules.takes_name)(name.is_empty() || station_name::check(name).is_ok())
+        name.is_empty() || station_name::check(name).is_ok()
     }
 
     fn factory_reset(&mut self, _: Time, scope: ResetScope) -> bool {
@@ -203,7 +166,7 @@ impl Application for Plain {
             self.sent = self.sent.wrapping_add(1);
         }
         match (slot, data.len()) {
-            (MIRROR, 4) => data.copy_from_slice(&(self.rules.mirror)(self.outputs)),
+            (MIRROR, 4) => data.copy_from_slice(&self.outputs),
             (COUNTER, 2) => data.copy_from_slice(&self.sent.to_be_bytes()),
             _ => data.fill(0),
         }
@@ -244,8 +207,8 @@ mod tests {
     use super::*;
     use alloc::vec::Vec;
 
-    fn device(rules: Rules) -> Plain {
-        Plain::new(rules, [2, 0, 0, 0, 1, 0], StationData::default())
+    fn device() -> Plain {
+        Plain::new([2, 0, 0, 0, 1, 0], StationData::default())
     }
 
     fn sent(device: &mut Plain) -> [u8; 4] {
@@ -256,7 +219,7 @@ mod tests {
 
     #[test]
     fn what_is_given_comes_back_until_it_is_bad() {
-        let mut device = device(Rules::default());
+        let mut device = device();
         assert_eq!(sent(&mut device), [0; 4]);
         device.outputs(Time::ZERO, MIRROR, 1, Some(&[1, 2, 3, 4]));
         assert_eq!(sent(&mut device), [1, 2, 3, 4]);
@@ -266,7 +229,7 @@ mod tests {
 
     #[test]
     fn the_counter_counts_frames() {
-        let mut device = device(Rules::default());
+        let mut device = device();
         for count in 1..=3 {
             let mut octets = [0; 2];
             assert!(device.inputs(Time::ZERO, COUNTER, 1, &mut octets));
@@ -276,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_fault_comes_and_goes_once_and_comes_again_with_the_power() {
-        let mut device = device(Rules::default());
+        let mut device = device();
         for (present, told) in [(true, Some(true)), (true, None), (false, Some(false)), (false, None)] {
             assert_eq!(device.act(Time::ZERO, &StandAction::Fault("passing", present)), Some(Time::ZERO));
             assert_eq!(device.next_diagnosis().map(|change| change.appears), told);

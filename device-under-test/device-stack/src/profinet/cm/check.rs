@@ -3,7 +3,7 @@
 //! A status points at the block by its finder and at the field by its number in the block, the header counted
 //! (IEC 61158-6-10, ErrorCode2 of the faulty blocks). Where the frames put their data is checked in [`super::layout`].
 
-use super::super::StackBehaviour;
+use super::super::hooks::{Hooks, StackCheck};
 use super::super::plugged::{Expected, Plugged};
 use super::{cmrpc, layout};
 use alloc::vec::Vec;
@@ -76,14 +76,14 @@ const BLOCK_LENGTH: u8 = 1;
 const VERSION_HIGH: u8 = 2;
 const VERSION_LOW: u8 = 3;
 
-fn read_blocks(octets: &[u8], behaviour: &StackBehaviour) -> Result<Vec<Content>, PnioStatus> {
+fn read_blocks(octets: &[u8], hooks: &Hooks) -> Result<Vec<Content>, PnioStatus> {
     let mut reader = Reader::new("Connect", octets);
     let mut contents = Vec::new();
     while !reader.is_empty() {
         let mut head = reader;
         let unknown = refusal(CmrpcError::UNKNOWN_BLOCKS);
         let kind = BlockType(head.u16().map_err(|_| unknown)?);
-        if PASSED_OVER.contains(&kind) && (behaviour.passes_over)(kind) {
+        if hooks.check(StackCheck::PassedOver(kind), PASSED_OVER.contains(&kind)) {
             RawBlock::read(&mut reader).map_err(|_| unknown)?;
             continue;
         }
@@ -98,16 +98,11 @@ fn read_blocks(octets: &[u8], behaviour: &StackBehaviour) -> Result<Vec<Content>
 }
 
 /// Checks a whole Connect.
-pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehaviour) -> Result<Plan, PnioStatus> {
+pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &Hooks) -> Result<Plan, PnioStatus> {
     let mut ars = Vec::new();
     let (mut iocrs, mut alarm_crs, mut expected_blocks) = (Vec::new(), Vec::new(), Vec::new());
     let mut rpc_port = None;
-    let contents = read_blocks(octets, behaviour)?;
-    let kinds: Vec<BlockType> = contents.iter().map(Content::kind).collect();
-    if !(behaviour.takes_blocks)(&kinds) {
-        return Err(refusal(CmrpcError::UNKNOWN_BLOCKS));
-    }
-    for content in contents {
+    for content in read_blocks(octets, hooks)? {
         match content {
             Content::ArReq(block) => ars.push(block),
             Content::IocrReq(block) => iocrs.push(block),
@@ -121,17 +116,14 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
         (Some(ar), true) => ar,
         (Some(_), false) | (None, _) => return Err(refusal(CmrpcError::UNKNOWN_BLOCKS)),
     };
-    check_ar(&ar)?;
-    if ar.ar_properties.has(ArProperties::STARTUP_ADVANCED) && !behaviour.takes_advanced_start {
-        return Err(fault(Finder::AR_BLOCK, AR_PROPERTIES));
-    }
+    check_ar(&ar, hooks)?;
     if ar.ar_properties.has(ArProperties::DEVICE_ACCESS) {
         let has_more = !(iocrs.is_empty() && alarm_crs.is_empty() && expected_blocks.is_empty());
         let plan = Plan { ar, exchange: None, rpc_port };
         return if has_more { Err(refusal(CmrpcError::UNKNOWN_BLOCKS)) } else { Ok(plan) };
     }
     for (at, iocr) in iocrs.iter().enumerate() {
-        check_iocr(iocr, behaviour)?;
+        check_iocr(iocr, hooks)?;
         let is_unique = iocrs[..at].iter().all(|other| other.iocr_reference != iocr.iocr_reference);
         demand(Finder::IOCR_BLOCK, [(IOCR_REFERENCE, is_unique)])?;
     }
@@ -144,7 +136,7 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
     }
     let mut expected = Vec::new();
     for block in &expected_blocks {
-        check_expected(block, plugged, behaviour, &mut expected)?;
+        check_expected(block, plugged, hooks, &mut expected)?;
     }
     if expected.is_empty() {
         return Err(fault(Finder::EXPECTED_SUBMODULE_BLOCK, NUMBER_OF_APIS));
@@ -156,13 +148,11 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, behaviour: &StackBehavio
         [alarm_cr] => alarm_cr,
         _ => return Err(refusal(CmrpcError::ALARM_CR_COUNT)),
     };
-    check_alarm_cr(&alarm_cr)?;
+    check_alarm_cr(&alarm_cr, hooks)?;
     Ok(Plan { ar, exchange: Some(ExchangePlan { iocrs, alarm_cr, expected }), rpc_port })
 }
 
-const AR_PROPERTIES: u8 = 9;
-
-fn check_ar(ar: &ArBlockReq) -> Result<(), PnioStatus> {
+fn check_ar(ar: &ArBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
     let properties = ar.ar_properties;
     let access = properties.has(ArProperties::DEVICE_ACCESS);
     let initiator = ar.cm_initiator_mac_add;
@@ -179,12 +169,13 @@ fn check_ar(ar: &ArBlockReq) -> Result<(), PnioStatus> {
             (5, !ar.ar_uuid.is_nil()),
             (7, !initiator.is_group() && initiator != wire::ethernet::Mac::ZERO),
             (8, ObjectUuid::of(ar.cm_initiator_object_uuid).is_some()),
-            (AR_PROPERTIES, properties_hold),
+            (9, properties_hold),
             (10, (1..=1000).contains(&ar.cm_initiator_activity_timeout_factor)),
             (11, ar.initiator_udp_rt_port >= 0x0400),
             (12, (1..=240).contains(&name_length)),
             (13, station_name::check(&ar.cm_initiator_station_name).is_ok()),
-        ],
+        ]
+        .map(|(field, holds)| (field, hooks.check(StackCheck::ArField(ar, field), holds))),
     )
 }
 
@@ -193,7 +184,7 @@ const IOCR_REFERENCE: u8 = 5;
 /// Greatest data hold time and watchdog time in units of 31.25 us: 1.92 s.
 const LONGEST_HOLD: u32 = 61_440;
 
-fn check_iocr(iocr: &IocrBlockReq, behaviour: &StackBehaviour) -> Result<(), PnioStatus> {
+fn check_iocr(iocr: &IocrBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
     let class = iocr.iocr_properties.rt_class();
     let frame_ids = match class {
         RtClass::RT_CLASS_1 => 0xC000..=0xF7FF,
@@ -209,7 +200,7 @@ fn check_iocr(iocr: &IocrBlockReq, behaviour: &StackBehaviour) -> Result<(), Pni
         [
             (4, matches!(iocr.iocr_type, IocrType::INPUT | IocrType::OUTPUT)),
             (6, iocr.lt == 0x8892),
-            (7, (behaviour.takes_rt_class)(class) && iocr.iocr_properties.0 >> 4 == 0),
+            (7, matches!(class, RtClass::RT_CLASS_1 | RtClass::RT_CLASS_2) && iocr.iocr_properties.0 >> 4 == 0),
             (8, (40..=1440).contains(&iocr.data_length)),
             (9, frame_ids.contains(&iocr.frame_id) || leaves_frame_id),
             (10, matches!(clock, 8 | 16 | 32 | 64 | 128)),
@@ -219,15 +210,12 @@ fn check_iocr(iocr: &IocrBlockReq, behaviour: &StackBehaviour) -> Result<(), Pni
             (15, (1..=0x1E00).contains(&iocr.watchdog_factor) && longest(iocr.watchdog_factor)),
             (16, (1..=0x1E00).contains(&iocr.data_hold_factor) && longest(iocr.data_hold_factor)),
             (17, iocr.iocr_tag_header >> 12 == 0xC),
-        ],
-    )?;
-    match (behaviour.refused_field)(iocr) {
-        Some(field) => Err(fault(Finder::IOCR_BLOCK, field)),
-        None => Ok(()),
-    }
+        ]
+        .map(|(field, holds)| (field, hooks.check(StackCheck::IocrField(iocr, field), holds))),
+    )
 }
 
-fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq) -> Result<(), PnioStatus> {
+fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
     demand(
         Finder::ALARM_CR_BLOCK,
         [
@@ -239,7 +227,8 @@ fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq) -> Result<(), PnioStatus> {
             (10, (200..=1432).contains(&alarm_cr.max_alarm_data_length)),
             (11, alarm_cr.alarm_cr_tag_header_high >> 12 == 0xC),
             (12, alarm_cr.alarm_cr_tag_header_low >> 12 == 0xA),
-        ],
+        ]
+        .map(|(field, holds)| (field, hooks.check(StackCheck::AlarmCrField(alarm_cr, field), holds))),
     )
 }
 
@@ -251,7 +240,7 @@ const KNOWN_PROPERTIES: u16 = 0x3 | SubmoduleProperties::DISCARD_IOXS.0;
 fn check_expected(
     block: &ExpectedSubmoduleBlockReq,
     plugged: &Plugged,
-    behaviour: &StackBehaviour,
+    hooks: &Hooks,
     all: &mut Vec<Expected>,
 ) -> Result<(), PnioStatus> {
     let finder = Finder::EXPECTED_SUBMODULE_BLOCK;
@@ -266,12 +255,13 @@ fn check_expected(
             ],
         )?;
         for (submodule, expected) in module.submodules.iter().zip(Expected::of(module)) {
-            let expected = if behaviour.checks_submodule_ident { expected } else { plugged.standing_in(expected) };
             let descriptions = &submodule.data_descriptions;
             let is_new = all.iter().all(|other| other.place != expected.place);
             let real = plugged.fitting(&expected);
             let inputs_fit = real.is_none_or(|plug| plug.input_octets == expected.input_octets);
+            let inputs_fit = hooks.check(StackCheck::InputLength(expected.input_octets), inputs_fit);
             let outputs_fit = real.is_none_or(|plug| plug.output_octets == expected.output_octets);
+            let outputs_fit = hooks.check(StackCheck::OutputLength(expected.output_octets), outputs_fit);
             // Inputs and outputs may stand in either order.
             let count = |direction| descriptions.iter().filter(|one| one.data_description == direction).count();
             let counts = (count(1), count(2), descriptions.len());
@@ -289,11 +279,7 @@ fn check_expected(
                     (10, is_new),
                     (12, properties.0 & !KNOWN_PROPERTIES == 0 && status_holds),
                     (13, directions_hold),
-                    (
-                        14,
-                        (inputs_fit || !behaviour.checks_input_length)
-                            && (outputs_fit || !behaviour.checks_output_length),
-                    ),
+                    (14, inputs_fit && outputs_fit),
                     (15, descriptions.iter().all(|one| one.length_iops == 1)),
                     (16, descriptions.iter().all(|one| one.length_iocs == 1)),
                 ],

@@ -3,7 +3,8 @@
 use super::super::alarm::AlarmEndpoint;
 use super::super::ar::{Ar, Exchange};
 use super::super::cyclic::{Consumer, Provider};
-use super::super::phase::{Event, Phase};
+use super::super::hooks::{Connection, StackCheck};
+use super::super::phase::Phase;
 use super::super::plugged::Expected;
 use super::super::rpc::Request;
 use super::super::stack::{Env, Stack};
@@ -17,9 +18,12 @@ use wire::profinet::blocks::connect::{
     ArBlockRes, ArProperties, ArRpcBlock, ArServerBlockRes, Connect, ConnectBlock, Content, IocrBlockReq, IocrBlockRes,
     IocrType, RtClass,
 };
-use wire::profinet::blocks::module_diff::{ArInfo, IdentInfo, ModuleDiffBlock, ModuleState, SubmoduleState};
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::rpc;
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
+
+/// How many connections with cyclic data there can be.
+const EXCHANGE_CONNECTIONS: usize = 1;
 
 /// How many connections for records alone there can be, beside those with cyclic data.
 const ACCESS_CONNECTIONS: usize = 2;
@@ -35,18 +39,9 @@ impl Stack {
         request: &Request,
         blocks: &[u8],
     ) -> Result<Answer, PnioStatus> {
-        let plan = check::connect(blocks, &self.plugged, &self.behaviour)?;
-        if let Some(at) = self.ars.iter().position(|ar| ar.request.ar_uuid == plan.ar.ar_uuid) {
-            if !(self.behaviour.gives_way)(true) {
-                return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
-            }
-            self.end(env, at, Some(AbortReason::RE_RUN));
-        }
+        let plan = check::connect(blocks, &self.plugged, &self.hooks)?;
         self.make_way(env, &plan);
-        let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == plan.exchange.is_some()).count();
-        if self.kept.is_worn_out()
-            || others >= if plan.exchange.is_some() { self.behaviour.connections } else { ACCESS_CONNECTIONS }
-        {
+        if !self.has_room(&plan) {
             return Err(cmrpc(ErrorCode::CONNECT_RESPONSE, CmrpcError::OUT_OF_AR_RESOURCES));
         }
         let key = self.kept.next_key();
@@ -67,7 +62,6 @@ impl Stack {
             exchange: None,
             call: None,
             differs: false,
-            has_ended: false,
             phase_due: None,
             request: plan.ar.clone(),
         };
@@ -79,28 +73,38 @@ impl Stack {
         }
         self.push_server_block(&plan, &mut answer);
         ar.touch(env.now);
-        if ar.phase == Phase::Parameters && !self.behaviour.waits_for_parameters {
-            ar.step(env.now, Event::ParametersEnded);
-            ar.phase_due = Some(env.now);
-        }
         self.ars.push(ar);
+        self.hooks.notify(|hooks| hooks.connection(Connection::Opened));
         Ok(Answer::done(answer.to_vec()))
     }
 
-    /// Ends the connection with cyclic data that the controller of `plan` still has here, if there is no room beside it.
+    /// Ends the connection of the same UUID, and the one with cyclic data that the controller of `plan` still has here, if there
+    /// is no room beside it.
     ///
     /// A controller that comes again has given up the old connection, of which the device learns only when the outputs
     /// have been missing for long enough; waiting for that would refuse it for no reason.
     fn make_way(&mut self, env: &mut Env<'_>, plan: &Plan) {
-        let exchanges = self.ars.iter().filter(|ar| ar.exchange.is_some()).count();
-        if plan.exchange.is_none() || exchanges < self.behaviour.connections || !(self.behaviour.gives_way)(false) {
+        let gives_way = |is_old| self.hooks.check(StackCheck::GivesWay, is_old);
+        if let Some(at) = self.ars.iter().position(|ar| gives_way(ar.request.ar_uuid == plan.ar.ar_uuid)) {
+            self.abort(env, at, AbortReason::RE_RUN);
+        }
+        if plan.exchange.is_none() || self.has_room(plan) {
             return;
         }
         let controller = plan.ar.cm_initiator_mac_add;
-        let is_old = |ar: &Ar| ar.exchange.is_some() && !ar.has_ended && ar.request.cm_initiator_mac_add == controller;
-        if let Some(at) = self.ars.iter().position(is_old) {
-            self.end(env, at, Some(AbortReason::RE_RUN));
+        let is_old = |ar: &Ar| ar.exchange.is_some() && ar.request.cm_initiator_mac_add == controller;
+        let gives_way = |is_old| self.hooks.check(StackCheck::GivesWay, is_old);
+        if let Some(at) = self.ars.iter().position(|ar| gives_way(is_old(ar))) {
+            self.abort(env, at, AbortReason::RE_RUN);
         }
+    }
+
+    /// Whether there is room for a connection like `plan` beside the others.
+    fn has_room(&self, plan: &Plan) -> bool {
+        let is_exchange = plan.exchange.is_some();
+        let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == is_exchange).count();
+        let most = if is_exchange { EXCHANGE_CONNECTIONS } else { ACCESS_CONNECTIONS };
+        self.hooks.check(StackCheck::Room { is_exchange, others }, others < most)
     }
 
     fn push_server_block(&self, plan: &Plan, answer: &mut Connect) {
@@ -142,19 +146,12 @@ impl Stack {
         }
     }
 
-    /// What is told about how what is plugged differs from `expected`.
+    /// How what is plugged differs from `expected`, as the controller is told.
     fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
-        let proper = || self.behaviour.tells_proper_modules.then(|| self.plugged.comparison(expected, true));
-        let mut told = self.plugged.difference(expected).or_else(proper)?;
-        for module in told.apis.iter_mut().flat_map(|api| &mut api.modules) {
-            if module.state == ModuleState::PROPER_MODULE {
-                module.state = self.behaviour.proper_state;
-                let submodules = module.submodules.iter_mut().filter(|_| module.state == ModuleState::SUBSTITUTE);
-                let state = SubmoduleState::new(IdentInfo::SUBSTITUTE, ArInfo::OWN, 0);
-                submodules.for_each(|submodule| submodule.state = state);
-            }
-        }
-        self.behaviour.reports_module_diff.then_some(told)
+        self.hooks.apply(self.plugged.difference(expected), |hooks, mut differing| {
+            hooks.difference(&self.plugged.comparison(expected), &mut differing);
+            differing
+        })
     }
 
     fn exchange(&self, env: &Env<'_>, key: ArKey, macs: (Mac, Mac), plan: &ExchangePlan) -> Option<Exchange> {
@@ -162,18 +159,10 @@ impl Stack {
         let (inputs, outputs) = (iocr(IocrType::INPUT)?, iocr(IocrType::OUTPUT)?);
         let is_plugged = |submodule: &Expected| self.plugged.fitting(submodule).is_some();
         Some(Exchange {
-            provider: Provider::new(env.now, macs, inputs, &plan.expected, is_plugged, &self.behaviour),
-            consumer: Consumer::new(macs.0, self.output_frame_id(outputs), outputs, &plan.expected, is_plugged),
-            alarms: AlarmEndpoint::new(macs, key.0 as u16, &plan.alarm_cr, &self.behaviour),
+            provider: Provider::new(env.now, macs, inputs, &plan.expected, is_plugged),
+            consumer: Consumer::new(macs.0, frame_id(outputs), outputs, &plan.expected, is_plugged, self.hooks.clone()),
+            alarms: AlarmEndpoint::new(macs, key.0 as u16, &plan.alarm_cr, self.hooks.clone()),
         })
-    }
-}
-
-impl Stack {
-    /// The frame id under which the outputs of `iocr` are taken.
-    fn output_frame_id(&self, iocr: &IocrBlockReq) -> u16 {
-        let is_proposed = iocr.frame_id != 0xFFFF;
-        if is_proposed { (self.behaviour.output_frame_id)(iocr.frame_id) } else { frame_id(iocr) }
     }
 }
 

@@ -1,7 +1,7 @@
 //! PrmEnd and Release, and ApplicationReady on the way to the controller.
 
-use super::super::End;
 use super::super::ar::Ar;
+use super::super::hooks::Connection;
 use super::super::phase::Event;
 use super::super::rpc::{Call, Request};
 use super::super::stack::{Env, Stack};
@@ -56,14 +56,10 @@ impl Stack {
         if block.control_command != ControlCommand::PRM_END {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
-        let is_early = ar.exchange.is_some() && !self.behaviour.waits_for_parameters;
-        if !is_early && !ar.step(env.now, Event::ParametersEnded) {
+        if !ar.step(env.now, Event::ParametersEnded) {
             return Err(cmrpc(code, CmrpcError::STATE_CONFLICT));
         }
-        let ready = env.application.parameter_end(env.now, ar.key);
-        if !is_early {
-            ar.phase_due = Some(ready);
-        }
+        ar.phase_due = Some(env.application.parameter_end(env.now, ar.key));
         Ok(Answer::done(Control::from(block.done()).to_vec()))
     }
 
@@ -78,7 +74,7 @@ impl Stack {
         if block.control_command != ControlCommand::RELEASE {
             return Err(PnioStatus::found(code, finder, COMMAND));
         }
-        self.ended(env, at, End::Released);
+        self.end(env, at, Connection::Released, None);
         Ok(Answer::done(Control::from(block.done()).to_vec()))
     }
 }

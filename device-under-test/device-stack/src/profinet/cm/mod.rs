@@ -8,7 +8,7 @@ mod record;
 
 pub(super) use control::application_ready;
 
-use super::rpc::{Reply, Request, answer_order};
+use super::rpc::{Reply, Request};
 use super::stack::{Env, Stack};
 use alloc::vec::Vec;
 use wire::octets::Order;
@@ -40,11 +40,10 @@ const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
 
 impl Stack {
     /// Carries out a call on the interface of the device.
-    pub(super) fn execute(&mut self, env: &mut Env<'_>, request: &Request) -> Reply {
+    pub(super) fn execute(&mut self, env: &mut Env<'_>, mut request: Request) -> Reply {
+        let view = self.view(env.now, env.application);
+        self.hooks.notify(|hooks| hooks.call(&view, &request.header, &mut request.body));
         let order = request.header.order();
-        if !(self.behaviour.takes_order)(order) {
-            return Reply::Fault(RejectStatus::FAULT_NDR);
-        }
         let Ok((ndr, blocks)) = NdrRequest::parse(order, &request.body) else {
             return Reply::Fault(RejectStatus::FAULT_NDR);
         };
@@ -53,9 +52,9 @@ impl Stack {
             Some((code, _)) if ndr.args_length as usize != blocks.len() || ndr.actual_count != ndr.args_length => {
                 cmrpc(code, CmrpcError::ARGS_LENGTH).into()
             }
-            Some((_, carry_out)) => carry_out(self, env, request, blocks).unwrap_or_else(Answer::from),
+            Some((_, carry_out)) => carry_out(self, env, &request, blocks).unwrap_or_else(Answer::from),
         };
-        self.response(answer_order(&request.header, &self.behaviour), &ndr, &answer)
+        self.response(order, &ndr, &answer)
     }
 
     fn response(&self, order: Order, ndr: &NdrRequest, answer: &Answer) -> Reply {

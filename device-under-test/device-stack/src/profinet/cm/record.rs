@@ -1,5 +1,6 @@
 //! Read, ReadImplicit, Write and write multiple.
 
+use super::super::hooks::StackCheck;
 use super::super::rpc::Request;
 use super::super::stack::{Env, Stack};
 use super::Answer;
@@ -11,7 +12,7 @@ use wire::profinet::blocks::record::{
 };
 use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::{NdrRequest, Uuid};
-use wire::profinet::status::{AbortReason, ErrorCode, Finder, PnioStatus};
+use wire::profinet::status::{ErrorCode, Finder, PnioStatus};
 
 /// Octets of a record block after its version.
 const BODY: usize = 58;
@@ -68,11 +69,7 @@ impl Stack {
             Uuid::NIL => None,
             uuid => Some(self.find(code, uuid)?),
         };
-        let answer = self.answer_read(env, call, &request, target, false);
-        if !self.behaviour.survives_implicit_read {
-            self.end_all(env, AbortReason::ABORT_REQUEST);
-        }
-        answer
+        self.answer_read(env, call, &request, target, false)
     }
 
     /// `about` is the connection that the record may be about; it is the reader's own if the read `is_within`.
@@ -86,18 +83,13 @@ impl Stack {
     ) -> Result<Answer, PnioStatus> {
         let key = about.filter(|_| is_within).map(|at| self.ars[at].key);
         let access = Access { ar: key, ..access(&request.header) };
-        let mut data = Vec::new();
-        let status = match self.read_record(env, access, about, &mut data) {
-            Ok(()) => PnioStatus::OK,
-            Err(error) => {
-                data.clear();
-                PnioStatus::record(ErrorCode::READ_RESPONSE, (self.behaviour.record_error)(error))
-            }
+        let (status, mut data) = match self.read_record(env, access, about) {
+            Ok(data) => (PnioStatus::OK, data),
+            Err(error) => (PnioStatus::record(ErrorCode::READ_RESPONSE, error), Vec::new()),
         };
-        if self.behaviour.cuts_records {
-            let order = call.header.order();
-            let most = NdrRequest::parse(order, &call.body).map_or(0, |(ndr, _)| ndr.args_maximum as usize);
-            let room = most.saturating_sub(WriteResponse::LENGTH).min(request.header.record_data_length as usize);
+        let most = NdrRequest::parse(call.header.order(), &call.body).map_or(0, |(ndr, _)| ndr.args_maximum as usize);
+        let room = most.saturating_sub(WriteResponse::LENGTH).min(request.header.record_data_length as usize);
+        if self.hooks.check(StackCheck::TooLong, data.len() > room) {
             data.truncate(room);
         }
         let mut blocks = Vec::new();
@@ -124,12 +116,7 @@ impl Stack {
         };
         let records = records.map_err(|_| wrong_length)?;
         let mut inner = Vec::new();
-        let carried_out = (self.behaviour.writes_of_multiple)(records.len());
-        for (number, record) in records.iter().enumerate() {
-            if number >= carried_out {
-                inner.push(WriteResponse::to(record, PnioStatus::OK));
-                continue;
-            }
+        for record in &records {
             let is_own = record.header.ar_uuid == request.header.ar_uuid && record.header.index != WRITE_MULTIPLE;
             let status = if is_own {
                 self.write_one(env, at, record)
@@ -146,7 +133,7 @@ impl Stack {
         let access = Access { ar: Some(self.ars[at].key), ..access(&request.header) };
         match self.write_record(env, access, &request.data) {
             Ok(()) => PnioStatus::OK,
-            Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, (self.behaviour.record_error)(error)),
+            Err(error) => PnioStatus::record(ErrorCode::WRITE_RESPONSE, error),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The frames that the device receives.
 
-use super::super::StackBehaviour;
+use super::super::hooks::{Hooks, StackCheck};
 use super::super::plugged::{Expected, Place};
 use super::interval;
 use crate::profinet::Application;
@@ -13,6 +13,7 @@ use wire::profinet::rt::{CyclicFrame, DataStatus, FrameId, IoxS};
 /// Takes the outputs of a connection and watches that they come.
 #[derive(Debug)]
 pub(in super::super) struct Consumer {
+    hooks: Hooks,
     source: Mac,
     frame_id: FrameId,
     data_length: usize,
@@ -43,6 +44,7 @@ impl Consumer {
         iocr: &IocrBlockReq,
         expected: &[Expected],
         is_plugged: impl Fn(&Expected) -> bool,
+        hooks: Hooks,
     ) -> Consumer {
         let mut outputs = Vec::new();
         for api in &iocr.apis {
@@ -60,25 +62,23 @@ impl Consumer {
                 }
             }
         }
+        let agreed = interval(iocr) * u32::from(iocr.data_hold_factor);
         Consumer {
             source,
             frame_id: FrameId(frame_id),
             data_length: iocr.data_length.into(),
             outputs,
-            hold: interval(iocr) * u32::from(iocr.data_hold_factor),
+            hold: hooks.apply(agreed, |hooks, agreed| hooks.hold(agreed)),
             expires: None,
             counter: None,
+            hooks,
         }
     }
 
     /// Whether a frame with this source and id is one of these.
-    pub(in super::super) fn expects(&self, source: Mac, frame_id: FrameId, behaviour: &StackBehaviour) -> bool {
-        self.frame_id == frame_id && (self.source == source || !behaviour.checks_source)
-    }
-
-    /// Whether a frame, from its frame id on, is as long as was agreed.
-    pub(in super::super) fn is_whole(&self, payload: &[u8]) -> bool {
-        CyclicFrame::parse(payload, self.data_length).is_ok()
+    pub(in super::super) fn expects(&self, source: Mac, frame_id: FrameId) -> bool {
+        self.hooks.check(StackCheck::FrameId(frame_id), self.frame_id == frame_id)
+            && self.hooks.check(StackCheck::Source(source), self.source == source)
     }
 
     /// When the outputs count as missing; `None` before the first frame.
@@ -95,57 +95,56 @@ impl Consumer {
         payload: &[u8],
         is_ready: bool,
         application: &mut dyn Application,
-        behaviour: &StackBehaviour,
     ) -> bool {
-        let frame = if behaviour.finds_status_behind_data {
-            CyclicFrame::parse(payload, self.data_length)
-        } else {
-            CyclicFrame::parse_to_end(payload)
-        };
-        let Ok(frame) = frame else { return false };
+        let frame = CyclicFrame::parse(payload, self.data_length);
+        let is_whole = self.hooks.check(StackCheck::FrameLength(payload.len()), frame.is_ok());
+        let Some(frame) = frame.ok().filter(|_| is_whole) else { return false };
         let status = frame.status;
         let is_old = self.counter.is_some_and(|last| last.wrapping_sub(status.cycle_counter) < Consumer::OLD);
         if is_old || status.transfer_status != 0 || status.data_status.has(DataStatus::IGNORE) {
             return false;
         }
         self.counter = Some(status.cycle_counter);
-        self.expires = Some(now + (behaviour.hold)(self.hold));
+        self.expires = Some(now + self.hold);
         if !is_ready {
             return true;
         }
         let wanted = DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN;
-        let counts = status.data_status.has(wanted) || !behaviour.heeds_data_status;
-        let is_provided = |output: &Output| {
-            let status = frame.data.get(output.at + output.octets).copied().map_or(IoxS::BAD, IoxS);
-            status.is_good() || !behaviour.heeds_provider_status
-        };
-        let counts = counts && (behaviour.tells_outputs_apart || self.outputs.iter().all(is_provided));
-        for output in &mut self.outputs {
+        let counts = status.data_status.has(wanted);
+        let Consumer { outputs, hooks, .. } = self;
+        for output in outputs {
             let end = output.at + output.octets;
-            let is_good = counts && is_provided(output);
-            let data = frame.data.get(output.at..end).filter(|_| is_good);
+            let status = frame.data.get(end).copied().map_or(IoxS::BAD, IoxS);
+            let is_good = hooks.check(StackCheck::ProviderStatus(status), status.is_good());
+            let data = frame.data.get(output.at..end).filter(|_| counts && is_good);
             if data.is_some() || output.was_good {
-                application.outputs(now, output.slot, output.subslot, data);
+                output.give(now, application, data, hooks);
             }
             output.was_good = data.is_some();
         }
         true
     }
 
-    /// Whether a submodule has outputs that are not good, though frames come.
-    pub(in super::super) fn has_bad_outputs(&self) -> bool {
-        self.expires.is_some() && self.outputs.iter().any(|output| output.octets > 0 && !output.was_good)
-    }
-
     /// Tells the application that no more outputs come.
-    pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn Application, behaviour: &StackBehaviour) {
+    pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn Application) {
         self.expires = None;
-        if !behaviour.clears_outputs {
-            return;
-        }
-        for output in self.outputs.iter_mut().filter(|output| output.was_good) {
+        let Consumer { outputs, hooks, .. } = self;
+        for output in outputs.iter_mut().filter(|output| hooks.check(StackCheck::OutputsEnd, output.was_good)) {
             output.was_good = false;
-            application.outputs(now, output.slot, output.subslot, None);
+            output.give(now, application, None, hooks);
         }
+    }
+}
+
+impl Output {
+    fn give(&self, now: Time, application: &mut dyn Application, data: Option<&[u8]>, hooks: &Hooks) {
+        if !hooks.is_any() {
+            return application.outputs(now, self.slot, self.subslot, data);
+        }
+        let data = hooks.apply(data.map(<[u8]>::to_vec), |hooks, mut data| {
+            hooks.outputs(self.slot, self.subslot, &mut data);
+            data
+        });
+        application.outputs(now, self.slot, self.subslot, data.as_deref());
     }
 }

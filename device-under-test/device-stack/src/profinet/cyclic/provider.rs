@@ -1,6 +1,5 @@
 //! The frames that the device sends.
 
-use super::super::StackBehaviour;
 use super::super::plugged::{Expected, Place};
 use super::super::stack::Env;
 use super::{CLOCK, interval};
@@ -41,12 +40,12 @@ struct ConsumerStatus {
 /// What a frame says besides data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct State {
-    /// Whether the application has told that it is ready.
-    pub is_ready: bool,
+    /// Whether the inputs can be good, because the application is ready.
+    pub inputs_are_ready: bool,
+    /// Whether the outputs are taken, because the application is ready.
+    pub takes_outputs: bool,
     /// Whether a fault is pending.
     pub has_problem: bool,
-    /// Whether the inputs stay as they are, for outputs are bad.
-    pub waits_for_outputs: bool,
 }
 
 impl Provider {
@@ -59,13 +58,12 @@ impl Provider {
         iocr: &IocrBlockReq,
         expected: &[Expected],
         is_plugged: impl Fn(&Expected) -> bool,
-        behaviour: &StackBehaviour,
     ) -> Provider {
         let tag = Vlan { protocol: EtherType::VLAN, control: iocr.iocr_tag_header };
         let header = FrameHeader::new(destination, source, EtherType::PROFINET).tagged(tag);
         let mut frame = Vec::new();
         header.write(&mut frame);
-        frame.extend((behaviour.input_frame_id)(iocr.frame_id).to_be_bytes());
+        frame.extend(iocr.frame_id.to_be_bytes());
         let data_at = frame.len();
         let status_at = data_at + usize::from(iocr.data_length);
         frame.resize(status_at + ApduStatus::LENGTH, 0);
@@ -119,7 +117,7 @@ impl Provider {
     }
 
     /// Sends a frame if one is due; frames that were missed are not sent later.
-    pub(in super::super) fn wake(&mut self, env: &mut Env<'_>, state: State, behaviour: &StackBehaviour) {
+    pub(in super::super) fn wake(&mut self, env: &mut Env<'_>, state: State) {
         if env.now < self.due {
             return;
         }
@@ -128,26 +126,22 @@ impl Provider {
         let missed = if behind < cycle { 0 } else { behind - behind % cycle };
         let sent_at = self.due + Duration::from_nanos(missed);
         self.due = sent_at + self.interval;
-        if !state.waits_for_outputs {
-            env.application.frame(env.now);
-        }
+        env.application.frame(env.now);
         let Provider { frame, inputs, consumer_status, .. } = self;
-        for input in inputs.iter().filter(|_| !state.waits_for_outputs) {
+        for input in inputs.iter() {
             let end = input.at + input.octets;
             let Some(data) = frame.get_mut(input.at..end) else { continue };
             let is_good = input.is_plugged
                 && (data.is_empty() || env.application.inputs(env.now, input.slot, input.subslot, data));
-            let may_be_good = state.is_ready || !behaviour.inputs_wait_for_ready;
-            put(frame, end, status(is_good && may_be_good).0);
+            put(frame, end, status(is_good && state.inputs_are_ready).0);
         }
         for outputs in consumer_status.iter() {
-            let is_good = outputs.is_plugged && state.is_ready && behaviour.sends_consumer_status;
-            put(frame, outputs.at, status(is_good).0);
+            put(frame, outputs.at, status(outputs.is_plugged && state.takes_outputs).0);
         }
         let counter = (sent_at.as_nanos() / CLOCK.as_nanos() as u64) as u16;
-        let [high, low] = (behaviour.cycle_counter)(counter).to_be_bytes();
-        let has_problem = state.has_problem && behaviour.indicates_problem;
-        let data_status = DataStatus(DataStatus::HEALTHY.0 & !if has_problem { DataStatus::NO_PROBLEM } else { 0 });
+        let [high, low] = counter.to_be_bytes();
+        let data_status =
+            DataStatus(DataStatus::HEALTHY.0 & !if state.has_problem { DataStatus::NO_PROBLEM } else { 0 });
         for (offset, octet) in [high, low, data_status.0, 0].into_iter().enumerate() {
             put(&mut self.frame, self.status_at + offset, octet);
         }

@@ -3,6 +3,7 @@
 mod set;
 mod values;
 
+use super::hooks::StackCheck;
 use super::stack::{Env, Stack};
 use crate::earlier;
 use crate::profinet::StationData;
@@ -13,7 +14,6 @@ use wire::profinet::dcp::{
     Block, BlockError, BlockInfo, Body, Dcp, Element, ServiceId, ServiceType, Value, response_delay_steps,
 };
 use wire::profinet::rt::FrameId;
-use wire::profinet::status::AbortReason;
 
 /// What is open in DCP: answers that wait, a transaction, a flashing light, a Hello that is due.
 #[derive(Debug)]
@@ -76,12 +76,7 @@ impl Desk {
 impl Stack {
     /// Takes a DCP frame.
     pub(super) fn receive_dcp(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
-        let Ok(request) = Dcp::parse(payload) else {
-            if !self.behaviour.survives_damaged_dcp {
-                self.end_all(env, AbortReason::ABORT_REQUEST);
-            }
-            return;
-        };
+        let Ok(request) = Dcp::parse(payload) else { return };
         if request.service_type != ServiceType::REQUEST {
             return;
         }
@@ -104,25 +99,27 @@ impl Stack {
         let matches = |block: &Block| match &block.value {
             Value::AllSelector => true,
             Value::AliasName(alias) => self.alias().as_ref() == Some(alias),
-            Value::NameOfStation(name) => (self.behaviour.answers_to)(&self.station.name, name),
+            Value::NameOfStation(name) => self.is_called(name),
             value => self.value(env.application, value.element()).as_ref() == Some(value),
         };
         if blocks.is_empty() || !blocks.iter().all(matches) || self.desk.waiting.len() >= Desk::WAITING {
             return;
         }
-        let steps = if self.behaviour.delays_identify {
-            response_delay_steps(self.kept.mac, request.response_delay_factor)
-        } else {
-            0
-        };
+        let steps = response_delay_steps(self.kept.mac, request.response_delay_factor);
         let answer = request.response(self.presentation(env.application));
         self.desk.waiting.push(Waiting { due: env.now + Desk::DELAY_STEP * u32::from(steps), to: source, answer });
         self.wake_dcp(env);
     }
 
+    /// Whether this is the name in use.
+    fn is_called(&self, name: &[u8]) -> bool {
+        let own = &self.station.name;
+        self.hooks.check(StackCheck::AskedName(own, name), own == name)
+    }
+
     fn get(&self, env: &Env<'_>, request: &Dcp) -> Vec<Block> {
         let Body::Elements(elements) = &request.body else { return Vec::new() };
-        let answer = |element: &Element| match self.got(env.application, *element) {
+        let answer = |element: &Element| match self.value(env.application, *element) {
             Some(value) => Block::tell(self.info(*element), value),
             None => Block::outcome(*element, values::unknown(*element)),
         };

@@ -2,6 +2,7 @@
 //!
 //! A name or an address that differs from the one in use ends all connections; one that does not changes nothing.
 
+use super::super::hooks::StackCheck;
 use super::super::maintenance::Texts;
 use super::super::stack::{Env, Stack};
 use super::{Desk, Transaction, WriteFrame, outcome, values};
@@ -21,15 +22,12 @@ impl Stack {
             let result = match &block.value {
                 Value::NameOfStation(name) => self.set_name(env, source, name, block),
                 Value::IpParameter(ip) => self.set_address(env, source, ip, block),
-                Value::Signal(Value::FLASH_ONCE) if self.behaviour.answers_signal => {
-                    self.desk.signals_until = Some(env.now + Desk::SIGNAL);
-                    Ok(())
-                }
+                Value::Signal(value) => self.signal(env, *value),
                 Value::Start => self.begin(env, source),
                 Value::Stop => self.commit(env, source),
                 Value::FactoryReset => self.reset(env, ResetScope::Factory, &mut has_reset),
                 Value::ResetToFactory => self.reset(env, reset_scope(block.qualifier().reset_mode()), &mut has_reset),
-                Value::Raw { element: Element::NAME_OF_STATION | Element::IP_PARAMETER, .. } | Value::Signal(_) => {
+                Value::Raw { element: Element::NAME_OF_STATION | Element::IP_PARAMETER, .. } => {
                     Err(BlockError::SUBOPTION_NOT_SET)
                 }
                 other => Err(match values::unknown(other.element()) {
@@ -40,14 +38,31 @@ impl Stack {
             blocks.push(outcome(block.value.element(), result));
         }
         request.response(blocks).write_frame_to(source, self.kept.mac, env);
+        self.abort_all_if(env, AbortReason::RESET_TO_FACTORY, has_reset);
         if has_reset {
             self.desk.transaction = None;
             self.restart_station(env);
         }
     }
 
+    /// Lets the LED flash.
+    fn signal(&mut self, env: &Env<'_>, value: u16) -> Result<(), BlockError> {
+        if !self.hooks.check(StackCheck::Signal(value), value == Value::FLASH_ONCE) {
+            return Err(BlockError::SUBOPTION_NOT_SET);
+        }
+        self.desk.signals_until = Some(env.now + Desk::SIGNAL);
+        Ok(())
+    }
+
+    /// Ends all connections for `reason` if it `ends` them.
+    fn abort_all_if(&mut self, env: &mut Env<'_>, reason: AbortReason, ends: bool) {
+        if self.hooks.check(StackCheck::Ends(reason), ends) {
+            self.abort_all(env, reason);
+        }
+    }
+
     fn set_name(&mut self, env: &mut Env<'_>, source: Mac, name: &[u8], block: &Block) -> Result<(), BlockError> {
-        if !env.application.accepts_name(name) {
+        if !self.hooks.check(StackCheck::Name(name), env.application.accepts_name(name)) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
         self.change(
@@ -97,7 +112,7 @@ impl Stack {
         assign: impl Fn(&mut StationData, &StationData),
         wanted: &StationData,
     ) -> Result<(), BlockError> {
-        let stores = block.qualifier().is_permanent() || !self.behaviour.forgets_temporary;
+        let stores = block.qualifier().is_permanent();
         let blank = StationData::default();
         let kept = if stores { wanted } else { &blank };
         match &mut self.desk.transaction {
@@ -141,21 +156,16 @@ impl Stack {
 
     /// Uses `station` from now on and lets the application store `stored`.
     fn adopt(&mut self, env: &mut Env<'_>, mut station: StationData, mut stored: StationData) {
-        (self.behaviour.after_set)(&self.station, &mut station, &mut stored);
-        if station.name != self.station.name {
-            self.end_all(env, AbortReason::STATION_NAME_CHANGED);
-        } else if station != self.station {
-            self.end_all(env, AbortReason::IP_SUITE_CHANGED);
-        }
+        self.hooks.notify(|hooks| hooks.set_station(&self.station, &mut station, &mut stored));
+        self.abort_all_if(env, AbortReason::STATION_NAME_CHANGED, station.name != self.station.name);
+        let addresses = |of: &StationData| (of.ip, of.mask, of.gateway);
+        self.abort_all_if(env, AbortReason::IP_SUITE_CHANGED, addresses(&station) != addresses(&self.station));
         env.application.set_station(env.now, &station, &stored);
         self.stored = stored;
         self.use_station(env.now, station);
     }
 
     fn reset(&mut self, env: &mut Env<'_>, scope: ResetScope, has_reset: &mut bool) -> Result<(), BlockError> {
-        if !self.behaviour.executes_reset {
-            return Ok(());
-        }
         if !env.application.factory_reset(env.now, scope) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }

@@ -40,31 +40,24 @@ impl Stack {
     /// The value of `element`, if it has one.
     pub(super) fn value(&self, application: &dyn Application, element: Element) -> Option<Value> {
         let identity = application.identity();
-        Some(match element {
+        let value = match element {
             Element::MAC => Value::Mac(self.kept.mac),
             Element::IP_PARAMETER => Value::IpParameter(IpParameter {
                 address: Ipv4Addr::from(self.station.ip),
                 mask: Ipv4Addr::from(self.station.mask),
                 gateway: Ipv4Addr::from(self.station.gateway),
             }),
-            Element::VENDOR => Value::Vendor((self.behaviour.station_type)(identity.station_type).as_bytes().to_vec()),
-            Element::NAME_OF_STATION => Value::NameOfStation((self.behaviour.told_name)(&self.station.name)),
-            Element::DEVICE_ID => {
-                let (vendor_id, device_id) = (self.behaviour.told_ids)((identity.vendor_id, identity.device_id));
-                Value::DeviceId { vendor_id, device_id }
-            }
+            Element::VENDOR => Value::Vendor(identity.station_type.as_bytes().to_vec()),
+            Element::NAME_OF_STATION => Value::NameOfStation(self.station.name.clone()),
+            Element::DEVICE_ID => Value::DeviceId { vendor_id: identity.vendor_id, device_id: identity.device_id },
             Element::DEVICE_ROLE => Value::DeviceRole { role: IO_DEVICE, reserved: 0 },
             Element::DEVICE_OPTIONS => Value::DeviceOptions(KNOWN.to_vec()),
             Element::ALIAS_NAME => Value::AliasName(self.alias()?),
             Element::DEVICE_INSTANCE => Value::DeviceInstance { high: 0, low: 1 },
             Element::DEVICE_INITIATIVE => Value::DeviceInitiative(SAYS_HELLO),
             _ => return None,
-        })
-    }
-
-    /// The value of `element` that Get is given.
-    pub(super) fn got(&self, application: &dyn Application, element: Element) -> Option<Value> {
-        self.value(application, element).map(self.behaviour.got)
+        };
+        Some(self.hooks.apply(value, |hooks, value| hooks.element(value)))
     }
 
     /// What is told about the origin of a value.

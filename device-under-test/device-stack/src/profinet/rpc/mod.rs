@@ -1,6 +1,6 @@
 //! Calls: the server that controllers call, the endpoint mapper, and the one call that the device makes.
 //!
-//! This room must not know what an operation does.
+//! This module must not know what an operation does.
 
 mod caller;
 mod endpoint_mapper;
@@ -8,7 +8,7 @@ mod server;
 
 pub(super) use caller::{Call, Progress};
 pub(super) use endpoint_mapper::Registered;
-pub(super) use server::{Reply, Request, Server, Taken, answer_order};
+pub(super) use server::{Reply, Request, Server, Taken};
 
 use alloc::vec::Vec;
 use wire::datagram::LONGEST_PAYLOAD;

@@ -2,7 +2,8 @@
 
 pub use super::blocks::*;
 use super::toy::Toy;
-use crate::profinet::{Device, StackBehaviour};
+use crate::attached::Attached;
+use crate::profinet::{Device, StackHooks};
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::net::{Ipv4Addr, SocketAddrV4};
@@ -42,20 +43,18 @@ pub struct Bench {
 
 impl Bench {
     pub fn new() -> Bench {
-        Bench::with(|_| {})
-    }
-
-    /// A bench whose device has `turn`ed knobs.
-    pub fn with(turn: impl FnOnce(&mut StackBehaviour)) -> Bench {
-        let mut behaviour = StackBehaviour::default();
-        turn(&mut behaviour);
-        Bench::of(Toy::new(), behaviour)
+        Bench::of(Toy::new())
     }
 
     /// A bench with this encoder.
-    pub fn of(toy: Toy, behaviour: StackBehaviour) -> Bench {
+    pub fn of(toy: Toy) -> Bench {
+        Bench::with(toy, Attached::NONE)
+    }
+
+    /// A bench with this encoder, whose stack deviates.
+    pub fn with(toy: Toy, hooks: Attached<dyn StackHooks>) -> Bench {
         Bench {
-            device: Device::new(toy, DEVICE, behaviour),
+            device: Device::new(toy, DEVICE, hooks),
             now: Time::from_nanos(1_000_000),
             order: Order::Big,
             seen: Vec::new(),

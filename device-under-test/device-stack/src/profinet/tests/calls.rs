@@ -3,7 +3,6 @@
 use super::bench::*;
 use alloc::vec::Vec;
 use rstest::rstest;
-use station::Duration;
 use wire::octets::Order;
 use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest};
@@ -80,21 +79,6 @@ fn a_repeated_request_gets_the_answer_again_and_is_carried_out_once() {
     let ack = Pdu::new(Header { packet_type: PacketType::ACK, ..header }, &[]).to_vec();
     assert!(bench.pdus(&[ack]).is_empty());
     assert_eq!(Pdu::parse(&bench.pdus(&[ping])[0]).unwrap().header.packet_type, PacketType::NOCALL);
-}
-
-#[test]
-fn a_slow_device_is_working() {
-    let mut bench = Bench::with(|behaviour| behaviour.answer_time = Duration::from_millis(50));
-    let body = NdrRequest::body(Order::Big, 4096, &access_connect(AR).to_vec());
-    let header = bench.header(Opnum::CONNECT);
-    assert!(bench.pdus(&[Pdu::new(header, &body).to_vec()]).is_empty());
-    for kind in [PacketType::PING, PacketType::REQUEST] {
-        let asked = Pdu::new(Header { packet_type: kind, ..header }, &body).to_vec();
-        assert_eq!(Pdu::parse(&bench.pdus(&[asked])[0]).unwrap().header.packet_type, PacketType::WORKING);
-    }
-    bench.run(Duration::from_millis(50));
-    let ping = Pdu::new(Header { packet_type: PacketType::PING, ..header }, &[]).to_vec();
-    assert_eq!(Pdu::parse(&bench.pdus(&[ping])[0]).unwrap().header.packet_type, PacketType::RESPONSE);
 }
 
 #[test]

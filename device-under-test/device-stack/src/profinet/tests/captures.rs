@@ -2,7 +2,6 @@
 
 use super::bench::*;
 use super::toy::Toy;
-use crate::profinet::StackBehaviour;
 use alloc::vec::Vec;
 use wire::datagram::Datagram;
 use wire::profinet::blocks::connect::Connect;
@@ -24,7 +23,7 @@ fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
         seen += 1;
         let mut toy = Toy::new();
         toy.plugs.clear();
-        let mut bench = Bench::of(toy, StackBehaviour::default());
+        let mut bench = Bench::of(toy);
         let (header, body) = bench.call(&pdu.header, pdu.body).unwrap();
         assert_eq!(header.packet_type, PacketType::RESPONSE);
         let (ndr, blocks) = NdrResponse::parse(header.order(), &body).unwrap();

@@ -8,8 +8,10 @@ mod calls;
 mod captures;
 mod connection;
 mod damage;
+mod duties;
 mod finding;
-mod knobs;
+#[cfg(feature = "deviations")]
+mod hooks;
 mod neighbours;
 mod personas;
 mod phases;

@@ -3,7 +3,6 @@
 use super::bench::*;
 use super::records::{implicit, read};
 use super::toy::Toy;
-use crate::profinet::StackBehaviour;
 use alloc::vec::Vec;
 use core::net::Ipv4Addr;
 use rstest::rstest;
@@ -96,7 +95,7 @@ fn interface_and_ports_are_told_together() {
 fn what_is_not_there_is_refused(#[case] place: (u32, u16, u16), #[case] index: u16) {
     let mut toy = Toy::new();
     toy.identity.ports = 1;
-    let mut bench = Bench::of(toy, StackBehaviour::default());
+    let mut bench = Bench::of(toy);
     assert!(!implicit(&mut bench, place, index).0.is_ok());
     assert!(implicit(&mut bench, PORT, 0x802A).0.is_ok(), "the only port is there");
 }

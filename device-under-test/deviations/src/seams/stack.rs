@@ -1,0 +1,247 @@
+//! The seams of a PROFINET stack, as the rows of the tables attach to them.
+
+use alloc::vec::Vec;
+use core::time::Duration;
+use device_stack::profinet::{
+    Access, Connection, DiagnosisChange, Plug, StackCheck, StackHooks, StackView, Start, StationData,
+};
+use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
+use wire::lldp::{Lldp, Tlv};
+use wire::profinet::alarm::AlarmNotification;
+use wire::profinet::blocks::connect::Connect;
+use wire::profinet::blocks::im::Im0;
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
+use wire::profinet::dcp::{Block, Dcp, ServiceId, ServiceType, Value};
+use wire::profinet::rpc::{Header, NdrRequest, Opnum};
+use wire::profinet::rt::FrameId;
+use wire::profinet::status::RecordError;
+
+hooks! { Stack: StackHooks
+    /// Flips a decision: from what it is about and what the stack has decided.
+    check(check: StackCheck<'_>) -> bool;
+    /// Changes the frames that the stack receives in the place of one that came.
+    comes(view: &StackView<'_>) -> Vec<Vec<u8>>;
+    /// Changes each frame that the stack sends; an empty one is not sent.
+    goes(view: &StackView<'_>, frame: &mut Vec<u8>);
+    /// Changes the body of each call.
+    call(view: &StackView<'_>, header: &Header, body: &mut Vec<u8>);
+    /// Changes which record is accessed.
+    access(access: &mut Access);
+    /// Changes each record that was read.
+    read(access: Access, result: &mut Result<Vec<u8>, RecordError>);
+    /// Changes how it went to write a record.
+    written(access: Access, data: &[u8], result: &mut Result<(), RecordError>);
+    /// Changes the value of each element of DCP.
+    element() -> Value;
+    /// Changes the MAC address, at first and after each reset through DCP.
+    mac() -> Mac;
+    /// Changes the stored name and addresses that are taken into use.
+    load_station(start: Start, station: &mut StationData);
+    /// Changes what a Set has made of the station, from the one before: the one in use and the stored one.
+    set_station(before: &StationData, station: &mut StationData, stored: &mut StationData);
+    /// Changes what can be plugged.
+    plugs(plugs: &mut Vec<Plug>);
+    /// Changes which modules are said to differ, from how all compare.
+    difference(all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>);
+    /// Changes the outputs that a submodule is given.
+    outputs(slot: u16, subslot: u16, data: &mut Option<Vec<u8>>);
+    /// Changes how long outputs may be missing.
+    hold() -> Duration;
+    /// Changes each diagnosis that comes or goes; with `false` the stack does not learn of it.
+    diagnosis(change: &mut DiagnosisChange) -> bool;
+    /// Changes each alarm; with `false` it is not sent.
+    alarm(alarm: &mut AlarmNotification) -> bool;
+    /// Learns that a connection begins or ends.
+    connection(event: Connection);
+    /// Ends all connections with `true`; asked after each input.
+    aborts() -> bool;
+}
+
+impl Stack {
+    /// Decides about this always so.
+    pub fn set(&mut self, of: StackCheck<'static>, verdict: bool) {
+        self.check(move |check, right| if check == of { verdict } else { right });
+    }
+
+    /// Whether the stack receives a frame.
+    pub fn hear(&mut self, mut hears: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
+        self.comes(move |view, mut frames| {
+            frames.retain(|frame| hears(view, frame));
+            frames
+        });
+    }
+
+    /// Changes each answer to a DCP Get.
+    pub fn got(&mut self, mut change: impl FnMut(&mut Value) + 'static) {
+        self.goes(move |_, frame| {
+            change_dcp(frame, |dcp, blocks| {
+                if (dcp.service_id, dcp.service_type) == (ServiceId::GET, ServiceType::RESPONSE) {
+                    blocks.iter_mut().for_each(|block| change(&mut block.value));
+                }
+            });
+        });
+    }
+
+    /// Changes each announcement by LLDP; with `false` it is not sent.
+    pub fn lldp(&mut self, mut change: impl FnMut(&mut Lldp) -> bool + 'static) {
+        self.goes(move |_, frame| change_lldp(frame, &mut change));
+    }
+
+    /// Changes each cyclic frame that the stack sends, from its frame id on.
+    pub fn inputs(&mut self, mut change: impl FnMut(&mut [u8]) + 'static) {
+        self.goes(move |_, frame| {
+            if let Some(at) = cyclic(frame) {
+                change(&mut frame[at..]);
+            }
+        });
+    }
+
+    /// Changes the blocks of each call of this operation.
+    pub fn blocks(&mut self, of: Opnum, mut change: impl FnMut(&StackView<'_>, &mut Vec<u8>) + 'static) {
+        self.call(move |view, header, body| {
+            let order = header.order();
+            let Ok((ndr, blocks)) = NdrRequest::parse(order, body).map(|(ndr, blocks)| (ndr, blocks.to_vec())) else {
+                return;
+            };
+            let mut changed = blocks.clone();
+            change(view, &mut changed);
+            if header.opnum == of && changed != blocks {
+                *body = NdrRequest::body(order, ndr.args_maximum, &changed);
+            }
+        });
+    }
+
+    /// Changes each Connect.
+    pub fn connect(&mut self, mut change: impl FnMut(&StackView<'_>, &mut Connect) + 'static) {
+        self.blocks(Opnum::CONNECT, move |view, blocks| {
+            let Ok(connect) = Connect::parse(blocks) else { return };
+            let mut changed = connect.clone();
+            change(view, &mut changed);
+            if changed != connect {
+                *blocks = changed.to_vec();
+            }
+        });
+    }
+
+    /// Changes the octets of a record that was read, by its index.
+    pub fn record(&mut self, mut change: impl FnMut(u16, &mut Vec<u8>) + 'static) {
+        self.read(move |access, result| {
+            if let Ok(data) = result {
+                change(access.index, data);
+            }
+        });
+    }
+
+    /// Changes I&M0.
+    pub fn im0(&mut self, mut change: impl FnMut(&mut Im0) + 'static) {
+        self.record(move |index, data| {
+            if let Some(mut im0) = Im0::parse(data).ok().filter(|_| index == IM0) {
+                change(&mut im0);
+                data.clear();
+                im0.write(data);
+            }
+        });
+    }
+
+    /// Changes the octets of I&M0, its header among them.
+    pub fn im0_octets(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
+        self.record(move |index, data| {
+            if index == IM0 {
+                change(data);
+            }
+        });
+    }
+
+    /// Ends all connections when such a frame comes.
+    pub fn abort_at(&mut self, is_harmful: impl FnMut(&StackView<'_>, &[u8]) -> bool + 'static) {
+        self.add(AbortsAt { is_harmful, aborts: false });
+    }
+}
+
+struct AbortsAt<F> {
+    is_harmful: F,
+    aborts: bool,
+}
+
+impl<F: FnMut(&StackView<'_>, &[u8]) -> bool> StackHooks for AbortsAt<F> {
+    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        self.aborts |= frames.iter().any(|frame| (self.is_harmful)(view, frame));
+        frames
+    }
+
+    fn aborts(&mut self, aborts: bool) -> bool {
+        core::mem::take(&mut self.aborts) || aborts
+    }
+}
+
+/// The index of I&M0.
+pub const IM0: u16 = 0xAFF0;
+
+/// Whether a record of this index is the stack's, and not the application's.
+pub fn is_of_stack(index: u16) -> bool {
+    matches!(
+        index,
+        0x8000 | 0x8001 | 0x800A..=0x800C | 0x802A | 0x8080 | 0xAFF0..=0xAFF3 | 0xC000 | 0xC001 | 0xC00A..=0xC00C | 0xE000..
+    )
+}
+
+/// Where the frame id of a PROFINET frame stands, and the frame id.
+pub fn profinet(frame: &[u8]) -> Option<(FrameHeader, usize, FrameId)> {
+    let (header, payload) = FrameHeader::parse(frame).ok()?;
+    let frame_id = FrameId::peek(payload).ok().filter(|_| header.ether_type == EtherType::PROFINET)?;
+    Some((header, frame.len() - payload.len(), frame_id))
+}
+
+/// Where the frame id of a frame with cyclic data stands.
+pub fn cyclic(frame: &[u8]) -> Option<usize> {
+    profinet(frame).filter(|(.., frame_id)| frame_id.is_cyclic()).map(|(_, at, _)| at)
+}
+
+/// A DCP frame, with its Ethernet header.
+pub fn dcp(frame: &[u8]) -> Option<(FrameHeader, Dcp)> {
+    let (header, at, _) = profinet(frame)?;
+    Some((header, Dcp::parse(&frame[at..]).ok()?))
+}
+
+/// Changes the blocks of a DCP frame.
+pub fn change_dcp(frame: &mut Vec<u8>, change: impl FnOnce(&Dcp, &mut Vec<Block>)) {
+    use wire::profinet::dcp::Body;
+    let Some((header, of)) = dcp(frame) else { return };
+    let mut blocks = of.blocks().to_vec();
+    change(&of, &mut blocks);
+    if blocks != of.blocks() {
+        frame.clear();
+        Dcp { body: Body::Blocks(blocks), ..of }.write_frame(header.destination, header.source, frame);
+    }
+}
+
+/// Changes an announcement by LLDP; with `false` it is not sent.
+pub fn change_lldp(frame: &mut Vec<u8>, change: impl FnOnce(&mut Lldp) -> bool) {
+    let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
+    let Some(mut lldp) = Lldp::parse(payload).ok().filter(|_| header.ether_type == EtherType::LLDP) else { return };
+    let is_sent = change(&mut lldp);
+    frame.clear();
+    if is_sent {
+        lldp.write_frame(header.source, frame);
+        pad(frame, 0);
+    }
+}
+
+/// Makes an announcement that of a device of this name.
+pub fn rename(lldp: &mut Lldp, name: &[u8]) {
+    let mac = lldp.tlvs.iter().find_map(|tlv| if let Tlv::ChassisMac(mac) = tlv { Some(*mac) } else { None });
+    for tlv in &mut lldp.tlvs {
+        match tlv {
+            Tlv::ChassisId { subtype, id } if name.is_empty() => {
+                *subtype = Tlv::CHASSIS_MAC_ADDRESS;
+                *id = mac.unwrap_or(Mac::ZERO).0.into();
+            }
+            Tlv::ChassisId { subtype, id } => (*subtype, *id) = (Tlv::LOCALLY_ASSIGNED, name.to_vec()),
+            Tlv::PortId { id, .. } => {
+                let port = id.split(|octet| *octet == b'.').next().unwrap_or_default().to_vec();
+                *id = if name.is_empty() { port } else { [&port[..], b".", name].concat() };
+            }
+            _ => {}
+        }
+    }
+}

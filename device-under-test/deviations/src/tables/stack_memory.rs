@@ -1,0 +1,445 @@
+//! Deviations of the PROFINET stack that remember something of what happened before.
+
+use crate::seams::stack::{change_dcp, change_lldp, cyclic, dcp, profinet, rename};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::mem;
+use core::time::Duration;
+use device_stack::profinet::{
+    Access, Connection, DiagnosisChange, StackCheck, StackHooks, StackView, Start, StationData,
+};
+use station::Time;
+use wire::datagram::Ipv4;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::http;
+use wire::profinet::alarm::AlarmNotification;
+use wire::profinet::blocks::connect::{IocrBlockReq, IocrType};
+use wire::profinet::blocks::im::Im0;
+use wire::profinet::dcp::{Block, BlockError, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value};
+use wire::profinet::rpc::{Header, Opnum};
+use wire::profinet::rt::{ApduStatus, DataStatus, IoxS};
+use wire::profinet::status::RecordError;
+
+/// Announces by LLDP the name that it had at power-up.
+#[derive(Default)]
+pub struct AnnouncesFirstName {
+    name: Vec<u8>,
+}
+
+impl StackHooks for AnnouncesFirstName {
+    fn load_station(&mut self, start: Start, station: &mut StationData) {
+        if start == Start::PowerUp {
+            self.name.clone_from(&station.name);
+        }
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        change_lldp(frame, |lldp| {
+            rename(lldp, &self.name);
+            true
+        });
+    }
+}
+
+/// Receives nothing between a reset and the next power-up.
+#[derive(Default)]
+pub struct SilentAfterReset {
+    was_reset: bool,
+}
+
+impl StackHooks for SilentAfterReset {
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.was_reset = start == Start::Reset;
+    }
+
+    fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        if self.was_reset { Vec::new() } else { frames }
+    }
+}
+
+/// Takes no name between a reset and the next power-up.
+#[derive(Default)]
+pub struct NoNameAfterReset {
+    was_reset: bool,
+}
+
+impl StackHooks for NoNameAfterReset {
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.was_reset = start == Start::Reset;
+    }
+
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        verdict && !(self.was_reset && matches!(check, StackCheck::Name(_)))
+    }
+}
+
+/// Answers a reset as if it had taken place: the stack is given an element that it does not know in its place.
+#[derive(Default)]
+pub struct OnlyAnswersReset {
+    asked: Option<Element>,
+}
+
+impl OnlyAnswersReset {
+    const UNKNOWN: Element = Element { option: 0x80, suboption: 1 };
+}
+
+impl StackHooks for OnlyAnswersReset {
+    fn comes(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        for frame in &mut frames {
+            change_dcp(frame, |of, blocks| {
+                if (of.service_id, of.service_type) != (ServiceId::SET, ServiceType::REQUEST) {
+                    return;
+                }
+                for block in blocks {
+                    if matches!(block.value, Value::FactoryReset | Value::ResetToFactory) {
+                        self.asked = Some(block.value.element());
+                        block.value = Value::Raw { element: OnlyAnswersReset::UNKNOWN, octets: Vec::new() };
+                    }
+                }
+            });
+        }
+        frames
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        let Some(asked) = self.asked else { return };
+        change_dcp(frame, |_, blocks| {
+            for block in blocks {
+                if matches!(block.value, Value::Response { element: OnlyAnswersReset::UNKNOWN, .. }) {
+                    *block = Block::outcome(asked, BlockError::OK);
+                }
+            }
+        });
+    }
+}
+
+/// Gives itself the name from before a reset again, as if a station had set it.
+#[derive(Default)]
+pub struct NameReturns {
+    now: Time,
+    name: Vec<u8>,
+    returns: Option<(Time, Vec<u8>)>,
+}
+
+impl NameReturns {
+    const AFTER: Duration = Duration::from_secs(5);
+    const SETTER: Mac = Mac([2, 0, 0, 0, 0xFF, 0xFE]);
+}
+
+impl StackHooks for NameReturns {
+    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        self.now = view.now;
+        self.name.clone_from(&view.station.name);
+        let Some((_, name)) = self.returns.take_if(|(due, _)| *due <= view.now) else { return frames };
+        let set = Block::set(BlockQualifier::PERMANENT, Value::NameOfStation(name));
+        let mut frame = Vec::new();
+        Dcp::set(0, vec![set]).write_frame(view.mac, NameReturns::SETTER, &mut frame);
+        [vec![frame], frames].concat()
+    }
+
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.returns = (start == Start::Reset).then(|| (self.now + NameReturns::AFTER, mem::take(&mut self.name)));
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        if dcp(frame).is_some_and(|(header, _)| header.destination == NameReturns::SETTER) {
+            frame.clear();
+        }
+    }
+}
+
+/// Opens three connections in its life and no more.
+#[derive(Default)]
+pub struct WearsOut {
+    connections: u32,
+}
+
+impl StackHooks for WearsOut {
+    fn connection(&mut self, event: Connection) {
+        self.connections += u32::from(event == Connection::Opened);
+    }
+
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        verdict && !(self.connections >= 3 && matches!(check, StackCheck::Room { .. }))
+    }
+}
+
+/// Has no room for another connection once one has ended so.
+pub struct KeepsRoom {
+    /// How it has ended.
+    pub after: Connection,
+    /// Whether one has.
+    pub is_taken: bool,
+}
+
+impl StackHooks for KeepsRoom {
+    fn connection(&mut self, event: Connection) {
+        self.is_taken |= event == self.after;
+    }
+
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.is_taken &= start != Start::PowerUp;
+    }
+
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        verdict && !(self.is_taken && matches!(check, StackCheck::Room { is_exchange: true, .. }))
+    }
+}
+
+/// Ends all connections when a cyclic frame is too short.
+#[derive(Default)]
+pub struct AbortsAtShortFrame {
+    aborts: bool,
+}
+
+impl StackHooks for AbortsAtShortFrame {
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        self.aborts |= matches!(check, StackCheck::FrameLength(_)) && !verdict;
+        verdict
+    }
+
+    fn aborts(&mut self, aborts: bool) -> bool {
+        mem::take(&mut self.aborts) || aborts
+    }
+}
+
+/// Ends all connections when a record is read without one.
+#[derive(Default)]
+pub struct AbortsAtImplicitRead {
+    aborts: bool,
+}
+
+impl StackHooks for AbortsAtImplicitRead {
+    fn call(&mut self, _: &StackView<'_>, header: &Header, _: &mut Vec<u8>) {
+        self.aborts |= header.opnum == Opnum::READ_IMPLICIT;
+    }
+
+    fn aborts(&mut self, aborts: bool) -> bool {
+        mem::take(&mut self.aborts) || aborts
+    }
+}
+
+/// Writes the first record of a call alone: it looks for the others where nothing is plugged, and says that all went well.
+#[derive(Default)]
+pub struct WritesFirstRecord {
+    is_in_write: bool,
+    records: usize,
+}
+
+impl StackHooks for WritesFirstRecord {
+    fn call(&mut self, _: &StackView<'_>, header: &Header, _: &mut Vec<u8>) {
+        (self.is_in_write, self.records) = (header.opnum == Opnum::WRITE, 0);
+    }
+
+    fn access(&mut self, access: &mut Access) {
+        self.records += 1;
+        if self.is_in_write && self.records > 1 {
+            access.slot = 0xFFFF;
+        }
+    }
+
+    fn written(&mut self, _: Access, _: &[u8], result: &mut Result<(), RecordError>) {
+        if self.records > 1 {
+            *result = Ok(());
+        }
+    }
+}
+
+/// Lets I&M0 be written.
+#[derive(Default)]
+pub struct WritableIm0 {
+    written: Option<Im0>,
+}
+
+impl StackHooks for WritableIm0 {
+    fn written(&mut self, access: Access, data: &[u8], result: &mut Result<(), RecordError>) {
+        if access.index == crate::seams::stack::IM0 && *result == Err(RecordError::ACCESS_DENIED) {
+            self.written = Im0::parse(data).ok().or(self.written.take());
+            *result = Im0::parse(data).map(|_| ()).map_err(|_| RecordError::WRITE_LENGTH_ERROR);
+        }
+    }
+
+    fn read(&mut self, access: Access, result: &mut Result<Vec<u8>, RecordError>) {
+        if let (crate::seams::stack::IM0, Ok(data), Some(im0)) = (access.index, result, &self.written) {
+            data.clear();
+            im0.write(data);
+        }
+    }
+}
+
+/// Sends bad inputs while an alarm waits for its acknowledgement.
+#[derive(Default)]
+pub struct AlarmsBlockInputs {
+    waiting: usize,
+}
+
+impl StackHooks for AlarmsBlockInputs {
+    fn connection(&mut self, _: Connection) {
+        self.waiting = 0;
+    }
+
+    fn alarm(&mut self, _: &mut AlarmNotification, is_sent: bool) -> bool {
+        self.waiting += usize::from(is_sent);
+        is_sent
+    }
+
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        match check {
+            StackCheck::Acknowledgement => {
+                self.waiting = self.waiting.saturating_sub(verdict.into());
+                verdict
+            }
+            StackCheck::InputsReady | StackCheck::TakesOutputs => verdict && self.waiting == 0,
+            _ => verdict,
+        }
+    }
+}
+
+/// Sends an alarm only when a diagnosis comes or goes, and none for what was there before the connection.
+#[derive(Default)]
+pub struct OnlyNewAlarms {
+    is_new: bool,
+}
+
+impl StackHooks for OnlyNewAlarms {
+    fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        self.is_new = false;
+        frames
+    }
+
+    fn diagnosis(&mut self, _: &mut DiagnosisChange, is_noted: bool) -> bool {
+        self.is_new = true;
+        is_noted
+    }
+
+    fn alarm(&mut self, _: &mut AlarmNotification, is_sent: bool) -> bool {
+        is_sent && self.is_new
+    }
+}
+
+/// Answers requests for web pages at the first address since power-up alone.
+#[derive(Default)]
+pub struct PagesStay {
+    first: [u8; 4],
+}
+
+impl StackHooks for PagesStay {
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        if start == Start::PowerUp {
+            self.first = [0; 4];
+        }
+    }
+
+    fn comes(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        if self.first == [0; 4] {
+            self.first = view.station.ip;
+        }
+        if self.first != view.station.ip {
+            frames.retain(|frame| !is_for_pages(frame));
+        }
+        frames
+    }
+}
+
+/// Whether a frame goes to the web server.
+fn is_for_pages(frame: &[u8]) -> bool {
+    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
+    let Some(packet) = Ipv4::parse(payload).ok().filter(|_| header.ether_type == EtherType::IPV4) else { return false };
+    packet.protocol == Ipv4::TCP && packet.payload.get(2..4) == Some(&http::PORT.to_be_bytes())
+}
+
+/// Where the outputs of each submodule stand in the frames of the last connection.
+#[derive(Default)]
+struct OutputFrame {
+    agreed: Option<IocrBlockReq>,
+}
+
+impl OutputFrame {
+    /// Takes note of what Connect agrees.
+    fn note(&mut self, check: StackCheck<'_>) {
+        if let StackCheck::IocrField(block, 4) = check
+            && block.iocr_type == IocrType::OUTPUT
+        {
+            self.agreed = Some(block.clone());
+        }
+    }
+
+    /// Where the IOPS of each submodule stands in a frame of these, and how many octets of outputs it has.
+    fn statuses(&self, view: &StackView<'_>, frame: &[u8]) -> Vec<(usize, u16)> {
+        let is_received =
+            |at: &usize| profinet(frame).is_some_and(|(header, ..)| header.destination == view.mac) && *at > 0;
+        let (Some(agreed), Some(at)) = (&self.agreed, cyclic(frame).filter(is_received)) else { return Vec::new() };
+        let status = |api: u32, slot: u16, subslot: u16, offset: u16| {
+            let plug = view.plugged.iter().find(|plug| (plug.api, plug.slot, plug.subslot) == (api, slot, subslot))?;
+            let status_at = at + 2 + usize::from(offset) + usize::from(plug.output_octets);
+            (status_at < frame.len()).then_some((status_at, plug.output_octets))
+        };
+        let objects = agreed.apis.iter().flat_map(|api| api.io_data_objects.iter().map(move |of| (api.api, of)));
+        objects.filter_map(|(api, of)| status(api, of.slot_number, of.subslot_number, of.frame_offset)).collect()
+    }
+}
+
+/// Takes the outputs of all submodules for bad if those of one are.
+#[derive(Default)]
+pub struct OneBadClearsAll {
+    outputs: OutputFrame,
+}
+
+impl StackHooks for OneBadClearsAll {
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        self.outputs.note(check);
+        verdict
+    }
+
+    fn comes(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        for frame in &mut frames {
+            let statuses = self.outputs.statuses(view, frame);
+            if statuses.iter().any(|(at, _)| !IoxS(frame[*at]).is_good()) {
+                statuses.iter().for_each(|(at, _)| frame[*at] = IoxS::BAD.0);
+            }
+        }
+        frames
+    }
+}
+
+/// Sends the same inputs again and again while outputs are bad.
+#[derive(Default)]
+pub struct InputsStandStill {
+    outputs: OutputFrame,
+    are_bad: bool,
+    last: Vec<u8>,
+}
+
+impl StackHooks for InputsStandStill {
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        self.outputs.note(check);
+        verdict
+    }
+
+    fn connection(&mut self, _: Connection) {
+        self.are_bad = false;
+    }
+
+    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        for frame in &frames {
+            let statuses = self.outputs.statuses(view, frame);
+            let Some(at) = cyclic(frame).filter(|_| !statuses.is_empty()) else { continue };
+            let length = self.outputs.agreed.as_ref().map_or(0, |agreed| agreed.data_length);
+            let data_status = frame.get(at + 2 + usize::from(length) + 2).copied().map_or(DataStatus(0), DataStatus);
+            let is_good = |at: &usize| IoxS(frame[*at]).is_good();
+            let counts = data_status.has(DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN);
+            self.are_bad = !counts || statuses.iter().any(|(at, octets)| *octets > 0 && !is_good(at));
+        }
+        frames
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        let Some(at) = cyclic(frame) else { return };
+        let data = at + 2..frame.len() - ApduStatus::LENGTH;
+        if self.are_bad && self.last.len() == data.len() {
+            frame[data].copy_from_slice(&self.last);
+        } else {
+            self.last = frame[data].to_vec();
+        }
+    }
+}

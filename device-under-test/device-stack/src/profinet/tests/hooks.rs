@@ -1,0 +1,174 @@
+//! A deviation at each hook of the stack, and what a controller notices of it.
+
+use super::bench::*;
+use super::toy::Toy;
+use super::{duties, personas};
+use crate::attached::Attached;
+use crate::profinet::{Access, DiagnosisChange, Plug, StackCheck, StackHooks, StackView, Start, StationData};
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::RefCell;
+use rstest::rstest;
+use wire::ethernet::Mac;
+use wire::profinet::blocks::module_diff::ModuleDiffBlock;
+use wire::profinet::dcp::Value;
+use wire::profinet::rpc::Header;
+use wire::profinet::status::RecordError;
+
+/// Does something with a device, and says whether it did its duty.
+type Trial = fn(&mut Bench) -> bool;
+
+fn deviating(hooks: impl StackHooks + 'static) -> Bench {
+    Bench::with(Toy::new(), Attached::new(Rc::new(RefCell::new(hooks))))
+}
+
+struct Decides(fn(StackCheck<'_>) -> Option<bool>);
+
+impl StackHooks for Decides {
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        (self.0)(check).unwrap_or(verdict)
+    }
+}
+
+#[rstest]
+#[case::addressed(|check: StackCheck<'_>| matches!(check, StackCheck::Addressed(_)).then_some(true), duties::sets_of_others_are_passed_over)]
+#[case::asked_name(|check: StackCheck<'_>| matches!(check, StackCheck::AskedName(..)).then_some(true), duties::whole_name_is_compared)]
+#[case::input_length(|check: StackCheck<'_>| matches!(check, StackCheck::OutputLength(_)).then_some(true), duties::output_length_is_compared)]
+#[case::inputs_ready(|check: StackCheck<'_>| (check == StackCheck::InputsReady).then_some(true), duties::inputs_are_bad_at_first)]
+#[case::takes_outputs(|check: StackCheck<'_>| (check == StackCheck::TakesOutputs).then_some(false), duties::outputs_have_a_consumer_status)]
+#[case::provider_status(|check: StackCheck<'_>| matches!(check, StackCheck::ProviderStatus(_)).then_some(true), duties::bad_status_makes_outputs_bad)]
+#[case::too_long(|check: StackCheck<'_>| (check == StackCheck::TooLong).then_some(false), duties::record_is_cut)]
+#[case::room(|check: StackCheck<'_>| matches!(check, StackCheck::Room { .. }).then_some(false), duties::connections_come_and_go)]
+#[case::class_3(|check: StackCheck<'_>| matches!(check, StackCheck::IocrField(_, 7)).then_some(true), duties::class_3_is_refused)]
+#[case::advanced(|check: StackCheck<'_>| matches!(check, StackCheck::ArField(_, 9)).then_some(false), personas::advanced)]
+#[case::phase(|check: StackCheck<'_>| matches!(check, StackCheck::IocrField(_, 12)).then_some(false), personas::second_phase)]
+#[case::passed_over(|check: StackCheck<'_>| matches!(check, StackCheck::PassedOver(_)).then_some(false), personas::fast_start_up)]
+#[case::frame_id(|check: StackCheck<'_>| matches!(check, StackCheck::FrameId(_)).then_some(false), personas::proposed_frame_id)]
+#[case::gives_way(|check: StackCheck<'_>| (check == StackCheck::GivesWay).then_some(false), personas::again_with_the_same_uuid)]
+#[case::ends(|check: StackCheck<'_>| matches!(check, StackCheck::Ends(_)).then_some(false), personas::a_reset_ends_the_connection)]
+#[case::outputs_end(|check: StackCheck<'_>| (check == StackCheck::OutputsEnd).then_some(false), personas::outputs_go_with_the_connection)]
+#[case::plugged(|check: StackCheck<'_>| matches!(check, StackCheck::Plugged(_)).then_some(false), personas::im0_is_there)]
+fn a_check_is_flipped(#[case] decides: fn(StackCheck<'_>) -> Option<bool>, #[case] does_its_duty: Trial) {
+    assert!(!does_its_duty(&mut deviating(Decides(decides))));
+}
+
+/// Deviates at the one seam of this name.
+struct At(&'static str);
+
+impl StackHooks for At {
+    fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        if self.0 == "comes" { Vec::new() } else { frames }
+    }
+
+    fn goes(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {
+        assert_eq!(view.mac, if self.0 == "mac" { Mac([0, 0, 0, 0, 0, 9]) } else { DEVICE });
+        if self.0 == "goes" {
+            frame.clear();
+        }
+    }
+
+    fn call(&mut self, _: &StackView<'_>, _: &Header, body: &mut Vec<u8>) {
+        if self.0 == "call" {
+            body.clear();
+        }
+    }
+
+    fn access(&mut self, access: &mut Access) {
+        if self.0 == "access" {
+            access.slot = 99;
+        }
+    }
+
+    fn read(&mut self, _: Access, result: &mut Result<Vec<u8>, RecordError>) {
+        if self.0 == "read" {
+            *result = Ok(Vec::new());
+        }
+    }
+
+    fn written(&mut self, _: Access, _: &[u8], result: &mut Result<(), RecordError>) {
+        if self.0 == "written" {
+            *result = Ok(());
+        }
+    }
+
+    fn element(&mut self, value: Value) -> Value {
+        match value {
+            Value::NameOfStation(_) if self.0 == "element" => Value::NameOfStation(Vec::new()),
+            other => other,
+        }
+    }
+
+    fn mac(&mut self, mac: Mac) -> Mac {
+        if self.0 == "mac" { Mac([0, 0, 0, 0, 0, 9]) } else { mac }
+    }
+
+    fn load_station(&mut self, start: Start, station: &mut StationData) {
+        if self.0 == "load" && start == Start::PowerUp {
+            station.ip = [0; 4];
+        }
+    }
+
+    fn set_station(&mut self, before: &StationData, _: &mut StationData, stored: &mut StationData) {
+        if self.0 == "set" {
+            stored.mask = before.mask;
+        }
+    }
+
+    fn plugs(&mut self, plugs: &mut Vec<Plug>) {
+        if self.0 == "plugs" {
+            plugs.clear();
+        }
+    }
+
+    fn difference(&mut self, all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>) {
+        if self.0 == "difference" {
+            *differing = Some(all.clone()).filter(|_| differing.is_none());
+        }
+    }
+
+    fn hold(&mut self, agreed: station::Duration) -> station::Duration {
+        if self.0 == "hold" { agreed * 1000 } else { agreed }
+    }
+
+    fn diagnosis(&mut self, _: &mut DiagnosisChange, is_noted: bool) -> bool {
+        is_noted && self.0 != "diagnosis"
+    }
+
+    fn aborts(&mut self, aborts: bool) -> bool {
+        aborts || self.0 == "aborts"
+    }
+}
+
+#[rstest]
+#[case("comes", duties::own_type_is_told)]
+#[case("goes", duties::own_type_is_told)]
+#[case("access", personas::im0_is_there)]
+#[case("read", duties::unknown_index_is_refused)]
+#[case("written", duties::missing_im_is_refused)]
+#[case("element", duties::tells_its_name_as_it_is)]
+#[case("mac", duties::has_its_own_mac)]
+#[case("load", duties::uses_the_stored_address)]
+#[case("set", duties::mask_is_taken)]
+#[case("plugs", personas::im0_is_there)]
+#[case("difference", personas::nothing_differs)]
+#[case("hold", duties::missing_outputs_are_noticed)]
+#[case("diagnosis", duties::problem_is_indicated)]
+fn a_seam_is_used(#[case] seam: &'static str, #[case] does_its_duty: Trial) {
+    assert!(does_its_duty(&mut deviating(At("none"))), "no deviation");
+    assert!(!does_its_duty(&mut deviating(At(seam))), "a deviation");
+}
+
+#[test]
+fn all_connections_end_when_a_deviation_says_so() {
+    let mut bench = deviating(At("aborts"));
+    assert!(bench.connect(&full_connect()).0.is_ok());
+    assert!(super::connection::abort(&bench.take()).is_some());
+}
+
+#[test]
+fn a_call_can_be_spoilt() {
+    let mut bench = deviating(At("call"));
+    let header = bench.header(wire::profinet::rpc::Opnum::CONNECT);
+    let (answer, _) = bench.call(&header, &[0; 20]).unwrap();
+    assert_eq!(answer.packet_type, wire::profinet::rpc::PacketType::FAULT);
+}
