@@ -1,6 +1,7 @@
 //! The decisions of an encoder that a deviation may flip: every yes or no about what it is asked for goes through one call.
 
 use crate::encoder::Hardware;
+use crate::profidrive::sensor::Request;
 use crate::profidrive::telegram::Signal;
 use crate::profidrive::user_parameters::UserParameters;
 use device_stack::Attached;
@@ -107,6 +108,106 @@ pub enum Check {
     PresetActsOn(Signal, UserParameters),
     /// Whether the velocity is calculated, with these user parameters.
     VelocityIsMeasured(UserParameters),
+    /// G1_STW counts, from compatibility mode and Control by PLC.
+    ControlByPlc {
+        /// Whether compatibility mode is on.
+        compatible: bool,
+        /// Whether bit 10 of STW2_ENC is set.
+        set: bool,
+    },
+    /// Control by PLC is requested: bit 9 of ZSW2_ENC is set.
+    RequestsControl {
+        /// Whether compatibility mode is on.
+        compatible: bool,
+        /// Whether bit 10 of STW2_ENC is set.
+        set: bool,
+    },
+    /// A preset begins by G1_STW.
+    BeginsPreset {
+        /// The requests of the cycle before.
+        before: Request,
+        /// The requests of this cycle.
+        now: Request,
+        /// Whether the encoder is parked.
+        parked: bool,
+    },
+    /// A preset by G1_STW is answered by bit 12 of G1_ZSW.
+    AnswersPreset {
+        /// Whether it was carried out.
+        carried_out: bool,
+        /// Whether its request is still held.
+        requested: bool,
+        /// Whether the encoder is parked.
+        parked: bool,
+    },
+    /// A preset is carried out, or else it is blocked.
+    CarriesOutPreset {
+        /// Whether G1_STW requests it, and not the trigger of a word that carries its value.
+        by_request: bool,
+        /// Whether there is an error.
+        has_error: bool,
+    },
+    /// A preset begins by the trigger of a word that carries its value.
+    TriggersPreset {
+        /// The word before; none before the first one of a connection.
+        before: Option<u32>,
+        /// The word now.
+        now: u32,
+    },
+    /// The encoder parks with a new request.
+    Parks {
+        /// Whether the shaft turns.
+        moving: bool,
+        /// Whether there is an error.
+        has_error: bool,
+    },
+    /// Parking clears the errors.
+    ParkingClearsErrors,
+    /// The error of this code is raised, whose cause is there.
+    RaisesError {
+        /// The code of the error, if it has one.
+        code: Option<u16>,
+        /// Whether the encoder is parked.
+        parked: bool,
+    },
+    /// The error of this code stays, whose cause has gone.
+    LatchesError {
+        /// The code of the error, if it has one.
+        code: Option<u16>,
+    },
+    /// Requests to acknowledge errors are answered.
+    Acknowledges {
+        /// Whether the encoder is parked.
+        parked: bool,
+    },
+    /// An acknowledgement clears the error of this code.
+    ClearsError {
+        /// The code of the error, if it has one.
+        code: Option<u16>,
+        /// Whether its cause is still there.
+        persists: bool,
+    },
+    /// The sign of life of the controller is watched.
+    WatchesController {
+        /// Whether bit 10 of STW2_ENC, Control by PLC, is set.
+        has_control: bool,
+        /// Whether the encoder is parked.
+        parked: bool,
+    },
+    /// The watch begins with this sign of life.
+    BeginsToWatch {
+        /// The sign of life.
+        sign: u8,
+    },
+    /// The second of two signs of life follows the first.
+    FollowsLifeSign {
+        /// The sign of life before.
+        last: u8,
+        /// The sign of life now.
+        sign: u8,
+        /// Whether there were more failures than are tolerated.
+        has_failed: bool,
+    },
 }
 
 /// Flips decisions; the default leaves them as the manual has them.

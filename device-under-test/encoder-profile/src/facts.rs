@@ -1,6 +1,10 @@
 //! What a manual says of its encoders in words and numbers: plain data, one for each model.
 
 use crate::encoder::{Hardware, PresetMode};
+use crate::profidrive::control::ControlFacts;
+use crate::profidrive::life_sign::SignOfLife;
+use crate::profidrive::preset_trigger::TriggerFacts;
+use crate::profidrive::sensor::SensorFacts;
 use crate::profidrive::telegram::Telegram;
 use crate::profidrive::user_parameters::{StartLimits, UserParameters};
 use core::time::Duration;
@@ -51,6 +55,14 @@ pub struct Facts {
     pub stands_still_in_preset: bool,
     /// What the number of a preset value means.
     pub preset_values: PresetValues,
+    /// The sensor interface.
+    pub sensor: SensorFacts,
+    /// The preset without a handshake; none if no telegram has it.
+    pub preset_trigger: Option<TriggerFacts>,
+    /// Control by PLC.
+    pub control: ControlFacts,
+    /// When the sign of life of the encoder goes on.
+    pub sign_of_life: SignOfLife,
     /// Whether the sign of life of the controller is watched.
     pub watches_controller: bool,
     /// Whether parameter requests for any axis or drive object are answered, and not only for 0 and 1.

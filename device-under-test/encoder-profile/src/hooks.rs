@@ -18,6 +18,12 @@ use station::Time;
 /// The hooks of an encoder; each default changes nothing.
 #[allow(unused_variables, reason = "the names tell what a seam is about")]
 pub trait EncoderHooks {
+    /// A connection with cyclic data begins.
+    fn starts(&mut self, view: &View<'_>) {}
+
+    /// A connection with cyclic data has ended; the last cycle is still the one before.
+    fn ends(&mut self, view: &View<'_>) {}
+
     /// What the controller sends in one telegram, as it arrives; none of what is bad or missing.
     fn outputs(&mut self, view: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
         arrived

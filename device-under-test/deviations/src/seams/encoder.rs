@@ -7,7 +7,9 @@ use encoder_profile::checks::{Check, EncoderChecks};
 use encoder_profile::encoder::{Hardware, PresetMode, Settings, Unit};
 use encoder_profile::facts::{ErrorFact, Submodule};
 use encoder_profile::hooks::{EncoderHooks, Held, Lit, RecordOctets, SubmoduleInputs, View};
+use encoder_profile::profidrive::life_sign::LifeSignSteps;
 use encoder_profile::profidrive::parameters::{Exchange, Parameter};
+use encoder_profile::profidrive::preset_trigger::TriggerSteps;
 use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::{Before, Control, Image, Outputs, Signal, Telegram, TelegramSteps};
 use encoder_profile::profidrive::user_parameters::{StartSteps, UserParameters};
@@ -33,7 +35,23 @@ impl Decisions {
     }
 }
 
+hooks! { LifeSign: LifeSignSteps
+    /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number of frames.
+    count(elapsed: Duration, frames: u64) -> u64;
+    /// How many failures of the sign of life of the controller are tolerated.
+    tolerated(user: &UserParameters) -> i32;
+}
+
+hooks! { Trigger: TriggerSteps
+    /// The value of a preset by its trigger, from its word and the number of positions.
+    value(word: u32, range: u64) -> u64;
+}
+
 hooks! { Encoder: EncoderHooks
+    /// Takes note of a connection that begins.
+    starts(view: &View<'_>);
+    /// Takes note of a connection that has ended.
+    ends(view: &View<'_>);
     /// Changes what the controller sends in one telegram, as it arrives.
     outputs(view: &View<'_>, telegram: &Telegram) -> Outputs;
     /// Changes which submodules are plugged when a connection begins.

@@ -105,6 +105,10 @@ pub struct Deviations {
     pub telegram: encoder::Telegrams,
     /// At the steps of its start.
     pub start: encoder::Start,
+    /// At the steps of its signs of life.
+    pub life_sign: encoder::LifeSign,
+    /// At the steps of its preset by a trigger.
+    pub trigger: encoder::Trigger,
     /// At the seams of its PROFIBUS slave.
     pub slave: slave::Slave,
     /// At the hooks of an AMT58.
@@ -141,6 +145,10 @@ pub struct OfEncoder<'a> {
     pub telegram: &'a mut encoder::Telegrams,
     /// At the steps of its start.
     pub start: &'a mut encoder::Start,
+    /// At the steps of its signs of life.
+    pub life_sign: &'a mut encoder::LifeSign,
+    /// At the steps of its preset by a trigger.
+    pub trigger: &'a mut encoder::Trigger,
     knobs: &'a mut encoder_profile::behaviour::Behaviour,
 }
 
@@ -168,14 +176,28 @@ impl Deviations {
             velocity: &mut self.velocity,
             telegram: &mut self.telegram,
             start: &mut self.start,
+            life_sign: &mut self.life_sign,
+            trigger: &mut self.trigger,
             knobs: &mut self.behaviour.encoder,
         }
     }
 
     /// How a device behaves that has them all.
     pub fn behaviour(self) -> Behaviour {
-        let Deviations { mut behaviour, checks, at_encoder, measuring, velocity, telegram, start, slave, stack, amt58 } =
-            self;
+        let Deviations {
+            mut behaviour,
+            checks,
+            at_encoder,
+            measuring,
+            velocity,
+            telegram,
+            start,
+            life_sign,
+            trigger,
+            slave,
+            stack,
+            amt58,
+        } = self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
@@ -183,6 +205,8 @@ impl Deviations {
         behaviour.amt58 = amt58.attached();
         behaviour.encoder.telegram = telegram.attached();
         behaviour.encoder.start = start.attached();
+        behaviour.encoder.life_sign = life_sign.attached();
+        behaviour.encoder.trigger = trigger.attached();
         if !slave.is_empty() {
             behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
         }

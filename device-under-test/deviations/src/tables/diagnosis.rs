@@ -59,7 +59,10 @@ pub static BUGS: &[Deviation] = bugs! {
 pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Errors
     "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
-        => |b| b.sensor.raises = |code| code != 0x0001;
+        => |b| b.checks.check(|check, right| match check {
+            Check::RaisesError { code: Some(0x0001), .. } => false,
+            _ => right,
+        });
     "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
         => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
     "memory-error-not-cyclic" "A memory error is shown in the status only."
@@ -67,7 +70,10 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
         => |b| b.at_encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
     "errors-latched-for-ever" "An error stays when its cause has gone."
-        => |b| b.sensor.latches = true;
+        => |b| b.checks.check(|check, right| match check {
+            Check::LatchesError { .. } => true,
+            _ => right,
+        });
 
     // Faults and warnings in the status
     "supported-faults-are-the-present" "The supported faults are those that are there."

@@ -2,12 +2,13 @@
 
 use super::Deviation;
 use super::presets::absolute_beyond_the_range;
+use super::sensor_memory::{KeptTrigger, RestedTrigger};
 use super::slave_memory::Zeroes;
 use core::time::Duration;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring;
-use encoder_profile::profidrive::mantel::{self, TRIGGER};
+use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::Image;
 use reference_devices::models::sick_a3m60::knobs::{Known, Origin};
 
@@ -16,7 +17,7 @@ pub static BUGS: &[Deviation] = bugs! {
     // By bit 31
     "preset-with-bit-31" "Bit 31 counts as part of the preset value."
         => |b| {
-            b.encoder.mantel.value = |word, _| word.into();
+            b.trigger.value(|word, _, _| word.into());
             b.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
             b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
         };
@@ -25,26 +26,42 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
         => |b| b.a3m60.time_stamp = |seconds| (seconds.preset / 1000) as u16;
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each cycle."
-        => |b| b.encoder.mantel.begins = |_, now| now & TRIGGER != 0;
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
+            _ => right,
+        });
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
-        => |b| b.encoder.mantel.begins = |before, now| before.is_some_and(|before| (before ^ now) & TRIGGER != 0);
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
+            _ => right,
+        });
     "new-value-triggers" "Another value beside a trigger that stands makes another preset."
-        => |b| b.encoder.mantel.begins = |before, now| before.is_some_and(|before| now & TRIGGER != 0 && before != now);
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
+            _ => right,
+        });
     "value-without-trigger" "Another value sets the position without the trigger."
-        => |b| b.encoder.mantel.begins = |before, now| before.is_some_and(|before| {
-            mantel::begins(Some(before), now) || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
+            _ => right,
         });
     "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
-        => |b| b.encoder.mantel.rests = 3;
+        => |b| b.checks.add(RestedTrigger::default());
     "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."
-        => |b| b.encoder.mantel.begins = mantel::begins;
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before: None, now } => now & TRIGGER != 0,
+            _ => right,
+        });
     "preset-of-26-bits" "The value of a preset has 26 bits."
-        => |b| b.encoder.mantel.value = |word, known| u64::from(word & 0x03FF_FFFF) % known.range;
+        => |b| b.at_encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
     "highest-preset-is-an-error" "A preset to 7FFFFFFFh is not carried out."
-        => |b| b.encoder.mantel.begins = |before, now| now != u32::MAX && before.is_some_and(|before| mantel::begins(Some(before), now));
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { now: u32::MAX, .. } => false,
+            _ => right,
+        });
     "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
         => |b| {
-            b.encoder.mantel.value = |word, _| (word & !TRIGGER).into();
+            b.trigger.value(|word, _, _| (word & !TRIGGER).into());
             b.measuring.absolute(absolute_beyond_the_range);
             b.measuring.shift(|position, offset, range| match offset < range {
                 true => measuring::shift(position, offset, range),
@@ -54,7 +71,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
         => |b| b.a3m60.undoes_presets = true;
     "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
-        => |b| b.encoder.mantel.ignores_missing = true;
+        => |b| b.at_encoder.add(KeptTrigger::default());
     "inputs-0-in-clear" "During Clear the inputs are 0."
         => |b| b.slave.add(Zeroes::default());
 

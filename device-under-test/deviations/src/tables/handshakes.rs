@@ -1,8 +1,11 @@
 //! Bugs of parking, errors and their acknowledgement.
 
 use super::Deviation;
-use super::image::{ERROR, PARKED, POSITION, has_error, is_lost, is_parked, without_transfer};
-use encoder_profile::profidrive::sensor::freezes;
+use super::image::{ERROR, EXECUTED, PARKED, POSITION, has_error, is_executed, is_lost, is_parked, without_transfer};
+use super::sensor_memory::{
+    ForgottenInPark, KeptAnswer, KeptErrors, NoPresetsAfterParking, OneAcknowledgement, RememberedControl,
+};
+use encoder_profile::checks::Check;
 use encoder_profile::profidrive::telegram::{Before, Image};
 
 /// The bugs of this seam.
@@ -15,25 +18,31 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "park-never-ends" "The encoder stays parked when the request is taken back."
         => |b| b.at_encoder.image(park_never_ends);
     "speed-while-parked" "The velocity is measured while parked."
-        => |b| b.sensor.parking_stops_velocity = false;
+        => |b| b.at_encoder.image(|_, now| Image { velocity: if is_parked(&now) { now.velocity_before } else { now.velocity }, ..now });
     "absolute-value-lost-in-park" "After parking the position has to be requested anew."
         => |b| b.at_encoder.image(absolute_value_lost_in_park);
     "unpark-status-first" "The park bit falls one frame before the position is refreshed."
         => |b| b.at_encoder.image(unpark_status_first);
     "park-keeps-preset-bit" "The acknowledgement of a preset stays set while parked."
-        => |b| b.sensor.parking_ends_preset = false;
+        => |b| b.at_encoder.image(park_keeps_preset_bit);
     "park-freezes-position" "G1_XIST1 and G1_XIST3 keep their last value while parked."
         => |b| b.at_encoder.image(park_freezes_position);
     "errors-while-parked" "New errors are raised while parked."
-        => |b| b.sensor.raises_while_parked = |_| true;
+        => |b| b.checks.check(|check, right| match check {
+            Check::RaisesError { .. } => true,
+            _ => right,
+        });
     "error-survives-parking" "Parking does not clear an error."
-        => |b| b.sensor.parking_clears_errors = false;
+        => |b| b.checks.set(Check::ParkingClearsErrors, false);
     "parks-while-turning" "The encoder parks without an error while the shaft turns."
-        => |b| b.sensor.refuses_to_park = |_, _| false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::Parks { .. } => true,
+            _ => right,
+        });
     "park-wipes-persistent-error" "An error whose cause is still there does not come back after parking."
-        => |b| b.sensor.looks_again_after_parking = false;
+        => |b| b.checks.add(ForgottenInPark::default());
     "preset-while-parked" "A preset is carried out while parked."
-        => |b| b.sensor.presets_while_parked = true;
+        => |b| b.checks.check(presets_while_parked);
     "parked-bit-never-set" "Bit 14 of G1_ZSW is never set."
         => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now });
     "parked-bit-is-a-pulse" "Bit 14 of G1_ZSW is set for one frame only."
@@ -45,13 +54,19 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "half-parked-without-control" "Without Control by PLC the park bit falls and the positions stay 0."
         => |b| b.at_encoder.image(half_parked_without_control);
     "sensor-loss-latched-while-parked" "A scanning unit that is taken away while parked is an error."
-        => |b| b.sensor.raises_while_parked = |code| code == 0x0001;
+        => |b| b.checks.check(|check, right| match check {
+            Check::RaisesError { code: Some(0x0001), .. } => true,
+            _ => right,
+        });
     "no-presets-after-parking" "Presets are ignored once the encoder has been parked."
-        => |b| b.sensor.presets_after_parking = false;
+        => |b| b.at_encoder.add(NoPresetsAfterParking::default());
     "parking-code-wrong" "Parking that is refused is shown with the code 0001h."
-        => |b| b.sensor.parking_code = 0x0001;
+        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0003 { 0x0001 } else { now.g1_xist2 }, ..now });
     "parking-refused-with-error" "Parking is refused while there is an error."
-        => |b| b.sensor.refuses_to_park = |moving, has_error| moving || has_error;
+        => |b| b.checks.check(|check, right| match check {
+            Check::Parks { has_error: true, .. } => false,
+            _ => right,
+        });
 
     // Errors and their acknowledgement
     "error-without-code" "G1_XIST2 keeps the position while bit 15 shows an error."
@@ -79,11 +94,14 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "error-anew-after-acknowledgement" "The end of an acknowledgement raises the error anew."
         => |b| b.at_encoder.image(error_anew_after_acknowledgement);
     "only-first-acknowledgement" "After an acknowledgement that failed no other is answered."
-        => |b| b.sensor.acknowledges = |failed| failed == 0;
+        => |b| b.at_encoder.add(OneAcknowledgement::default());
     "faults-survive-restart" "Errors survive a new connection and a loss of power."
-        => |b| b.sensor.keeps_errors = true;
+        => |b| b.at_encoder.add(KeptErrors::default());
     "acknowledge-clears-persistent" "Acknowledging hides an error whose cause is still there."
-        => |b| b.sensor.clears = |_, _| true;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ClearsError { .. } => true,
+            _ => right,
+        });
     "sensor-error-drops-for-a-frame" "The error bit is 0 for one frame while an acknowledgement is handled."
         => |b| b.at_encoder.image(sensor_error_drops_for_a_frame);
     "error-bit-one-frame-late" "The error bit follows its code one frame later."
@@ -101,7 +119,10 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
         => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (a & 0x0080) << 8]);
     "error-clears-itself" "A latched error goes away with its cause."
-        => |b| b.sensor.latches = false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::LatchesError { .. } => false,
+            _ => right,
+        });
     "error-needs-request" "The error code is shown only while the position is requested."
         => |b| b.at_encoder.image(error_needs_request);
     "life-sign-shown-as-bus-cycle" "A lost sign of life is shown with the code of a missed bus cycle."
@@ -111,17 +132,17 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 /// The bugs of this seam that not all manuals have.
 pub static OTHERS: &[Deviation] = encoder_bugs! {
     "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-        => |b| b.sensor.freezes = |kept, now| Image { g1_xist1: now.g1_xist1, ..freezes(kept, now) };
+        => |b| b.at_encoder.image(xist1_moves_while_parked);
     "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
-        => |b| b.sensor.freezes = |kept, now| Image { plain_position: now.plain_position, ..freezes(kept, now) };
+        => |b| b.at_encoder.image(|_, now| if is_parked(&now) { Image { plain_position: now.position as u32, ..now } } else { now });
     "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
         => |b| b.at_encoder.image(acknowledge_answered);
     "xist1-zero-with-error" "G1_XIST1 is 0 while there is an error."
         => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now });
     "control-remembered" "For a second after bad outputs Control by PLC counts as it was before them."
-        => |b| b.control.is_valid = |by_plc| by_plc.now || by_plc.was_set;
+        => |b| b.at_encoder.add(RememberedControl::default());
     "confirmation-kept-over-link-loss" "Bit 12 of G1_ZSW that was set when a connection ended stays set in the next one."
-        => |b| b.sensor.keeps_acknowledgement = true;
+        => |b| b.at_encoder.add(KeptAnswer::default());
 };
 
 fn acknowledge_answered(_: &Before, now: Image) -> Image {
@@ -129,6 +150,31 @@ fn acknowledge_answered(_: &Before, now: Image) -> Image {
 }
 
 const IN_PROCESS: u16 = 0x0800;
+
+/// Carries presets out and answers them, parked or not.
+pub fn presets_while_parked(check: Check, right: bool) -> bool {
+    match check {
+        Check::BeginsPreset { before, now, .. } => now.home && !before.home,
+        Check::AnswersPreset { carried_out, requested, .. } => carried_out && requested,
+        _ => right,
+    }
+}
+
+fn park_keeps_preset_bit(before: &Before, now: Image) -> Image {
+    match is_executed(&before.sent) && now.request.home && now.next_offset.is_none() {
+        true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
+        false => now,
+    }
+}
+
+fn xist1_moves_while_parked(before: &Before, now: Image) -> Image {
+    let positions = now.positions.max(1);
+    let way = now.position % positions + positions - before.truth.position % positions;
+    match is_parked(&now) && is_parked(&before.truth) {
+        true => Image { g1_xist1: ((u64::from(before.sent.g1_xist1) + way) % positions) as u32, ..now },
+        false => now,
+    }
+}
 
 fn without_positions(image: Image) -> Image {
     Image { g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, ..image }

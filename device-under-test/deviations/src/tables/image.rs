@@ -2,10 +2,12 @@
 
 use encoder_profile::profidrive::telegram::{Before, Image};
 
-/// Bit 13 of G1_ZSW.
+// Bits of G1_ZSW, and of G1_STW what requests them.
 pub const POSITION: u16 = 0x2000;
 pub const PARKED: u16 = 0x4000;
 pub const ERROR: u16 = 0x8000;
+
+pub const EXECUTED: u16 = 0x1000;
 
 pub fn has_error(image: &Image) -> bool {
     image.g1_zsw & ERROR != 0
@@ -13,6 +15,10 @@ pub fn has_error(image: &Image) -> bool {
 
 pub fn is_parked(image: &Image) -> bool {
     image.g1_zsw & PARKED != 0
+}
+
+pub fn is_executed(image: &Image) -> bool {
+    image.g1_zsw & EXECUTED != 0
 }
 
 pub fn has_position(image: &Image) -> bool {

@@ -1,9 +1,9 @@
 //! Bugs of isochronous operation: the clock of the bus and the two signs of life.
 
 use super::Deviation;
+use super::sensor_memory::as_set;
 use core::time::Duration;
 use encoder_profile::checks::Check;
-use encoder_profile::profidrive::life_sign::next;
 use reference_devices::models::sick_a3m60::Wrong;
 use reference_devices::models::sick_a3m60::knobs::{Times, Words};
 use station::Time;
@@ -32,7 +32,10 @@ pub static BUGS: &[Deviation] = bugs! {
     "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
         => |b| b.a3m60.words = |known| Words { b: known.words.b | u16::from(known.is_isochronous), ..known.words };
     "only-power-off-helps" "Errors of the clock and of the sign of life never go."
-        => |b| (b.a3m60.recovers, b.encoder.life_sign.recovers) = (|wrong| wrong == Wrong::default(), |_| false);
+        => |b| {
+            b.a3m60.recovers = |wrong| wrong == Wrong::default();
+            b.checks.check(|check, right| right && !matches!(check, Check::FollowsLifeSign { has_failed: true, .. }));
+        };
     "simulated-clock-ignored" "The clock is never simulated."
         => |b| b.a3m60.times = |times| times.map(|times| Times { is_simulated: false, ..times });
     "samples-averaged-in-isochronous-mode" "The position is the mean of several samples in isochronous operation too."
@@ -44,23 +47,38 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Sign of life of the master
     "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
-        => |b| b.encoder.life_sign.read = |stw2_enc| (stw2_enc >> 8 & 15) as u8;
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
     "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
-        => |b| b.encoder.life_sign.recovers = |sign| sign == 1;
+        => |b| b.checks.check(|check, right| match check {
+            Check::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
+            _ => right,
+        });
     "life-sign-wrap-is-failure" "A 0 is expected behind 15, so that both 15 and 1 are followed by a failure."
-        => |b| b.encoder.life_sign.follows = |last, sign| last != 1 && sign == last + 1;
+        => |b| b.checks.check(|check, right| match check {
+            Check::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
+            _ => right,
+        });
     "zero-life-sign-accepted" "A sign of life of 0 is never a failure."
-        => |b| b.encoder.life_sign.follows = |last, sign| sign == 0 || last == 0 || sign == next(last);
+        => |b| b.checks.check(|check, right| match check {
+            Check::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,
+            _ => right,
+        });
     "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
-        => |b| b.encoder.life_sign.tolerated_without_compatibility = |number| number;
+        => |b| {
+            b.life_sign.tolerated(as_set);
+            b.at_encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
+        };
     "single-failure-is-error" "Without compatibility mode no failure is tolerated."
-        => |b| b.encoder.life_sign.tolerated_without_compatibility = |_| 0;
+        => |b| {
+            b.life_sign.tolerated(|user, right| if user.compatible { right } else { 0 });
+            b.at_encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
+        };
     "life-sign-tolerance-ignored" "One failure is tolerated, whatever is set."
-        => |b| b.encoder.life_sign.tolerated = |_| 1;
+        => |b| b.life_sign.tolerated(|_, _| 1);
     "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
         => |b| {
             b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
-            b.encoder.life_sign.tolerated = |number| i32::from(number & 15);
+            b.life_sign.tolerated(|_, right| right & 15);
         };
     "life-sign-error-not-told" "Bit 4 of P1001 is never set."
         => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x10, ..known.words };
@@ -73,9 +91,9 @@ pub static BUGS: &[Deviation] = bugs! {
     "sign-of-life-before-synchronisation" "The sign of life of the encoder counts before it is in step."
         => |b| b.a3m60.gives_sign_of_life = |is_isochronous, _, _| is_isochronous;
     "sign-of-life-counts-frames" "The sign of life of the encoder counts each 5 ms."
-        => |b| b.encoder.life_sign.advances = |elapsed, _| elapsed.as_millis() as u64 / 5 + 1;
+        => |b| b.life_sign.count(|elapsed, _, _| elapsed.as_millis() as u64 / 5 + 1);
     "sign-of-life-at-half-rate" "The sign of life of the encoder counts each second cycle."
-        => |b| b.encoder.life_sign.advances = |_, frames| frames.div_ceil(2);
+        => |b| b.life_sign.count(|_, frames, _| frames.div_ceil(2));
     "sign-of-life-goes-on-without-clock" "The sign of life of the encoder counts on when the clock is lost."
         => |b| b.a3m60.gives_sign_of_life = |is_isochronous, is_synchronized, is_lost| is_isochronous && (is_synchronized || is_lost);
 };

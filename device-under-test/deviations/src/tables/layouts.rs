@@ -1,8 +1,10 @@
 //! Bugs of telegrams and their signals that not every encoder can have.
 
 use super::Deviation;
-use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_parked};
+use super::handshakes::presets_while_parked;
+use super::image::{ERROR, EXECUTED, PARKED, POSITION, has_error, has_position, is_parked};
 use super::presets::after_parking;
+use super::sensor_memory::{CombinedCodes, preset_lost_with_its_request};
 use super::signals::{hide_error, put};
 use crate::seams::OfEncoder;
 use crate::seams::encoder::SentSignal;
@@ -10,6 +12,7 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use device_stack::profinet::Plug;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring::PresetBasis;
 use encoder_profile::encoder::{Hardware, PresetMode, Scaling};
 use encoder_profile::hooks::EncoderHooks;
@@ -58,15 +61,21 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.at_encoder.image(xist2_freezes_without_control);
     "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
         => |b| {
-            b.life_sign.is_watched = |_| true;
-            b.life_sign.tolerated = |_| 15;
+            b.checks.check(|check, right| match check {
+                Check::WatchesController { parked, .. } => !parked,
+                _ => right,
+            });
+            b.life_sign.tolerated(|_, _| 15);
         };
     "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
         => |b| b.at_encoder.image(sign_of_life_carries);
     "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
-        => |b| b.control.is_valid = |by_plc| if by_plc.compatible { by_plc.now || !by_plc.before } else { by_plc.now };
+        => |b| b.checks.check(control_edge_in_compatibility_mode());
     "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
-        => |b| b.control.is_valid = |by_plc| by_plc.compatible;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ControlByPlc { compatible, .. } => compatible,
+            _ => right,
+        });
 
     // Presets, parking, errors
     "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
@@ -76,12 +85,12 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
         => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
     "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
-        => |b| b.sensor.release = |_, before| before;
+        => |b| b.at_encoder.held(preset_lost_with_its_request());
     "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
         => |b| b.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
     "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
         => |b| {
-            b.sensor.presets_while_parked = true;
+            b.checks.check(presets_while_parked);
             preset_on_zero_while_parked(b);
         };
     "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
@@ -89,13 +98,16 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "position-stays-after-parking" "After parking the position goes on from the one before it."
         => |b| b.at_encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
     "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
-        => |b| b.sensor.acknowledges_while_parked = false;
+        => |b| b.checks.set(Check::Acknowledges { parked: true }, false);
     "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
-        => |b| b.sensor.clears = |code, persists| !persists || matches!(code, 0x1003 | 0x1004);
+        => |b| b.checks.check(|check, right| match check {
+            Check::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
+            _ => right,
+        });
     "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
         => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
     "error-codes-combined" "The codes of several errors are combined bit by bit."
-        => |b| b.sensor.code = |codes| codes.iter().fold(0, |all, code| all | code);
+        => |b| b.at_encoder.add(CombinedCodes::default());
 
     // Positions and velocity
     "revolution-missing" "Of all revolutions the last one is not counted."
@@ -106,7 +118,17 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
 };
 
-const EXECUTED: u16 = 0x1000;
+/// In compatibility mode G1_STW does not count in the frame in which Control by PLC ends.
+fn control_edge_in_compatibility_mode() -> impl FnMut(Check, bool) -> bool {
+    let mut before = false;
+    move |check, right| match check {
+        Check::ControlByPlc { compatible, set } => {
+            let was_set = core::mem::replace(&mut before, set);
+            set || compatible && !was_set
+        }
+        _ => right,
+    }
+}
 
 fn preset_on_zero_while_parked(b: &mut OfEncoder<'_>) {
     let is_parked = Rc::new(Cell::new(false));

@@ -69,6 +69,7 @@ pub mod presets;
 pub mod records;
 pub mod requests;
 pub mod reset;
+mod sensor_memory;
 pub mod service;
 pub mod set_prm;
 pub mod signals;

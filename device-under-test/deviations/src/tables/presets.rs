@@ -1,8 +1,9 @@
 //! Bugs of presets.
 
 use super::Deviation;
-use super::image::{ERROR, POSITION, without_transfer};
+use super::image::{ERROR, EXECUTED, POSITION, is_executed, is_parked, without_transfer};
 use super::parameter_memory::PresetsAtWrite;
+use super::sensor_memory::{HeldRequests, RaisedByPresets};
 use crate::seams::measuring::Step;
 use core::time::Duration;
 use encoder_profile::checks::Check;
@@ -10,9 +11,8 @@ use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::{self, PresetBasis};
 use encoder_profile::facts::Reset;
 use encoder_profile::hooks::{Held, View};
-use encoder_profile::profidrive::mantel::{self, TRIGGER, VALUE};
-use encoder_profile::profidrive::sensor::{Preset, Request};
-use encoder_profile::profidrive::telegram::{Before, Image};
+use encoder_profile::profidrive::preset_trigger::TRIGGER;
+use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
 
 /// The bugs of this seam.
@@ -33,29 +33,45 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
         => |b| b.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
-        => |b| b.sensor.begins_preset = |before, now| before.home && !now.home;
+        => |b| b.checks.check(|check, right| match check {
+            Check::BeginsPreset { before, now, parked } => before.home && !now.home && !parked,
+            _ => right,
+        });
     "preset-repeats-while-requested" "The preset is carried out again and again while the request is held."
-        => |b| b.sensor.begins_preset = |_, now| now.home;
+        => |b| b.checks.check(|check, right| match check {
+            Check::BeginsPreset { now, parked, .. } => now.home && !parked,
+            _ => right,
+        });
     "mode-change-repeats-preset" "A change of bit 11 during a request carries out another preset."
-        => |b| b.sensor.begins_preset = |before, now| now.home && (!before.home || before.relative != now.relative);
+        => |b| b.checks.check(|check, right| match check {
+            Check::BeginsPreset { before, now, parked } => now.home && (!before.home || before.relative != now.relative) && !parked,
+            _ => right,
+        });
     "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
-        => |b| b.sensor.acknowledges_preset = |_, _| false;
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
         => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
     "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
-        => |b| b.sensor.acknowledges_preset = |preset, _| preset != Preset::Idle;
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.next_offset.is_some() && now.request.home { EXECUTED } else { 0 }, ..now });
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
-        => |b| b.sensor.releases_preset = false;
+        => |b| b.at_encoder.image(preset_acknowledge_stays);
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
-        => |b| (b.sensor.asks_for_preset, b.sensor.begins_preset) = (has_mode, mode_begins);
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (b & 0x0800) << 1]);
     "writing-preset-value-presets" "Writing P65000 sets the position at once."
         => |b| b.at_encoder.add(PresetsAtWrite::default());
     "preset-on-both-edges" "The preset is carried out once more when the request is taken back."
-        => |b| b.sensor.begins_preset = |before, now| before.home != now.home;
+        => |b| b.checks.check(|check, right| match check {
+            Check::BeginsPreset { before, now, parked } => before.home != now.home && !parked,
+            _ => right,
+        });
     "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
-        => |b| b.sensor.acknowledges_preset = |preset, request| preset == Preset::Executed && !request.relative;
+        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
-        => |b| b.sensor.preset_raises = Some(0x1001);
+        => |b| {
+            let raised = RaisedByPresets::default();
+            b.checks.add(raised.clone());
+            b.at_encoder.add(raised);
+        };
     "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
         => |b| b.at_encoder.image(preset_flashes_error);
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
@@ -90,7 +106,10 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
             b.measuring.absolute(move |preset| before_the_slip(preset, slip.get()));
         };
     "preset-acknowledged-not-done" "A preset that is asked for during an error is acknowledged and not carried out."
-        => |b| b.sensor.presets_with_errors = false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::CarriesOutPreset { has_error: true, .. } => false,
+            _ => right,
+        });
     "parking-clears-offset" "The offset is 0 after parking."
         => |b| b.at_encoder.held(after_parking(|_, _| 0));
     "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
@@ -139,10 +158,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "preset-mode-inverted" "Bit 11 of G1_STW is taken the other way round."
         => |b| b.at_encoder.control_words(|_, [a, b]| [a, b ^ 0x0800]);
     "request-for-position-presets" "Bit 13 of G1_STW carries out a preset as bit 12 does."
-        => |b| {
-            b.sensor.asks_for_preset = |request| request.home || request.absolute;
-            b.sensor.begins_preset = |before, now| !before.home && now.home || !before.absolute && now.absolute;
-        };
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (b & POSITION) >> 1]);
     "read-gives-the-offset" "P65000 reads the offset."
         => |b| b.at_encoder.element(|view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right });
     "position-for-offset" "The position stands in the place of the offset."
@@ -162,44 +178,69 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
 
     // By a word with value and trigger
     "trigger-ignored" "The trigger has no effect."
-        => |b| b.mantel.begins = |_, _| false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { .. } => false,
+            _ => right,
+        });
     "preset-trigger-in-last-octet" "The trigger is looked for in bit 7 of the last octet."
-        => |b| b.mantel.begins = |before, now| before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0;
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before, now } => before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0,
+            _ => right,
+        });
     "trigger-counts-as-value" "The trigger counts as part of the value too, which is then limited."
-        => |b| b.mantel.value = |word, known| u64::from(word).min(known.range - 1);
+        => |b| b.trigger.value(|word, range, _| u64::from(word).min(range - 1));
     "preset-at-each-connection" "The first good outputs of a connection make a preset to their value."
-        => |b| b.mantel.begins = |before, now| before.is_none() || mantel::begins(before, now);
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before, .. } => right || before.is_none(),
+            _ => right,
+        });
     "outputs-kept-without-power" "A request from before a loss of power that is held is no new one."
-        => |b| b.memory.keeps_outputs = true;
+        => |b| b.at_encoder.add(HeldRequests::over_power());
     "trigger-takes-value-before" "A preset takes the value of the frame before the one in which the trigger rises."
-        => |b| b.mantel.value = |_, known| mantel::value(known.before, known);
+        => |b| b.at_encoder.outputs(trigger_takes_value_before);
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each frame."
-        => |b| (b.mantel.begins, b.memory.preset_takes) = (|_, now| now & TRIGGER != 0, |_| Duration::ZERO);
+        => |b| {
+            b.checks.check(|check, right| match check {
+                Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
+                _ => right,
+            });
+            b.memory.preset_takes = |_| Duration::ZERO;
+        };
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
-        => |b| b.mantel.begins = |before, now| (before.unwrap_or(0) ^ now) & TRIGGER != 0;
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before, now } => (before.unwrap_or(0) ^ now) & TRIGGER != 0,
+            _ => right,
+        });
     "new-value-triggers" "Another value beside a trigger that stands makes another preset."
-        => |b| b.mantel.begins = |before, now| now & TRIGGER != 0 && before != Some(now);
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before, now } => now & TRIGGER != 0 && before != Some(now),
+            _ => right,
+        });
     "trigger-works-once" "Only the first trigger in a connection makes a preset."
-        => |b| b.mantel.again = |presets| presets == 0;
+        => |b| b.checks.check(trigger_works_once());
     "value-without-trigger" "Another value sets the position without the trigger."
-        => |b| b.mantel.begins = |before, now| {
-            mantel::begins(before, now) || now & TRIGGER == 0 && (before.unwrap_or(0) ^ now) & VALUE != 0
-        };
+        => |b| b.checks.check(|check, right| match check {
+            Check::TriggersPreset { before, now } => right || now & TRIGGER == 0 && (before.unwrap_or(0) ^ now) & VALUE != 0,
+            _ => right,
+        });
     "trigger-limit-one-short" "The value of a preset is limited to the range less 2."
-        => |b| b.mantel.value = |word, known| mantel::value(word, known).min(known.range.saturating_sub(2));
+        => |b| b.trigger.value(|_, range, right| right.min(range.saturating_sub(2)));
     "trigger-value-wraps" "The value of a preset beyond the range is reduced to a remainder and not limited."
-        => |b| b.mantel.value = |word, known| u64::from(word & VALUE) % known.range;
+        => |b| b.trigger.value(|word, range, _| u64::from(word & VALUE) % range);
     "preset-of-27-bits" "Bit 27 of the value is dropped."
-        => |b| b.mantel.value = |word, known| mantel::value(word & VALUE >> 1, known);
+        => |b| b.at_encoder.preset_word(|word, _| word & !(1 << 27));
     "reserved-preset-bits-double" "The value is doubled if any of the bits 28 to 30 is set."
-        => |b| b.mantel.value = |word, known| match word & !VALUE & !TRIGGER {
-            0 => mantel::value(word, known),
-            _ => mantel::value((word & VALUE) << 1, known),
-        };
+        => |b| b.at_encoder.preset_word(|word, _| match word & !VALUE & !TRIGGER {
+            0 => word,
+            _ => word & !VALUE | word << 1 & VALUE,
+        });
     "trigger-uses-parameter" "A preset by the trigger takes P65000 and not the value beside it."
-        => |b| b.mantel.value = |_, known| mantel::value(known.preset_value, known);
+        => |b| b.at_encoder.outputs(|view, _, arrived| Outputs {
+            preset: arrived.preset.map(|word| word & !VALUE | view.preset_value & VALUE),
+            ..arrived
+        });
     "trigger-obeys-mode" "A preset by the trigger is relative while bit 11 of G1_STW is set."
-        => |b| b.mantel.mode = |mode| mode;
+        => |b| b.at_encoder.outputs(trigger_obeys_mode);
     "request-takes-cyclic-value" "A preset by G1_STW takes the value beside the trigger and not P65000."
         => |b| b.at_encoder.preset_units(|view, mode, right| match view.outputs.preset {
             Some(word) => view.facts.preset_values.units(mode, word & VALUE, view.positions),
@@ -268,7 +309,44 @@ fn before_the_slip(preset: &PresetBasis, slip: i64) -> u64 {
     PresetBasis { position, ..*preset }.new_offset()
 }
 
-const EXECUTED: u16 = 0x1000;
+/// Bits 27 to 0 of the word with the trigger: the value.
+const VALUE: u32 = (1 << 28) - 1;
+
+/// With the edge of the trigger the value of the frame before counts.
+fn trigger_takes_value_before(view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+    let before = view.before.truth.trigger;
+    let rises = |word: u32| word & !before & TRIGGER != 0;
+    Outputs { preset: arrived.preset.map(|word| if rises(word) { TRIGGER | before } else { word }), ..arrived }
+}
+
+fn trigger_works_once() -> impl FnMut(Check, bool) -> bool {
+    let mut was_used = false;
+    move |check, right| match check {
+        Check::TriggersPreset { before, .. } => {
+            was_used &= before.is_some();
+            let begins = right && !was_used;
+            was_used |= begins;
+            begins
+        }
+        _ => right,
+    }
+}
+
+/// While bit 11 of G1_STW is set, the value beside the trigger is added to the position.
+fn trigger_obeys_mode(view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+    let before = &view.before.truth;
+    let is_relative = before.outputs[1] & 0x0800 != 0;
+    let shifted = |word: u32| (before.position + u64::from(word & VALUE)) % before.positions.max(1);
+    let preset = arrived.preset.map(|word| if is_relative { word & !VALUE | shifted(word) as u32 } else { word });
+    Outputs { preset, ..arrived }
+}
+
+fn preset_acknowledge_stays(before: &Before, now: Image) -> Image {
+    match is_executed(&before.sent) && now.next_offset.is_none() && !is_parked(&now) {
+        true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
+        false => now,
+    }
+}
 
 fn is_carried_out(before: &Before, now: &Image) -> bool {
     now.g1_zsw & !before.truth.g1_zsw & EXECUTED != 0
@@ -286,14 +364,6 @@ fn preset_interrupts_transfer(before: &Before, now: Image) -> Image {
         true => without_transfer(now),
         false => now,
     }
-}
-
-fn has_mode(request: Request) -> bool {
-    request.home || request.relative
-}
-
-fn mode_begins(before: Request, now: Request) -> bool {
-    !has_mode(before) && has_mode(now)
 }
 
 fn relative_shift_reversed(preset: &PresetBasis) -> u64 {

@@ -2,11 +2,13 @@
 
 use super::Deviation;
 use super::image::{ERROR, PARKED, POSITION, has_error, has_position, is_lost, is_parked, without_transfer};
+use super::sensor_memory::{Failures, LastWord, SignOfLife, as_set};
 use crate::seams::encoder::SentSignal;
 use alloc::vec::Vec;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::{Scaling, Settings};
 use encoder_profile::hooks::{SubmoduleInputs, View};
-use encoder_profile::profidrive::sensor::Transfers;
+use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::{self, Before, Control, Image, Outputs, Signal, Telegram};
 
 /// The bugs of this seam.
@@ -89,24 +91,45 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 
     // Control by PLC
     "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
-        => |b| b.control.is_valid = |_| true;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ControlByPlc { .. } => true,
+            _ => right,
+        });
     "control-by-plc-needed-in-compatibility-mode" "Control by PLC is demanded in compatibility mode too."
-        => |b| b.control.is_valid = |by_plc| by_plc.now;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ControlByPlc { set, .. } => set,
+            _ => right,
+        });
     "control-requested-always-set" "Bit 9 of ZSW2_ENC is always 1 without compatibility mode."
-        => |b| b.control.is_requested = |by_plc| !by_plc.compatible;
+        => |b| b.checks.check(|check, right| match check {
+            Check::RequestsControl { compatible, .. } => !compatible,
+            _ => right,
+        });
     "control-requested-never-set" "Bit 9 of ZSW2_ENC is always 0."
-        => |b| b.control.is_requested = |_| false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::RequestsControl { .. } => false,
+            _ => right,
+        });
     "control-requested-follows-control" "Bit 9 of ZSW2_ENC follows Control by PLC, whatever the mode."
-        => |b| b.control.is_requested = |by_plc| by_plc.now;
+        => |b| b.checks.check(|check, right| match check {
+            Check::RequestsControl { set, .. } => set,
+            _ => right,
+        });
 
     "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
         => |b| b.at_encoder.image(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
     "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
-        => |b| b.control.is_valid = |by_plc| by_plc.compatible || !by_plc.now;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ControlByPlc { compatible, set } => compatible || !set,
+            _ => right,
+        });
     "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
-        => |b| b.control.is_valid = |by_plc| by_plc.compatible || by_plc.now && !by_plc.before;
+        => |b| b.checks.check(control_valid_for_a_frame());
     "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
-        => |b| b.control.when_void = |last| last;
+        => |b| {
+            b.at_encoder.add(LastWord::default());
+            b.checks.check(|check, right| right || matches!(check, Check::ControlByPlc { .. }));
+        };
     "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
         => |b| b.at_encoder.image(inputs_freeze_without_control);
 
@@ -114,41 +137,63 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
         => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
     "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
-        => |b| b.life_sign.next = |_| 0;
+        => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
     "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
-        => |b| b.life_sign.next = |_| 3;
+        => |b| b.at_encoder.add(SignOfLife::by(|_| 3));
     "controller-sign-of-life-in-low-nibble" "The sign of life of the controller is looked for in bits 0 to 3."
-        => |b| b.life_sign.read = |stw2_enc| (stw2_enc & 0x000F) as u8;
+        => |b| b.at_encoder.control_words(|_, [a, b]| [a & 0x0FFF | a << 12, b]);
     "sign-of-life-not-watched" "The sign of life of the controller is not watched."
-        => |b| b.life_sign.begins = |_| false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::WatchesController { .. } => false,
+            _ => right,
+        });
     "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
-        => |b| b.life_sign.follows = |last, sign| sign == last + 1;
+        => |b| b.checks.check(|check, right| match check {
+            Check::FollowsLifeSign { last, sign, .. } => sign == last + 1,
+            _ => right,
+        });
     "life-sign-ends-at-14" "The sign of life of the controller is expected to go from 14 to 1."
-        => |b| b.life_sign.follows = |last, sign| sign == last % 14 + 1;
+        => |b| b.checks.check(|check, right| match check {
+            Check::FollowsLifeSign { last, sign, .. } => sign == last % 14 + 1,
+            _ => right,
+        });
     "tolerance-ignored" "One failure is tolerated, whatever octet 17 of the start-up record says."
-        => |b| b.life_sign.tolerated = |_| 1;
+        => |b| b.life_sign.tolerated(|_, _| 1);
     "life-sign-error-not-acknowledged" "Only a restart clears the error of the sign of life."
-        => |b| b.sensor.clears = |code, persists| code != 0x0F02 && !persists;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ClearsError { code: Some(0x0F02), .. } => false,
+            _ => right,
+        });
     "missing-synchronization-is-error" "A bus cycle that is not synchronized is an error."
-        => |b| b.sensor.constant_cause = Some(0x0F04);
+        => |b| b.at_encoder.causes(|_, right| right.into_iter().chain([Error::of(0x0F04)]).collect());
     "sign-of-life-through-zero" "The sign of life counts 0 to 15."
-        => |b| b.life_sign.next = |sign| (sign + 1) % 16;
+        => |b| b.at_encoder.add(SignOfLife::by(|sign| (sign + 1) % 16));
     "sign-of-life-stops-in-park" "The sign of life of the encoder stands still while it is parked."
-        => |b| b.life_sign.counts_while_parked = false;
+        => |b| b.at_encoder.add(SignOfLife::while_so(|now| !is_parked(now)));
     "sign-of-life-stops-on-error" "The sign of life of the encoder stands still while it shows an error."
-        => |b| b.life_sign.counts_with_error = false;
+        => |b| b.at_encoder.add(SignOfLife::while_so(|now| !has_error(now)));
     "zero-life-sign-is-failure" "A controller that sends 0 all the time raises an error."
-        => |b| b.life_sign.begins = |_| true;
+        => |b| b.checks.check(|check, right| match check {
+            Check::BeginsToWatch { .. } => true,
+            _ => right,
+        });
     "life-sign-tolerance-off-by-one" "The error comes one failure too early."
-        => |b| b.life_sign.tolerated = |number| i32::from(number) - 1;
+        => |b| b.life_sign.tolerated(|_, right| right - 1);
     "life-sign-255-is-minus-one" "A tolerance of 255 counts as -1."
-        => |b| b.life_sign.tolerated = |number| i32::from(number as i8);
+        => |b| b.life_sign.tolerated(|_, right| (right as i8).into());
     "life-sign-failures-add-up" "Tolerated failures are never forgotten."
-        => |b| b.life_sign.good = 0;
+        => |b| {
+            let failures = Failures::default();
+            b.checks.add(failures.clone());
+            b.life_sign.tolerated(move |_, right| failures.tolerated(right));
+        };
     "life-sign-needs-control" "The sign of life of the controller is monitored under Control by PLC only."
-        => |b| b.life_sign.watches_without_control = false;
+        => |b| b.checks.check(|check, right| match check {
+            Check::WatchesController { has_control: false, .. } => false,
+            _ => right,
+        });
     "life-sign-tolerance-in-v41-mode" "Octet 17 of the start-up record counts without compatibility mode too."
-        => |b| b.life_sign.tolerated_without_compatibility = |number| number;
+        => |b| b.life_sign.tolerated(as_set);
 
     // G1_XIST2
     "xist2-always-shows-position" "G1_XIST2 shows the position although it is not requested."
@@ -179,17 +224,20 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 pub static OTHERS: &[Deviation] = encoder_bugs! {
     // Status words and signs of life
     "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
-        => |b| b.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1;
+        => |b| b.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
     "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
-        => |b| b.life_sign.advances = |_, frames| frames;
+        => |b| b.life_sign.count(|_, frames, _| frames);
     "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
-        => |b| b.life_sign.counts_during_preset = false;
+        => |b| b.at_encoder.add(SignOfLife::while_so(|now| now.next_offset.is_none()));
     "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
-        => |b| b.control.fault_present = |_| false;
+        => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
     "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
-        => |b| b.control.is_valid = |by_plc| by_plc.compatible || by_plc.now;
+        => |b| b.checks.check(|check, right| match check {
+            Check::ControlByPlc { compatible, set } => compatible || set,
+            _ => right,
+        });
     "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
-        => |b| b.sensor.transfers = Transfers::Requested;
+        => |b| b.at_encoder.image(|_, now| if now.request.absolute { now } else { without_transfer(now) });
 
     // Submodules
     "mantel-without-velocity" "Telegram 860 has the position alone."
@@ -426,5 +474,17 @@ fn xist2_one_frame_late(before: &Before, now: Image) -> Image {
     match now.g1_zsw & before.truth.g1_zsw & POSITION != 0 {
         true => Image { g1_xist2: before.truth.g1_xist2, ..now },
         false => now,
+    }
+}
+
+/// G1_STW counts in the first frame of Control by PLC only.
+fn control_valid_for_a_frame() -> impl FnMut(Check, bool) -> bool {
+    let mut before = false;
+    move |check, right| match check {
+        Check::ControlByPlc { compatible, set } => {
+            let was_set = core::mem::replace(&mut before, set);
+            compatible || set && !was_set
+        }
+        _ => right,
     }
 }

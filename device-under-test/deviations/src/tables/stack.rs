@@ -1,6 +1,7 @@
 //! Deviations of the PROFINET stack.
 
 use super::Group;
+use super::sensor_memory::HeldRequests;
 use super::stack_memory::{
     AbortsAtImplicitRead, AbortsAtShortFrame, AnnouncesFirstName, InputsStandStill, KeepsRoom, NameReturns,
     OneBadClearsAll, OnlyAnswersReset, OnlyNewAlarms, SilentAfterReset, WearsOut, WritableIm0,
@@ -12,7 +13,6 @@ use core::ops::RangeInclusive;
 use core::time::Duration;
 use device_stack::profinet::{Access, Connection, Plug, StackCheck, StackView};
 use encoder_profile::encoder_object::names::accepts;
-use encoder_profile::profidrive::mantel::Cleared;
 use reference_devices::manuals;
 use wire::datagram::Datagram;
 use wire::datagram::arp::Arp;
@@ -264,8 +264,7 @@ pub static GROUPS: &[Group] = &[
             "outputs-held-after-loss" "The encoder goes on with the last outputs when its connection has ended."
                 => |b| {
                 b.stack.set(StackCheck::OutputsEnd, false);
-                (b.encoder.sensor.keeps_parked, b.encoder.sensor.keeps_requests) = (true, true);
-                b.encoder.mantel.clears = |cleared| cleared != Cleared::End;
+                b.at_encoder.add(HeldRequests::over_connections());
             };
             "im0-without-profile" "I&M0 names no profile."
                 => |d| d.stack.im0(|im0| im0.profile_id = 0);

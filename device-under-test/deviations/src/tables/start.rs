@@ -1,6 +1,7 @@
 //! Bugs of the record of user parameters.
 
 use super::Deviation;
+use super::sensor_memory::as_set;
 use crate::seams::OfEncoder;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
@@ -123,7 +124,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
         => |b| {
             b.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
-            b.life_sign.tolerated_without_compatibility = |n| n;
+            b.life_sign.tolerated(as_set);
         };
     "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
         => |b| b.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });

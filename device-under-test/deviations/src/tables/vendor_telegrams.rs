@@ -3,12 +3,13 @@
 use super::Deviation;
 use super::image::{ERROR, has_error, is_parked};
 use super::layouts::swap_words;
+use super::sensor_memory::ForgottenInPark;
 use super::signals::put;
 use crate::seams::encoder::SentSignal;
 use alloc::vec::Vec;
 use core::time::Duration;
 use encoder_profile::encoder::{Sampling, Unit};
-use encoder_profile::profidrive::mantel::TRIGGER;
+use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{Before, Image, Signal};
 use reference_devices::models::sick_a3m60::knobs::{Causes, Known};
 
@@ -50,7 +51,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "error-after-start" "Each connection begins with an error of the position."
         => |b| b.a3m60.begins_with_error = true;
     "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
-        => |b| b.encoder.sensor.looks_again_after_parking = false;
+        => |b| b.checks.add(ForgottenInPark::default());
 
     // A code in place of the position
     "io-code-of-16-bits" "A code has zeros in its upper 16 bits."

@@ -41,8 +41,6 @@ pub struct Memory {
     pub stores_station: fn(StationData) -> StationData,
     /// What the encoder begins with after power-up.
     pub at_power_up: fn(&mut PowerUp),
-    /// Whether a request of the time before it lost power, if it is held, is no new one.
-    pub keeps_outputs: bool,
     /// P65000 after power-up, from what is stored.
     pub preset_value_begins: fn(u32) -> u32,
     /// Whether a memory that cannot be read at power-up is a fault.
@@ -90,7 +88,6 @@ impl Default for Memory {
             save_restores_offset: false,
             stores_station: |station| station,
             at_power_up: |_| {},
-            keeps_outputs: false,
             preset_value_begins: |stored| stored,
             reports_unreadable: true,
             reports_empty: false,

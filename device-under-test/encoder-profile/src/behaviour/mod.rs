@@ -4,11 +4,9 @@
 //! knobs of one seam stand with that seam; those that the encoder object reads stand here. What only one model has stands
 //! with that model. This room must not know the bugs.
 
-mod control;
 mod memory;
 mod reset;
 
-pub use control::{ByPlc, Control};
 pub use memory::{Memory, PowerUp};
 pub use reset::Reset;
 
@@ -18,8 +16,10 @@ use crate::encoder::measuring::MeasuringSteps;
 use crate::encoder::velocity::VelocitySteps;
 use crate::facts::Facts;
 use crate::hooks::EncoderHooks;
+use crate::profidrive::life_sign::LifeSignSteps;
+use crate::profidrive::preset_trigger::TriggerSteps;
 use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};
-use crate::profidrive::{life_sign, mantel, sensor, telegram, user_parameters};
+use crate::profidrive::{telegram, user_parameters};
 use device_stack::Attached;
 
 /// How an encoder behaves.
@@ -33,18 +33,14 @@ pub struct Behaviour {
     pub measuring: Attached<dyn MeasuringSteps>,
     /// The deviations at the steps of the velocity.
     pub velocity: Attached<dyn VelocitySteps>,
-    /// Handshakes and errors of the sensor interface.
-    pub sensor: sensor::Rules,
     /// Telegrams and their signals.
     pub telegram: Attached<dyn telegram::TelegramSteps>,
     /// The preset without a handshake.
-    pub mantel: mantel::Rules,
+    pub trigger: Attached<dyn TriggerSteps>,
     /// Signs of life.
-    pub life_sign: life_sign::Rules,
+    pub life_sign: Attached<dyn LifeSignSteps>,
     /// The steps from a record of user parameters to what is in force.
     pub start: Attached<dyn user_parameters::StartSteps>,
-    /// Control by PLC.
-    pub control: Control,
     /// What goes to memory, and when.
     pub memory: Memory,
     /// What a factory reset does.

@@ -221,7 +221,6 @@ impl<M: Model> Application for EncoderObject<M> {
         }
         let ram = Ram::new(now, self.facts, self.variant, &self.behaviour, &self.shaft, &self.store, &self.faults);
         let before = core::mem::replace(&mut self.ram, ram);
-        self.ram.sensor.power_up(&before.sensor);
         let keeps = self.behaviour.memory;
         let ram = &mut self.ram;
         let stored_offset = *self.store.offset.stored();
@@ -236,10 +235,6 @@ impl<M: Model> Application for EncoderObject<M> {
             is_parked: false,
         };
         (keeps.at_power_up)(&mut begin);
-        if keeps.keeps_outputs {
-            ram.trigger = before.trigger;
-            ram.sensor.remember(&before.sensor);
-        }
         (ram.measuring.offset, ram.is_saving, ram.stays_parked) = (begin.offset, begin.is_saving, begin.is_parked);
         if begin.stored_offset != stored_offset {
             self.store.offset.replace(begin.stored_offset);

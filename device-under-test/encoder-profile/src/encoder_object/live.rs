@@ -8,7 +8,7 @@ use crate::checks::Check;
 use crate::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
 use crate::facts::{Cause, Effect, ErrorFact, Facts, Submodule, Variant, WithoutRecord};
 use crate::profidrive::life_sign::{Given, Watch};
-use crate::profidrive::mantel::Trigger;
+use crate::profidrive::preset_trigger::Trigger;
 use crate::profidrive::sensor::Sensor;
 use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};
@@ -141,16 +141,8 @@ pub struct Ram {
     pub(super) saves: u32,
     /// The offset that was in memory at power-up.
     pub offset_at_power_up: u64,
-    /// The offset before the last preset.
-    pub(super) offset_before_preset: u64,
     /// Whether there was a warning since power-up.
     pub(super) had_warning: bool,
-    /// Since when the outputs are good; none while they are not.
-    pub(super) good_since: Option<Time>,
-    /// Whether Control by PLC was set in the last good outputs.
-    pub(super) last_control: bool,
-    /// Whether it was before the outputs were bad.
-    pub(super) had_control: bool,
     /// Whether parking outlasts its request until there is another one.
     pub stays_parked: bool,
     /// Whether the last preset was asked for by G1_STW; none in this connection.
@@ -218,22 +210,18 @@ impl Ram {
             velocity_is_off: false,
             measuring,
             velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity.clone()),
-            sensor: Sensor::new(behaviour.sensor),
+            sensor: Sensor::new(facts.sensor, behaviour.checks.clone()),
             before: Before::default(),
             outputs: Outputs::default(),
             held_up_until: now,
             watch: Watch::default(),
-            trigger: Trigger::new(behaviour.mantel),
+            trigger: Trigger::new(behaviour.checks.clone(), behaviour.trigger.clone()),
             frozen: None,
             sign_of_life: Given::default(),
             is_saving: false,
             saves: 0,
             offset_at_power_up: *store.offset.stored(),
-            offset_before_preset: 0,
             had_warning: false,
-            good_since: None,
-            last_control: false,
-            had_control: false,
             stays_parked: false,
             last_preset: None,
             next_preset: None,

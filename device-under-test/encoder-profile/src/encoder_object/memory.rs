@@ -2,6 +2,7 @@
 
 use super::live::NextPreset;
 use super::{Live, Model};
+use crate::checks::Check;
 use crate::encoder::PresetMode;
 use crate::encoder::memory::Outcome;
 use crate::facts::Effect;
@@ -24,7 +25,6 @@ impl<M: Model> Live<'_, M> {
             let carried_out = outcome == Outcome::Written || !self.behaviour.memory.heeds_failure;
             if let Some(next) = self.ram.next_preset.take() {
                 if carried_out {
-                    self.ram.offset_before_preset = self.ram.measuring.offset;
                     self.ram.measuring.offset = next.offset;
                 }
                 if next.is_answered {
@@ -80,11 +80,13 @@ impl<M: Model> Live<'_, M> {
     /// Begins a preset: the offset is computed now and takes effect when it is stored.
     pub fn preset(&mut self, source: Source) {
         let is_answered = matches!(source, Source::Parameter(_));
-        let heeded = (self.behaviour.sensor.presets_with_errors || self.ram.sensor.errors().is_empty())
-            && (self.behaviour.memory.heeds)(self.ram.last_preset, is_answered);
-        if !heeded || !self.ram.user.presets_act(&self.behaviour.checks) {
+        let permitted = (self.behaviour.memory.heeds)(self.ram.last_preset, is_answered)
+            && self.ram.user.presets_act(&self.behaviour.checks);
+        let has_error = !self.ram.sensor.errors().is_empty();
+        let check = Check::CarriesOutPreset { by_request: is_answered, has_error };
+        if !self.behaviour.checks.check(check, permitted) {
             if is_answered {
-                self.ram.sensor.preset_done(self.behaviour.sensor.answers_blocked_preset);
+                self.ram.sensor.preset_done(self.facts.sensor.answers_blocked_preset);
             }
             return;
         }

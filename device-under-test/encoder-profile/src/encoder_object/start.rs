@@ -5,7 +5,6 @@ use super::{EncoderObject, Live, Model, Phase};
 use crate::checks::Check;
 use crate::facts::InExchange;
 use crate::profidrive::life_sign::Watch;
-use crate::profidrive::mantel::Cleared;
 use crate::profidrive::parameters::{BadRequest, Manager};
 use crate::profidrive::telegram::{Before, Outputs};
 use crate::profidrive::user_parameters::UserParameters;
@@ -45,8 +44,8 @@ impl<M: Model> EncoderObject<M> {
         ram.before = Before::default();
         ram.watch = Watch::default();
         (ram.wrong_parameters, ram.warnings) = (false, 0);
-        (ram.good_since, ram.last_control, ram.had_control) = (None, false, false);
         let mut live = self.live(now);
+        live.behaviour.hooks.notify(|hooks| hooks.starts(&live.view()));
         M::started(&mut live);
         let causes = live.causes();
         live.ram.sensor.restart(&causes);
@@ -74,8 +73,9 @@ impl<M: Model> EncoderObject<M> {
             self.ram.outputs = Outputs::default();
             self.ram.data_since = None;
             self.ram.watch = Watch::default();
-            self.ram.trigger.clear(Cleared::End);
+            self.ram.trigger.ended();
             let mut live = self.live(now);
+            live.behaviour.hooks.notify(|hooks| hooks.ends(&live.view()));
             live.ram.sensor.ended();
             live.look_for_errors();
         }

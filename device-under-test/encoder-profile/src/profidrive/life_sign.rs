@@ -1,92 +1,68 @@
 //! The two signs of life: the one that the encoder gives, and the watch over the one of the controller.
+//!
+//! Sources: XAC77 manual, chapter 10, STW2_ENC and ZSW2_ENC, and the PROFIdrive profile, to which it refers for both.
 
+use super::user_parameters::UserParameters;
+use crate::checks::{Check, Checks};
 use core::time::Duration;
+use device_stack::Attached;
 use station::Time;
 
-/// Where bugs can be put into the signs of life.
-#[derive(Clone, Copy, Debug)]
-pub struct Rules {
-    /// The value after this one of the sign of life of the encoder.
-    pub next: fn(u8) -> u8,
-    /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number
-    /// of frames, that one included.
-    pub advances: fn(Duration, u64) -> u64,
-    /// Whether the encoder counts while it is parked.
-    pub counts_while_parked: bool,
-    /// Whether the encoder counts while it shows an error.
-    pub counts_with_error: bool,
-    /// Whether the encoder counts while a preset is being carried out.
-    pub counts_during_preset: bool,
-    /// Whether the sign of life of the controller is watched, from whether the manual says so.
-    pub is_watched: fn(bool) -> bool,
-    /// The sign of life of the controller, in STW2_ENC.
-    pub read: fn(u16) -> u8,
-    /// Whether the second of two signs of life follows the first.
-    pub follows: fn(u8, u8) -> bool,
-    /// Whether the controller is watched from this sign of life on.
-    pub begins: fn(u8) -> bool,
-    /// How many failures are tolerated, from the number that the user has set.
-    pub tolerated: fn(u8) -> i32,
-    /// What a good sign of life takes off the account, where a failure puts [`FAILURE`] on it.
-    pub good: i32,
-    /// Whether a good sign of life ends a loss.
-    pub recovers: fn(u8) -> bool,
-    /// Whether the controller is watched without Control by PLC.
-    pub watches_without_control: bool,
-    /// Failures that are tolerated without compatibility mode, where the user has set this number.
-    pub tolerated_without_compatibility: fn(u8) -> u8,
+/// When the sign of life of the encoder goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SignOfLife {
+    /// With each frame.
+    EachFrame,
+    /// With each send clock of 1 ms, whatever the update time.
+    EachSendClock,
 }
 
-impl Default for Rules {
-    fn default() -> Rules {
-        Rules {
-            next,
-            advances: |_, frames| frames,
-            counts_while_parked: true,
-            counts_with_error: true,
-            counts_during_preset: true,
-            is_watched: |right| right,
-            read: |stw2_enc| (stw2_enc >> 12) as u8,
-            follows: |last, sign| sign == next(last),
-            begins: |sign| sign != 0,
-            tolerated: i32::from,
-            good: 1,
-            recovers: |_| true,
-            watches_without_control: true,
-            tolerated_without_compatibility: |_| 1,
-        }
+/// Deviations of the steps of the signs of life.
+#[allow(unused_variables, reason = "the names say what a step is given")]
+pub trait LifeSignSteps {
+    /// How many values the sign of life of the encoder has gone on, from the time since its first frame and the number of frames.
+    fn count(&mut self, elapsed: Duration, frames: u64, right: u64) -> u64 {
+        right
+    }
+
+    /// How many failures of the sign of life of the controller are tolerated.
+    fn tolerated(&mut self, user: &UserParameters, right: i32) -> i32 {
+        right
     }
 }
 
 /// What a failure puts on the account: ten good signs of life make up for it, as PROFIdrive has it.
 pub const FAILURE: i32 = 10;
 
-/// The sign of life after this one: 1 to 15 and again from 1; 0 says that nobody counts.
+/// The sign of life after this one: 1 to 15 and again from 1; 0 says that nothing is counted.
 pub fn next(sign: u8) -> u8 {
     sign % 15 + 1
 }
 
-/// The sign of life that the encoder gives: 0 before the first frame.
+/// How many failures of the sign of life of the controller are tolerated: without compatibility mode one, with it as many as the
+/// user has set. XAC77 manual, 11.4, Maximum Master Sign-Of-Life failures.
+pub fn tolerated(user: &UserParameters) -> u8 {
+    if user.compatible { user.life_sign_failures } else { 1 }
+}
+
+/// The sign of life that the encoder gives.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Given {
-    sign: u8,
     begin: Option<Time>,
     frames: u64,
-    steps: u64,
 }
 
 impl Given {
-    /// The sign of life of the frame that is sent now; it stands still where it does not count.
-    pub fn advance(&mut self, now: Time, counts: bool, rules: &Rules) -> u8 {
-        let begin = *self.begin.get_or_insert(now);
+    /// The sign of life of the frame that is sent now: it begins with 1.
+    pub fn advance(&mut self, now: Time, counts: SignOfLife, steps: &Attached<dyn LifeSignSteps>) -> u8 {
+        let elapsed = now.since(*self.begin.get_or_insert(now));
         self.frames += 1;
-        let steps = (rules.advances)(now.since(begin), self.frames);
-        let more = steps.saturating_sub(core::mem::replace(&mut self.steps, steps));
-        if counts {
-            // As many steps as come back to the same value, whether 0 is left out or not, are none.
-            (0..more % (15 * 16)).for_each(|_| self.sign = (rules.next)(self.sign));
-        }
-        self.sign
+        let right = match counts {
+            SignOfLife::EachFrame => self.frames,
+            SignOfLife::EachSendClock => (elapsed.as_micros() as u64 + 500) / 1000 + 1,
+        };
+        let count = steps.apply(right, |steps, right| steps.count(elapsed, self.frames, right));
+        (count.saturating_sub(1) % 15) as u8 + 1
     }
 }
 
@@ -106,17 +82,17 @@ pub struct Watch {
 
 impl Watch {
     /// Takes the sign of life of one frame, where `tolerated` failures are allowed.
-    pub fn take(&mut self, sign: u8, tolerated: i32, rules: &Rules) {
+    pub fn take(&mut self, sign: u8, tolerated: i32, checks: &Checks) {
         let last = core::mem::replace(&mut self.last, sign);
         if !self.watching {
-            self.watching = (rules.begins)(sign);
+            self.watching = checks.check(Check::BeginsToWatch { sign }, sign != 0);
             return;
         }
         let limit = tolerated * FAILURE;
-        let is_good = (rules.follows)(last, sign) && (!self.failed || (rules.recovers)(sign));
-        self.account = match is_good {
-            true => (self.account - rules.good).max(0),
-            false => (self.account + FAILURE).min(limit.max(0) + 1),
+        let check = Check::FollowsLifeSign { last, sign, has_failed: self.failed };
+        self.account = match checks.check(check, sign == next(last)) {
+            true => (self.account - 1).max(0),
+            false => (self.account + FAILURE).min(limit + 1),
         };
         self.failed = self.account > limit;
     }
@@ -135,8 +111,8 @@ mod tests {
 
     fn watch(signs: impl IntoIterator<Item = u8>, tolerated: i32) -> Watch {
         let mut watch = Watch::default();
-        let rules = Rules::default();
-        signs.into_iter().for_each(|sign| watch.take(sign, tolerated, &rules));
+        let checks = Checks::default();
+        signs.into_iter().for_each(|sign| watch.take(sign, tolerated, &checks));
         watch
     }
 
@@ -185,29 +161,22 @@ mod tests {
     fn it_recovers_with_the_next_good_sign() {
         let mut watch = watch([1].into_iter().chain(core::iter::repeat_n(2, 100)), 3);
         assert!(watch.has_failed());
-        watch.take(3, 3, &Rules::default());
+        watch.take(3, 3, &Checks::default());
         assert!(!watch.has_failed());
-        watch.take(3, 3, &Rules::default());
+        watch.take(3, 3, &Checks::default());
         assert!(watch.has_failed());
     }
 
-    fn given(rules: &Rules, at: &[u64]) -> Vec<u8> {
+    fn given(counts: SignOfLife, at: &[u64]) -> Vec<u8> {
         let mut given = Given::default();
-        at.iter().map(|ms| given.advance(Time::from_nanos(ms * 1_000_000), true, rules)).collect()
+        at.iter().map(|ms| given.advance(Time::from_nanos(ms * 1_000_000), counts, &Attached::NONE)).collect()
     }
 
-    #[test]
-    fn one_step_a_frame() {
-        assert_eq!(given(&Rules::default(), &[0, 4, 8, 500]), [1, 2, 3, 4]);
-        let mut given = Given::default();
-        let counts = [true, false, false, true].map(|counts| given.advance(Time::ZERO, counts, &Rules::default()));
-        assert_eq!(counts, [1, 1, 1, 2]);
-    }
-
-    // Kübler Sendix 58xx: one step per send clock of 1 ms, modulo 15, whatever the update time.
-    #[test]
-    fn one_step_a_send_clock() {
-        let rules = Rules { advances: |elapsed, _| elapsed.as_millis() as u64 + 1, ..Rules::default() };
-        assert_eq!(given(&rules, &[5, 9, 13, 19, 20, 35, 36]), [1, 5, 9, 15, 1, 1, 2]);
+    // Kübler Sendix 58xx, 8.2: one step a send clock of 1 ms, modulo 15, whatever the update time.
+    #[rstest]
+    #[case::frames(SignOfLife::EachFrame, &[0, 4, 8, 500], &[1, 2, 3, 4])]
+    #[case::send_clocks(SignOfLife::EachSendClock, &[5, 9, 13, 19, 20, 35, 36], &[1, 5, 9, 15, 1, 1, 2])]
+    fn the_encoder_counts(#[case] counts: SignOfLife, #[case] at: &[u64], #[case] expected: &[u8]) {
+        assert_eq!(given(counts, at), expected);
     }
 }

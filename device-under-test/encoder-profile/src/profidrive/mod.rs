@@ -5,9 +5,10 @@
 //!
 //! This room must not know frames, records or connections, nor how a position is measured.
 
+pub mod control;
 pub mod life_sign;
-pub mod mantel;
 pub mod parameters;
+pub mod preset_trigger;
 pub mod sensor;
 pub mod telegram;
 pub mod user_parameters;

@@ -1,11 +1,11 @@
 //! Control words in: the outputs of the controller as they arrive.
 
-use super::CONTROL_BY_PLC;
+use crate::checks::Check;
+use crate::encoder::PresetMode;
 use crate::encoder_object::memory::Source;
 use crate::encoder_object::{Live, Model, Phase};
-use crate::profidrive::life_sign::Watch;
-use crate::profidrive::mantel::Known;
-use crate::profidrive::sensor::Request;
+use crate::profidrive::control::CONTROL_BY_PLC;
+use crate::profidrive::life_sign::{Watch, tolerated};
 use crate::profidrive::telegram::{Control, Outputs};
 
 impl<M: Model> Live<'_, M> {
@@ -24,29 +24,31 @@ impl<M: Model> Live<'_, M> {
             return;
         }
         let Some([stw2_enc, _]) = self.ram.outputs.words else { return };
-        let (rules, user) = (&self.behaviour.life_sign, &self.ram.user);
-        let watched = rules.watches_without_control || stw2_enc & CONTROL_BY_PLC != 0;
-        if (rules.is_watched)(M::watches_controller(self)) && watched && !self.ram.sensor.is_parked() {
-            let tolerated = match user.compatible {
-                true => user.life_sign_failures,
-                false => (rules.tolerated_without_compatibility)(user.life_sign_failures),
-            };
-            self.ram.watch.take((rules.read)(stw2_enc), (rules.tolerated)(tolerated), rules);
-        } else {
-            self.ram.watch = Watch::default();
-        }
+        self.watch_controller(stw2_enc);
         self.look_for_errors();
     }
 
-    /// Looks for the trigger of a preset in what was taken.
+    /// Watches the sign of life in bits 12 to 15 of STW2_ENC, unless the encoder is parked.
+    fn watch_controller(&mut self, stw2_enc: u16) {
+        let parked = self.ram.sensor.is_parked();
+        let check = Check::WatchesController { has_control: stw2_enc & CONTROL_BY_PLC != 0, parked };
+        let is_watched = M::watches_controller(self) && !parked;
+        if !self.behaviour.checks.check(check, is_watched) {
+            self.ram.watch = Watch::default();
+            return;
+        }
+        let (user, steps) = (&self.ram.user, &self.behaviour.life_sign);
+        let tolerated = tolerated(user).into();
+        let tolerated = steps.apply(tolerated, |steps, tolerated| steps.tolerated(user, tolerated));
+        self.ram.watch.take((stw2_enc >> 12) as u8, tolerated, &self.behaviour.checks);
+    }
+
+    /// Carries out a preset if the word that brings its value has its trigger.
     fn take_preset(&mut self) {
-        let user_range = self.ram.user.range;
-        let known =
-            Known { range: self.positions().max(1), user_range, preset_value: self.ram.preset_value, before: 0 };
-        if let Some(value) = self.ram.trigger.take(self.ram.outputs.preset, &known) {
-            let g1_stw = self.ram.outputs.words.map_or(0, |[_, g1_stw]| g1_stw);
-            let mode = (self.behaviour.mantel.mode)(Request::of(g1_stw).mode());
-            self.preset(Source::Value(mode, value as u32));
+        let Some(facts) = &self.facts.preset_trigger else { return };
+        let range = self.positions().max(1);
+        if let Some(value) = self.ram.trigger.take(facts, self.ram.outputs.preset, range) {
+            self.preset(Source::Value(PresetMode::Absolute, value as u32));
         }
     }
 }

@@ -5,6 +5,9 @@ use crate::encoder_object::{Live, Model};
 use crate::profidrive::sensor::Xist2;
 use crate::profidrive::telegram::{self, Image, Signal};
 
+/// Bit 13 of G1_ZSW.
+const POSITION: u16 = 0x2000;
+
 impl<M: Model> Live<'_, M> {
     /// The signals as they are, apart from ZSW2_ENC.
     pub(super) fn image(&mut self) -> Image {
@@ -13,8 +16,7 @@ impl<M: Model> Live<'_, M> {
             self.ram.frozen = None;
             return now;
         }
-        let kept = *self.ram.frozen.get_or_insert(now);
-        (self.behaviour.sensor.freezes)(kept, now)
+        frozen(*self.ram.frozen.get_or_insert(now), now)
     }
 
     fn image_now(&self) -> Image {
@@ -34,8 +36,8 @@ impl<M: Model> Live<'_, M> {
         };
         let position = shown(Signal::G1Xist2);
         let of_velocity = acting(Signal::NistB);
-        let stops = ram.sensor.is_parked() && self.behaviour.sensor.parking_stops_velocity;
-        let is_measured = behaviour.checks.check(Check::VelocityIsMeasured(ram.user), !stops && !ram.velocity_is_off);
+        let is_measured = !ram.sensor.is_zeroed() && !ram.velocity_is_off;
+        let is_measured = behaviour.checks.check(Check::VelocityIsMeasured(ram.user), is_measured);
         let plain_position = shown(Signal::Position);
         let [single_turn, multi_turn] = telegram::parts(shown(Signal::SingleTurn), &acting(Signal::SingleTurn).scaling);
         let status = Image {
@@ -55,7 +57,7 @@ impl<M: Model> Live<'_, M> {
             request: ram.sensor.request(),
             ..Image::default()
         };
-        if ram.sensor.is_parked() && !ram.sensor.is_frozen() {
+        if ram.sensor.is_zeroed() {
             let g1_xist2 = match ram.sensor.xist2() {
                 Xist2::Error(code) => code.into(),
                 Xist2::Nothing | Xist2::Position => 0,
@@ -73,5 +75,19 @@ impl<M: Model> Live<'_, M> {
             g1_xist3: shown(Signal::G1Xist3),
             ..status
         }
+    }
+}
+
+/// The signals while parking fixes the positions, from those at its begin; an error is shown all the same.
+fn frozen(kept: Image, now: Image) -> Image {
+    let shows_position = now.g1_zsw & POSITION != 0;
+    Image {
+        g1_xist1: kept.g1_xist1,
+        g1_xist2: if shows_position { kept.position as u32 } else { now.g1_xist2 },
+        g1_xist3: kept.g1_xist3,
+        plain_position: kept.plain_position,
+        single_turn: kept.single_turn,
+        multi_turn: kept.multi_turn,
+        ..now
     }
 }

@@ -35,7 +35,10 @@ use encoder_profile::facts::{
     Cause, Effect, ErrorFact, Facts, Identification, InExchange, NO_DIAGNOSIS, PresetValues, Reset, Timing, Variant,
     WarningFact, WithoutRecord,
 };
-use encoder_profile::profidrive::sensor::{Answers, Parks, Transfers};
+use encoder_profile::profidrive::control::{ControlFacts, ControlRequested};
+use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::preset_trigger::{BeyondRange, TriggerFacts};
+use encoder_profile::profidrive::sensor::{Answers, Parks, SensorFacts, Transfers};
 use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameters, VELOCITY_UNITS};
 use wire::profidrive::ErrorNumber;
 
@@ -89,6 +92,34 @@ pub static FACTS: Facts = Facts {
     record_in_exchange: InExchange::InForce,
     stands_still_in_preset: true,
     preset_values: PresetValues::Limited,
+    // Manual, 8.2, G1_STW and G1_ZSW: the request for the position is ignored, there are no errors to acknowledge, and parking
+    // fixes the position that is reported.
+    sensor: SensorFacts {
+        transfers: Transfers::Always,
+        parks: Parks::Freezes,
+        answers: Answers::Echo,
+        latches_errors: false,
+        parks_while_turning: true,
+        parking_clears_errors: false,
+        raises_while_parked: true,
+        acknowledges_while_parked: true,
+        answers_blocked_preset: false,
+    },
+    // Manual, 8.1: 28 bits, limited to the highest position.
+    preset_trigger: Some(TriggerFacts {
+        value: (1 << 28) - 1,
+        beyond_range: BeyondRange::Limited,
+        first_word_counts: true,
+    }),
+    // Manual, 8.2, STW2_ENC and ZSW2_ENC.
+    control: ControlFacts {
+        needless_in_compatibility: false,
+        requested: ControlRequested::Always,
+        takes_held_preset: true,
+        shows_fault: true,
+    },
+    // Manual, 8.2, ZSW2_ENC.
+    sign_of_life: SignOfLife::EachSendClock,
     watches_controller: false,
     serves_any_axis: true,
     modules: modules::MODULES,
@@ -150,25 +181,7 @@ fn default_record(_: &Hardware) -> UserParameters {
 
 /// The profile, and what is right in this manual where it says otherwise.
 pub fn healthy() -> Behaviour {
-    let mut healthy = Behaviour::default();
-    let sensor = &mut healthy.sensor;
-    sensor.transfers = Transfers::Always;
-    sensor.parks = Parks::Freezes;
-    sensor.answers = Answers::Echo;
-    sensor.latches = false;
-    sensor.raises_while_parked = |_| true;
-    sensor.acknowledges_while_parked = true;
-    sensor.parking_clears_errors = false;
-    sensor.parking_stops_velocity = false;
-    sensor.parking_ends_preset = false;
-    sensor.refuses_to_park = |_, _| false;
-    sensor.answers_blocked_preset = false;
-    healthy.control.is_valid = |by_plc| by_plc.now;
-    healthy.control.is_requested = |_| true;
-    healthy.control.fault_present = |faults| faults != 0;
-    // One step per send clock of 1 ms, whatever the update time.
-    healthy.life_sign.advances = |elapsed, _| (elapsed.as_micros() as u64 + 500) / 1000 + 1;
-    healthy
+    Behaviour::default()
 }
 
 /// Whether the hardware can serve a scaling: chapter 7.

@@ -31,6 +31,9 @@ use encoder_profile::facts::{
     Cause, Effect, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Reset, Submodule,
     Timing, Variant, WithoutRecord,
 };
+use encoder_profile::profidrive::control::ControlFacts;
+use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::{self, StartLimits, UserParameters, VELOCITY_UNITS};
 
@@ -99,6 +102,10 @@ pub static FACTS: Facts = Facts {
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,
     preset_values: PresetValues::Signed,
+    sensor: SensorFacts::PROFILE,
+    preset_trigger: None,
+    control: ControlFacts::PROFILE,
+    sign_of_life: SignOfLife::EachFrame,
     watches_controller: true,
     serves_any_axis: false,
     modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],

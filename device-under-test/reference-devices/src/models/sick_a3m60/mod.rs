@@ -35,7 +35,10 @@ use encoder_profile::facts::{
     Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Submodule, Timing,
     Variant, WarningFact, WithoutRecord,
 };
-use encoder_profile::profidrive::mantel::{self, Cleared, TRIGGER};
+use encoder_profile::profidrive::control::{ControlFacts, ControlRequested};
+use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::preset_trigger::{BeyondRange, TRIGGER, TriggerFacts};
+use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::{Control, STANDARD, Signal, Telegram};
 use encoder_profile::profidrive::user_parameters::StartLimits;
 
@@ -45,12 +48,6 @@ pub const ADDRESS: u8 = 2;
 /// What is right in this manual where it says otherwise than the profile.
 pub fn healthy() -> Behaviour {
     let mut right = Behaviour::default();
-    right.control.is_requested = |_| true;
-    right.sensor.refuses_to_park = |_, _| false;
-    // Without a word before there is no edge; what was cleared by the master counts as 0.
-    right.mantel.begins = |before, now| before.is_some_and(|before| mantel::begins(Some(before), now));
-    right.mantel.value = |word, known| u64::from(word & !TRIGGER) % known.range;
-    right.mantel.clears = |cleared| cleared == Cleared::End;
     right.memory.waits_for_store = false;
     right
 }
@@ -119,6 +116,18 @@ pub static FACTS: Facts = Facts {
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,
     preset_values: PresetValues::Signed,
+    // Manual, 3.4.3, G1_STW and G1_ZSW: nothing is said of a shaft that turns.
+    sensor: SensorFacts { parks_while_turning: true, ..SensorFacts::PROFILE },
+    // Manual, 3.4.2: bit 31 has to be 0 before, so that without a word before there is no edge.
+    preset_trigger: Some(TriggerFacts {
+        value: !TRIGGER,
+        beyond_range: BeyondRange::Reduced,
+        first_word_counts: false,
+    }),
+    // Manual, table 14.
+    control: ControlFacts { requested: ControlRequested::Always, ..ControlFacts::PROFILE },
+    // Manual, table 14: by 1 in each cycle.
+    sign_of_life: SignOfLife::EachFrame,
     watches_controller: true,
     serves_any_axis: false,
     modules: &[Module { ident: 1, access_point: 1, submodules: SUBMODULES }],

@@ -12,6 +12,7 @@ use crate::models::sick::settings::elements;
 use core::time::Duration;
 use encoder_profile::encoder::{Sampling, velocity};
 use encoder_profile::encoder_object::{double_words, word, words};
+use encoder_profile::profidrive::life_sign::tolerated;
 use encoder_profile::profidrive::parameters::Parameter;
 use wire::profidrive::ErrorNumber;
 
@@ -66,7 +67,7 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
             let telegram = live.ram.telegram().number;
             word((live.rules.own.telegram)(live.model.telegram_before, telegram).into())
         }
-        925 => word(tolerated(live).into()),
+        925 => word(tolerated(&live.ram.user).into()),
         // Profile 3Dh, version 41.
         965 => word(0x3D29),
         971 => word(0).writable(),
@@ -79,15 +80,6 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
         65001 => double_words(status(live).to_vec()),
         _ => return None,
     })
-}
-
-/// The failures of the sign of life that are tolerated.
-fn tolerated(live: &Live<'_, State>) -> u8 {
-    let user = &live.ram.user;
-    match user.compatible {
-        true => user.life_sign_failures,
-        false => (live.behaviour.life_sign.tolerated_without_compatibility)(user.life_sign_failures),
-    }
 }
 
 /// P65001.

@@ -6,7 +6,7 @@ use super::own::State;
 use alloc::collections::VecDeque;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::Live;
-use encoder_profile::profidrive::mantel::TRIGGER;
+use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use station::Time;
 
 /// What is kept of presets.

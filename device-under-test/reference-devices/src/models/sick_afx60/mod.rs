@@ -31,6 +31,9 @@ use encoder_profile::facts::{
     Cause, ErrorFact, Facts, Identification, InExchange, Module, NO_DIAGNOSIS, PresetValues, Reset, Submodule, Timing,
     Variant, WarningFact, WithoutRecord,
 };
+use encoder_profile::profidrive::control::{ControlFacts, ControlRequested};
+use encoder_profile::profidrive::life_sign::SignOfLife;
+use encoder_profile::profidrive::sensor::SensorFacts;
 use encoder_profile::profidrive::telegram::STANDARD;
 use encoder_profile::profidrive::user_parameters::{StartLimits, UserParameters, VELOCITY_UNITS};
 
@@ -45,15 +48,7 @@ pub fn delivered(variant: &str) -> StationData {
 
 /// What is right in this manual where it says otherwise than the profile.
 pub fn healthy() -> Behaviour {
-    let mut right = Behaviour::default();
-    right.control.is_requested = |by_plc| !by_plc.compatible;
-    right.control.takes_held = false;
-    right.control.takes_held_acknowledgement = true;
-    right.sensor.refuses_to_park = |_, _| false;
-    right.sensor.parking_clears_errors = false;
-    right.sensor.acknowledges_while_parked = true;
-    right.sensor.raises_while_parked = |_| true;
-    right
+    Behaviour::default()
 }
 
 /// What the manual says in words and numbers.
@@ -120,6 +115,22 @@ pub static FACTS: Facts = Facts {
     record_in_exchange: InExchange::Refused,
     stands_still_in_preset: false,
     preset_values: PresetValues::Unsigned,
+    // Manual, 3.4.3, G1_STW and G1_ZSW: nothing is said of errors or of a shaft that turns while parked.
+    sensor: SensorFacts {
+        parks_while_turning: true,
+        parking_clears_errors: false,
+        raises_while_parked: true,
+        acknowledges_while_parked: true,
+        ..SensorFacts::PROFILE
+    },
+    preset_trigger: None,
+    // Manual, 3.4.3, STW2_ENC and ZSW2_ENC.
+    control: ControlFacts {
+        requested: ControlRequested::WithoutCompatibility,
+        takes_held_preset: false,
+        ..ControlFacts::PROFILE
+    },
+    sign_of_life: SignOfLife::EachFrame,
     watches_controller: false,
     serves_any_axis: true,
     // Idents are invented but for the numbers of the telegrams and FFFFh.

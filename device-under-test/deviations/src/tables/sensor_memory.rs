@@ -1,0 +1,386 @@
+//! Deviations of the cyclic exchange that remember something from one cycle, or from one connection, to the next.
+
+use super::image::{ERROR, EXECUTED, PARKED, has_error, is_executed, is_parked};
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use core::time::Duration;
+use encoder_profile::checks::{Check, EncoderChecks};
+use encoder_profile::hooks::{EncoderHooks, Held, View};
+use encoder_profile::profidrive::control::CONTROL_BY_PLC;
+use encoder_profile::profidrive::preset_trigger::TRIGGER;
+use encoder_profile::profidrive::sensor::Error;
+use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
+use encoder_profile::profidrive::user_parameters::UserParameters;
+use station::Time;
+
+/// Whether this is the first cycle of a connection.
+fn is_first(view: &View<'_>) -> bool {
+    !view.before.truth.good
+}
+
+/// A sign of life of the encoder that is made of the right one, step by step.
+pub struct SignOfLife {
+    right: u8,
+    sent: u8,
+    next: fn(u8) -> u8,
+    counts: fn(&Image) -> bool,
+}
+
+impl SignOfLife {
+    /// One that goes on by `next`.
+    pub fn by(next: fn(u8) -> u8) -> SignOfLife {
+        SignOfLife { right: 0, sent: 0, next, counts: |_| true }
+    }
+
+    /// One that goes on in such frames only.
+    pub fn while_so(counts: fn(&Image) -> bool) -> SignOfLife {
+        SignOfLife { counts, ..SignOfLife::by(encoder_profile::profidrive::life_sign::next) }
+    }
+}
+
+impl EncoderHooks for SignOfLife {
+    fn image(&mut self, _: &Before, now: Image) -> Image {
+        let right = (now.zsw2_enc >> 12) as u8;
+        let steps = (15 + right - self.right) % 15;
+        self.right = right;
+        if right == 0 {
+            self.sent = 0;
+        } else if (self.counts)(&now) {
+            (0..steps).for_each(|_| self.sent = (self.next)(self.sent));
+        }
+        Image { zsw2_enc: now.zsw2_enc & 0x0FFF | u16::from(self.sent) << 12, ..now }
+    }
+}
+
+/// Failures of the sign of life of the controller that are never forgotten.
+#[derive(Clone, Default)]
+pub struct Failures(Rc<Cell<i32>>);
+
+impl Failures {
+    /// How many failures are tolerated: none any more once there were more than that.
+    pub fn tolerated(&self, right: i32) -> i32 {
+        if self.0.get() > right { -1 } else { right }
+    }
+}
+
+impl EncoderChecks for Failures {
+    fn check(&mut self, check: Check, verdict: bool) -> bool {
+        match check {
+            Check::BeginsToWatch { .. } => self.0.set(0),
+            Check::FollowsLifeSign { .. } if !verdict => self.0.set(self.0.get() + 1),
+            _ => {}
+        }
+        verdict
+    }
+}
+
+/// Without Control by PLC the last G1_STW that counted stays in force.
+#[derive(Default)]
+pub struct LastWord(u16);
+
+impl EncoderHooks for LastWord {
+    fn starts(&mut self, _: &View<'_>) {
+        self.0 = 0;
+    }
+
+    fn outputs(&mut self, view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+        let [stw2_enc, g1_stw] = arrived.words.unwrap_or_default();
+        if view.user.compatible && arrived.words.is_some() || stw2_enc & CONTROL_BY_PLC != 0 {
+            self.0 = g1_stw;
+        }
+        Outputs { words: Some([stw2_enc, self.0]), ..arrived }
+    }
+}
+
+/// For a second after bad outputs Control by PLC counts as it was before them.
+#[derive(Default)]
+pub struct RememberedControl {
+    good_since: Option<Time>,
+    last: bool,
+    before: bool,
+}
+
+impl EncoderHooks for RememberedControl {
+    fn starts(&mut self, _: &View<'_>) {
+        *self = RememberedControl::default();
+    }
+
+    fn outputs(&mut self, view: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
+        if !telegram.outputs.contains(&encoder_profile::profidrive::telegram::Control::Stw2Enc) {
+            return arrived;
+        }
+        let Some([stw2_enc, g1_stw]) = arrived.words else {
+            self.good_since = None;
+            return arrived;
+        };
+        if self.good_since.is_none() {
+            (self.good_since, self.before) = (Some(view.now), self.last);
+        }
+        self.last = stw2_enc & CONTROL_BY_PLC != 0;
+        let is_fresh = self.good_since.is_some_and(|since| view.now < since + Duration::from_secs(1));
+        let remembered = if is_fresh && self.before { CONTROL_BY_PLC } else { 0 };
+        Outputs { words: Some([stw2_enc | remembered, g1_stw]), ..arrived }
+    }
+}
+
+/// Requests of the time before that are no new ones while they are held.
+#[derive(Default)]
+pub struct HeldRequests {
+    /// Whether they are held over the end of a connection, and parking with them; otherwise over a loss of power.
+    over_connections: bool,
+    last: (u16, u32),
+    held: (u16, u32),
+    is_parked: bool,
+}
+
+impl HeldRequests {
+    /// Those of the connection before.
+    pub fn over_connections() -> HeldRequests {
+        HeldRequests { over_connections: true, ..HeldRequests::default() }
+    }
+
+    /// Those from before a loss of power.
+    pub fn over_power() -> HeldRequests {
+        HeldRequests::default()
+    }
+}
+
+impl EncoderHooks for HeldRequests {
+    fn ends(&mut self, view: &View<'_>) {
+        match self.over_connections {
+            true => (self.held, self.is_parked) = (self.last, is_parked(&view.before.sent)),
+            false => self.last = (0, 0),
+        }
+    }
+
+    fn starts(&mut self, _: &View<'_>) {
+        let last = core::mem::take(&mut self.last);
+        if !self.over_connections {
+            self.held = last;
+        }
+    }
+
+    fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+        let words = arrived.words.map(|[stw2_enc, g1_stw]| {
+            self.held.0 &= g1_stw;
+            [stw2_enc, g1_stw & !self.held.0]
+        });
+        let preset = arrived.preset.map(|word| {
+            self.held.1 &= word;
+            word & !self.held.1
+        });
+        Outputs { words, preset, ..arrived }
+    }
+
+    fn image(&mut self, _: &Before, now: Image) -> Image {
+        let request = now.request;
+        let bit = |n: u32, set: bool| u16::from(set) << n;
+        self.last.0 = self.held.0 | bit(12, request.home) | bit(15, request.acknowledge);
+        self.last.1 = self.held.1 | now.trigger & TRIGGER;
+        self.is_parked &= !request.park;
+        match self.is_parked {
+            true => parked(now),
+            false => now,
+        }
+    }
+}
+
+/// The signals of an encoder that is parked.
+fn parked(now: Image) -> Image {
+    Image { g1_zsw: PARKED, g1_xist1: 0, g1_xist2: 0, g1_xist3: 0, velocity: 0, ..now }
+}
+
+/// Bit 12 of G1_ZSW that was set at the end of a connection stays so until a preset is requested and taken back.
+#[derive(Default)]
+pub struct KeptAnswer(bool);
+
+impl EncoderHooks for KeptAnswer {
+    fn ends(&mut self, view: &View<'_>) {
+        self.0 |= is_executed(&view.before.truth);
+    }
+
+    fn image(&mut self, before: &Before, now: Image) -> Image {
+        self.0 &= !is_executed(&before.truth) || is_executed(&now);
+        Image { g1_zsw: now.g1_zsw | if self.0 { EXECUTED } else { 0 }, ..now }
+    }
+}
+
+/// Errors that survive new connections and a loss of power.
+#[derive(Default)]
+pub struct KeptErrors {
+    last: Vec<Error>,
+    returning: Vec<Error>,
+}
+
+impl EncoderHooks for KeptErrors {
+    fn starts(&mut self, _: &View<'_>) {
+        self.returning.clone_from(&self.last);
+    }
+
+    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+        if !is_first(view) {
+            self.last = view.errors.to_vec();
+        }
+        let mut causes = core::mem::take(&mut self.returning);
+        causes.extend(right.into_iter().filter(|error| !causes.contains(error)).collect::<Vec<_>>());
+        causes
+    }
+}
+
+/// Once the encoder has been parked, no preset begins by G1_STW until the next connection.
+#[derive(Default)]
+pub struct NoPresetsAfterParking(bool);
+
+impl EncoderHooks for NoPresetsAfterParking {
+    fn starts(&mut self, _: &View<'_>) {
+        self.0 = false;
+    }
+
+    fn outputs(&mut self, view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+        self.0 |= is_parked(&view.before.truth);
+        let words =
+            arrived.words.map(|[stw2_enc, g1_stw]| [stw2_enc, if self.0 { g1_stw & !EXECUTED } else { g1_stw }]);
+        Outputs { words, ..arrived }
+    }
+}
+
+/// After an acknowledgement that left an error no other is answered.
+#[derive(Default)]
+pub struct OneAcknowledgement {
+    was_answered: bool,
+    has_failed: bool,
+}
+
+impl EncoderHooks for OneAcknowledgement {
+    fn starts(&mut self, _: &View<'_>) {
+        *self = OneAcknowledgement::default();
+    }
+
+    fn outputs(&mut self, view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+        let before = &view.before.truth;
+        let is_answered = before.g1_zsw & 0x0800 != 0;
+        self.has_failed |= self.was_answered && !is_answered && has_error(before);
+        self.was_answered = is_answered;
+        let words =
+            arrived.words.map(|[stw2_enc, g1_stw]| [stw2_enc, if self.has_failed { g1_stw & !ERROR } else { g1_stw }]);
+        Outputs { words, ..arrived }
+    }
+}
+
+/// Errors whose cause came while the encoder was parked are not raised afterwards.
+#[derive(Default)]
+pub struct ForgottenInPark(Vec<Option<u16>>);
+
+impl EncoderChecks for ForgottenInPark {
+    fn check(&mut self, check: Check, verdict: bool) -> bool {
+        match check {
+            Check::Parks { .. } => self.0.clear(),
+            Check::RaisesError { code, parked: true } if !self.0.contains(&code) => self.0.push(code),
+            Check::RaisesError { code, parked: false } => return verdict && !self.0.contains(&code),
+            _ => {}
+        }
+        verdict
+    }
+}
+
+/// An error that is raised with each preset that was carried out.
+#[derive(Clone, Default)]
+pub struct RaisedByPresets(Rc<Cell<bool>>);
+
+impl EncoderChecks for RaisedByPresets {
+    fn check(&mut self, check: Check, verdict: bool) -> bool {
+        if let Check::AnswersPreset { carried_out: true, .. } = check {
+            self.0.set(true);
+        }
+        verdict
+    }
+}
+
+impl EncoderHooks for RaisedByPresets {
+    fn causes(&mut self, _: &View<'_>, mut right: Vec<Error>) -> Vec<Error> {
+        if self.0.take() {
+            right.push(Error::of(0x1001));
+        }
+        right
+    }
+}
+
+/// The codes of all errors, combined bit by bit.
+#[derive(Default)]
+pub struct CombinedCodes(u16);
+
+impl EncoderHooks for CombinedCodes {
+    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+        self.0 = view.errors.iter().chain(&right).filter_map(|error| error.code).fold(0, |all, code| all | code);
+        right
+    }
+
+    fn image(&mut self, _: &Before, now: Image) -> Image {
+        match has_error(&now) {
+            true => Image { g1_xist2: self.0.into(), ..now },
+            false => now,
+        }
+    }
+}
+
+/// When the request of a preset is taken back, the offset is the one from before the preset.
+pub fn preset_lost_with_its_request() -> impl FnMut(&View<'_>, Held) -> Held {
+    let (mut executed_in, mut last, mut before_preset) = (None, 0, 0);
+    move |view, held| {
+        let is_executed = view.sensor.g1_zsw() & EXECUTED != 0;
+        // The request may also end with the connection, or without power.
+        let was_executed = executed_in.is_some() && executed_in == view.data_since;
+        if is_executed && !was_executed {
+            before_preset = last;
+        }
+        let is_released = was_executed && !is_executed && !view.sensor.is_parked();
+        executed_in = view.data_since.filter(|_| is_executed);
+        last = if is_released { before_preset } else { held.offset };
+        Held { offset: last, ..held }
+    }
+}
+
+/// The trigger counts again when it has been 0 for three cycles.
+pub struct RestedTrigger(u8);
+
+impl Default for RestedTrigger {
+    fn default() -> RestedTrigger {
+        RestedTrigger(u8::MAX)
+    }
+}
+
+impl EncoderChecks for RestedTrigger {
+    fn check(&mut self, check: Check, verdict: bool) -> bool {
+        let Check::TriggersPreset { before, now } = check else { return verdict };
+        if before.is_none() {
+            self.0 = u8::MAX;
+        }
+        let rested = self.0;
+        self.0 = if now & TRIGGER == 0 { rested.saturating_add(1) } else { 0 };
+        verdict && rested >= 3
+    }
+}
+
+/// Outputs that are cleared leave the word of the trigger what it was.
+#[derive(Default)]
+pub struct KeptTrigger(Option<u32>);
+
+impl EncoderHooks for KeptTrigger {
+    fn starts(&mut self, _: &View<'_>) {
+        self.0 = None;
+    }
+
+    fn outputs(&mut self, _: &View<'_>, telegram: &Telegram, arrived: Outputs) -> Outputs {
+        if !telegram.outputs.contains(&encoder_profile::profidrive::telegram::Control::Preset) {
+            return arrived;
+        }
+        self.0 = arrived.preset.or(self.0);
+        Outputs { preset: self.0, ..arrived }
+    }
+}
+
+/// As many failures as the user has set are tolerated, whatever the mode.
+pub fn as_set(user: &UserParameters, _: i32) -> i32 {
+    user.life_sign_failures.into()
+}

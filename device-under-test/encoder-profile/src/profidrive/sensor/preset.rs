@@ -1,0 +1,56 @@
+//! The preset by bits 11 and 12 of G1_STW: chapter 10, G1_STW, and 16.2.
+
+use super::{Parks, Request, Sensor};
+use crate::checks::Check;
+use crate::encoder::PresetMode;
+
+/// Where the handshake of a preset stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// None is requested, or the last one was not carried out.
+    Idle,
+    /// The preset is being carried out.
+    Running,
+    /// The preset was carried out and the request is still held: bit 12 of G1_ZSW is set.
+    Executed,
+}
+
+impl Sensor {
+    /// Begins a preset with a new request, and takes the answer back with the request (16.2).
+    ///
+    /// An encoder that is parked carries none out, and parking clears bit 12 of G1_ZSW (16.3).
+    pub(super) fn begin_preset(&mut self, before: Request) -> Option<PresetMode> {
+        let (now, parked) = (self.request, self.is_parked());
+        let is_new = now.home && !before.home;
+        let begins = self.checks.check(Check::BeginsPreset { before, now, parked }, is_new && !parked);
+        let ends = !now.home || parked && self.facts.parks == Parks::Zeroes;
+        match self.preset {
+            Preset::Idle | Preset::Executed if begins => {
+                self.preset = Preset::Running;
+                Some(now.mode())
+            }
+            Preset::Executed if ends => {
+                self.preset = Preset::Idle;
+                None
+            }
+            Preset::Idle | Preset::Running | Preset::Executed => None,
+        }
+    }
+
+    /// The preset that was begun is carried out (`true`), or it could not be; only a request that is still held is answered.
+    pub fn preset_done(&mut self, carried_out: bool) {
+        let (requested, parked) = (self.request.home, self.is_parked());
+        let check = Check::AnswersPreset { carried_out, requested, parked };
+        let is_answered = self.checks.check(check, carried_out && requested && !parked);
+        self.preset = match self.preset {
+            Preset::Running if is_answered => Preset::Executed,
+            Preset::Running => Preset::Idle,
+            other @ (Preset::Idle | Preset::Executed) => other,
+        };
+    }
+
+    /// Takes note of a preset request that was void in this cycle: held on, it is no new one when it counts.
+    pub fn see_void_preset(&mut self, requested: bool) {
+        self.held.home |= requested;
+    }
+}

@@ -1,0 +1,31 @@
+//! The requests of G1_STW.
+
+use crate::encoder::PresetMode;
+
+/// The requests of a control word; one that is void has none. Chapter 10, G1_STW.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Request {
+    /// Bit 11, home position mode: the preset is relative.
+    pub relative: bool,
+    /// Bit 12: a preset is requested.
+    pub home: bool,
+    /// Bit 13: the position is requested in G1_XIST2.
+    pub absolute: bool,
+    /// Bit 14: parking is requested.
+    pub park: bool,
+    /// Bit 15: the acknowledgement of an error is requested.
+    pub acknowledge: bool,
+}
+
+impl Request {
+    /// The requests in the bits of G1_STW; the other bits have no function.
+    pub fn of(g1_stw: u16) -> Request {
+        let bit = |n: u32| g1_stw >> n & 1 != 0;
+        Request { relative: bit(11), home: bit(12), absolute: bit(13), park: bit(14), acknowledge: bit(15) }
+    }
+
+    /// What a preset does with its value.
+    pub fn mode(self) -> PresetMode {
+        if self.relative { PresetMode::Relative } else { PresetMode::Absolute }
+    }
+}
