@@ -1,6 +1,6 @@
 //! What a deviation needs of the devices of a manual to be possible there at all.
 
-use encoder_profile::facts::{Facts, Submodule};
+use encoder_profile::facts::{Facts, InExchange, Submodule, WithoutRecord};
 use encoder_profile::profidrive::telegram::{Control, Signal};
 use reference_devices::{Bus, Manual};
 
@@ -17,6 +17,12 @@ pub enum Need {
     OnlyIm0,
     /// A parameter of the encoder object, by its number.
     Parameter(u16),
+    /// A telegram, by its number.
+    Telegram(u16),
+    /// User parameters at each start, without which it is an error.
+    RequiredRecord,
+    /// User parameters that are taken in data exchange.
+    RecordInExchange,
     /// A signal in the inputs of a telegram.
     Input(Signal),
     /// A control word in the outputs of a telegram.
@@ -40,6 +46,9 @@ impl Need {
             Need::EncoderProfile => manual.facts.is_some(),
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),
+            Need::Telegram(number) => has(&|one| one.telegram.number == number),
+            Need::RequiredRecord => manual.facts.is_some_and(|facts| facts.without_record == WithoutRecord::Error),
+            Need::RecordInExchange => manual.facts.is_some_and(|facts| facts.record_in_exchange == InExchange::InForce),
             Need::Input(signal) => has(&|one| one.telegram.inputs.contains(&signal)),
             Need::Output(control) => has(&|one| one.telegram.outputs.contains(&control)),
             Need::Of(one) => manual.name == one.name,

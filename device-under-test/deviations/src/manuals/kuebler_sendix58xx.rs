@@ -17,12 +17,9 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::parameters::BUGS, PARAMETERS),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::All(tables::presets::OTHERS),
-    Table::Only(tables::records::BUGS, RECORDS),
     Table::Only(tables::reset::BUGS, RESET),
     Table::Only(tables::signals::BUGS, SIGNALS),
     Table::All(tables::signals::OTHERS),
-    Table::Only(tables::start::BUGS, START),
-    Table::All(tables::start::OTHERS),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::velocity::OTHERS),
     Table::Only(tables::codes::BUGS, CODES),
@@ -122,9 +119,6 @@ const PRESETS: &[&str] = &[
     "highest-position-wraps",
 ];
 
-const RECORDS: &[&str] =
-    &["parameters-in-slot-0", "records-at-every-submodule", "parameters-at-b02f", "record-read-freezes-position"];
-
 const RESET: &[&str] = &[
     "reset-refused-while-connected",
     "reset-keeps-name",
@@ -157,34 +151,6 @@ const SIGNALS: &[&str] = &[
     "sign-of-life-stops-in-park",
     "xist2-one-frame-late",
     "position-bit-stays-with-error",
-];
-
-const START: &[&str] = &[
-    "record-length-not-checked",
-    "record-taken-once",
-    "bits-2-and-3-exchanged",
-    "reserved-bit-7-acts",
-    "scaling-little-endian",
-    "octet-17-as-unit",
-    "unit-from-octet-19",
-    "reserved-octets-act",
-    "upper-scaling-octets-ignored",
-    "units-and-range-exchanged",
-    "class-4-always-on",
-    "code-sequence-ignored",
-    "code-sequence-without-class-4",
-    "scaling-without-class-4",
-    "scaling-bit-ignored",
-    "full-range-refused",
-    "full-units-refused",
-    "limits-of-the-other-variant",
-    "single-limits-not-checked",
-    "impossible-scaling-accepted",
-    "powers-of-two-only",
-    "zero-units-stop-the-device",
-    "speed-unit-not-checked",
-    "speed-unit-ignored",
-    "defaults-of-another-model",
 ];
 
 const VELOCITY: &[&str] = &[

@@ -11,10 +11,8 @@ pub(super) static BUGS: &[Table] = &[
     Table::All(tables::velocity::BUGS),
     Table::All(tables::parameter_access::BUGS),
     Table::All(tables::parameters::BUGS),
-    Table::All(tables::start::BUGS),
     Table::All(tables::memory::BUGS),
     Table::All(tables::diagnosis::BUGS),
     Table::All(tables::reset::BUGS),
-    Table::All(tables::records::BUGS),
     Table::All(tables::web::BUGS),
 ];

@@ -19,15 +19,12 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::parameters::BUGS, PARAMETERS),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::Only(tables::presets::OTHERS, PRESETS_OTHERS),
-    Table::Only(tables::records::BUGS, RECORDS),
     Table::Only(tables::requests::BUGS, REQUESTS),
     Table::Only(tables::service::BUGS, SERVICE),
     Table::All(tables::set_prm::BUGS),
     Table::Only(tables::signals::BUGS, SIGNALS),
     Table::Only(tables::signals::OTHERS, SIGNALS_OTHERS),
     Table::Only(tables::slave::BUGS, SLAVE),
-    Table::Only(tables::start::BUGS, START),
-    Table::Only(tables::start::OTHERS, START_OTHERS),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::vendor_axis::BUGS),
     Table::All(tables::vendor_parameters::BUGS),
@@ -142,8 +139,6 @@ const PRESETS: &[&str] = &[
 
 const PRESETS_OTHERS: &[&str] = &["preset-control-ignored", "read-gives-the-offset", "trigger-works-once"];
 
-const RECORDS: &[&str] = &["record-read-freezes-position"];
-
 const REQUESTS: &[&str] = &[
     "octets-swapped-in-pairs",
     "word-format-refused",
@@ -205,16 +200,6 @@ const SLAVE: &[&str] = &[
     "own-address-as-master",
     "acyclic-access-without-enable",
 ];
-
-const START: &[&str] = &[
-    "code-sequence-ignored",
-    "scaling-without-class-4",
-    "scaling-bit-ignored",
-    "full-units-refused",
-    "powers-of-two-only",
-];
-
-const START_OTHERS: &[&str] = &["code-sequence-inverted"];
 
 const VELOCITY: &[&str] =
     &["speed-in-hardware-steps", "speed-held-at-standstill", "speed-without-sign", "speed-ignores-code-sequence"];

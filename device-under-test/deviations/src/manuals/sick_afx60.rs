@@ -17,12 +17,10 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::parameter_access::BUGS, PARAMETER_ACCESS),
     Table::Only(tables::parameters::BUGS, PARAMETERS),
     Table::Only(tables::presets::BUGS, PRESETS),
-    Table::Only(tables::records::BUGS, RECORDS),
     Table::All(tables::requests::BUGS),
     Table::Only(tables::reset::BUGS, RESET),
     Table::All(tables::service::BUGS),
     Table::Only(tables::signals::BUGS, SIGNALS),
-    Table::Only(tables::start::BUGS, START),
     Table::Only(tables::velocity::BUGS, VELOCITY),
 ];
 
@@ -287,9 +285,6 @@ const PRESETS: &[&str] = &[
     "offset-sign-reversed",
 ];
 
-const RECORDS: &[&str] =
-    &["access-point-at-the-telegram", "parameters-at-b02f", "record-read-freezes-position", "telegram-82-not-offered"];
-
 const RESET: &[&str] =
     &["reset-keeps-preset-value", "reset-keeps-offset-unseen", "reset-keeps-name", "reset-gives-a-name"];
 
@@ -336,29 +331,6 @@ const SIGNALS: &[&str] = &[
     "absolute-value-not-served",
     "absolute-value-never-ends",
     "position-bit-stays-with-error",
-];
-
-const START: &[&str] = &[
-    "record-taken-once",
-    "scaling-little-endian",
-    "octet-17-as-unit",
-    "unit-from-octet-19",
-    "upper-scaling-octets-ignored",
-    "units-and-range-exchanged",
-    "class-4-always-on",
-    "code-sequence-ignored",
-    "code-sequence-without-class-4",
-    "direction-reversed",
-    "scaling-without-class-4",
-    "scaling-bit-ignored",
-    "full-range-refused",
-    "full-units-refused",
-    "limits-of-the-other-variant",
-    "single-limits-not-checked",
-    "impossible-scaling-accepted",
-    "powers-of-two-only",
-    "speed-unit-ignored",
-    "default-switches-inverted",
 ];
 
 const VELOCITY: &[&str] = &[

@@ -1,7 +1,8 @@
 //! Bugs of where records answer and of what they do to the cyclic exchange.
 
-use super::Deviation;
+use super::Group;
 use super::start::{PARAMETER_ACCESS, USER_PARAMETERS};
+use crate::needs::Need;
 use crate::seams::OfEncoder;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
@@ -15,26 +16,49 @@ use encoder_profile::profidrive::telegram::{Image, Signal};
 use encoder_profile::profidrive::user_parameters::UserParameters;
 use station::Time;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
-    "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
-        => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
-    "parameters-in-slot-0" "Records answer at the device access point only."
-        => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (0, 0, 1));
-    "records-at-every-submodule" "Records answer at each submodule of the encoder."
-        => |b| answer_at(b, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
-    "parameters-at-b02f" "The parameter access has the record B02Fh."
-        => |b| b.checks.check(|check, right| match check {
-            Check::IsParameterAccess(index) => index == 0xB02F,
-            _ => right,
-        });
-    "record-read-freezes-position" "The signals of the telegram stand still while a parameter request is handled."
-        => |b| b.at_encoder.add(ReadFreezesPosition::default());
-    "telegram-84-needs-class-4" "Telegram 84 is refused where class 4 is off."
-        => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
-    "telegram-82-not-offered" "Telegram 82 is refused."
-        => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
-};
+/// The deviations of this topic, by what they need.
+pub static GROUPS: &[Group] = &[
+    // Where records answer
+    Group {
+        needs: &[Need::Profinet, Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
+                => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
+            "parameters-in-slot-0" "Records answer at the device access point only."
+                => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (0, 0, 1));
+            "records-at-every-submodule" "Records answer at each submodule of the encoder."
+                => |b| answer_at(b, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
+            "parameters-at-b02f" "The parameter access has the record B02Fh."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::IsParameterAccess(index) => index == 0xB02F,
+                    _ => right,
+                });
+        },
+    },
+    // What they hold up
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "record-read-freezes-position" "The signals of the telegram stand still while a parameter request is handled."
+                => |b| b.at_encoder.add(ReadFreezesPosition::default());
+        },
+    },
+    // User parameters that go with a telegram
+    Group {
+        needs: &[Need::Profinet, Need::Telegram(84)],
+        deviations: encoder_bugs! {
+            "telegram-84-needs-class-4" "Telegram 84 is refused where class 4 is off."
+                => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
+        },
+    },
+    Group {
+        needs: &[Need::Profinet, Need::Telegram(82)],
+        deviations: encoder_bugs! {
+            "telegram-82-not-offered" "Telegram 82 is refused."
+                => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
+        },
+    },
+];
 
 fn answer_at(b: &mut OfEncoder<'_>, at: fn(u32, u16, u16) -> bool) {
     b.checks.check(move |check, right| match check {

@@ -1,7 +1,8 @@
 //! Bugs of the record of user parameters.
 
-use super::Deviation;
+use super::Group;
 use super::sensor_memory::as_set;
+use crate::needs::Need;
 use crate::seams::OfEncoder;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
@@ -14,6 +15,7 @@ use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings, Unit};
 use encoder_profile::hooks::{EncoderHooks, RecordOctets, View};
 use encoder_profile::profidrive::telegram::Signal;
 use encoder_profile::profidrive::user_parameters::{OCTETS, ParametrizedEncoder, UserParameters};
+use reference_devices::manuals;
 
 /// Index of the record of user parameters.
 pub const USER_PARAMETERS: u16 = 0xBF00;
@@ -24,172 +26,194 @@ const DEFAULT_SWITCHES: u8 = 0x22;
 /// Later than any controller waits for good data.
 const NEVER: Duration = Duration::from_secs(3600);
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
-    // Record
-    "record-length-not-checked" "A record 0xBF00 of another length is accepted."
-        => |b| change_record(b, |octets| octets.resize(OCTETS, 0));
-    "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
-        => |b| record_taken_once(b);
-    "record-half-taken-in-data-exchange" "A record in data exchange is refused and scales the position nevertheless."
-        => |b| record_half_taken(b);
-    "bits-2-and-3-exchanged" "Preset control and scaling change places in octet 0."
-        => |b| read_octets(b, |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8);
-    "reserved-bit-7-acts" "Bit 7 of octet 0 turns the code sequence round."
-        => |b| read_octets(b, |octets| octets[0] ^= octets[0] >> 7);
-    "scaling-little-endian" "The scaling parameters are read with their least significant octet first."
-        => |b| read_octets(b, scaling_little_endian);
-    "octet-17-as-unit" "The velocity unit is read from octet 17."
-        => |b| read_octets(b, |octets| octets[18] = octets[17]);
-    "unit-from-octet-19" "The velocity unit is read from octet 19."
-        => |b| read_octets(b, |octets| octets[18] = octets[19]);
-    "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
-        => |b| b.at_encoder.add(ReservedOctetsAct::default());
-    "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
-        => |b| b.start.understand(upper_scaling_octets_ignored);
-    "units-and-range-exchanged" "Units per revolution and total range change places."
-        => |b| b.start.understand(units_and_range_exchanged);
-    "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-        => |b| b.start.understand(|_, user| UserParameters { compatible: !user.compatible, ..user });
-    "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
-
-    // Class 4 and code sequence
-    "class-4-always-on" "The class 4 bit is not looked at."
-        => |b| b.start.understand(|_, user| UserParameters { class_4: true, ..user });
-    "code-sequence-ignored" "The position rises clockwise whatever the record says."
-        => |b| b.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
-    "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
-    "direction-reversed" "The code sequence of the singleturn encoder is reversed."
-        => |b| b.start.settings(direction_reversed);
-
-    // Scaling
-    "scaling-without-class-4" "Scaling acts although class 4 is off."
-        => |b| b.checks.check(|check, right| match check {
-            Check::ScalingActs(user) => user.scaling,
-            _ => right,
-        });
-    "scaling-bit-ignored" "Scaling acts although it is off."
-        => |b| b.checks.check(|check, right| match check {
-            Check::ScalingActs(user) => user.class_4,
-            _ => right,
-        });
-    "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
-        => |b| b.start.settings(scaling_one_start_late());
-    "full-range-refused" "The whole range of the hardware is taken for an impossible one."
-        => |b| b.checks.serves(|user, hardware, right| right && user.range < hardware.range());
-    "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
-        => |b| b.checks.serves(|user, hardware, right| right && user.units_per_revolution < hardware.steps_per_revolution);
-    "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
-        => |b| limits_of_the_other_variant(b);
-    "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
-        => |b| b.checks.serves(single_limits_not_checked);
-    "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
-        => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
-    "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
-        => |b| b.checks.serves(|user, _, right| {
-            right && user.units_per_revolution.is_power_of_two() && user.range.is_power_of_two()
-        });
-    "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
-        => |b| b.at_encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
-
-    // Velocity unit
-    "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
-    "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
-        => |b| b.start.velocity_unit(|_, _| Unit::PerSecond);
-    "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
-        => |b| b.checks.check(|check, right| match check {
-            Check::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
-            _ => right,
-        });
-
-    // Defaults
-    "default-record-is-wrong" "The switches by default are taken for wrong."
-        => |b| b.checks.check(|check, right| match check {
-            Check::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
-            _ => right,
-        });
-    "defaults-of-another-model" "Without scaling a revolution has 8192 units."
-        => |b| b.start.settings(|user, hardware, right| {
-            unscaled(user, right, Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) })
-        });
-    "default-range-of-one-revolution" "Without scaling the total range is one revolution."
-        => |b| b.start.settings(|user, hardware, right| {
-            unscaled(user, right, Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) })
-        });
-    "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
-        => |b| b.start.delivered(default_switches_inverted);
-    "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
-        => |b| {
-            b.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
-            b.life_sign.tolerated(as_set);
-        };
-    "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
-        => |b| b.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });
-};
-
-/// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Deviation] = encoder_bugs! {
-    // Record
-    "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
-        => |b| read_octets(b, scaling_of_32_bits);
-    "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
-        => |b| b.at_encoder.write_record(record_of_30_octets);
-    "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
-        => |b| b.checks.check(|check, right| match check {
-            Check::ToleranceIsRight(user) => user.life_sign_failures == 0,
-            _ => right,
-        });
-    "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
-        => |b| b.start.settings(|user, _, right| match user.direction {
-            Direction::Clockwise if user.class_4 => Settings { direction: Direction::Counterclockwise, ..right },
-            _ => Settings { direction: Direction::Clockwise, ..right },
-        });
-    "class-4-inverted" "Class 4 is on while its bit is 0."
-        => |b| b.start.understand(|_, user| UserParameters { class_4: !user.class_4, ..user });
-    "missing-record-ignored" "A start without a record is no error."
-        => |b| b.checks.set(Check::StartsWithoutRecord, true);
-    "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
-        => |b| b.start.understand(|view, user| match (user.units_per_revolution, user.range) {
-            (0, 0) => *view.user,
-            _ => user,
-        });
-    "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
-        => |b| parameter_error_latched(b);
-    "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
-        => |b| b.at_encoder.add(Mantel860WaitsForPreset::default());
-
-    // In data exchange
-    "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
-        => |b| b.checks.set(Check::RecordActsAtOnce, false);
-    "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
-        => |b| record_of_data_exchange_stays(b);
-    "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
-        => |b| new_scaling_in_mantel860_only(b);
-
-    // Scaling
-    "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
-        => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
-    "range-of-24-bits" "Only the lower 24 bits of the total range count."
-        => |b| b.start.understand(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
-    "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
-        => |b| b.checks.serves(|user, _, right| right && user.range <= 1 << 25);
-
-    // The status, as it is read
-    "status-of-31-octets" "The status is the record that was written."
-        => |b| b.at_encoder.add(StatusOf31Octets::default());
-    "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
-        => |b| b.at_encoder.read_record(|_, access, octets| match access.index {
-            USER_PARAMETERS => octets.map(|octets| [&octets[..20], &octets[24..], &[0; 4]].concat()),
-            _ => octets,
-        });
-    "profile-version-in-one-octet" "The version of the profile has one octet."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
-    "profile-version-3-1" "The status tells version 3.1 of the profile."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
-};
+/// The deviations of this topic, by what they need.
+pub static GROUPS: &[Group] = &[
+    // User parameters, however they are brought
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "code-sequence-ignored" "The position rises clockwise whatever the record says."
+                => |b| b.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
+            "scaling-without-class-4" "Scaling acts although class 4 is off."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::ScalingActs(user) => user.scaling,
+                    _ => right,
+                });
+            "scaling-bit-ignored" "Scaling acts although it is off."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::ScalingActs(user) => user.class_4,
+                    _ => right,
+                });
+            "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
+                => |b| b.checks.serves(|user, hardware, right| right && user.units_per_revolution < hardware.steps_per_revolution);
+            "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
+                => |b| b.checks.serves(|user, _, right| {
+                    right && user.units_per_revolution.is_power_of_two() && user.range.is_power_of_two()
+                });
+            "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
+                => |b| b.start.settings(|user, _, right| match user.direction {
+                    Direction::Clockwise if user.class_4 => Settings { direction: Direction::Counterclockwise, ..right },
+                    _ => Settings { direction: Direction::Clockwise, ..right },
+                });
+        },
+    },
+    // The record of user parameters
+    Group {
+        needs: &[Need::Profinet, Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "record-length-not-checked" "A record 0xBF00 of another length is accepted."
+                => |b| change_record(b, |octets| octets.resize(OCTETS, 0));
+            "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
+                => |b| record_taken_once(b);
+            "record-half-taken-in-data-exchange" "A record in data exchange is refused and scales the position nevertheless."
+                => |b| record_half_taken(b);
+            "bits-2-and-3-exchanged" "Preset control and scaling change places in octet 0."
+                => |b| read_octets(b, |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8);
+            "reserved-bit-7-acts" "Bit 7 of octet 0 turns the code sequence round."
+                => |b| read_octets(b, |octets| octets[0] ^= octets[0] >> 7);
+            "scaling-little-endian" "The scaling parameters are read with their least significant octet first."
+                => |b| read_octets(b, scaling_little_endian);
+            "octet-17-as-unit" "The velocity unit is read from octet 17."
+                => |b| read_octets(b, |octets| octets[18] = octets[17]);
+            "unit-from-octet-19" "The velocity unit is read from octet 19."
+                => |b| read_octets(b, |octets| octets[18] = octets[19]);
+            "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
+                => |b| b.at_encoder.add(ReservedOctetsAct::default());
+            "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
+                => |b| b.start.understand(upper_scaling_octets_ignored);
+            "units-and-range-exchanged" "Units per revolution and total range change places."
+                => |b| b.start.understand(units_and_range_exchanged);
+            "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
+                => |b| b.start.understand(|_, user| UserParameters { compatible: !user.compatible, ..user });
+            "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
+                => |b| b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
+            "class-4-always-on" "The class 4 bit is not looked at."
+                => |b| b.start.understand(|_, user| UserParameters { class_4: true, ..user });
+            "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
+                => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
+            "direction-reversed" "The code sequence of the singleturn encoder is reversed."
+                => |b| b.start.settings(direction_reversed);
+            "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
+                => |b| b.start.settings(scaling_one_start_late());
+            "full-range-refused" "The whole range of the hardware is taken for an impossible one."
+                => |b| b.checks.serves(|user, hardware, right| right && user.range < hardware.range());
+            "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
+                => |b| limits_of_the_other_variant(b);
+            "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
+                => |b| b.checks.serves(single_limits_not_checked);
+            "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
+                => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
+            "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
+                => |b| b.at_encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
+            "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
+                => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
+            "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
+                => |b| b.start.velocity_unit(|_, _| Unit::PerSecond);
+            "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
+                    _ => right,
+                });
+            "defaults-of-another-model" "Without scaling a revolution has 8192 units."
+                => |b| b.start.settings(|user, hardware, right| {
+                    unscaled(user, right, Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) })
+                });
+            "default-range-of-one-revolution" "Without scaling the total range is one revolution."
+                => |b| b.start.settings(|user, hardware, right| {
+                    unscaled(user, right, Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) })
+                });
+            "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
+                => |b| b.start.delivered(default_switches_inverted);
+            "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
+                => |b| {
+                    b.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
+                    b.life_sign.tolerated(as_set);
+                };
+            "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
+                => |b| b.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });
+            "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
+                => |b| read_octets(b, scaling_of_32_bits);
+            "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
+                => |b| b.at_encoder.write_record(record_of_30_octets);
+            "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::ToleranceIsRight(user) => user.life_sign_failures == 0,
+                    _ => right,
+                });
+            "class-4-inverted" "Class 4 is on while its bit is 0."
+                => |b| b.start.understand(|_, user| UserParameters { class_4: !user.class_4, ..user });
+            "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
+                => |b| b.start.understand(|view, user| match (user.units_per_revolution, user.range) {
+                    (0, 0) => *view.user,
+                    _ => user,
+                });
+            "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
+                => |b| parameter_error_latched(b);
+            "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
+                => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
+            "range-of-24-bits" "Only the lower 24 bits of the total range count."
+                => |b| b.start.understand(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
+            "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
+                => |b| b.checks.serves(|user, _, right| right && user.range <= 1 << 25);
+            "profile-version-in-one-octet" "The version of the profile has one octet."
+                => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
+            "profile-version-3-1" "The status tells version 3.1 of the profile."
+                => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
+        },
+    },
+    // A record that is missing
+    Group {
+        needs: &[Need::RequiredRecord],
+        deviations: encoder_bugs! {
+            "missing-record-ignored" "A start without a record is no error."
+                => |b| b.checks.set(Check::StartsWithoutRecord, true);
+        },
+    },
+    // A record in data exchange
+    Group {
+        needs: &[Need::RecordInExchange],
+        deviations: encoder_bugs! {
+            "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
+                => |b| b.checks.set(Check::RecordActsAtOnce, false);
+            "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
+                => |b| record_of_data_exchange_stays(b);
+        },
+    },
+    // A telegram beside that of the profile
+    Group {
+        needs: &[Need::Telegram(860)],
+        deviations: encoder_bugs! {
+            "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
+                => |b| b.at_encoder.add(Mantel860WaitsForPreset::default());
+            "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
+                => |b| new_scaling_in_mantel860_only(b);
+        },
+    },
+    // The status, as it is read as a record
+    Group {
+        needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
+        deviations: encoder_bugs! {
+            "status-of-31-octets" "The status is the record that was written."
+                => |b| b.at_encoder.add(StatusOf31Octets::default());
+            "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
+                => |b| b.at_encoder.read_record(|_, access, octets| match access.index {
+                    USER_PARAMETERS => octets.map(|octets| [&octets[..20], &octets[24..], &[0; 4]].concat()),
+                    _ => octets,
+                });
+        },
+    },
+    // Parameters at delivery that are printed
+    Group {
+        needs: &[Need::Of(&manuals::LIKA_XAC77)],
+        deviations: encoder_bugs! {
+            "default-record-is-wrong" "The switches by default are taken for wrong."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
+                    _ => right,
+                });
+        },
+    },
+];
 
 fn scaling_of_32_bits(octets: &mut [u8]) {
     for begin in [1, 9] {
