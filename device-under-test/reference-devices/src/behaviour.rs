@@ -19,8 +19,8 @@ pub struct Behaviour {
     pub web: lika_xac77::knobs::Web,
     /// What the encoders of SICK share.
     pub sick: sick::knobs::Rules,
-    /// What is the own of the A3M60.
-    pub a3m60: sick_a3m60::knobs::Rules,
+    /// The deviations of the A3M60.
+    pub a3m60: sick_a3m60::hooks::Hooks,
     /// What is the own of the AFS60 and AFM60.
     pub afx60: sick_afx60::knobs::Rules,
     /// The deviations of the AMT58.

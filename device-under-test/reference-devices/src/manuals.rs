@@ -78,8 +78,8 @@ pub static SICK_A3M60: Manual = Manual {
         delivered: sick_a3m60::ADDRESS,
         build: |variant, behaviour, shaft, line| {
             let variant = sick_a3m60::FACTS.variants.iter().find(|known| known.name == variant)?;
-            let rules = sick_a3m60::knobs::Knobs { sick: behaviour.sick, own: behaviour.a3m60 };
-            let encoder = sick_a3m60::Encoder::new(variant, behaviour.encoder.clone(), rules, shaft, line.address);
+            let (encoder, hooks) = (behaviour.encoder.clone(), behaviour.a3m60.clone());
+            let encoder = sick_a3m60::Encoder::new(variant, encoder, behaviour.sick, hooks, shaft, line.address);
             Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
         },
     }),

@@ -76,6 +76,7 @@ macro_rules! hook {
     };
 }
 
+pub mod a3m60;
 pub mod amt58;
 pub mod encoder;
 pub mod measuring;
@@ -87,6 +88,7 @@ use core::cell::RefCell;
 use device_stack::Attached;
 use encoder_profile::checks::Checks;
 use reference_devices::behaviour::Behaviour;
+use reference_devices::models::sick_a3m60::hooks::Hooks;
 
 /// Everything by which one device deviates.
 #[derive(Default)]
@@ -113,6 +115,8 @@ pub struct Deviations {
     pub slave: slave::Slave,
     /// At the hooks of an AMT58.
     pub amt58: amt58::Amt58,
+    /// At the hooks of an A3M60.
+    pub a3m60: a3m60::A3m60,
     /// At the seams of its PROFINET stack.
     pub stack: stack::Stack,
 }
@@ -197,12 +201,14 @@ impl Deviations {
             slave,
             stack,
             amt58,
+            a3m60,
         } = self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
         behaviour.encoder.velocity = velocity.attached();
         behaviour.amt58 = amt58.attached();
+        behaviour.a3m60 = Hooks(a3m60.attached());
         behaviour.encoder.telegram = telegram.attached();
         behaviour.encoder.start = start.attached();
         behaviour.encoder.life_sign = life_sign.attached();

@@ -2,123 +2,162 @@
 
 use super::Deviation;
 use super::image::{ERROR, has_error};
+use crate::seams::Deviations;
+use crate::seams::slave::{frame, request, with_data};
+use alloc::rc::Rc;
+use alloc::vec;
 use alloc::vec::Vec;
+use core::cell::Cell;
+use device_stack::profibus::{Application, SlaveHooks};
 use encoder_profile::checks::Check;
+use encoder_profile::encoder_object::Live;
 use encoder_profile::facts::{Cause, ErrorFact};
 use encoder_profile::profidrive::telegram::Image;
-use reference_devices::models::sick_a3m60::knobs::{Known, Words};
+use reference_devices::models::sick_a3m60::State;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
+use reference_devices::models::sick_a3m60::set_prm::Fields;
+use reference_devices::models::sick_a3m60::status::{self, Words};
+use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FunctionCode, StationType};
+use wire::profibus::sap::{MasterSap, Service, SlaveSap};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
     // Blocks
     "block-header-wrong" "The first octet of a block is C1h."
-        => |b| b.a3m60.blocks = |numbers, _| numbers.iter().flat_map(|number| [0xC1, 0x40, *number]).collect();
+        => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
     "channel-counts-errors" "The second octet of a block is 41h."
-        => |b| b.a3m60.blocks = |numbers, _| numbers.iter().flat_map(|number| [0x81, 0x41, *number]).collect();
+        => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
     "empty-block-when-healthy" "Behind the last error there is a block with the number 0."
-        => |b| b.a3m60.blocks = |numbers, known| {
-            let last: &[u8] = if known.fields.switches[0] & ALARM_CHANNEL != 0 { &[0] } else { &[] };
-            numbers.iter().chain(last).flat_map(|number| [0x81, 0x40, *number]).collect()
+        => |d| {
+            let has_channel = d.note(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
+            d.slave.diagnosis(move |told, _| if has_channel.get() { told.ext.extend([0x81, 0x40, 0]) });
         };
     "one-header-for-two-blocks" "The second block has its number alone."
-        => |b| b.a3m60.blocks = |numbers, _| {
-            let head: &[u8] = if numbers.is_empty() { &[] } else { &[0x81, 0x40] };
-            head.iter().chain(numbers).copied().collect()
-        };
+        => |d| d.slave.diagnosis(|told, _| {
+            let numbers: Vec<u8> = told.ext.chunks(BLOCK).skip(1).filter_map(|block| block.last().copied()).collect();
+            told.ext.truncate(BLOCK);
+            told.ext.extend(numbers);
+        });
     "one-block-per-cause" "Each bit of the status has a block of its own."
-        => |b| b.a3m60.blocks = one_block_per_cause;
+        => |d| d.a3m60.diagnosis(one_block_per_cause);
     "two-blocks-at-most" "There are two blocks at most."
-        => |b| b.a3m60.blocks = |numbers, _| numbers.iter().take(2).flat_map(|number| [0x81, 0x40, *number]).collect();
+        => |d| d.a3m60.diagnosis(|_, mut numbers| {
+            numbers.truncate(2);
+            numbers
+        });
     "position-error-as-memory-error" "An error of the position has the number of one of the memory."
         => |b| b.at_encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
     "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
         => |b| b.at_encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
     "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
-        => |b| b.a3m60.told = |known| if known.words.a & 0x80 != 0 { Words { a: known.words.a & !0x80 | 0x40, ..known.words } } else { known.words };
+        => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::MEMORY_ERROR, status::words(encoder).a & 0x8080 == EEPROM));
     "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
-        => |b| b.a3m60.told = |known| if known.words.a & 0x80 != 0 { Words { a: known.words.a & !0x80 | 0x8000, ..known.words } } else { known.words };
+        => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::POSITION_ERROR, status::words(encoder).a & status::POSITION == EEPROM));
     "overspeed-forward-only" "Only forward a speed is too high."
         => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
     "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
-        => |b| b.a3m60.told = |known| known.at_start;
+        => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
     "diagnosis-stays" "A block stays when its error has gone."
-        => |b| b.a3m60.told = |known| known.seen;
+        => |d| d.a3m60.add(Stays::default());
     "diagnosis-in-telegrams-only" "With the telegrams of the vendor there are no blocks."
-        => |b| b.a3m60.told = |known| if known.is_of_vendor { Words::default() } else { known.words };
+        => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.ram.telegram().number == 0 { Vec::new() } else { numbers });
     "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
-        => |b| b.a3m60.told = |known| if known.fields.shows_codes() { known.words } else { Words::default() };
+        => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.model.fields.shows_codes() { numbers } else { Vec::new() });
     "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
         => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
     "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
-        => |b| {
-            b.a3m60.words = |known| if is_silent(known) { Words::default() } else { known.words };
-            b.a3m60.image = alarm_channel_silences_codes;
+        => |d| {
+            d.at_encoder.element(|view, at, right| match at {
+                (1000 | 1001, 0) if view.user.compatible && !view.user.alarm_channel => 0,
+                _ => right,
+            });
+            d.a3m60.image(|encoder, now| if is_silent(&encoder.model.fields) { without_code(now) } else { now });
         };
     "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
         => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
     "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
-        => |b| b.a3m60.takes_outputs = |known| known.words.a & 1 << 5 == 0;
+        => |d| {
+            let words = d.noted_words();
+            d.slave.add(RefusesOutputs { words, is_refusing: false });
+        };
 
     // S_STAT-A
     "flash-only-checked" "The checksum of the EEPROM is not looked at."
-        => |b| {
-            b.a3m60.notices = |name, _| name != "eeprom_checksum";
-            b.at_encoder.raise(|error| !is_of(error, "eeprom_checksum"));
+        => |d| {
+            unnoticed(d, &["eeprom_checksum"]);
+            d.at_encoder.raise(|error| !is_of(error, "eeprom_checksum"));
         };
     "fram-in-bit-7" "An FRAM that does not answer sets bit 7."
-        => |b| b.a3m60.status_bit = |name, right| if name == "fram" { 1 << 7 } else { right };
+        => |d| d.a3m60.status(|_, words| Words { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
     "synchronization-bits-exchanged" "Bits 11 and 13 are exchanged."
-        => |b| b.a3m60.status_bit = |_, right| match right { 0x2000 => 0x0800, 0x0800 => 0x2000, other => other };
+        => |d| d.a3m60.status(|_, words| Words { a: words.a & !0x2800 | (words.a & 0x2000) >> 2 | (words.a & 0x0800) << 2, ..words });
     "synchronization-corrected-silently" "Deviations of the counters are not told."
-        => |b| {
-            b.a3m60.notices = |name, _| !name.starts_with("synchronization");
-            b.at_encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
+        => |d| {
+            unnoticed(d, &SYNCHRONIZATION);
+            d.at_encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
         };
     "linearization-not-watched" "A wrong linearization is not noticed."
-        => |b| {
-            b.a3m60.notices = |name, _| name != "linearization";
-            b.at_encoder.raise(|error| !is_of(error, "linearization"));
+        => |d| {
+            unnoticed(d, &["linearization"]);
+            d.at_encoder.raise(|error| !is_of(error, "linearization"));
         };
     "vector-length-low-not-checked" "A vector that is too short is not noticed."
-        => |b| {
-            b.a3m60.notices = |name, _| name != "vector_length";
-            b.at_encoder.raise(|error| !is_of(error, "vector_length"));
+        => |d| {
+            unnoticed(d, &["vector_length"]);
+            d.at_encoder.raise(|error| !is_of(error, "vector_length"));
         };
     "vector-length-high-not-checked" "A vector that is too long is not noticed."
-        => |b| {
-            b.a3m60.notices = |name, _| name != "vector_length_long";
-            b.at_encoder.raise(|error| !is_of(error, "vector_length_long"));
+        => |d| {
+            unnoticed(d, &["vector_length_long"]);
+            d.at_encoder.raise(|error| !is_of(error, "vector_length_long"));
         };
     "sine-only-watched" "The amplitude of the cosine is not looked at."
-        => |b| {
-            b.a3m60.notices = |name, _| name != "amplitude_cosine";
-            b.at_encoder.raise(|error| !is_of(error, "amplitude_cosine"));
+        => |d| {
+            unnoticed(d, &["amplitude_cosine"]);
+            d.at_encoder.raise(|error| !is_of(error, "amplitude_cosine"));
         };
     "eeprom-noticed-at-start-only" "An EEPROM that does not answer is noticed when the supply comes."
-        => |b| b.a3m60.notices = |name, was_there| name != "eeprom" || was_there;
+        => |d| d.a3m60.add(NoticedAtStart::default());
     "bit-12-set-with-errors" "Bit 12 is set with each error."
-        => |b| b.a3m60.words = |known| Words { a: known.words.a | if known.words.a == 0 { 0 } else { 1 << 12 }, ..known.words };
+        => |d| d.at_encoder.element(|_, at, right| if at == (1000, 0) && right != 0 { right | 1 << 12 } else { right });
 
     // P65001
     "memory-error-in-bit-0" "A fault of the memory is shown as one of the position."
-        => |b| b.a3m60.faults = |_, right| u64::from(right != 0);
+        => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
     "position-error-for-bit-6-only" "Only a wrong amplitude is a fault of the position."
-        => |b| b.a3m60.faults = |known, right| if known.words.a & 1 << 6 == 0 { right & !1 } else { right };
+        => |d| {
+            let words = d.noted_words();
+            d.at_encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
+        };
     "unsupported-fault-bits-set" "Bit 1 of the faults is set with each of them."
-        => |b| b.a3m60.faults = |_, right| if right == 0 { 0 } else { right | 2 };
+        => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
     "overspeed-as-fault" "A speed that is too high is a fault and no warning."
-        => |b| {
-            b.a3m60.faults = |known, right| right | u64::from(known.words.a >> 5 & 1) << 1;
-            b.a3m60.warnings = |_, _| 0;
+        => |d| {
+            let words = d.noted_words();
+            d.at_encoder.element(move |_, at, right| match at {
+                (65001, 2) => right | u64::from(words.get().a & status::OVERSPEED != 0) << 1,
+                (65001, 4) => 0,
+                _ => right,
+            });
         };
     "announced-warning-bit-used" "Bit 1 of the warnings is set while there is a fault."
-        => |b| b.a3m60.warnings = |known, right| right | if known.words.a & !0x20 == 0 { 0 } else { 2 };
+        => |d| {
+            let words = d.noted_words();
+            d.at_encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
+        };
     "other-fault-bits-in-compatibility-mode" "In compatibility mode a fault of the position stands in bit 4."
-        => |b| b.a3m60.faults = |known, right| if known.fields.switches[0] & 0x20 == 0 { right & !1 | (right & 1) << 4 } else { right };
+        => |d| d.at_encoder.element(|view, at, right| match at {
+            (65001, 2) if view.user.compatible => right & !1 | (right & 1) << 4,
+            _ => right,
+        });
 };
 
+/// The octets of a block.
+const BLOCK: usize = 3;
 /// Bit of the alarm channel among the switches of Set_Prm.
 const ALARM_CHANNEL: u8 = 1 << 4;
+/// Bit of S_STAT-A for an EEPROM that does not answer.
+const EEPROM: u16 = 1 << 7;
 
 const SYNCHRONIZATION: [&str; 3] = ["synchronization_large", "synchronization_shutdown", "synchronization_start"];
 
@@ -126,32 +165,129 @@ fn is_of(error: &ErrorFact, name: &'static str) -> bool {
     error.causes.contains(&Cause::Stand(name))
 }
 
+/// The faults of these names are not noticed.
+fn unnoticed(d: &mut Deviations, names: &'static [&'static str]) {
+    d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Fault(name) if names.contains(&name)));
+}
+
 /// Whether blocks are not sent: the alarm channel is off, in compatibility mode.
-fn is_silent(known: &Known) -> bool {
-    known.fields.switches[0] & (ALARM_CHANNEL | 0x20) == 0
+fn is_silent(fields: &Fields) -> bool {
+    fields.switches[0] & (ALARM_CHANNEL | 0x20) == 0
 }
 
-fn one_block_per_cause(_: &[u8], known: &Known) -> Vec<u8> {
-    let Words { a, b } = known.words;
-    let of_a = (0..16).rev().filter(|bit| a >> bit & 1 != 0).map(|bit| match bit {
-        15 | 7 => 0x38,
-        5 => 0x30,
-        _ => 0x36,
-    });
-    let of_b = (4..7).filter(|bit| b >> bit & 1 != 0).map(|bit| 0x3B - 4 + bit as u8);
-    match is_silent(known) {
-        true => Vec::new(),
-        false => of_a.chain(of_b).flat_map(|number| [0x81, 0x40, number]).collect(),
+fn without(mut numbers: Vec<u8>, number: u8, is_left_out: bool) -> Vec<u8> {
+    numbers.retain(|known| *known != number || !is_left_out);
+    numbers
+}
+
+fn one_block_per_cause(encoder: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+    if numbers.is_empty() {
+        return numbers;
     }
+    let Words { a, b } = status::words(encoder);
+    let of_a = (0..16).rev().filter(|bit| a >> bit & 1 != 0).map(|bit| match bit {
+        15 | 7 => status::MEMORY_ERROR,
+        5 => status::TOO_FAST,
+        _ => status::POSITION_ERROR,
+    });
+    let of_b = (4..7).filter(|bit| b >> bit & 1 != 0).map(|bit| status::LIFE_SIGN - 4 + bit as u8);
+    of_a.chain(of_b).collect()
 }
 
-fn alarm_channel_silences_codes(known: &Known, image: Image) -> Image {
-    match has_error(&image) && is_silent(known) {
+/// The signals without a code of an error.
+pub fn without_code(image: Image) -> Image {
+    match has_error(&image) {
         true => {
             let transfers = image.is_transferred;
             let g1_xist2 = if transfers { image.position as u32 } else { 0 };
             Image { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2, ..image }
         }
         false => image,
+    }
+}
+
+/// The diagnosis of the beginning of an exchange, once there was one.
+struct FrozenAtStart(Option<Vec<u8>>);
+
+impl A3m60Hooks for FrozenAtStart {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        if event == Event::Start {
+            self.0 = None;
+        }
+    }
+
+    fn diagnosis(&mut self, _: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+        self.0.get_or_insert(numbers).clone()
+    }
+}
+
+/// All numbers since the exchange began.
+#[derive(Default)]
+struct Stays(Vec<u8>);
+
+impl A3m60Hooks for Stays {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        if event == Event::Start {
+            self.0.clear();
+        }
+    }
+
+    fn diagnosis(&mut self, _: &Live<'_, State>, numbers: Vec<u8>) -> Vec<u8> {
+        self.0.extend(numbers);
+        self.0.sort_unstable();
+        self.0.dedup();
+        self.0.clone()
+    }
+}
+
+/// An EEPROM that does not answer is noticed when the supply comes.
+#[derive(Default)]
+struct NoticedAtStart {
+    is_new: bool,
+    was_there: bool,
+}
+
+impl A3m60Hooks for NoticedAtStart {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        if event == Event::PowerUp {
+            (self.is_new, self.was_there) = (true, false);
+        }
+    }
+
+    fn check(&mut self, check: A3m60Check, verdict: bool) -> bool {
+        if check != A3m60Check::Fault("eeprom") {
+            return verdict;
+        }
+        self.was_there |= self.is_new && verdict;
+        verdict && self.was_there
+    }
+
+    fn status(&mut self, _: &Live<'_, State>, words: Words) -> Words {
+        self.is_new = false;
+        words
+    }
+}
+
+/// Refuses outputs while the speed is too high: the encoder gives its inputs and is not given any outputs.
+struct RefusesOutputs {
+    words: Rc<Cell<Words>>,
+    is_refusing: bool,
+}
+
+impl SlaveHooks for RefusesOutputs {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        let exchange = request(telegram).filter(|(_, service)| *service == Service::DataExchange);
+        self.is_refusing = exchange.is_some() && self.words.get().a & status::OVERSPEED != 0;
+        let Some((frame, _)) = exchange.filter(|_| self.is_refusing) else { return vec![telegram.to_vec()] };
+        let (destination, source) = (Extension::sap(SlaveSap::READ_INPUTS.0), Extension::sap(MasterSap::MS0.0));
+        vec![with_data(&DataFrame { destination, source, ..frame }, &[])]
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        if let Some(frame) = frame(telegram).filter(|_| self.is_refusing) {
+            let fc = FunctionCode::answer(AnswerFunction::NO_SERVICE, StationType::SLAVE);
+            *telegram =
+                with_data(&DataFrame { fc, destination: Extension::NONE, source: Extension::NONE, ..frame }, &[]);
+        }
     }
 }

@@ -4,13 +4,22 @@ use super::Deviation;
 use super::presets::absolute_beyond_the_range;
 use super::sensor_memory::{KeptTrigger, RestedTrigger};
 use super::slave_memory::Zeroes;
+use crate::seams::Deviations;
+use alloc::collections::VecDeque;
+use alloc::rc::Rc;
+use core::cell::Cell;
+use core::mem;
 use core::time::Duration;
 use encoder_profile::checks::Check;
-use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring;
+use encoder_profile::encoder::{Measuring, PresetMode};
+use encoder_profile::encoder_object::Live;
+use encoder_profile::hooks::{EncoderHooks, View};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::telegram::Image;
-use reference_devices::models::sick_a3m60::knobs::{Known, Origin};
+use encoder_profile::profidrive::telegram::{Image, Outputs, Telegram};
+use reference_devices::models::sick_a3m60::State;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Hooks, Event, Memory};
+use station::Time;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
@@ -24,7 +33,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
         => |b| b.at_encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
     "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
-        => |b| b.a3m60.time_stamp = |seconds| (seconds.preset / 1000) as u16;
+        => |d| d.a3m60.add(StampOfPreset::default());
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each cycle."
         => |b| b.checks.check(|check, right| match check {
             Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
@@ -69,7 +78,7 @@ pub static BUGS: &[Deviation] = bugs! {
             });
         };
     "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
-        => |b| b.a3m60.undoes_presets = true;
+        => |d| undone_by_the_falling_edge(d);
     "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
         => |b| b.at_encoder.add(KeptTrigger::default());
     "inputs-0-in-clear" "During Clear the inputs are 0."
@@ -77,17 +86,17 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // By either
     "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before."
-        => |b| b.a3m60.presets_from_before = Some(Duration::from_millis(50));
+        => |d| d.a3m60.add(FromOldPlace::default());
     "presets-queue-up" "Each preset waits 20 ms for the memory, and the next ones wait for it."
-        => |b| b.a3m60.queues_presets = Some(Duration::from_millis(20));
+        => |d| d.a3m60.add(Delayed::by(Duration::from_millis(20)));
     "preset-acknowledged-too-early" "The position is set 100 ms after the acknowledgement."
-        => |b| b.a3m60.queues_presets = Some(Duration::from_millis(100));
+        => |d| d.a3m60.add(Delayed::by(Duration::from_millis(100)));
 
     // By G1_STW
     "absolute-preset-is-relative" "Each preset is relative."
         => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
     "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
-        => |b| b.a3m60.image = preset_of_xist1_not_shifted;
+        => |d| d.a3m60.add(NotShifted::default());
     "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
         => |b| b.at_encoder.preset_units(|view, mode, right| match view.preset_value {
             0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
@@ -99,18 +108,199 @@ pub static BUGS: &[Deviation] = bugs! {
             PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
         });
     "only-first-preset" "After power-up two presets by G1_STW are carried out."
-        => |b| b.a3m60.presets = |asked| asked.origin != Origin::Request || asked.count < 2;
+        => |d| d.at_encoder.add(FirstTwo::default());
     "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
         => |b| b.checks.check(|check, right| match check {
             Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
             _ => right,
         });
     "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
-        => |b| b.a3m60.presets = |asked| asked.origin != Origin::Request || asked.is_transferred;
+        => |d| d.at_encoder.outputs(|_, _, arrived| {
+            let words = arrived.words.map(|[a, b]| [a, if b & TRANSFER == 0 { b & !PRESET } else { b }]);
+            Outputs { words, ..arrived }
+        });
 };
 
-/// What the shift makes more of the value of the last preset is taken away again.
-fn preset_of_xist1_not_shifted(known: &Known, image: Image) -> Image {
-    let shifted = image.g1_xist1 << image.shift;
-    Image { g1_xist1: shifted.wrapping_sub(known.last_preset as u32), shift: 0, ..image }
+/// Bits of G1_STW: a preset, and the position in G1_XIST2.
+const PRESET: u16 = 1 << 12;
+const TRANSFER: u16 = 1 << 13;
+
+/// The signals with a position that is this much higher, on its circle.
+fn displaced(encoder: &Live<'_, State>, image: Image, by: u64) -> Image {
+    let range = encoder.ram.measuring.range().max(1);
+    let moved = |position: u32| ((u64::from(position) + by % range) % range) as u32;
+    let has_code = image.plain_position & TRIGGER != 0;
+    let shows_position = image.g1_zsw & TRANSFER != 0;
+    Image {
+        position: (image.position + by % range) % range,
+        plain_position: if has_code { image.plain_position } else { moved(image.plain_position) },
+        g1_xist1: if encoder.ram.user.preset_acts_on_xist1 { moved(image.g1_xist1) } else { image.g1_xist1 },
+        g1_xist2: if shows_position { moved(image.g1_xist2) } else { image.g1_xist2 },
+        ..image
+    }
+}
+
+/// Carries out each preset later than it is asked for, and each after the one before.
+struct Delayed {
+    by: Duration,
+    /// The offset in force; none before it is known.
+    offset: Option<u64>,
+    /// The offset of a preset that was noticed and not yet taken back.
+    noticed: Option<u64>,
+    /// The absolute presets that wait: when they are due, and their values.
+    queue: VecDeque<(Time, u64)>,
+}
+
+impl Delayed {
+    fn by(by: Duration) -> Delayed {
+        Delayed { by, offset: None, noticed: None, queue: VecDeque::new() }
+    }
+
+    /// Notices a preset, and says by how much the position is to be lower without it.
+    fn notice(&mut self, now: Time, measuring: &Measuring) -> u64 {
+        let before = *self.offset.get_or_insert(measuring.offset);
+        let range = measuring.range().max(1);
+        if before == measuring.offset {
+            return 0;
+        }
+        if self.noticed.replace(measuring.offset) != Some(measuring.offset) {
+            let begins = self.queue.back().map_or(now, |(due, _)| *due);
+            let [_, position] = measuring.positions();
+            self.queue.push_back((begins + self.by, position));
+        }
+        (measuring.offset % range + range - before % range) % range
+    }
+}
+
+impl A3m60Hooks for Delayed {
+    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
+        match event {
+            Event::PowerUp => *self = Delayed::by(self.by),
+            Event::PowerDown | Event::Start => {}
+            Event::Advance => {
+                self.notice(memory.now, memory.measuring);
+                memory.measuring.offset = self.offset.unwrap_or(memory.measuring.offset);
+                self.noticed = None;
+                while let Some((_, value)) = self.queue.pop_front_if(|(due, _)| *due <= memory.now) {
+                    let offset = memory.measuring.preset(PresetMode::Absolute, value);
+                    memory.measuring.offset = offset;
+                    memory.store.offset.replace(offset);
+                    self.offset = Some(offset);
+                }
+            }
+        }
+    }
+
+    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+        let by = self.notice(encoder.now, &encoder.ram.measuring);
+        displaced(encoder, image, encoder.ram.measuring.range().max(1) - by)
+    }
+}
+
+/// Computes absolute presets from where the shaft was.
+#[derive(Default)]
+struct FromOldPlace {
+    offset: Option<u64>,
+    by: u64,
+}
+
+impl A3m60Hooks for FromOldPlace {
+    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+        let before = self.offset.replace(image.offset).unwrap_or(image.offset);
+        if before != image.offset {
+            let measuring = &encoder.ram.measuring;
+            let range = measuring.range().max(1);
+            let mut old = measuring.clone();
+            old.sample(encoder.hardware.sense(encoder.shaft.place(encoder.now - Duration::from_millis(50))));
+            let moved = measuring.position() + range - old.position() % range;
+            self.by = if image.request.home && image.request.relative { 0 } else { moved % range };
+        }
+        displaced(encoder, image, self.by)
+    }
+}
+
+/// Takes a preset back when the trigger falls.
+fn undone_by_the_falling_edge(d: &mut Deviations) {
+    let undone: Rc<Cell<Option<u64>>> = Rc::default();
+    let falls = undone.clone();
+    let (mut word, mut before) = (0, 0);
+    d.at_encoder.outputs(move |view, _, arrived| {
+        let last = mem::replace(&mut word, arrived.preset.unwrap_or(0));
+        match (last & TRIGGER != 0, word & TRIGGER != 0) {
+            (false, true) => before = view.measuring.offset,
+            (true, false) => falls.set(Some(before)),
+            _ => {}
+        }
+        arrived
+    });
+    d.a3m60.happens(move |_, memory| {
+        if let Some(offset) = undone.take() {
+            memory.measuring.offset = offset;
+        }
+    });
+}
+
+/// The time stamp counts from the last trigger of a preset.
+#[derive(Default)]
+struct StampOfPreset {
+    word: u32,
+    since: Option<Time>,
+}
+
+impl A3m60Hooks for StampOfPreset {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        match event {
+            Event::PowerUp => self.since = None,
+            Event::Start => self.word = TRIGGER,
+            Event::PowerDown | Event::Advance => {}
+        }
+    }
+
+    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+        let before = mem::replace(&mut self.word, image.trigger);
+        if before & TRIGGER == 0 && image.trigger & TRIGGER != 0 {
+            self.since = Some(encoder.now);
+        }
+        match self.since {
+            Some(since) => Image { time_stamp: encoder.now.since(since).as_secs() as u16, ..image },
+            None => image,
+        }
+    }
+}
+
+/// What the shift makes more of the value of the last absolute preset is taken away again.
+#[derive(Default)]
+struct NotShifted {
+    offset: Option<u64>,
+    value: u64,
+}
+
+impl A3m60Hooks for NotShifted {
+    fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
+        let before = self.offset.replace(image.offset).unwrap_or(image.offset);
+        if before != image.offset && !(image.request.home && image.request.relative) {
+            self.value = image.position;
+        }
+        let shifted = image.g1_xist1 << image.shift;
+        Image { g1_xist1: shifted.wrapping_sub(self.value as u32), shift: 0, ..image }
+    }
+}
+
+/// Keeps all presets by G1_STW from the encoder but the first two of an exchange.
+#[derive(Default)]
+struct FirstTwo {
+    is_requested: bool,
+    count: u32,
+}
+
+impl EncoderHooks for FirstTwo {
+    fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+        let is_requested = arrived.words.is_some_and(|[_, g1_stw]| g1_stw & PRESET != 0);
+        let was_requested = mem::replace(&mut self.is_requested, is_requested);
+        self.count += u32::from(is_requested && !was_requested);
+        match self.count {
+            0..=2 => arrived,
+            _ => Outputs { words: arrived.words.map(|[a, b]| [a, b & !PRESET]), ..arrived },
+        }
+    }
 }

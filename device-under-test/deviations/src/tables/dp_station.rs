@@ -1,8 +1,15 @@
 //! Bugs of what hands set and lights show at an encoder with PROFIBUS.
 
 use super::Deviation;
-use super::slave_memory::FollowsAddress;
-use reference_devices::models::sick_a3m60::knobs::address;
+use crate::seams::slave::{frame, with_data};
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use device_stack::profibus::{Application, Check as SlaveCheck, SlaveHooks};
+use reference_devices::models::sick_a3m60::hooks::A3m60Check;
+use reference_devices::models::sick_a3m60::status::OVERSPEED;
+use station::StandAction;
+use wire::profibus::fdl::DataFrame;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
@@ -10,9 +17,12 @@ pub static BUGS: &[Deviation] = bugs! {
     "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
         => |b| b.at_encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
     "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
-        => |b| b.a3m60.bad_start_light = "dark";
+        => |d| {
+            let fails = d.noted_fault("initialization");
+            d.at_encoder.led(move |_, right| if fails.get() { "dark" } else { right });
+        };
     "undervoltage-not-on-leds" "A supply that is too low is not shown."
-        => |b| b.a3m60.lowest_voltage = 0;
+        => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Supply(_)));
     "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
         => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
     "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
@@ -20,32 +30,39 @@ pub static BUGS: &[Deviation] = bugs! {
     "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
         => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
     "sensor-error-not-on-led" "Errors of the sensor are not shown."
-        => |b| b.a3m60.is_orange = |_, _| false;
+        => |d| d.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
     "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."
-        => |b| b.a3m60.is_orange = |right, words| right || words.a & 1 << 5 != 0;
+        => |d| {
+            let words = d.noted_words();
+            d.at_encoder.led(move |lit, right| match (lit.name, right) {
+                ("encoder", "green") if words.get().a & OVERSPEED != 0 => "orange",
+                _ => right,
+            });
+        };
 
     // Switches
     "address-in-hexadecimal" "The address is sixteen times the first switch and the second one."
-        => |b| b.a3m60.address = |[tens, ones]| permitted(tens * 16 + ones);
+        => |d| d.a3m60.switches(|[tens, ones]| switches(tens * 16 + ones));
     "address-1-refused" "With the switches at 1 the encoder stays off the bus."
-        => |b| b.a3m60.address = |switches| address(switches).filter(|address| *address != 1);
+        => |d| d.a3m60.check(|check, right| right && check != A3m60Check::Address(1));
     "addresses-above-99-refused" "Above 99 the encoder stays off the bus."
-        => |b| b.a3m60.address = |switches| address(switches).filter(|address| *address <= 99);
+        => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Address(100..)));
     "hexadecimal-letters-as-0" "Letters of the first switch count as 0 to 5."
-        => |b| b.a3m60.address = |[tens, ones]| address([tens % 10, ones]);
+        => |d| d.a3m60.switches(|[tens, ones]| [tens % 10, ones]);
     "address-modulo-128" "Of an address above 127 the lower seven bits are taken."
-        => |b| b.a3m60.address = |[tens, ones]| permitted((tens * 10 + ones) % 128);
+        => |d| d.a3m60.switches(|[tens, ones]| switches((tens * 10 + ones) % 128));
     "works-at-0" "With both switches at 0 the encoder answers at 0."
-        => |b| b.a3m60.address = |switches| address(switches).or((switches == [0; 2]).then_some(0));
+        => |d| d.a3m60.check(|check, right| right || check == A3m60Check::Address(0));
     "address-taken-over-the-bus" "Set_Slave_Address is taken."
-        => |b| b.a3m60.takes_address = true;
+        => |d| d.slave.check(|check, right| right || check == SlaveCheck::AddressService);
     "address-changes-on-the-fly" "The switches count at once."
-        => |b| {
-            b.a3m60.reads_switches_at_once = true;
-            b.slave.add(FollowsAddress);
+        => |d| {
+            let address = Rc::default();
+            d.slave.add(FollowsSwitches { switches: [0; 2], address: Rc::clone(&address) });
+            d.at_encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
         };
     "one-switch-terminates" "One switch is enough for the termination."
-        => |b| b.a3m60.terminates = |switches| switches != [0; 2];
+        => |d| d.a3m60.check(|check, right| match check { A3m60Check::Terminated(switches) => switches != [0; 2], _ => right });
 
     // Button
     "button-ignored" "The button makes no preset."
@@ -56,6 +73,47 @@ pub static BUGS: &[Deviation] = bugs! {
         => |b| b.sick.button_needs_class_4 = false;
 };
 
-fn permitted(address: u32) -> Option<u8> {
-    u8::try_from(address).ok().filter(|address| (1..=125).contains(address))
+/// The positions of the switches for an address.
+fn switches(address: u32) -> [u32; 2] {
+    [address / 10, address % 10]
+}
+
+/// An address at which no station answers.
+const NOWHERE: u8 = 255;
+
+/// Answers at the address of the switches as soon as they are turned.
+struct FollowsSwitches {
+    switches: [u32; 2],
+    /// The address of the switches; none before they are turned.
+    address: Rc<Cell<Option<u8>>>,
+}
+
+impl SlaveHooks for FollowsSwitches {
+    fn act(&mut self, action: &StandAction<'_>) {
+        match *action {
+            StandAction::Switch("tens", place) => self.switches[0] = place,
+            StandAction::Switch("ones", place) => self.switches[1] = place,
+            _ => return,
+        }
+        let [tens, ones] = self.switches;
+        let address = u8::try_from(tens * 10 + ones).ok().filter(|address| (1..=125).contains(address));
+        self.address.set(Some(address.unwrap_or(NOWHERE)));
+    }
+
+    fn check(&mut self, encoder: &dyn Application, check: SlaveCheck, verdict: bool) -> bool {
+        match (check, self.address.get()) {
+            (SlaveCheck::Address(asked), Some(address)) => asked == address,
+            (_, Some(_)) => verdict,
+            (_, None) => {
+                self.switches = switches(encoder.address().into());
+                verdict
+            }
+        }
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        if let (Some(frame), Some(address)) = (frame(telegram), self.address.get()) {
+            *telegram = with_data(&DataFrame { sa: address, ..frame }, frame.data);
+        }
+    }
 }

@@ -2,48 +2,70 @@
 
 use super::Deviation;
 use super::sensor_memory::as_set;
+use alloc::rc::Rc;
+use core::cell::Cell;
+use core::mem;
 use core::time::Duration;
 use encoder_profile::checks::Check;
-use reference_devices::models::sick_a3m60::Wrong;
-use reference_devices::models::sick_a3m60::knobs::{Times, Words};
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
+use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, Words};
+use reference_devices::models::sick_a3m60::{Times, Wrong};
 use station::Time;
+use wire::profibus::dpv1::Pdu;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
     // Clock
     "never-synchronised" "The encoder never gets in step with the clock."
-        => |b| b.a3m60.synchronizes = false;
+        => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(_)));
     "time-base-of-the-block-misread" "The time base is read in microseconds."
-        => |b| b.a3m60.times = |times| times.map(|times| Times { cycle: times.cycle * 12, ..times });
+        => |d| d.a3m60.times(|times| times.map(|times| Times { cycle: times.cycle * 12, ..times }));
     "cycle-of-1-ms-only" "Each other cycle than 1 ms is a deviating clock."
-        => |b| b.a3m60.wrong = |right, times| Wrong { is_deviating: right.is_deviating || times.is_some_and(|times| times.cycle != Duration::from_millis(1)), ..right };
+        => |d| d.a3m60.status(|encoder, words| match encoder.model.clock.times() {
+            Some(times) if times.cycle != Duration::from_millis(1) => Words { b: words.b | CLOCK_DEVIATING, ..words },
+            _ => words,
+        });
     "any-cycle-accepted" "Any cycle of the clock is taken."
-        => |b| b.a3m60.judges_cycle = |_| true;
+        => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Cycle(_)));
     "free-runs-without-notice" "A missing clock is not noticed."
-        => |b| b.a3m60.misses = |_| None;
+        => |d| d.a3m60.check(|check, right| right && check != A3m60Check::ClockMissing);
     "missing-clock-never-told" "Bit 5 of P1001 is never set."
-        => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x20, ..known.words };
+        => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
     "deviating-clock-as-missing" "A deviating clock is told as a missing one."
-        => |b| b.a3m60.wrong = |right, _| Wrong { is_missing: right.is_missing || right.is_deviating, is_deviating: false };
+        => |d| d.a3m60.status(|_, words| Words { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
     "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
         => |b| b.at_encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
     "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
-        => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x60 | (known.words.b & 0x20) << 1 | (known.words.b & 0x40) >> 1, ..known.words };
+        => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
     "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
-        => |b| b.a3m60.words = |known| Words { b: known.words.b | u16::from(known.is_isochronous), ..known.words };
+        => |d| {
+            let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
+            d.at_encoder.element(move |_, at, right| if at == S_STAT_B { right | u64::from(is_isochronous.get()) } else { right });
+        };
     "only-power-off-helps" "Errors of the clock and of the sign of life never go."
-        => |b| {
-            b.a3m60.recovers = |wrong| wrong == Wrong::default();
-            b.checks.check(|check, right| right && !matches!(check, Check::FollowsLifeSign { has_failed: true, .. }));
+        => |d| {
+            d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(wrong) if wrong != Wrong::default()));
+            d.checks.check(|check, right| right && !matches!(check, Check::FollowsLifeSign { has_failed: true, .. }));
         };
     "simulated-clock-ignored" "The clock is never simulated."
-        => |b| b.a3m60.times = |times| times.map(|times| Times { is_simulated: false, ..times });
+        => |d| d.a3m60.times(|times| times.map(|times| Times { is_simulated: false, ..times }));
     "samples-averaged-in-isochronous-mode" "The position is the mean of several samples in isochronous operation too."
-        => |b| (b.a3m60.samples, b.a3m60.samples_at_clock) = (|count, _| count, false);
+        => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.times() {
+            Some(_) => encoder.model.samples.mean(encoder.model.fields.samples.into()),
+            None => place,
+        });
     "sampled-beside-the-clock" "The position is taken each 1.3 ms, whatever the clock says."
-        => |b| (b.a3m60.samples_at_clock, b.a3m60.looks_at) = (false, |now: Time| Time::from_nanos(now.as_nanos() / 1_300_000 * 1_300_000));
+        => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.place() {
+            Some(_) => encoder.shaft.place(Time::from_nanos(encoder.now.as_nanos() / 1_300_000 * 1_300_000)),
+            None => place,
+        });
     "acyclic-access-disturbs-the-clock" "Each parameter request makes the next clock a missing one."
-        => |b| b.a3m60.requests_disturb_clock = true;
+        => |d| {
+            let has_request = Rc::new(Cell::new(false));
+            let comes = has_request.clone();
+            d.slave.record(move |pdu| comes.set(comes.get() || matches!(pdu, Pdu::Write(_))));
+            d.a3m60.add(Disturbed { has_request, is_next: false });
+        };
 
     // Sign of life of the master
     "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
@@ -81,19 +103,49 @@ pub static BUGS: &[Deviation] = bugs! {
             b.life_sign.tolerated(|_, right| right & 15);
         };
     "life-sign-error-not-told" "Bit 4 of P1001 is never set."
-        => |b| b.a3m60.words = |known| Words { b: known.words.b & !0x10, ..known.words };
+        => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
     "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
         => |b| b.at_encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
 
     // Sign of life of the encoder
     "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."
-        => |b| b.a3m60.gives_sign_of_life = |is_isochronous, is_synchronized, _| is_synchronized || !is_isochronous;
+        => |d| d.a3m60.check(|check, right| match check {
+            A3m60Check::SignOfLife { is_isochronous, .. } => right || !is_isochronous,
+            _ => right,
+        });
     "sign-of-life-before-synchronisation" "The sign of life of the encoder counts before it is in step."
-        => |b| b.a3m60.gives_sign_of_life = |is_isochronous, _, _| is_isochronous;
+        => |d| d.a3m60.check(|check, right| match check {
+            A3m60Check::SignOfLife { is_isochronous, .. } => is_isochronous,
+            _ => right,
+        });
     "sign-of-life-counts-frames" "The sign of life of the encoder counts each 5 ms."
         => |b| b.life_sign.count(|elapsed, _, _| elapsed.as_millis() as u64 / 5 + 1);
     "sign-of-life-at-half-rate" "The sign of life of the encoder counts each second cycle."
         => |b| b.life_sign.count(|_, frames, _| frames.div_ceil(2));
     "sign-of-life-goes-on-without-clock" "The sign of life of the encoder counts on when the clock is lost."
-        => |b| b.a3m60.gives_sign_of_life = |is_isochronous, is_synchronized, is_lost| is_isochronous && (is_synchronized || is_lost);
+        => |d| d.a3m60.check(|check, right| match check {
+            A3m60Check::SignOfLife { is_isochronous, wrong } => right || is_isochronous && wrong != Wrong::default(),
+            _ => right,
+        });
 };
+
+/// The element of S_STAT-B: P1001.
+const S_STAT_B: (u16, usize) = (1001, 0);
+
+/// Takes the clock for a missing one after each request.
+struct Disturbed {
+    has_request: Rc<Cell<bool>>,
+    is_next: bool,
+}
+
+impl A3m60Hooks for Disturbed {
+    fn check(&mut self, check: A3m60Check, verdict: bool) -> bool {
+        verdict || check == A3m60Check::ClockMissing && mem::take(&mut self.is_next)
+    }
+
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        if event == Event::Advance {
+            self.is_next = self.has_request.take();
+        }
+    }
+}

@@ -1,47 +1,61 @@
 //! Bugs of what Set_Prm and Chk_Cfg bring to an encoder with PROFIBUS, and of what is so at delivery.
 
 use super::Deviation;
+use crate::seams::a3m60::{with_fields, with_user_octets};
+use crate::seams::slave::{frame, with_data};
+use alloc::vec::Vec;
 use core::time::Duration;
+use device_stack::profibus::SlaveHooks;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::{Hardware, Unit};
 use encoder_profile::profidrive::user_parameters::{UserParameters, serves};
-use reference_devices::models::sick_a3m60::knobs::{Brought, Fields, OCTETS, Times};
+use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
+use reference_devices::models::sick_a3m60::{CONFIGURATIONS, Times};
+use wire::profibus::prm::SetPrm;
+use wire::profibus::sap::{Service, SlaveSap};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
     // At delivery
     "default-counterclockwise" "The code sequence is taken the wrong way round."
-        => |b| b.a3m60.understands = |fields| switched(fields, 0, 1);
+        => |d| d.fields(|fields| switched(fields, 0, 1));
     "default-class-4-off" "Class 4 is off where the octets of delivery come."
-        => |b| b.a3m60.understands = |fields| if fields == Fields::DELIVERED { switched(fields, 0, 2) } else { fields };
+        => |d| d.fields(|fields| if fields == Fields::DELIVERED { switched(fields, 0, 2) } else { fields });
     "default-preset-control-off" "The bit of the preset control is taken the wrong way round."
-        => |b| b.a3m60.understands = |fields| switched(fields, 0, 4);
+        => |d| d.fields(|fields| switched(fields, 0, 4));
     "default-scaling-on" "Scaling is on whatever the bit says, with 8192 steps and 67108864 in all for the highest resolution."
-        => |b| b.a3m60.understands = default_scaling_on;
+        => |d| d.fields(default_scaling_on);
     "default-alarm-channel-on" "The alarm channel works whatever its bit says."
-        => |b| b.a3m60.understands = |fields| set(fields, 0, 0x10);
+        => |d| d.fields(|fields| set(fields, 0, 0x10));
     "default-compatibility-off" "The bit of the compatibility mode is taken the wrong way round."
-        => |b| b.a3m60.understands = |fields| switched(fields, 0, 0x20);
+        => |d| d.fields(|fields| switched(fields, 0, 0x20));
     "clock-simulated-by-default" "The clock is simulated whatever the bit says."
-        => |b| b.a3m60.understands = |fields| set(fields, 1, 2);
+        => |d| d.fields(|fields| set(fields, 1, 2));
     "default-show-fault-code-off" "The bit that shows fault codes is taken the wrong way round."
-        => |b| b.a3m60.understands = |fields| switched(fields, 1, 4);
+        => |d| d.fields(|fields| switched(fields, 1, 4));
     "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
-        => |b| b.a3m60.understands = |fields| switched(fields, 1, 8);
+        => |d| d.fields(|fields| switched(fields, 1, 8));
     "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
         => |b| b.at_encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
     "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
-        => |b| b.a3m60.understands = |fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields };
+        => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
     "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."
-        => |b| b.a3m60.understands = |fields| Fields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields };
+        => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields });
     "default-samples-1" "The position is always a single sample."
-        => |b| b.a3m60.samples = |_, _| 1;
+        => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
     "default-round-axis-on" "P1009 reads 1 for the mode, whatever it is."
-        => |b| b.a3m60.axis = |axis| with(axis, &[(0, 1)]);
+        => |d| d.at_encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
     "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the function is off."
-        => |b| b.a3m60.axis = |axis| if axis[0] == 0 { with(axis, &[(1, 1), (2, 0)]) } else { axis };
+        => |d| {
+            let has_axis = d.note(false, |encoder, _, _| encoder.model.fields.has_axis());
+            d.at_encoder.element(move |_, at, right| match at {
+                (1009, 1) if !has_axis.get() => 1,
+                (1009, 2) if !has_axis.get() => 0,
+                _ => right,
+            });
+        };
     "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
-        => |b| b.a3m60.times = |right| right.or(Some(MILLISECOND));
+        => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
     "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
         => |b| b.encoder.memory.preset_value_begins = |stored| if stored == 0 { u32::MAX } else { stored };
 
@@ -49,7 +63,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "zero-units-taken" "No step in a revolution is accepted."
         => |b| b.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
     "range-of-zero-taken" "A range of 0 is taken for one revolution."
-        => |b| b.a3m60.understands = |fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields };
+        => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
     "impossible-scaling-accepted" "More steps in a revolution or a wider range than the sensor has are accepted in silence."
         => |b| b.checks.serves(impossible_scaling_accepted);
     "rule-of-powers-missing" "Any range is accepted without the round axis."
@@ -59,31 +73,39 @@ pub static BUGS: &[Deviation] = bugs! {
     "singleturn-range-refused" "A range of one revolution is refused."
         => |b| b.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
     "range-halved" "The range in force is half of the one that is set."
-        => |b| b.a3m60.understands = |fields| Fields { range: fields.range / 2, ..fields };
+        => |d| d.fields(|fields| Fields { range: fields.range / 2, ..fields });
     "unit-4-ignored" "Unit 4 counts as revolutions per minute."
-        => |b| b.a3m60.understands = |fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields };
+        => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
     "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
         => |b| b.start.velocity_unit(|_, _| Unit::Rpm);
     "speed-units-exchanged" "The units 1 and 2 are exchanged."
-        => |b| b.a3m60.understands = speed_units_exchanged;
+        => |d| d.fields(speed_units_exchanged);
     "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
         => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
     "user-octets-shifted" "The user octets are read one octet late."
-        => |b| b.a3m60.octets = |octets| octets.into_iter().skip(1).collect();
+        => |d| d.user_octets(|octets| if octets.len() == OCTETS {
+            octets.rotate_left(1);
+            octets[OCTETS - 1] = 0;
+        });
     "parameter-length-not-checked" "Octets behind the last one are not looked at."
-        => |b| b.a3m60.takes_length = |length| length >= OCTETS;
+        => |d| d.user_octets(|octets| octets.truncate(OCTETS));
     "missing-octets-from-old-buffer" "Octets that are missing are taken from the Set_Prm before."
-        => |b| (b.a3m60.takes_length, b.a3m60.fills_missing) = (|length| length <= OCTETS, true);
+        => |d| d.slave.add(FillsUp(DELIVERED.to_vec()));
     "get-cfg-constant" "Get_Cfg tells the first module, whatever is configured."
-        => |b| b.a3m60.told_configuration = |_| 0;
+        => |d| d.slave.answer(get_cfg_constant);
     "round-axis-modulo-stays" "The round axis stays on once it was."
-        => |b| b.a3m60.starts = round_axis_stays;
+        => |d| d.slave.add(RoundAxisStays(Fields::DELIVERED));
     "configuration-not-checked" "Any configuration is taken, and one that is wrong for the first module."
-        => |b| b.a3m60.configuration = |_, right| right.or(Some(0));
+        => |d| d.slave.request(SlaveSap::CHK_CFG, |data| {
+            if !CONFIGURATIONS.contains(&data.as_slice()) {
+                *data = CONFIGURATIONS[0].to_vec();
+            }
+            true
+        });
     "telegram-83-refused" "The configuration of telegram 83 is refused."
-        => |b| b.a3m60.configuration = |_, right| right.filter(|module| *module != 3);
+        => |d| d.slave.request(SlaveSap::CHK_CFG, |data| unless(data, CONFIGURATIONS[3]));
     "module-missing" "The configuration of IO 08 is refused."
-        => |b| b.a3m60.configuration = |_, right| right.filter(|module| *module != 1);
+        => |d| d.slave.request(SlaveSap::CHK_CFG, |data| unless(data, CONFIGURATIONS[1]));
 };
 
 const MILLISECOND: Times =
@@ -101,10 +123,68 @@ fn set(fields: Fields, octet: usize, bits: u8) -> Fields {
     Fields { switches, ..fields }
 }
 
-/// The elements of P1009 with others in some places.
-pub fn with(mut axis: [u64; 11], others: &[(usize, u64)]) -> [u64; 11] {
-    others.iter().for_each(|(at, value)| axis[*at] = *value);
-    axis
+/// The user octets of delivery.
+const DELIVERED: [u8; OCTETS] = [0x02, 0x0C, 0, 0, 0x40, 0, 0x80, 0, 0, 0, 1, 3, 0, 0, 0x10, 0, 0, 0, 0, 1, 8, 0, 0, 0];
+
+/// Makes a configuration one that there is not.
+fn unless(data: &mut Vec<u8>, refused: &[u8]) -> bool {
+    if data == refused {
+        data.clear();
+    }
+    true
+}
+
+fn get_cfg_constant(telegram: &mut Vec<u8>) {
+    let Some(frame) = frame(telegram) else { return };
+    if !frame.fc.is_request() && Service::of(&frame) == Service::Slave(SlaveSap::GET_CFG) {
+        *telegram = with_data(&frame, CONFIGURATIONS[0]);
+    }
+}
+
+/// Takes missing user octets from the Set_Prm before.
+struct FillsUp(Vec<u8>);
+
+impl SlaveHooks for FillsUp {
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        with_user_octets(parameters, &mut |octets| {
+            octets.extend(self.0.iter().skip(octets.len()).copied().collect::<Vec<_>>());
+            if octets.len() == OCTETS {
+                self.0.clone_from(octets);
+            }
+        });
+        true
+    }
+
+    fn starts(&mut self) {
+        self.0 = DELIVERED.to_vec();
+    }
+}
+
+/// The user octets of the Set_Prm before, whose round axis stays on.
+struct RoundAxisStays(Fields);
+
+impl SlaveHooks for RoundAxisStays {
+    fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
+        with_fields(parameters, &mut |fields| {
+            let before = self.0;
+            if before.has_axis() && !fields.has_axis() {
+                self.0 = Fields {
+                    nominator: before.nominator,
+                    divisor: before.divisor,
+                    range: before.range,
+                    ..set(fields, 1, 1)
+                };
+            } else {
+                self.0 = fields;
+            }
+            self.0
+        });
+        true
+    }
+
+    fn starts(&mut self) {
+        self.0 = Fields::DELIVERED;
+    }
 }
 
 fn default_scaling_on(fields: Fields) -> Fields {
@@ -131,19 +211,4 @@ fn speed_units_exchanged(fields: Fields) -> Fields {
         other => other,
     };
     Fields { speed_unit, ..fields }
-}
-
-fn round_axis_stays(before: Brought, now: Brought) -> Brought {
-    match before.fields.has_axis() && !now.fields.has_axis() {
-        true => Brought {
-            fields: Fields {
-                nominator: before.fields.nominator,
-                divisor: before.fields.divisor,
-                range: before.fields.range,
-                ..set(now.fields, 1, 1)
-            },
-            ..now
-        },
-        false => now,
-    }
 }

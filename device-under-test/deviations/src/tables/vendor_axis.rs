@@ -4,11 +4,19 @@ use super::Deviation;
 use super::limits::without_laps;
 use super::vendor_parameters::gear_of;
 use crate::seams::measuring::Step;
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
+use encoder_profile::encoder_object::Live;
+use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{Image, Signal};
-use reference_devices::models::sick_a3m60::knobs::{Fields, Known};
+use reference_devices::models::sick_a3m60::State;
+use reference_devices::models::sick_a3m60::hooks::A3m60Hooks;
+use reference_devices::models::sick_a3m60::set_prm::Fields;
+use wire::profibus::global_control::ControlCommand;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
@@ -16,20 +24,35 @@ pub static BUGS: &[Deviation] = bugs! {
     "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
         => |b| b.measuring.scale(linearization_not_applied);
     "no-mean-of-samples" "The position is a single sample, and noise counts three times."
-        => |b| (b.a3m60.samples, b.a3m60.noise) = (|_, _| 1, |noise| 3 * noise);
+        => |d| d.a3m60.place(|encoder, place| {
+            let single = if encoder.model.clock.place().is_some() { place } else { encoder.model.samples.mean(1) };
+            let shaft = encoder.shaft.place(encoder.now);
+            if encoder.shaft.is_moving(encoder.now) { single } else { shaft + 3 * (single - shaft) }
+        });
     "sum-not-divided" "The sum of several samples is divided by half of their number."
-        => |b| b.a3m60.mean = |places| (places.iter().sum::<i64>()) / (places.len() as i64 / 2).max(1);
+        => |d| d.a3m60.place(|encoder, place| {
+            let places = samples(encoder);
+            if places.is_empty() { place } else { places.iter().sum::<i64>() / (places.len() as i64 / 2).max(1) }
+        });
     "any-number-of-samples" "Any number of samples is accepted, and one that is none is 1."
-        => |b| {
-            b.a3m60.judges_samples = |_, _| true;
-            b.a3m60.samples = |count, is_isochronous| if !is_isochronous && matches!(count, 2 | 4 | 8) { count } else { 1 };
-        };
+        => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 2 | 4 | 8) { fields.samples } else { 1 }, ..fields });
     "samples-ignored" "A position is the mean of eight samples, whatever is set."
-        => |b| b.a3m60.samples = |_, is_isochronous| if is_isochronous { 1 } else { 8 };
+        => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 8 } else { fields.samples }, ..fields });
     "mean-of-both-ends" "The mean is computed without regard to the end of the range."
-        => |b| b.a3m60.mean = mean_of_both_ends;
+        => |d| d.a3m60.place(|encoder, place| {
+            let places = samples(encoder);
+            if places.is_empty() { place } else { mean_of_both_ends(&places) }
+        });
     "freeze-stops-measuring" "Turns of the shaft while the inputs are frozen are lost."
-        => |b| b.a3m60.measures_while_frozen = false;
+        => |d| {
+            let is_frozen = Rc::new(Cell::new(false));
+            let command = is_frozen.clone();
+            d.slave.global_control(move |control| {
+                let has = |bit| control.command.has(bit);
+                command.set((command.get() || has(ControlCommand::FREEZE)) && !has(ControlCommand::UNFREEZE));
+            });
+            d.a3m60.add(LostWhileFrozen { is_frozen, frozen_at: None, lost: 0 });
+        };
     "resolution-of-13-bits" "The sensor has 8192 steps, of which each counts twice."
         => |b| b.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
 
@@ -51,11 +74,12 @@ pub static BUGS: &[Deviation] = bugs! {
     "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
         => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
     "class-4-inverted" "Class 4 is on where its bit is 0."
-        => |b| b.a3m60.understands = |fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields };
+        => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
     "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."
-        => |b| b.a3m60.settings = |settings, is_of_vendor, hardware| match is_of_vendor {
-            true => Settings { offset_acts: settings.offset_acts, ..Settings::hardware(hardware) },
-            false => settings,
+        => |d| {
+            let is_of_vendor = d.note(false, |encoder, _, _| encoder.ram.telegram().number == 0);
+            d.checks.check(move |check, right| right && !(is_of_vendor.get() && matches!(check, Check::ScalingActs(_) | Check::CodeSequenceActs(_))));
+            d.a3m60.image(without_round_axis);
         };
     "scaling-cuts-off" "Steps of the hardware are cut off at the range and not scaled."
         => |b| b.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
@@ -64,7 +88,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "revolutions-of-16-bits" "Revolutions are counted by 16 bits."
         => |b| b.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
     "other-telegram-in-compatibility-mode" "In compatibility mode the two positions change places."
-        => |b| b.a3m60.image = other_telegram_in_compatibility_mode;
+        => |d| d.a3m60.image(other_telegram_in_compatibility_mode);
 
     // Round axis
     "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
@@ -87,10 +111,10 @@ pub static BUGS: &[Deviation] = bugs! {
     "fraction-of-16-bits" "A nominator or divisor of 65536 is refused."
         => |b| b.sick.takes = |at, value, right| right && !matches!((at, value), ((1009, 1 | 2), 0x1_0000));
     "round-axis-range-not-checked" "Range, nominator and divisor of a round axis are taken as they are, and 0 as 1."
-        => |b| {
-            b.sick.judges_axis = |_, _| true;
-            b.sick.takes = |at, _, right| right || at.0 == 1009;
-            b.a3m60.understands = without_zeros;
+        => |d| {
+            d.sick.judges_axis = |_, _| true;
+            d.sick.takes = |at, _, right| right || at.0 == 1009;
+            d.fields(without_zeros);
         };
     "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
         => |b| {
@@ -123,14 +147,52 @@ fn linearization_not_applied(scaling: &Scaling, hardware: &Hardware, place: u64)
     scaling.position(hardware, off % hardware.range())
 }
 
+/// The samples that make a position, the present one first; none in isochronous operation.
+fn samples(encoder: &Live<'_, State>) -> Vec<i64> {
+    match encoder.model.clock.times() {
+        Some(_) => Vec::new(),
+        None => encoder.model.samples.last(encoder.model.fields.samples.into()).collect(),
+    }
+}
+
 fn mean_of_both_ends(places: &[i64]) -> i64 {
     let reduced = places.iter().map(|place| place.rem_euclid(1 << 31));
     let mean = reduced.sum::<i64>() / (places.len() as i64).max(1);
     // What is far from the end of the range is not touched by it.
-    match places.last() {
-        Some(last) => last - last.rem_euclid(1 << 31) + mean,
+    match places.first() {
+        Some(present) => present - present.rem_euclid(1 << 31) + mean,
         None => mean,
     }
+}
+
+/// Loses the way of the shaft while the inputs are frozen.
+struct LostWhileFrozen {
+    is_frozen: Rc<Cell<bool>>,
+    frozen_at: Option<i64>,
+    lost: i64,
+}
+
+impl A3m60Hooks for LostWhileFrozen {
+    fn place(&mut self, encoder: &Live<'_, State>, place: i64) -> i64 {
+        let shaft = encoder.shaft.place(encoder.now);
+        match self.is_frozen.get() {
+            true => self.frozen_at = self.frozen_at.or(Some(shaft)),
+            false => self.lost += self.frozen_at.take().map_or(0, |frozen| shaft - frozen),
+        }
+        self.frozen_at.unwrap_or(place) - self.lost
+    }
+}
+
+/// The signals of a telegram of the vendor without the round axis.
+fn without_round_axis(encoder: &Live<'_, State>, image: Image) -> Image {
+    let measuring = &encoder.ram.measuring;
+    let is_shown = encoder.ram.telegram().number == 0 && image.plain_position & TRIGGER == 0;
+    if !is_shown || measuring.settings.gear.is_none() {
+        return image;
+    }
+    let settings = Settings { offset_acts: measuring.settings.offset_acts, ..Settings::hardware(&encoder.hardware) };
+    let [_, position] = measuring.under(settings).positions();
+    Image { plain_position: position as u32, ..image }
 }
 
 fn code_sequence_of_the_turn_only(step: &Step) -> i64 {
@@ -148,8 +210,8 @@ fn scaling_by_shifts(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 
     (place >> steps.max(1).ilog2()) % scaling.range.max(1)
 }
 
-fn other_telegram_in_compatibility_mode(known: &Known, image: Image) -> Image {
-    match known.fields.switches[0] & 0x20 == 0 && !known.is_of_vendor {
+fn other_telegram_in_compatibility_mode(encoder: &Live<'_, State>, image: Image) -> Image {
+    match encoder.ram.user.compatible && encoder.ram.telegram().number != 0 {
         true => Image { g1_xist1: image.g1_xist2, shift: 0, g1_xist2: image.g1_xist1 << image.shift, ..image },
         false => image,
     }

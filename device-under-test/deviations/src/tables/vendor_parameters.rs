@@ -2,12 +2,27 @@
 
 use super::Deviation;
 use super::parameter_memory::Hangs;
-use super::set_prm::with;
+use crate::seams::Deviations;
+use crate::seams::slave::{frame, request, with_data};
+use alloc::rc::Rc;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::cell::{Cell, RefCell};
+use core::mem;
+use core::time::Duration;
+use device_stack::profibus::{Application, SlaveHooks};
 use encoder_profile::encoder::Gear;
+use encoder_profile::encoder_object::{Live, Phase};
 use encoder_profile::hooks::View;
-use reference_devices::models::sick_a3m60::knobs::{Origin, Words};
-use wire::profibus::sap::SlaveSap;
-use wire::profidrive::{ErrorNumber, ParameterError, RequestId};
+use encoder_profile::profidrive::telegram::Image;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
+use reference_devices::models::sick_a3m60::set_prm::Fields;
+use reference_devices::models::sick_a3m60::status::Words;
+use reference_devices::models::sick_a3m60::{Speed, State};
+use station::{StandAction, Time};
+use wire::profibus::dpv1::{Pdu, Record, Side};
+use wire::profibus::sap::{Service, SlaveSap};
+use wire::profidrive::{ErrorNumber, Format, ParameterError, RequestId};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
@@ -15,7 +30,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "address-as-digits" "P918 gives the places of the two switches as digits."
         => |b| b.at_encoder.element(|_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right });
     "telegram-of-the-start-before" "P922 gives the telegram of the start before."
-        => |b| b.a3m60.telegram = |before, _| before;
+        => |d| telegram_of_the_start_before(d);
     "life-sign-tolerance-not-shown" "P925 reads 0."
         => |b| b.at_encoder.element(|_, at, right| if at == (925, 0) { 0 } else { right });
     "life-sign-tolerance-default-shown" "P925 reads 1, whatever is set."
@@ -47,11 +62,11 @@ pub static BUGS: &[Deviation] = bugs! {
     "revolutions-in-bits" "P979 gives the number of revolutions in bits."
         => |b| b.at_encoder.element(|_, at, right| if at == (979, 5) { right.trailing_zeros().into() } else { right });
     "constants-can-be-written" "P964, P975 and P979 can be written."
-        => |b| b.a3m60.constants_are_writable = true;
+        => |d| constants_can_be_written(d);
 
     // P971, P65000
     "p971-resets" "A write to P971 sets the offset to 0."
-        => |b| b.a3m60.saved = |_, _, ram| ram.measuring.offset = 0;
+        => |d| d.a3m60.write(|write, memory| if write.number == 971 { memory.measuring.offset = 0 });
     "p971-refused" "A write to P971 is refused as read only."
         => |b| b.at_encoder.refuse(p971_refused);
     "p971-reads-memory" "P971 reads 5A5Ah."
@@ -59,28 +74,43 @@ pub static BUGS: &[Deviation] = bugs! {
     "preset-value-of-31-bits" "The highest bit of P65000 is lost."
         => |b| b.at_encoder.value(65000, |value| value & 0x7FFF_FFFF);
     "preset-value-never-stored" "P65000 is lost at power-off."
-        => |b| b.a3m60.stores_preset_value = false;
+        => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { *memory.preset_value = 0 });
     "saves-by-p971-only" "P65000 is stored when 1 is written to P971."
-        => |b| {
-            b.a3m60.stores_preset_value = false;
-            b.a3m60.saved = |value, store, ram| if value == 1 { store.preset_value.replace(ram.preset_value) };
-        };
+        => |d| d.a3m60.add(SavedByP971(0));
     "torn-write-taken" "A supply that goes while P65000 is being stored leaves half of it."
-        => |b| b.a3m60.tears_preset_value = true;
+        => |d| d.a3m60.happens(|event, memory| {
+            let cell = &mut memory.store.preset_value;
+            if event == Event::PowerDown && cell.deadline().is_some() {
+                cell.replace(*memory.preset_value & 0xFFFF_0000 | *cell.stored() & 0xFFFF);
+            }
+        });
     "offset-of-g1-stw-not-kept" "The offset of a preset by G1_STW is lost at power-off."
-        => |b| b.a3m60.keeps_offset = |origin| origin != Origin::Request;
+        => |d| offset_not_kept(d, false);
     "offset-of-the-button-not-kept" "The offset of a preset by the button is lost at power-off."
-        => |b| b.a3m60.keeps_offset = |origin| origin != Origin::Button;
+        => |d| offset_not_kept(d, true);
 
     // Status
     "sensor-status-stays" "P1000 and P1001 keep the bits of what has gone."
-        => |b| b.a3m60.words = |known| Words { a: known.seen.a, b: known.seen.b };
+        => |d| {
+            let seen = d.note(Words::default(), seen);
+            d.at_encoder.element(move |_, at, right| match at {
+                (1000, 0) => seen.get().a.into(),
+                (1001, 0) => seen.get().b.into(),
+                _ => right,
+            });
+        };
     "sensor-status-inverted" "P1000 has all its bits inverted."
         => |b| b.at_encoder.element(|_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right });
     "bus-status-set-without-isochronous" "P1001 has bit 5 set outside of isochronous operation."
-        => |b| b.a3m60.words = |known| Words { b: known.words.b | if known.is_isochronous { 0 } else { 1 << 5 }, ..known.words };
+        => |d| {
+            let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
+            d.at_encoder.element(move |_, at, right| if at == (1001, 0) && !is_isochronous.get() { right | 1 << 5 } else { right });
+        };
     "faults-stay-after-acknowledgement" "P65001 keeps the bits of errors that have gone."
-        => |b| b.a3m60.faults = |known, right| right | faults_of(known.seen.a);
+        => |d| {
+            let seen = d.note(Words::default(), seen);
+            d.at_encoder.element(move |_, at, right| if at == (65001, 2) { right | faults_of(seen.get().a) } else { right });
+        };
     "faults-always-set" "P65001 has bit 1 of the faults always set."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { right | 2 } else { right });
     "warning-at-rest" "P65001 has bit 0 of the warnings set."
@@ -94,13 +124,13 @@ pub static BUGS: &[Deviation] = bugs! {
     "operating-time-in-hours" "P65001 counts hours."
         => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
     "operating-time-not-kept" "The operating time in P65001 is 0 after power-up."
-        => |b| b.a3m60.log_at_power_up = |log| log.operating = core::time::Duration::ZERO;
+        => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.operating = Duration::ZERO });
 
     // P1002
     "service-log-cut-short" "P1002 has four elements."
         => |b| b.at_encoder.cut(1002, 4);
     "power-ups-count-starts" "Each start counts as a power-up."
-        => |b| b.a3m60.counts_starts = true;
+        => |d| d.a3m60.happens(|event, memory| if event == Event::Start { memory.log.power_ups += 1 });
     "seconds-of-power-counted" "P1002 counts the seconds with power."
         => |b| b.sick.motion = |_| 0;
     "seconds-counted-at-any-speed" "P1002 counts each second of motion."
@@ -108,7 +138,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "highest-speed-forward-only" "Only forward there is a highest speed."
         => |b| b.sick.highest_speed = |rpm| rpm.max(0) as u64;
     "highest-speed-not-kept" "The highest speed is 1 after power-up."
-        => |b| b.a3m60.log_at_power_up = |log| log.highest_speed = 1;
+        => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.highest_speed = 1 });
     "highest-speed-not-kept-above-the-table" "A speed above 9000 is not taken for the highest one."
         => |b| b.sick.highest_speed = |rpm| if rpm.abs() > 9000 { 0 } else { rpm.unsigned_abs() };
     "counters-count-both-ways" "Both counters of turns count each turn."
@@ -124,11 +154,13 @@ pub static BUGS: &[Deviation] = bugs! {
     "p1007-cut-short" "P1007 has four elements."
         => |b| b.at_encoder.cut(1007, 4);
     "p1007-disturbs-the-position" "A write to P1007 sets the position to 0 for a second."
-        => |b| b.a3m60.test_disturbs = true;
+        => |d| d.a3m60.add(DisturbedByP1007(None));
     "integration-times-exchanged" "The two integration times of delivery are exchanged."
         => |b| b.at_encoder.element(|_, at, right| match (at, right) { ((1008, 2), 200) => 10, ((1008, 3), 10) => 200, _ => right });
     "p1008-0-is-a-switch" "P1008.0 can be written, and changes the refresh time."
-        => |b| b.a3m60.has_hidden_switch = true;
+        => |d| d.a3m60.write(|write, _| if (write.number, write.subindex) == (1008, 0) && write.values == [1] {
+            write.subindex = 1;
+        });
     "highest-setting-refused" "The highest value of each element of P1008 is refused."
         => |b| b.sick.takes = |at, value, right| right && !matches!((at, value), ((1008, 1), 100) | ((1008, 2 | 3), 200));
     "settings-not-checked" "P1008 takes any value."
@@ -138,33 +170,46 @@ pub static BUGS: &[Deviation] = bugs! {
     "setting-of-8-bits-with-a-sign" "P1008.2 above 127 reads as a negative number."
         => |b| b.at_encoder.element(|_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right });
     "third-setting-is-the-second" "A write to P1008.3 writes P1008.2."
-        => |b| b.a3m60.setting = |at| if at == 3 { 2 } else { at };
+        => |d| d.a3m60.write(|write, _| third_setting_is_the_second(write));
     "settings-kept-in-part" "P1008.1 outlasts the power, P1008.2 and P1008.3 do not."
-        => |b| b.a3m60.keeps_setting = |at| at == 0;
+        => |d| {
+            let mut kept = Speed::default();
+            d.a3m60.happens(move |event, memory| match event {
+                Event::PowerDown => kept = *memory.speed,
+                Event::PowerUp => memory.speed.values[0] = kept.values[0],
+                Event::Start | Event::Advance => {}
+            });
+        };
 
     // P1009
     "fraction-shown-reduced" "P1009 shows the reduced fraction."
-        => |b| b.a3m60.axis = fraction_shown_reduced;
+        => |d| {
+            let fields = d.note(Fields::DELIVERED, |encoder, _, _| encoder.model.fields);
+            d.at_encoder.element(move |_, at, right| match at {
+                (1009, 1 | 2) => right / common_divisor(fields.get().nominator, fields.get().divisor),
+                _ => right,
+            });
+        };
     "values-in-use-not-shown" "P1009 gives 0 for what is in use."
-        => |b| b.a3m60.axis = |axis| with(axis, &[(6, 0), (7, 0), (8, 0)]);
+        => |d| d.at_encoder.element(|_, at, right| if let (1009, 6..=8) = at { 0 } else { right });
     "round-axis-mode-as-1-and-2" "P1009 reads 1 for off and 2 for on."
-        => |b| b.a3m60.axis = |axis| with(axis, &[(0, axis[0] + 1)]);
+        => |d| d.at_encoder.element(|_, at, right| if at == (1009, 0) { right + 1 } else { right });
     "range-offset-with-a-sign" "The range offset is a negative number."
-        => |b| b.a3m60.axis = |axis| with(axis, &[(4, u64::from((axis[4] as u32 | 1).wrapping_neg()))]);
+        => |d| d.at_encoder.element(|_, at, right| if at == (1009, 4) { u64::from((right as u32 | 1).wrapping_neg()) } else { right });
     "range-offset-never-moves" "The range offset is always 0."
-        => |b| b.a3m60.axis = |axis| with(axis, &[(4, 0)]);
+        => |d| d.at_encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
     "internal-shift-undefined" "The internal shift is another one each time."
         => |b| b.at_encoder.element(|view, at, right| if at == (1009, 5) { (view.now.as_nanos() / 1000) & 0xFFFF_FFFF } else { right });
     "fraction-of-the-steps-is-0" "The steps of a revolution have nothing behind the point."
-        => |b| b.a3m60.axis = |axis| with(axis, &[(10, 0)]);
+        => |d| d.at_encoder.element(|_, at, right| if at == (1009, 10) { 0 } else { right });
 
     // Access
     "unknown-parameter-1003-read" "P1003 reads 0."
         => |b| b.at_encoder.refuse(|id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003)));
     "busy-answered-with-another-error" "While a value is being stored a read is refused with an invalid index."
-        => |b| b.a3m60.is_rude_while_storing = true;
+        => |d| d.a3m60.add(Busy::default());
     "unknown-index-answered" "Any index goes to the parameters."
-        => |b| b.a3m60.has_index = |_| true;
+        => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::DataSet { .. }));
     "every-slot-keeps-silent" "A request for a record of another slot than 0 and 1 is never answered."
         => |b| b.slave.request(SlaveSap::SERVER, |data| {
             // An empty request is acknowledged and fetches nothing.
@@ -176,7 +221,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "hangs-after-short-request" "After a request of fewer than four octets none is answered."
         => |b| b.at_encoder.add(Hangs::after(|octets| octets.len() < 4));
     "parameters-with-telegrams-only" "There are no parameters with the telegrams of the vendor."
-        => |b| b.a3m60.has_parameters = |telegram| telegram.number != 0;
+        => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::DataSet { telegram: 0, .. }));
 };
 
 fn p971_refused(id: RequestId, number: u16, found: Option<ParameterError>) -> Option<ParameterError> {
@@ -207,12 +252,204 @@ fn array_shifted_by_one(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     }
 }
 
-fn fraction_shown_reduced(axis: [u64; 11]) -> [u64; 11] {
-    let (mut a, mut b) = (axis[1].max(1), axis[2].max(1));
+fn common_divisor(a: u32, b: u32) -> u64 {
+    let (mut a, mut b) = (u64::from(a.max(1)), u64::from(b.max(1)));
     while b != 0 {
         (a, b) = (b, a % b);
     }
-    with(axis, &[(1, axis[1] / a), (2, axis[2] / a)])
+    a
+}
+
+/// What was wrong since the exchange began.
+fn seen(encoder: &Live<'_, State>, words: Words, before: Words) -> Words {
+    match encoder.ram.phase {
+        Phase::Parameters(_) => words,
+        Phase::Alone | Phase::Data(_) => Words { a: before.a | words.a, b: before.b | words.b },
+    }
+}
+
+fn telegram_of_the_start_before(d: &mut Deviations) {
+    let before = Rc::new(Cell::new(0));
+    let shown = before.clone();
+    let mut last = 0;
+    d.a3m60.happens(move |event, memory| match event {
+        Event::PowerUp => (last, _) = (0, before.set(0)),
+        Event::Start => before.set(mem::replace(&mut last, memory.telegram.number)),
+        Event::PowerDown | Event::Advance => {}
+    });
+    d.at_encoder.element(move |_, at, right| if at == (922, 0) { shown.get().into() } else { right });
+}
+
+fn third_setting_is_the_second(write: &mut Write) {
+    let third = 3_u16.checked_sub(write.subindex).map(usize::from);
+    let Some(third) = third.filter(|at| write.number == 1008 && *at < write.values.len()) else { return };
+    let value = write.values.remove(third);
+    match write.values.last_mut() {
+        Some(second) => *second = value,
+        None => (write.subindex, write.values) = (2, vec![value]),
+    }
+}
+
+/// Stores P65000 when 1 is written to P971.
+struct SavedByP971(u32);
+
+impl A3m60Hooks for SavedByP971 {
+    fn write(&mut self, write: &mut Write, memory: &mut Memory<'_>) {
+        if write.number == 971 && write.values == [1] {
+            self.0 = *memory.preset_value;
+        }
+    }
+
+    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
+        if event == Event::PowerUp {
+            *memory.preset_value = self.0;
+        }
+    }
+}
+
+/// Sets the position to 0 for a second.
+struct DisturbedByP1007(Option<Time>);
+
+impl A3m60Hooks for DisturbedByP1007 {
+    fn write(&mut self, write: &mut Write, memory: &mut Memory<'_>) {
+        if write.number == 1007 {
+            self.0 = Some(memory.now + Duration::from_secs(1));
+        }
+    }
+
+    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+        match self.0.is_some_and(|until| encoder.now < until) {
+            true => Image { g1_xist1: 0, g1_xist2: 0, plain_position: 0, ..image },
+            false => image,
+        }
+    }
+}
+
+/// Loses the offset of the last preset at power-off, if it was made in one of two ways.
+struct OffsetNotKept {
+    /// Whether a preset is asked for whose offset is lost, and one whose offset is kept.
+    is_asked: [Rc<Cell<bool>>; 2],
+    /// The offset that comes back.
+    before: Option<u64>,
+}
+
+impl A3m60Hooks for OffsetNotKept {
+    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
+        if event == Event::PowerDown
+            && let Some(before) = self.before.take()
+        {
+            memory.store.offset.replace(before);
+        }
+        // The preset follows.
+        match self.is_asked.each_ref().map(|is_asked| is_asked.take()) {
+            [true, _] => self.before = Some(*memory.store.offset.stored()),
+            [false, true] => self.before = None,
+            [false, false] => {}
+        }
+    }
+}
+
+/// Loses the offsets of presets by the button, or those of the ones by G1_STW.
+fn offset_not_kept(d: &mut Deviations, of_button: bool) {
+    struct Button(Rc<Cell<bool>>);
+
+    impl SlaveHooks for Button {
+        fn act(&mut self, action: &StandAction<'_>) {
+            if let StandAction::Button("preset", false) = action {
+                self.0.set(true);
+            }
+        }
+    }
+
+    let [button, command]: [Rc<Cell<bool>>; 2] = Default::default();
+    d.slave.add(Button(button.clone()));
+    let mut was_asked = false;
+    let asks = command.clone();
+    d.at_encoder.outputs(move |_, _, arrived| {
+        let is_asked = arrived.words.is_some_and(|[_, g1_stw]| g1_stw & 1 << 12 != 0);
+        asks.set(asks.get() || is_asked && !mem::replace(&mut was_asked, is_asked));
+        was_asked = is_asked;
+        arrived
+    });
+    let is_asked = if of_button { [button, command] } else { [command, button] };
+    d.a3m60.add(OffsetNotKept { is_asked, before: None });
+}
+
+/// Refuses to read a data set while P65000 is being stored.
+#[derive(Default)]
+struct Busy {
+    is_storing: bool,
+}
+
+impl A3m60Hooks for Busy {
+    fn happens(&mut self, _: Event, memory: &mut Memory<'_>) {
+        self.is_storing = memory.store.preset_value.deadline().is_some();
+    }
+
+    fn check(&mut self, check: A3m60Check, verdict: bool) -> bool {
+        verdict && !(self.is_storing && matches!(check, A3m60Check::DataSet { is_read: true, .. }))
+    }
+}
+
+/// What was written to which element.
+type Written = Rc<RefCell<Vec<((u16, usize), u64)>>>;
+
+fn constants_can_be_written(d: &mut Deviations) {
+    let written = Written::default();
+    d.slave.add(WritesConstants { written: written.clone(), is_awaited: false });
+    d.at_encoder.element(move |_, at, right| {
+        let written = written.borrow();
+        written.iter().rev().find(|(known, _)| *known == at).map_or(right, |(_, value)| *value)
+    });
+}
+
+/// Answers a write to P964, P975 or P979 as if it had been taken.
+struct WritesConstants {
+    written: Written,
+    is_awaited: bool,
+}
+
+impl WritesConstants {
+    /// Takes a request to change one of these parameters, the first one of its parameters alone.
+    fn take(&mut self, request: &[u8]) {
+        let [_, 2, _, 1, _, _, high, low, _, subindex, format, _, values @ ..] = request else { return };
+        let number = u16::from_be_bytes([*high, *low]);
+        let octets = if *format == Format::DOUBLE_WORD.0 { 4 } else { 2 };
+        self.is_awaited = matches!(number, 964 | 975 | 979);
+        if self.is_awaited {
+            let values =
+                values.chunks(octets).map(|value| value.iter().fold(0, |sum, octet| sum << 8 | u64::from(*octet)));
+            let elements = (usize::from(*subindex)..).map(|at| (number, at));
+            self.written.borrow_mut().extend(elements.zip(values));
+        }
+    }
+}
+
+impl SlaveHooks for WritesConstants {
+    fn comes(&mut self, _: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
+        if let Some((frame, Service::Slave(SlaveSap::SERVER))) = request(telegram)
+            && let Ok(Pdu::Write(record)) = Pdu::parse(frame.data, Side::Request)
+        {
+            self.take(&record.data);
+        }
+        vec![telegram.to_vec()]
+    }
+
+    fn goes(&mut self, _: &dyn Application, telegram: &mut Vec<u8>) {
+        let Some(frame) = frame(telegram).filter(|_| self.is_awaited) else { return };
+        let Ok(Pdu::Read(record)) = Pdu::parse(frame.data, Side::Response) else { return };
+        if let [reference, 0x82, axis, ..] = record.data[..] {
+            let data = vec![reference, 2, axis, 1];
+            let mut octets = Vec::new();
+            Pdu::Read(Record { length: data.len() as u8, data, ..record }).write(&mut octets);
+            *telegram = with_data(&frame, &octets);
+        }
+        self.is_awaited = false;
+    }
+
+    fn starts(&mut self) {
+        self.written.borrow_mut().clear();
+    }
 }
 
 /// A gear whose units per revolution are `units`.

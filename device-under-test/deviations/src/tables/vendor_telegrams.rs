@@ -1,17 +1,27 @@
 //! Bugs of the telegrams of a vendor: position with a code in its place, preset with its trigger, speed, time stamp.
 
 use super::Deviation;
-use super::image::{ERROR, has_error, is_parked};
+use super::dp_diagnosis::without_code;
+use super::image::{ERROR, POSITION, has_error, is_parked};
 use super::layouts::swap_words;
 use super::sensor_memory::ForgottenInPark;
 use super::signals::put;
+use crate::seams::Deviations;
 use crate::seams::encoder::SentSignal;
+use alloc::rc::Rc;
 use alloc::vec::Vec;
+use core::cell::Cell;
+use core::mem;
 use core::time::Duration;
 use encoder_profile::encoder::{Sampling, Unit};
+use encoder_profile::encoder_object::Live;
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{Before, Image, Signal};
-use reference_devices::models::sick_a3m60::knobs::{Causes, Known};
+use reference_devices::models::sick::settings;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
+use reference_devices::models::sick_a3m60::status::{self, Fault, Words, noticed};
+use reference_devices::models::sick_a3m60::{Speed, State, powered, rpm};
+use station::Time;
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = bugs! {
@@ -49,41 +59,41 @@ pub static BUGS: &[Deviation] = bugs! {
     "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
         => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
     "error-after-start" "Each connection begins with an error of the position."
-        => |b| b.a3m60.begins_with_error = true;
+        => |d| d.a3m60.add(ErrorAfterStart::default());
     "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
         => |b| b.checks.add(ForgottenInPark::default());
 
     // A code in place of the position
     "io-code-of-16-bits" "A code has zeros in its upper 16 bits."
-        => |b| b.a3m60.image = |_, now| code_as(now, |code| code & 0xFFFF);
+        => |d| d.at_encoder.image(|_, now| code_as(now, |code| code & 0xFFFF));
     "io-code-without-bit-31" "A code has no bit 31."
-        => |b| b.a3m60.image = |_, now| code_as(now, |code| code & !TRIGGER);
+        => |d| d.at_encoder.image(|_, now| code_as(now, |code| code & !TRIGGER));
     "synchronization-not-checked" "Neither deviation of the counters is noticed."
-        => |b| b.a3m60.fault_code = |name, right| (!is_synchronization(name)).then_some(right);
+        => |d| codes(d, |fault| (!is_synchronization(fault.name)).then_some(fault.code));
     "io-code-in-decimal-digits" "The code -10 is sent as FFFFFFF0h and -8 as FFFFFFF2h."
-        => |b| b.a3m60.fault_code = |_, right| Some(match right { -10 => -16, -8 => -14, other => other });
+        => |d| codes(d, |fault| Some(match fault.code { -10 => -16, -8 => -14, other => other }));
     "io-codes-ored" "Several codes are combined bit by bit."
-        => |b| b.a3m60.code = |causes| causes.codes.iter().copied().reduce(|all, code| all & code);
+        => |d| d.a3m60.fault_code(|encoder, code| code.and_then(|_| noticed(encoder).map(|fault| fault.code).reduce(|all, code| all & code)));
     "first-error-kept" "Of several codes the first one of the table is shown."
-        => |b| b.a3m60.code = |causes| causes.codes.first().copied();
+        => |d| d.a3m60.fault_code(|encoder, code| code.and_then(|_| noticed(encoder).next()).map(|fault| fault.code));
     "code-of-several-stays" "The code -16 stays until power-off."
-        => |b| b.a3m60.code = |causes| if causes.known.had_several { Some(-16) } else { single(causes) };
+        => |d| d.a3m60.add(SeveralStays::default());
     "io-code-and-position-alternate" "In each second cycle the position stands in place of the code."
         => |b| b.at_encoder.image(io_code_and_position_alternate);
     "io-code-in-the-speed" "The speed is -3 while there is a code."
         => |b| b.at_encoder.image(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
     "show-fault-code-ignored" "The code is shown whether it should be or not."
-        => |b| b.a3m60.shows_codes = |_| true;
+        => |d| d.a3m60.fault_code(|encoder, _| status::code(&noticed(encoder).map(|fault| fault.code).collect::<Vec<_>>()));
     "warning-blocks-the-position" "A speed that is too high has the code -16."
-        => |b| b.a3m60.code = |causes| if causes.known.words.a & 1 << 5 != 0 { Some(-16) } else { single(causes) };
+        => |d| several_with(d, |words| words.a & status::OVERSPEED != 0);
     "code-for-a-missing-clock" "A missing clock has the code -16."
-        => |b| b.a3m60.code = |causes| if causes.known.words.b & 1 << 5 != 0 { Some(-16) } else { single(causes) };
+        => |d| several_with(d, |words| words.b & status::CLOCK_MISSING != 0);
     "position-with-an-error-without-a-row" "Wrong parameters in the EEPROM and a wrong linearization have no code."
-        => |b| b.a3m60.fault_code = |name, right| (!matches!(name, "eeprom_checksum" | "linearization")).then_some(right);
+        => |d| codes(d, |fault| (!matches!(fault.name, "eeprom_checksum" | "linearization")).then_some(fault.code));
     "undocumented-io-code" "The amplitude of the cosine has the code -6."
-        => |b| b.a3m60.fault_code = |name, right| Some(if name == "amplitude_cosine" { -6 } else { right });
+        => |d| codes(d, |fault| Some(if fault.name == "amplitude_cosine" { -6 } else { fault.code }));
     "show-fault-code-hides-all-codes" "Where fault codes are not shown G1_XIST2 has none either."
-        => |b| b.a3m60.image = show_fault_code_hides_all_codes;
+        => |d| d.a3m60.image(|encoder, now| if encoder.model.fields.shows_codes() { now } else { without_code(now) });
     "error-code-in-the-speed" "The code of an error stands in NIST_B too."
         => |b| b.at_encoder.image(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
     "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
@@ -91,9 +101,9 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Speed
     "speed-in-steps" "The speed is in steps per second."
-        => |b| b.a3m60.vendor_unit = |_| Unit::PerSecond;
+        => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, Unit::PerSecond));
     "unit-in-io-08" "The unit of the parameters counts here too."
-        => |b| b.a3m60.vendor_unit = |unit| unit;
+        => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(now.speed_unit.into()).unwrap_or(Unit::Rpm)));
     "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
         => |b| b.at_encoder.signal(speed_sign_and_magnitude);
     "velocity-limited-at-8191" "The speed stops at 8191."
@@ -105,25 +115,25 @@ pub static BUGS: &[Deviation] = bugs! {
     "velocity-every-cycle" "The speed is renewed each millisecond."
         => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), of: (right.every * right.of).as_millis().max(1) as u32 });
     "speed-calculation-always" "The speed is calculated although it should not be."
-        => |b| b.a3m60.measures_speed = |_| true;
+        => |d| d.a3m60.check(|check, right| right || check == A3m60Check::SpeedCalculated);
     "speed-settings-without-effect" "P1008 has no effect."
-        => |b| b.a3m60.speed_is_used = false;
+        => |d| speed_settings_without_effect(d);
     "isochronous-mean-of-a-second" "The mean is that without a clock in isochronous operation too."
-        => |b| b.a3m60.measures_speed_with_clock = false;
+        => |d| d.a3m60.check(|check, right| right && check != A3m60Check::SpeedByClock);
 
     // Time stamp
     "time-stamp-in-milliseconds" "The time stamp counts milliseconds."
-        => |b| b.a3m60.time_stamp = |seconds| seconds.powered as u16;
+        => |d| d.a3m60.image(|encoder, now| Image { time_stamp: powered(encoder).as_millis() as u16, ..now });
     "time-stamp-by-two" "The time stamp grows by two each two seconds."
-        => |b| b.a3m60.time_stamp = |seconds| (seconds.powered / 2000 * 2) as u16;
+        => |d| d.a3m60.image(|encoder, now| Image { time_stamp: (powered(encoder).as_secs() / 2 * 2) as u16, ..now });
     "time-stamp-kept" "The time stamp goes on from where it was when the supply went."
-        => |b| b.a3m60.time_stamp = |seconds| (seconds.operated / 1000) as u16;
+        => |d| d.a3m60.image(|encoder, now| Image { time_stamp: encoder.model.log.operating.as_secs() as u16, ..now });
     "time-stamp-reset-by-parameters" "Each start sets the time stamp to 0."
-        => |b| b.a3m60.time_stamp = |seconds| (seconds.connected / 1000) as u16;
+        => |d| d.a3m60.add(StampOfStart(None));
     "time-stamp-with-motion-only" "The time stamp stands still while the shaft does."
-        => |b| b.a3m60.time_stamp = |seconds| (seconds.moved / 1000) as u16;
+        => |d| d.a3m60.add(StandingStamp::new(|encoder| rpm(encoder).abs() >= MOTION));
     "time-stamp-stops-with-an-error" "The time stamp stands still while there is an error."
-        => |b| b.a3m60.time_stamp = |seconds| (seconds.healthy / 1000) as u16;
+        => |d| d.a3m60.add(StandingStamp::new(|encoder| status::words(encoder) == Words::default()));
 };
 
 /// Whether a code stands in place of the position.
@@ -136,9 +146,161 @@ fn code_as(image: Image, change: fn(u32) -> u32) -> Image {
     Image { plain_position, ..image }
 }
 
-fn single(causes: &Causes<'_>) -> Option<i32> {
-    let first = causes.codes.first().copied()?;
-    Some(if causes.codes.iter().all(|code| *code == first) { first } else { -16 })
+/// The code is made of what `code` says of each fault.
+fn codes(d: &mut Deviations, code: fn(&Fault) -> Option<i32>) {
+    d.a3m60.fault_code(move |encoder, right| {
+        right.and_then(|_| status::code(&noticed(encoder).filter_map(code).collect::<Vec<_>>()))
+    });
+}
+
+/// The code is that of several errors while the status is like this.
+fn several_with(d: &mut Deviations, is_so: fn(Words) -> bool) {
+    d.a3m60.fault_code(move |encoder, code| {
+        match encoder.model.fields.shows_codes() && is_so(status::words(encoder)) {
+            true => Some(status::SEVERAL),
+            false => code,
+        }
+    });
+}
+
+/// The signals with the speed in another unit, in the telegrams of the vendor.
+fn with_unit(encoder: &Live<'_, State>, image: Image, unit: Unit) -> Image {
+    if encoder.ram.telegram().number != 0 || encoder.ram.velocity_is_off {
+        return image;
+    }
+    let mut velocity = encoder.ram.velocity.clone();
+    velocity.set_unit(unit);
+    let settings = encoder.ram.measuring.settings;
+    Image { velocity: velocity.value(&settings.scaling, settings.direction), ..image }
+}
+
+/// Shows what is written to P1008 and measures as without it.
+fn speed_settings_without_effect(d: &mut Deviations) {
+    let shown: Rc<Cell<[Option<u64>; 4]>> = Rc::default();
+    let written = shown.clone();
+    d.a3m60.write(move |write, _| {
+        if write.number != 1008 {
+            return;
+        }
+        let [a, b, c] = Speed::default().values.map(u64::from);
+        let delivered = [0, a, b, c];
+        let most = [0, 100, 200, 200];
+        for (at, value) in (usize::from(write.subindex)..4).zip(&mut write.values) {
+            if (1..=most[at]).contains(value) {
+                let mut all = written.get();
+                all[at] = Some(mem::replace(value, delivered[at]));
+                written.set(all);
+            }
+        }
+    });
+    let lost = shown.clone();
+    d.a3m60.happens(move |event, _| {
+        if event == Event::PowerUp {
+            lost.set([None; 4])
+        }
+    });
+    d.at_encoder.element(move |_, at, right| match at {
+        (1008, at) => shown.get().get(at).copied().flatten().unwrap_or(right),
+        _ => right,
+    });
+}
+
+/// Shows an error of the position from the start on, until it is acknowledged.
+#[derive(Default)]
+struct ErrorAfterStart {
+    is_there: bool,
+}
+
+impl A3m60Hooks for ErrorAfterStart {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        match event {
+            Event::Start => self.is_there = true,
+            Event::PowerUp => self.is_there = false,
+            Event::PowerDown | Event::Advance => {}
+        }
+    }
+
+    fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
+        self.is_there &= !image.request.acknowledge;
+        match self.is_there && !is_parked(&image) {
+            true => Image { g1_zsw: image.g1_zsw & !POSITION | ERROR, g1_xist2: 1, ..image },
+            false => image,
+        }
+    }
+}
+
+/// Goes on with the code of several errors once there were several.
+#[derive(Default)]
+struct SeveralStays {
+    had_several: bool,
+}
+
+impl A3m60Hooks for SeveralStays {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        self.had_several &= event != Event::PowerUp;
+    }
+
+    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+        let codes: Vec<i32> = noticed(encoder).map(|fault| fault.code).collect();
+        self.had_several |= status::code(&codes) == Some(status::SEVERAL);
+        words
+    }
+
+    fn fault_code(&mut self, encoder: &Live<'_, State>, code: Option<i32>) -> Option<i32> {
+        if self.had_several && encoder.model.fields.shows_codes() { Some(status::SEVERAL) } else { code }
+    }
+}
+
+/// The time stamp counts from the start.
+struct StampOfStart(Option<Time>);
+
+impl A3m60Hooks for StampOfStart {
+    fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
+        if event == Event::Start {
+            self.0 = Some(memory.now);
+        }
+    }
+
+    fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
+        let started = self.0.unwrap_or(encoder.now);
+        Image { time_stamp: encoder.now.since(started).as_secs() as u16, ..image }
+    }
+}
+
+/// The slowest turn that is motion, in revolutions per minute.
+const MOTION: i64 = 7;
+
+/// The time stamp stands still unless the encoder is like this.
+struct StandingStamp {
+    counts: fn(&Live<'_, State>) -> bool,
+    counted: Duration,
+    last: Option<Time>,
+}
+
+impl StandingStamp {
+    fn new(counts: fn(&Live<'_, State>) -> bool) -> StandingStamp {
+        StandingStamp { counts, counted: Duration::ZERO, last: None }
+    }
+}
+
+impl A3m60Hooks for StandingStamp {
+    fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
+        if event == Event::PowerUp {
+            (self.counted, self.last) = (Duration::ZERO, None);
+        }
+    }
+
+    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+        let passed = encoder.now.since(self.last.replace(encoder.now).unwrap_or(encoder.now));
+        if (self.counts)(encoder) {
+            self.counted += passed;
+        }
+        words
+    }
+
+    fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
+        Image { time_stamp: self.counted.as_secs() as u16, ..image }
+    }
 }
 
 fn is_synchronization(name: &str) -> bool {
@@ -161,17 +323,6 @@ fn io_code_and_position_alternate(before: &Before, now: Image) -> Image {
     match has_code(&now) && has_code(&before.sent) {
         true => Image { plain_position: now.position as u32, ..now },
         false => now,
-    }
-}
-
-fn show_fault_code_hides_all_codes(known: &Known, image: Image) -> Image {
-    match has_error(&image) && !known.fields.shows_codes() {
-        true => {
-            let transfers = image.is_transferred;
-            let g1_xist2 = if transfers { image.position as u32 } else { 0 };
-            Image { g1_zsw: image.g1_zsw & !ERROR | u16::from(transfers) << 13, g1_xist2, ..image }
-        }
-        false => image,
     }
 }
 

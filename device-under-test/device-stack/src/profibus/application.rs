@@ -64,12 +64,6 @@ pub trait Application {
     /// The cyclic data end; [`outputs`](Application::outputs) with none was called before.
     fn exchange_ends(&mut self, now: Time, end: End);
 
-    /// Whether outputs are taken now; while they are not, Data_Exchange is refused and the exchange goes on.
-    fn takes_outputs(&mut self, now: Time) -> bool {
-        let _ = now;
-        true
-    }
-
     /// Takes outputs: once for each Data_Exchange that takes effect, or none when they are cleared, fail-safe or missing.
     fn outputs(&mut self, now: Time, data: Option<&[u8]>);
 
@@ -83,11 +77,6 @@ pub trait Application {
     /// It comes before freeze and sync are followed. Whether it is the clock, the parameters say.
     fn clock(&mut self, now: Time) {
         let _ = now;
-    }
-
-    /// The inputs are held by Freeze from now on, or no longer.
-    fn freeze(&mut self, now: Time, is_frozen: bool) {
-        let (_, _) = (now, is_frozen);
     }
 
     /// Appends the blocks behind the six octets of the diagnosis, and says which bits of the head belong to them.

@@ -14,9 +14,6 @@ impl Slave {
         if !self.is_exchanging_with(sa) {
             return Answer::NO_SERVICE;
         }
-        if !env.application.takes_outputs(env.at()) {
-            return Answer::NO_SERVICE;
-        }
         let is_fail_safe = data.is_empty() && self.has_fail_safe;
         let fits = self.check(env, Check::OutputLength(data.len()), data.len() == self.sums.outputs);
         if !is_fail_safe && !fits {
@@ -112,10 +109,8 @@ impl Slave {
     fn follow_freeze(&mut self, env: &mut Env<'_>, command: ControlCommand) {
         if command.has(ControlCommand::UNFREEZE) {
             self.frozen = None;
-            env.application.freeze(env.at(), false);
         } else if command.has(ControlCommand::FREEZE) && self.identity.freeze {
             self.frozen = Some(self.fresh_inputs(env));
-            env.application.freeze(env.at(), true);
         }
     }
 

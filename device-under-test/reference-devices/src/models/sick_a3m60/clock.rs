@@ -5,7 +5,7 @@
 //! three cycles is a missing one, none for sixteen from the beginning on. What is in time is counted from the clock with which
 //! the encoder synchronized, until the clock is missing.
 
-use super::knobs::Rules;
+use super::hooks::{A3m60Check, Hooks};
 use core::time::Duration;
 use station::Time;
 
@@ -73,16 +73,8 @@ impl Clock {
     }
 
     /// What is wrong with the clock.
-    pub fn wrong(&self, rules: &Rules) -> Wrong {
-        (rules.wrong)(self.wrong, self.times)
-    }
-
-    /// The clock counts as missing from now on, if there is one.
-    pub fn lose(&mut self) {
-        if self.times.is_some() {
-            (self.is_synchronized, self.wrong.is_missing) = (false, true);
-            (self.base, self.right, self.off) = (None, 0, 0);
-        }
+    pub fn wrong(&self) -> Wrong {
+        self.wrong
     }
 
     /// Where the shaft was at the last clock, while there is one.
@@ -96,7 +88,7 @@ impl Clock {
     }
 
     /// A clock has come, with the shaft at `place`.
-    pub fn tick(&mut self, now: Time, place: i64, rules: &Rules) {
+    pub fn tick(&mut self, now: Time, place: i64, hooks: &Hooks) {
         let Some(times) = self.times.filter(|times| !times.is_simulated) else { return };
         (self.last, self.place) = (Some(now), Some(place));
         let Some(base) = self.base else {
@@ -106,8 +98,8 @@ impl Clock {
         let is_in_time = self.deviation(now.since(base), times.cycle) <= times.window + TOLERANCE;
         if is_in_time {
             (self.base, self.right, self.off) = (Some(now), self.right + 1, 0);
-            if self.right >= SYNCHRONIZES && (rules.recovers)(self.wrong) {
-                (self.is_synchronized, self.wrong) = (rules.synchronizes, Wrong::default());
+            if hooks.check(A3m60Check::Synchronizes(self.wrong), self.right >= SYNCHRONIZES) {
+                (self.is_synchronized, self.wrong) = (true, Wrong::default());
             }
             return;
         }
@@ -130,7 +122,7 @@ impl Clock {
     }
 
     /// The time has come to `now`, with the shaft where `place` says.
-    pub fn advance(&mut self, now: Time, place: impl Fn(Time) -> i64, rules: &Rules) {
+    pub fn advance(&mut self, now: Time, place: impl Fn(Time) -> i64, hooks: &Hooks) {
         let Some(times) = self.times else { return };
         if times.is_simulated {
             let cycles = now.since(self.since).as_nanos() / times.cycle.as_nanos().max(1);
@@ -141,9 +133,9 @@ impl Clock {
             self.is_synchronized = cycles >= SYNCHRONIZES.into();
             return;
         }
-        let Some(misses) = (rules.misses)(MISSES) else { return };
-        let (from, cycles) = self.last.map_or((self.since, BEGINS), |last| (last, misses));
-        if now > from + times.cycle * cycles + times.window + TOLERANCE {
+        let (from, cycles) = self.last.map_or((self.since, BEGINS), |last| (last, MISSES));
+        let is_late = now > from + times.cycle * cycles + times.window + TOLERANCE;
+        if hooks.check(A3m60Check::ClockMissing, is_late) {
             (self.is_synchronized, self.wrong.is_missing) = (false, true);
             (self.base, self.right, self.off, self.place) = (None, 0, 0, None);
         }

@@ -9,22 +9,24 @@
 //! - The telegrams of the vendor have the same round axis, diagnosis and isochronous operation as those of the profile.
 
 mod clock;
-mod device;
-pub mod knobs;
-mod own;
+mod controls;
+mod encoder;
+pub mod hooks;
+mod leds;
 mod parameters;
-mod presets;
 mod samples;
-mod start;
-mod station;
-mod status;
+pub mod set_prm;
+mod slave;
+pub mod status;
 #[cfg(test)]
 mod tests;
 
-pub use clock::Wrong;
-pub use device::Encoder;
+pub use clock::{Clock, Times, Wrong};
+pub use encoder::{State, powered};
+pub use parameters::{Speed, rpm};
+pub use samples::Samples;
+pub use slave::Encoder;
 
-use self::own::State;
 use crate::models::sick::settings;
 use core::time::Duration;
 use device_stack::profinet::Severity;
@@ -104,7 +106,7 @@ pub static FACTS: Facts = Facts {
         severity: Severity::MaintenanceRequired,
     }],
     supported_warnings: 0x03,
-    default_record: |_| start::delivered(),
+    default_record: |_| set_prm::delivered(),
     // Manual, 3.6.9 to 3.6.11.
     limits: StartLimits {
         serves: settings::serves,
@@ -144,8 +146,8 @@ const SUBMODULES: &[Submodule] = &[
     Submodule { subslot: SUBSLOT, ident: 83, telegram: &STANDARD[2] },
 ];
 
-/// The identifiers of each of them; invented.
-const CONFIGURATIONS: [&[u8]; 4] =
+/// The identifiers of each of them in Chk_Cfg; invented.
+pub const CONFIGURATIONS: [&[u8]; 4] =
     [&[0xF1], &[0xF3], &[0xC3, 0xC1, 0xC5, 0xFD, 0x00, 0x51], &[0xC3, 0xC1, 0xC7, 0xFD, 0x00, 0x53]];
 
 /// Tables 4 and 5.
@@ -167,7 +169,7 @@ fn is_of_vendor(telegram: &Telegram) -> bool {
 }
 
 const ERRORS: &[ErrorFact] = &[
-    ErrorFact { causes: &[Cause::Stand("amplitude"), Cause::Model], code: Some(ENCODER_SIGNAL), ..POSITION },
+    ErrorFact { causes: &[Cause::Stand("amplitude")], code: Some(ENCODER_SIGNAL), ..POSITION },
     ErrorFact { causes: &[Cause::Stand("amplitude_cosine")], code: Some(ENCODER_SIGNAL), ..POSITION },
     ErrorFact { causes: &[Cause::Stand("vector_length")], code: Some(ENCODER_SIGNAL), ..POSITION },
     ErrorFact { causes: &[Cause::Stand("vector_length_long")], code: Some(ENCODER_SIGNAL), ..POSITION },

@@ -3,9 +3,10 @@
 //! Readings: P971 takes any value and reads 0; P1007 has no effect; P1008 lasts as long as there is power and is in force at
 //! once; P1009 shows what the start brought, in force or not; its range offset is what laps make of the position.
 
-use super::own;
+use super::controls::NOWHERE;
+use super::hooks::{self, A3m60Check};
 use super::status;
-use super::{Live, State, station};
+use super::{Live, State};
 use crate::models::sick::axis::{self, RANGE_OFFSETS};
 use crate::models::sick::knobs::Entries;
 use crate::models::sick::settings::elements;
@@ -25,8 +26,8 @@ const NOT_COMPATIBLE: u64 = 1 << 5;
 /// P1008: how the speed is calculated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speed {
-    /// P1 in milliseconds, how many of it make a mean, and how many cycles of the clock do.
-    values: [u16; 3],
+    /// From one measurement to the next in milliseconds, how many of these make a mean, and how many cycles of the clock do.
+    pub values: [u16; 3],
 }
 
 impl Default for Speed {
@@ -36,18 +37,6 @@ impl Default for Speed {
 }
 
 impl Speed {
-    /// What is left of it after a loss of power.
-    pub fn power_up(&mut self, keeps: fn(usize) -> bool) {
-        let kept = self.values;
-        *self = Speed::default();
-        self.values
-            .iter_mut()
-            .zip(kept)
-            .enumerate()
-            .filter(|(at, _)| keeps(*at))
-            .for_each(|(_, (new, old))| *new = old);
-    }
-
     /// When the speed is measured, freely or with a clock of this cycle.
     pub fn sampling(&self, cycle: Option<Duration>) -> Sampling {
         let [every, of, clocks] = self.values;
@@ -61,18 +50,13 @@ impl Speed {
 /// A parameter that the encoder object does not know, or not so.
 pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
     Some(match number {
-        964 | 975 | 979 if live.rules.own.constants_are_writable => constants_parameter(live, number)?,
-        918 => word(live.model.hands.address().unwrap_or(station::NOWHERE).into()),
-        922 => {
-            let telegram = live.ram.telegram().number;
-            word((live.rules.own.telegram)(live.model.telegram_before, telegram).into())
-        }
+        918 => word(live.model.controls.address().unwrap_or(NOWHERE).into()),
         925 => word(tolerated(&live.ram.user).into()),
         // Profile 3Dh, version 41.
         965 => word(0x3D29),
         971 => word(0).writable(),
-        1000 => word((live.rules.own.words)(&status::known(live)).a.into()),
-        1001 => word((live.rules.own.words)(&status::known(live)).b.into()),
+        1000 => word(status::words(live).a.into()),
+        1001 => word(status::words(live).b.into()),
         1002 => log_parameter(live),
         1007 => double_words(live.model.test.map(u64::from).to_vec()).writable(),
         1008 => words([0].into_iter().chain(live.model.speed.values).map(u64::from).collect()).writable(),
@@ -85,8 +69,7 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
 /// P65001.
 fn status(live: &Live<'_, State>) -> [u64; 12] {
     let mut status = live.operating_status();
-    let known = status::known(live);
-    let words = known.words;
+    let words = status::words(live);
     let [low, high] = live.model.fields.switches.map(u64::from);
     status[1] = high << 8 | low;
     if status[1] & NOT_COMPATIBLE != 0 {
@@ -94,8 +77,8 @@ fn status(live: &Live<'_, State>) -> [u64; 12] {
     }
     let bit = |n: u32, set: bool| u64::from(set) << n;
     let faults = bit(0, words.a & super::status::POSITION != 0) | bit(5, words.a & super::status::MEMORY != 0);
-    status[2] = (live.rules.own.faults)(&known, faults);
-    status[4] = (live.rules.own.warnings)(&known, bit(0, words.a & 1 << 5 != 0));
+    status[2] = faults;
+    status[4] = bit(0, words.a & super::status::OVERSPEED != 0);
     status[7] = live.model.log.operating.as_secs() / OPERATING_TIME_UNIT;
     status
 }
@@ -109,10 +92,10 @@ fn log_parameter(live: &Live<'_, State>) -> Parameter {
         number: 1002,
         rpm: rpm(live),
         operating: log.operating,
-        millivolts: live.model.hands.millivolts(),
+        millivolts: live.model.controls.millivolts(),
         right,
     };
-    double_words((live.rules.sick.log)(&entries)[..shown.len()].to_vec())
+    double_words((live.rules.log)(&entries)[..shown.len()].to_vec())
 }
 
 fn axis_parameter(live: &Live<'_, State>) -> Parameter {
@@ -125,8 +108,8 @@ fn axis_parameter(live: &Live<'_, State>) -> Parameter {
     let mut elements = [0; 11];
     let all = all.chain(axis::units_per_revolution(&gear));
     elements.iter_mut().zip(all).for_each(|(element, value)| *element = value);
-    let parameter = double_words((live.rules.own.axis)(elements).to_vec());
-    Parameter { writable: if live.rules.sick.outputs_are_writable { 0..11 } else { 0..0 }, ..parameter }
+    let parameter = double_words(elements.to_vec());
+    Parameter { writable: if live.rules.outputs_are_writable { 0..11 } else { 0..0 }, ..parameter }
 }
 
 /// Writes a parameter that the encoder object does not know, or that does more here.
@@ -136,20 +119,13 @@ pub fn write_own(
     subindex: u16,
     values: &[u64],
 ) -> Option<Result<(), ErrorNumber>> {
+    let hooks::Write { number, subindex, values } = hooks::written(live, number, subindex, values);
+    let values = values.as_slice();
     match number {
-        971 => {
-            (live.rules.own.saved)(values.first().copied().unwrap_or(0), live.store, live.ram);
-            Some(Ok(()))
-        }
+        971 => Some(Ok(())),
         1007 => {
             let test = &mut live.model.test;
             elements(subindex, values).into_iter().for_each(|(at, value)| test[at.min(4)] = value as u32);
-            live.model.disturbed_at = Some(live.now);
-            Some(Ok(()))
-        }
-        964 | 975 | 979 => {
-            let written = elements(subindex, values).into_iter().map(|(at, value)| (number, at, value));
-            live.model.constants.extend(written);
             Some(Ok(()))
         }
         1008 => Some(write_speed(live, subindex, values)),
@@ -157,9 +133,7 @@ pub fn write_own(
         65000 => {
             let value = values.first().copied().unwrap_or(0) as u32;
             live.set_preset_value(value);
-            if live.rules.own.stores_preset_value {
-                live.store.preset_value.write(live.now, value, live.facts.timing.save);
-            }
+            live.store.preset_value.write(live.now, value, live.facts.timing.save);
             Some(Ok(()))
         }
         _ => None,
@@ -167,12 +141,11 @@ pub fn write_own(
 }
 
 fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-    let rules = &live.rules.sick;
+    let rules = live.rules;
     let mut speed = live.model.speed;
     for (at, value) in elements(subindex, values) {
         let value = (rules.settled)((1008, at), value, &live.hardware);
         let range = match at {
-            0 if live.rules.own.has_hidden_switch => 0..=1,
             0 => 0..=0,
             1 => 1..=100,
             _ => 1..=200,
@@ -180,12 +153,8 @@ fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Res
         if !(rules.takes)((1008, at), value as i64, range.contains(&value)) {
             return Err(ErrorNumber::LIMIT);
         }
-        let at = (live.rules.own.setting)(at);
         if let Some(setting) = at.checked_sub(1).and_then(|at| speed.values.get_mut(at)) {
             *setting = value as u16;
-        }
-        if at == 0 && value != 0 {
-            speed.values[0] = 1;
         }
     }
     if rules.keeps_settings {
@@ -193,14 +162,6 @@ fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Res
         measure_speed(live);
     }
     Ok(())
-}
-
-/// P964, P975 and P979 with what was written to them, where that can be.
-fn constants_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
-    let mut parameter = live.shared_parameter(number)?.writable();
-    let written = live.model.constants.iter().filter(|(of, _, _)| *of == number);
-    written.for_each(|(_, at, value)| parameter.values[*at] = *value);
-    Some(parameter)
 }
 
 /// Only where it can be written against the manual.
@@ -215,18 +176,18 @@ fn write_axis(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Resu
         }
     }
     let settings = live.ram.user.settings(&live.encoder());
-    live.ram.measuring.settings = own::with_axis(live, settings);
+    live.ram.measuring.settings = super::encoder::with_axis(live, settings);
     Ok(())
 }
 
-/// Brings the calculation of the speed in line with P1008, the clock and the start.
+/// Calculates the speed as P1008, the clock and the start say.
 pub fn measure_speed(live: &mut Live<'_, State>) {
     let cycle = live.model.clock.times().map(|times| times.cycle);
-    let cycle = cycle.filter(|_| live.rules.own.measures_speed_with_clock);
-    let speed = if live.rules.own.speed_is_used { live.model.speed } else { Speed::default() };
-    live.ram.velocity.sample(speed.sampling(cycle), live.now, live.shaft);
-    let measures = (live.rules.own.measures_speed)(live.model.fields.measures_speed());
-    live.ram.velocity_is_off = !measures;
+    let by_clock = live.model.hooks.check(A3m60Check::SpeedByClock, cycle.is_some());
+    let sampling = live.model.speed.sampling(cycle.filter(|_| by_clock));
+    live.ram.velocity.sample(sampling, live.now, live.shaft);
+    let is_calculated = live.model.hooks.check(A3m60Check::SpeedCalculated, live.model.fields.measures_speed());
+    live.ram.velocity_is_off = !is_calculated;
 }
 
 /// The speed in revolutions per minute, measured fast enough for what the encoder itself looks at.

@@ -5,14 +5,12 @@
 //! is any of bits 14 to 6 of S_STAT-A. Which code stands for invalid parameters in the EEPROM, for a linearization that is
 //! wrong and for a large deviation is not printed.
 
-use super::knobs::Known;
-use super::own;
+use super::hooks::A3m60Check;
 use super::parameters;
-use super::{Live, State, is_of_vendor};
+use super::{Live, State};
 use alloc::vec::Vec;
 use device_stack::profinet::Severity;
 use encoder_profile::checks::Check;
-use encoder_profile::encoder_object::Phase;
 
 /// A cause that the stand brings about.
 #[derive(Debug)]
@@ -53,7 +51,11 @@ pub const POSITION: u16 = 0x7FC0;
 /// Bits of S_STAT-A that are errors of the memory: 15 and 7.
 pub const MEMORY: u16 = 0x8080;
 /// Bit of S_STAT-A for a speed that is too high.
-const OVERSPEED: u16 = 1 << 5;
+pub const OVERSPEED: u16 = 1 << 5;
+/// Bit of S_STAT-B for a clock that is missing.
+pub const CLOCK_MISSING: u16 = 1 << 5;
+/// Bit of S_STAT-B for a clock that deviates.
+pub const CLOCK_DEVIATING: u16 = 1 << 6;
 
 /// What is wrong, as the two words of the status tell it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,17 +97,8 @@ pub fn numbers(words: Words) -> Vec<u8> {
 }
 
 /// The blocks behind the six octets of the diagnosis: three octets for each number.
-pub fn blocks(numbers: &[u8]) -> Vec<u8> {
-    numbers.iter().flat_map(|number| [0x81, 0x40, *number]).collect()
-}
-
-/// What a code in place of the position is made of.
-#[derive(Clone, Copy, Debug)]
-pub struct Causes<'a> {
-    /// The codes of the causes that are there, in the order of the table.
-    pub codes: &'a [i32],
-    /// What is known besides.
-    pub known: &'a Known,
+pub fn blocks(diagnoses: &[(u16, Severity)]) -> Vec<u8> {
+    diagnoses.iter().flat_map(|(number, _)| [0x81, 0x40, *number as u8]).collect()
 }
 
 /// The code in place of the position, from those of the causes; none without a cause.
@@ -114,85 +107,42 @@ pub fn code(codes: &[i32]) -> Option<i32> {
     Some(if codes.iter().all(|code| *code == first) { first } else { SEVERAL })
 }
 
-/// The code of several causes, or that of one of them.
-fn are_several(codes: &[i32]) -> bool {
-    code(codes) == Some(SEVERAL)
-}
-
 /// S_STAT-A and S_STAT-B.
 pub fn words(live: &Live<'_, State>) -> Words {
-    let a = noticed(live).fold(0, |bits, fault| bits | (live.rules.own.status_bit)(fault.name, 1 << fault.bit));
-    let wrong = live.model.clock.wrong(&live.rules.own);
+    let sensor = noticed(live).fold(0, |bits, fault| bits | 1 << fault.bit);
+    let clock = &live.model.clock;
+    let wrong = clock.wrong();
     let bit = |n: u32, set: bool| u16::from(set) << n;
-    let is_watched = live.model.clock.times().is_some();
-    let b = bit(4, is_watched && live.ram.watch.has_failed()) | bit(5, wrong.is_missing) | bit(6, wrong.is_deviating);
-    Words { a: a | bit(5, is_too_fast(live)), b }
+    let life_sign_failed = clock.times().is_some() && live.ram.watch.has_failed();
+    let words = Words {
+        a: sensor | bit(5, is_too_fast(live)),
+        b: bit(4, life_sign_failed) | bit(5, wrong.is_missing) | bit(6, wrong.is_deviating),
+    };
+    live.model.hooks.0.apply(words, |hooks, words| hooks.status(live, words))
 }
 
 /// The causes that are there and noticed, in the order of the table.
-fn noticed(live: &Live<'_, State>) -> impl Iterator<Item = &'static Fault> {
+pub fn noticed(live: &Live<'_, State>) -> impl Iterator<Item = &'static Fault> {
     let all = if live.faults.are_none() { &[] } else { FAULTS };
-    all.iter().filter(|fault| notices(live, fault))
+    all.iter().filter(|fault| live.model.hooks.check(A3m60Check::Fault(fault.name), live.faults.has(fault.name)))
 }
 
-fn notices(live: &Live<'_, State>, fault: &Fault) -> bool {
-    live.faults.has(fault.name) && {
-        let was_there = live.model.faults_at_power_up.contains(&fault.name);
-        (live.rules.own.notices)(fault.name, was_there)
-    }
-}
-
-/// Keeps in mind which faults are there while the supply comes.
-pub fn note_faults(live: &mut Live<'_, State>) {
-    let here = FAULTS.iter().map(|fault| fault.name).filter(|name| live.faults.has(name));
-    live.model.faults_at_power_up = here.collect();
-}
-
-/// What the status is shown from.
-pub fn known(live: &Live<'_, State>) -> Known {
-    let model = &*live.model;
-    Known {
-        words: words(live),
-        seen: model.seen,
-        at_start: model.at_start,
-        last_preset: model.presets.last_value,
-        had_several: model.had_several,
-        fields: model.fields,
-        is_isochronous: model.clock.times().is_some(),
-        is_of_vendor: is_of_vendor(live.ram.telegram()),
-        is_connected: live.ram.phase != Phase::Alone,
-        powered: own::powered(live),
-    }
-}
-
-/// Keeps in mind what is wrong, which `words` tell.
-pub fn note_status(live: &mut Live<'_, State>, words: Words) {
-    let seen = &mut live.model.seen;
-    (seen.a, seen.b) = (seen.a | words.a, seen.b | words.b);
-    let codes = codes(live);
-    live.model.had_several |= are_several(&codes);
-}
-
-fn codes(live: &Live<'_, State>) -> Vec<i32> {
-    noticed(live).filter_map(|fault| (live.rules.own.fault_code)(fault.name, fault.code)).collect()
-}
-
-/// The numbers of the diagnosis with their severity, from what is known; only a speed that is too high is no error.
-pub fn diagnoses(live: &Live<'_, State>, known: &Known) -> Vec<(u16, Severity)> {
+/// The diagnoses of the blocks with their severity; only a speed that is too high is no error.
+pub fn diagnoses(live: &Live<'_, State>) -> Vec<(u16, Severity)> {
     if !live.reports_diagnoses() {
         return Vec::new();
     }
+    let numbers = numbers(words(live));
+    let numbers = live.model.hooks.0.apply(numbers, |hooks, numbers| hooks.diagnosis(live, numbers));
     let severity = |number| if number == TOO_FAST { Severity::MaintenanceRequired } else { Severity::Fault };
-    let diagnoses = numbers((live.rules.own.told)(known)).into_iter().map(|number| (number.into(), severity(number)));
-    live.reported(diagnoses.collect())
+    live.reported(numbers.into_iter().map(|number| (number.into(), severity(number))).collect())
 }
 
-/// The code that takes the place of the position in the telegrams of the vendor, from what is known.
-pub fn shown_code(live: &Live<'_, State>, known: &Known) -> Option<i32> {
-    if !(live.rules.own.shows_codes)(live.model.fields.shows_codes()) {
-        return None;
-    }
-    (live.rules.own.code)(&Causes { codes: &codes(live), known })
+/// The code that takes the place of the position in the telegrams of the vendor.
+pub fn shown_code(live: &Live<'_, State>) -> Option<i32> {
+    let shows = live.model.fields.shows_codes();
+    let shown = if shows { code(&noticed(live).map(|fault| fault.code).collect::<Vec<_>>()) } else { None };
+    live.model.hooks.0.apply(shown, |hooks, shown| hooks.fault_code(live, shown))
 }
 
 /// Whether the speed is above its limit: manual, table 37, bit 5.

@@ -1,15 +1,16 @@
 //! What the model says to a slave stack; no frame is looked at here.
 
-use super::device::Encoder;
-use super::knobs::Knobs;
-use super::start::{Fields, OCTETS};
-use super::{CONFIGURATIONS, FACTS, healthy, station};
-use ::station::{StandAction, Time};
+use super::controls;
+use super::hooks::Hooks;
+use super::set_prm::{Fields, OCTETS};
+use super::{CONFIGURATIONS, Encoder, FACTS, healthy};
+use crate::models::sick;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profibus::{Access, Application, Channel};
 use encoder_profile::behaviour::Behaviour;
 use rstest::rstest;
+use station::{StandAction, Time};
 use wire::profibus::prm::{SetPrm, StationStatus};
 
 const MS1: Channel = Channel::Ms1;
@@ -30,7 +31,8 @@ struct Bench {
 
 impl Bench {
     fn with(module: usize, octets: &[u8; OCTETS], behaviour: Behaviour, shaft: u64) -> Bench {
-        let mut encoder = Encoder::new(&FACTS.variants[0], behaviour, Knobs::default(), shaft, 2);
+        let mut encoder =
+            Encoder::new(&FACTS.variants[0], behaviour, sick::knobs::Rules::default(), Hooks::default(), shaft, 2);
         let now = Time::from_nanos(1_000_000_000);
         assert!(encoder.parameters(now, &set_prm(octets, [0x80, 0, 0])));
         let sums = encoder.check_configuration(now, CONFIGURATIONS[module]).expect("the configuration is right");
@@ -202,7 +204,8 @@ fn several_errors_and_one_that_is_left() {
 #[case::no_unit(changed(11, &[5]), false)]
 #[case::three_samples(changed(20, &[3]), false)]
 fn parameters_are_judged(#[case] octets: [u8; OCTETS], #[case] is_right: bool) {
-    let mut encoder = Encoder::new(&FACTS.variants[0], healthy(), Knobs::default(), 0, 2);
+    let mut encoder =
+        Encoder::new(&FACTS.variants[0], healthy(), sick::knobs::Rules::default(), Hooks::default(), 0, 2);
     assert_eq!(encoder.parameters(Time::ZERO, &set_prm(&octets, [0x80, 0, 0])), is_right);
     for wrong in [&octets[1..], &[&octets[..], &[0]].concat()] {
         assert!(!encoder.parameters(Time::ZERO, &set_prm(wrong, [0x80, 0, 0])));
@@ -256,7 +259,7 @@ fn a_round_axis_over_the_physical_zero() {
 #[case([0xC, 6], None)]
 #[case([0, 0], None)]
 fn addresses(#[case] switches: [u32; 2], #[case] address: Option<u8>) {
-    assert_eq!(station::address(switches), address);
+    assert_eq!(controls::address(switches, &Hooks::default()), address);
 }
 
 #[test]
@@ -285,7 +288,8 @@ const TIMES: [u8; 28] = [28, 4, 0, 0, 1, 0, 0, 5, 0xDC, 0, 16, 1, 0, 0, 5, 0xDC,
 #[case::plain(false)]
 #[case::structured(true)]
 fn isochronous_operation(#[case] is_structured: bool) {
-    let mut encoder = Encoder::new(&FACTS.variants[0], healthy(), Knobs::default(), 0, 2);
+    let mut encoder =
+        Encoder::new(&FACTS.variants[0], healthy(), sick::knobs::Rules::default(), Hooks::default(), 0, 2);
     let octets = changed(0, &[0x32]);
     let now = Time::from_nanos(1_000_000_000);
     let user = match is_structured {

@@ -7,7 +7,7 @@
 //! Readings: only what is in force is looked at. With a value out of its limits the parameters are refused, and nothing of
 //! them is applied. A round axis needs class 2/4, as scaling does, and not scaling.
 
-use super::knobs::Rules;
+use super::hooks::{A3m60Check, Hooks};
 use super::{HARDWARE, State};
 use crate::models::sick::axis::{LARGEST_FRACTION, LARGEST_RANGE};
 use alloc::vec::Vec;
@@ -124,10 +124,6 @@ impl Fields {
     }
 }
 
-/// The octets of [`Fields::DELIVERED`].
-pub const DELIVERED: [u8; OCTETS] =
-    [0x02, 0x0C, 0, 0, 0x40, 0, 0x80, 0, 0, 0, 1, 3, 0, 0, 0x10, 0, 0, 0, 0, 1, 8, 0, 0, 0];
-
 /// What the record of the profile is at delivery.
 pub fn delivered() -> UserParameters {
     let Fields { switches: [bits, _], units, range, failures, speed_unit, .. } = Fields::DELIVERED;
@@ -145,11 +141,14 @@ pub struct Brought {
 }
 
 impl Brought {
+    /// What is in force without a Set_Prm.
+    pub const DELIVERED: Brought = Brought { fields: Fields::DELIVERED, isochronous: None };
+
     /// Takes a Set_Prm apart; none if octets are missing or too many.
     ///
     /// Both forms are taken: structured blocks for user octets and times, and the user octets as they are with the block of
-    /// the times behind them. `before` are the user octets of the Set_Prm before.
-    fn read(parameters: &SetPrm, before: &[u8; OCTETS], rules: &Rules) -> Option<([u8; OCTETS], Option<Isochronous>)> {
+    /// the times behind them.
+    fn read(parameters: &SetPrm, hooks: &Hooks) -> Option<Brought> {
         let head = parameters.dpv1()?;
         let behind = parameters.behind_dpv1();
         let structured =
@@ -161,28 +160,21 @@ impl Brought {
             Some(wrapped) => wrapped,
             None => {
                 let (user, blocks) = behind.split_at(behind.len().min(OCTETS));
-                let is_long = !blocks.is_empty() && (rules.takes_length)(behind.len());
-                (user.to_vec(), PrmBlock::parse_all(blocks).ok().or_else(|| is_long.then(Vec::new))?)
+                (user.to_vec(), PrmBlock::parse_all(blocks).ok()?)
             }
         };
-        if !(rules.takes_length)(user.len()) {
+        if !hooks.check(A3m60Check::UserOctets(user.len()), user.len() == OCTETS) {
             return None;
         }
         let times = of(&blocks, PrmBlockType::ISOCHRONOUS).map(|data| Isochronous::parse(&data));
-        let mut octets = if rules.fills_missing { *before } else { [0; OCTETS] };
-        octets.iter_mut().zip((rules.octets)(user)).for_each(|(octet, sent)| *octet = sent);
-        Some((octets, times.transpose().ok()?))
+        Some(Brought { fields: Fields::parse(&user)?, isochronous: times.transpose().ok()? })
     }
 }
 
-/// What the parameters of a Set_Prm come to: none if they are wrong.
-pub fn judge(live: &mut Live<'_, State>, parameters: &SetPrm) -> Option<Brought> {
-    let rules = &live.rules.own;
-    let (octets, isochronous) = Brought::read(parameters, &live.model.octets, rules)?;
-    live.model.octets = octets;
-    let fields = (rules.understands)(Fields::parse(&octets)?);
-    let right = are_right(live, &fields, isochronous.as_ref());
-    (rules.judges)(right, &fields).then_some(Brought { fields, isochronous })
+/// What a Set_Prm brings; none if its parameters are wrong.
+pub fn judge(live: &Live<'_, State>, parameters: &SetPrm) -> Option<Brought> {
+    let brought = Brought::read(parameters, &live.model.hooks)?;
+    are_right(live, &brought.fields, brought.isochronous.as_ref()).then_some(brought)
 }
 
 fn are_right(live: &Live<'_, State>, fields: &Fields, isochronous: Option<&Isochronous>) -> bool {
@@ -190,11 +182,12 @@ fn are_right(live: &Live<'_, State>, fields: &Fields, isochronous: Option<&Isoch
     let user = live.understood(user);
     let is_served = user.are_right(&live.encoder(), &STANDARD[0]);
     let axis = !fields.has_axis() || axis_is_right(live, fields, &user);
-    let is_timed = isochronous.is_none_or(|times| CYCLES.contains(&times.cycle_nanoseconds()));
+    let hooks = &live.model.hooks;
+    let follows = |times| hooks.check(A3m60Check::Cycle(cycle(times)), CYCLES.contains(&times.cycle_nanoseconds()));
     is_served
         && axis
-        && (live.rules.own.judges_samples)(matches!(fields.samples, 1 | 2 | 4 | 8), fields.samples)
-        && (live.rules.own.judges_cycle)(is_timed)
+        && hooks.check(A3m60Check::Samples(fields.samples), matches!(fields.samples, 1 | 2 | 4 | 8))
+        && isochronous.is_none_or(follows)
 }
 
 /// Whether the encoder can serve a round axis: manual, 3.6.14 to 3.6.16. Its steps per revolution are at most those of the
@@ -203,7 +196,7 @@ fn axis_is_right(live: &Live<'_, State>, fields: &Fields, user: &UserParameters)
     let Gear { nominator, divisor, range } = fields.gear();
     let fraction = 1..=LARGEST_FRACTION;
     let is_fine = range * divisor <= HARDWARE.steps_per_revolution * nominator;
-    let sick = &live.rules.sick;
+    let sick = live.rules;
     let takes = |at, value: u64, right| (sick.takes)((1009, at), value as i64, right);
     takes(1, nominator, fraction.contains(&nominator))
         && takes(2, divisor, fraction.contains(&divisor))

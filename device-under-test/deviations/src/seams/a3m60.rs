@@ -1,0 +1,134 @@
+//! The hooks of the A3M60, as the rows of the tables attach to them, and its user octets in Set_Prm.
+
+use super::Deviations;
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
+use device_stack::profibus::SlaveHooks;
+use encoder_profile::encoder_object::Live;
+use encoder_profile::profidrive::telegram::Image;
+use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
+use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
+use reference_devices::models::sick_a3m60::status::Words;
+use reference_devices::models::sick_a3m60::{State, Times};
+use station::StandAction;
+use wire::profibus::prm::{Dpv1Status3, PrmBlock, PrmBlockType, SetPrm};
+
+hooks! { A3m60: A3m60Hooks
+    /// Flips a decision: from what it is about and what the encoder has decided.
+    check(check: A3m60Check) -> bool;
+    /// Changes the positions of the address switches.
+    switches() -> [u32; 2];
+    /// Changes where the shaft is by the sensor.
+    place(encoder: &Live<'_, State>) -> i64;
+    /// Changes the times of isochronous operation.
+    times() -> Option<Times>;
+    /// Changes S_STAT-A and S_STAT-B.
+    status(encoder: &Live<'_, State>) -> Words;
+    /// Changes the numbers of the blocks of the diagnosis.
+    diagnosis(encoder: &Live<'_, State>) -> Vec<u8>;
+    /// Changes the code in place of the position.
+    fault_code(encoder: &Live<'_, State>) -> Option<i32>;
+    /// Changes the signals of a frame.
+    image(encoder: &Live<'_, State>) -> Image;
+    /// Changes what is written to a parameter of the vendor.
+    write(write: &mut Write, memory: &mut Memory<'_>);
+    /// Changes what is in memory when something happens.
+    happens(event: Event, memory: &mut Memory<'_>);
+}
+
+impl Deviations {
+    /// Keeps up to date what is noted of an A3M60, for a deviation at other hooks; it begins with `first`.
+    pub fn note<T: Copy + 'static>(
+        &mut self,
+        first: T,
+        mut note: impl FnMut(&Live<'_, State>, Words, T) -> T + 'static,
+    ) -> Rc<Cell<T>> {
+        let noted = Rc::new(Cell::new(first));
+        let kept = noted.clone();
+        self.a3m60.status(move |encoder, words| {
+            kept.set(note(encoder, words, kept.get()));
+            words
+        });
+        noted
+    }
+
+    /// S_STAT-A and S_STAT-B as they are at any time.
+    pub fn noted_words(&mut self) -> Rc<Cell<Words>> {
+        self.note(Words::default(), |_, words, _| words)
+    }
+
+    /// Whether the stand has brought the fault of this name about.
+    pub fn noted_fault(&mut self, name: &'static str) -> Rc<Cell<bool>> {
+        struct Fault(&'static str, Rc<Cell<bool>>);
+
+        impl SlaveHooks for Fault {
+            fn act(&mut self, action: &StandAction<'_>) {
+                match *action {
+                    StandAction::Fault(name, present) if name == self.0 => self.1.set(present),
+                    _ => {}
+                }
+            }
+        }
+
+        let noted = Rc::new(Cell::new(false));
+        self.slave.add(Fault(name, noted.clone()));
+        noted
+    }
+
+    /// Changes what the user octets of an A3M60 say.
+    pub fn fields(&mut self, mut change: impl FnMut(Fields) -> Fields + 'static) {
+        self.slave.parameters(move |parameters| with_fields(parameters, &mut change));
+    }
+
+    /// Changes the user octets of an A3M60.
+    pub fn user_octets(&mut self, mut change: impl FnMut(&mut Vec<u8>) + 'static) {
+        self.slave.parameters(move |parameters| with_user_octets(parameters, &mut change));
+    }
+}
+
+/// Changes the user octets of a Set_Prm: those in their block, or those in front of the blocks.
+pub fn with_user_octets(parameters: &mut SetPrm, change: &mut dyn FnMut(&mut Vec<u8>)) {
+    let Some(head) = parameters.dpv1() else { return };
+    let behind = parameters.behind_dpv1().to_vec();
+    let is_structured = head.status_3.has(Dpv1Status3::PRM_STRUCTURE);
+    parameters.user.truncate(3);
+    let blocks = PrmBlock::parse_all(&behind).ok().filter(|_| is_structured);
+    let of_user = |block: &PrmBlock| block.kind == PrmBlockType::USER_PRM_DATA;
+    if let Some(mut blocks) = blocks.filter(|blocks| blocks.iter().any(of_user)) {
+        for block in &mut blocks {
+            if of_user(block) {
+                change(&mut block.data);
+            }
+            block.write(&mut parameters.user);
+        }
+        return;
+    }
+    let (octets, blocks) = behind.split_at(behind.len().min(OCTETS));
+    let is_followed_by_blocks = PrmBlock::parse_all(blocks).is_ok();
+    let (mut octets, blocks) =
+        if is_followed_by_blocks { (octets.to_vec(), blocks) } else { (behind.clone(), &[][..]) };
+    change(&mut octets);
+    parameters.user.extend(octets);
+    parameters.user.extend_from_slice(blocks);
+}
+
+/// Changes what the user octets of a Set_Prm say, if they are as many as there have to be.
+pub fn with_fields(parameters: &mut SetPrm, change: &mut dyn FnMut(Fields) -> Fields) {
+    with_user_octets(parameters, &mut |octets| {
+        if let Some(fields) = Fields::parse(octets).filter(|_| octets.len() == OCTETS) {
+            put_fields(octets, &change(fields));
+        }
+    });
+}
+
+fn put_fields(octets: &mut [u8], fields: &Fields) {
+    let Fields { switches, units, range, failures, speed_unit, nominator, divisor, samples } = *fields;
+    octets[..2].copy_from_slice(&switches);
+    octets[2..6].copy_from_slice(&units.to_be_bytes());
+    octets[6..10].copy_from_slice(&range.to_be_bytes());
+    octets[10..12].copy_from_slice(&[failures, speed_unit]);
+    octets[12..16].copy_from_slice(&nominator.to_be_bytes());
+    octets[16..20].copy_from_slice(&divisor.to_be_bytes());
+    octets[20] = samples;
+}

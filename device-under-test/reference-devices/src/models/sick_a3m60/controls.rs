@@ -1,0 +1,123 @@
+//! What is under the screw cover: address switches, preset push-button, bus termination; and the supply. Manual, 3.7, 4.2.1 and 4.3.
+//!
+//! Readings: the address is read when the supply comes; with one that is not permitted the encoder stays off the bus. A
+//! short press (below 3 s, invented) is an absolute preset when the button is let go.
+
+use super::State;
+use super::hooks::{A3m60Check, Hooks};
+use core::time::Duration;
+use encoder_profile::encoder::PresetMode;
+use encoder_profile::encoder_object::{Live, Source};
+use station::{StandAction, Time};
+
+/// Below this voltage the encoder goes down; invented.
+const LOWEST_SUPPLY: f64 = 7.0;
+/// What is still a short press.
+const SHORT_PRESS: Duration = Duration::from_secs(3);
+/// An address at which no station answers.
+pub const NOWHERE: u8 = 255;
+
+/// Switches, button and supply.
+#[derive(Clone, Debug)]
+pub struct Controls {
+    volts: f64,
+    is_badly_initialized: bool,
+    has_power: bool,
+    /// The hex switch and the decimal switch.
+    switches: [u32; 2],
+    termination: [u32; 2],
+    pressed_since: Option<Time>,
+    address: Option<u8>,
+}
+
+impl Controls {
+    /// As delivered, but for the address.
+    pub fn new(address: u8) -> Controls {
+        let switches = [u32::from(address) / 10, u32::from(address) % 10];
+        Controls {
+            volts: 24.0,
+            is_badly_initialized: false,
+            has_power: true,
+            switches,
+            termination: [0; 2],
+            pressed_since: None,
+            address: Some(address),
+        }
+    }
+
+    /// The address in use; none if the one that is set is not permitted.
+    pub fn address(&self) -> Option<u8> {
+        self.address
+    }
+
+    /// The supply has come or gone.
+    pub fn power(&mut self, has_power: bool, hooks: &Hooks) {
+        (self.has_power, self.pressed_since) = (has_power, None);
+        if has_power {
+            self.address = address(self.switches, hooks);
+        }
+    }
+
+    /// Whether the bus is terminated: manual, 4.3.1.
+    pub fn is_terminated(&self, hooks: &Hooks) -> bool {
+        hooks.check(A3m60Check::Terminated(self.termination), self.termination == [1; 2])
+    }
+
+    /// Whether the initialization fails.
+    pub fn is_badly_initialized(&self) -> bool {
+        self.is_badly_initialized
+    }
+
+    /// Whether there is enough supply for the encoder to work.
+    pub fn is_alive(&self) -> bool {
+        self.volts >= LOWEST_SUPPLY
+    }
+
+    /// The supply voltage in whole millivolts.
+    pub fn millivolts(&self) -> u64 {
+        (self.volts * 1000.0 + 0.5).max(0.0) as u64
+    }
+}
+
+/// The address that the switches set: manual, 4.3.2.
+pub fn address(switches: [u32; 2], hooks: &Hooks) -> Option<u8> {
+    let [tens, ones] = hooks.0.apply(switches, |hooks, switches| hooks.switches(switches));
+    let address = tens.checked_mul(10)?.checked_add(ones)?;
+    let is_permitted = hooks.check(A3m60Check::Address(address), (1..=125).contains(&address));
+    u8::try_from(address).ok().filter(|_| is_permitted)
+}
+
+/// Does what the stand does to supply, switches and button.
+pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+    let controls = &mut live.model.controls;
+    match *action {
+        StandAction::SupplyVoltage(volts) => controls.volts = volts,
+        StandAction::Fault("initialization", present) => controls.is_badly_initialized = present,
+        StandAction::Fault("noise", present) => live.model.has_noise = present,
+        StandAction::Switch("tens", place) => controls.switches[0] = place,
+        StandAction::Switch("ones", place) => controls.switches[1] = place,
+        StandAction::Switch("termination_a", place) => controls.termination[0] = place,
+        StandAction::Switch("termination_b", place) => controls.termination[1] = place,
+        StandAction::Button("preset", true) => controls.pressed_since = Some(live.now),
+        StandAction::Button("preset", false) => {
+            let pressed = controls.pressed_since.take().filter(|_| controls.has_power);
+            if pressed.is_some_and(|since| live.now.since(since) < SHORT_PRESS) {
+                press(live);
+            }
+        }
+        _ => return None,
+    }
+    Some(live.now)
+}
+
+/// A short press: an absolute preset.
+fn press(live: &mut Live<'_, State>) {
+    let rules = live.rules;
+    let Some(value) = (rules.button)(live.ram.preset_value) else { return };
+    if !rules.button_needs_class_4 && !live.ram.user.class_4 {
+        live.ram.measuring.offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
+        live.ram.measuring.settings.offset_acts = true;
+    } else {
+        live.preset(Source::Value(PresetMode::Absolute, value));
+    }
+}

@@ -1,0 +1,269 @@
+//! What the A3M60 has beside the encoder object, and how it takes part in it.
+
+use super::clock::{Clock, Times};
+use super::controls::{self, Controls};
+use super::hooks::{self, A3m60Check, Event, Hooks};
+use super::parameters::{self, Speed, Test};
+use super::samples::{self, Samples};
+use super::set_prm::{self, Brought, Fields};
+use super::status;
+use super::{CLOCK_DEVIATES, FREQUENCY, NO_CLOCK, is_of_vendor, leds};
+use crate::models::sick::axis::{self, Laps};
+use crate::models::sick::knobs::Rules;
+use crate::models::sick::log::{Log, Look, Recorder};
+use core::time::Duration;
+use device_stack::Attached;
+use device_stack::profinet::Seen;
+use encoder_profile::encoder::velocity::{Sampling, Unit, Velocity};
+use encoder_profile::encoder::{Settings, Shaft};
+use encoder_profile::encoder_object::{Live, Model};
+use encoder_profile::facts::ErrorFact;
+use encoder_profile::profidrive::parameters::Parameter;
+use encoder_profile::profidrive::telegram::Image;
+use station::{StandAction, Time};
+use wire::profidrive::ErrorNumber;
+
+/// The slowest turn that counts as operation, in whole revolutions per minute: manual, table 24, above 6.
+const MOTION: u64 = 7;
+/// How the speed is measured that the encoder itself looks at; invented.
+const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
+
+/// What the A3M60 has beside the encoder object, stored or not.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Switches, button and supply.
+    pub controls: Controls,
+    /// The user octets in force.
+    pub fields: Fields,
+    /// What the last Set_Prm has brought.
+    pub(super) brought: Brought,
+    /// The clock of isochronous operation.
+    pub clock: Clock,
+    /// The last samples of the position.
+    pub samples: Samples,
+    /// Whether the sensor has noise.
+    pub(super) has_noise: bool,
+    /// P1008.
+    pub speed: Speed,
+    /// P1007.
+    pub(super) test: Test,
+    pub(super) laps: Laps,
+    /// The service log.
+    pub log: Log,
+    recorder: Recorder,
+    /// The speed that the encoder itself checks.
+    pub(super) meter: Option<Velocity>,
+    powered_since: Time,
+    /// The deviations.
+    pub hooks: Hooks,
+}
+
+impl State {
+    /// As delivered, with this address.
+    pub fn new(address: u8, hooks: Hooks) -> State {
+        State {
+            controls: Controls::new(address),
+            fields: Fields::DELIVERED,
+            brought: Brought::DELIVERED,
+            clock: Clock::default(),
+            samples: Samples::default(),
+            has_noise: false,
+            speed: Speed::default(),
+            test: Test::default(),
+            laps: Laps::default(),
+            log: Log::new(),
+            recorder: Recorder::default(),
+            meter: None,
+            powered_since: Time::ZERO,
+            hooks,
+        }
+    }
+}
+
+/// What a sensor with or without noise reads at an instant, in steps over all revolutions.
+fn reading(shaft: &Shaft, has_noise: bool, at: Time) -> i64 {
+    shaft.place(at) + if has_noise { samples::noise(at) } else { 0 }
+}
+
+/// The settings with the gear of the round axis, if it is in force.
+pub fn with_axis(live: &Live<'_, State>, settings: Settings) -> Settings {
+    let (fields, rules) = (&live.model.fields, live.rules);
+    match fields.has_axis() && rules.axis_acts {
+        true => axis::geared(settings, (rules.gear)(fields.gear(), &live.ram.user)),
+        false => settings,
+    }
+}
+
+/// A clock of the bus has come.
+pub fn clock(live: &mut Live<'_, State>) {
+    let hooks = live.model.hooks.clone();
+    let place = reading(live.shaft, live.model.has_noise, live.now);
+    live.model.clock.tick(live.now, place, &hooks);
+}
+
+fn follow_clock(live: &mut Live<'_, State>) {
+    let (shaft, hooks) = (live.shaft, live.model.hooks.clone());
+    live.model.clock.advance(live.now, |at| shaft.place(at), &hooks);
+}
+
+fn log(live: &mut Live<'_, State>) {
+    let meter = live.model.meter.get_or_insert_with(|| {
+        Velocity::sampled(METER, Unit::Rpm, live.hardware, live.now, live.shaft, Attached::NONE)
+    });
+    meter.advance(live.now, live.shaft);
+    let look = Look {
+        now: live.now,
+        rpm: meter.rounded_rpm(),
+        sense: meter.steps().signum(),
+        place: live.shaft.place(live.now),
+        steps_per_revolution: live.hardware.steps_per_revolution,
+        slowest: MOTION,
+    };
+    let news = live.model.recorder.look(&look, live.rules);
+    live.model.log.take(&news);
+}
+
+/// The time since power-up.
+pub fn powered(live: &Live<'_, State>) -> Duration {
+    live.now.since(live.model.powered_since)
+}
+
+impl Model for State {
+    type Rules = Rules;
+
+    fn parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
+        parameters::own_parameter(live, number)
+    }
+
+    fn write(
+        live: &mut Live<'_, State>,
+        number: u16,
+        subindex: u16,
+        values: &[u64],
+    ) -> Option<Result<(), ErrorNumber>> {
+        parameters::write_own(live, number, subindex, values)
+    }
+
+    fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
+        let bus = || status::words(live).b;
+        match error.code {
+            Some(CLOCK_DEVIATES) => bus() & status::CLOCK_DEVIATING != 0,
+            Some(NO_CLOCK) => bus() & status::CLOCK_MISSING != 0,
+            _ => false,
+        }
+    }
+
+    fn warnings(live: &Live<'_, State>) -> u32 {
+        if status::is_too_fast(live) { FREQUENCY } else { 0 }
+    }
+
+    fn settings(live: &Live<'_, State>, settings: Settings) -> Settings {
+        with_axis(live, settings)
+    }
+
+    fn place(live: &mut Live<'_, State>) -> i64 {
+        follow_clock(live);
+        let (shaft, has_noise) = (live.shaft, live.model.has_noise);
+        live.model.samples.take(live.now, |at| reading(shaft, has_noise, at));
+        let live = &*live;
+        let State { clock, samples, fields, hooks, .. } = &*live.model;
+        let place = match clock.place() {
+            Some(place) => place,
+            None if clock.times().is_some() => samples.mean(1),
+            None => samples.mean(fields.samples.into()),
+        };
+        hooks.0.apply(place, |hooks, place| hooks.place(live, place))
+    }
+
+    fn placed(live: &mut Live<'_, State>) {
+        live.model.samples.restart();
+        live.model.clock.put(live.shaft.place(live.now));
+    }
+
+    fn gives_sign_of_life(live: &Live<'_, State>) -> bool {
+        let clock = &live.model.clock;
+        let is_isochronous = clock.times().is_some();
+        let sign = A3m60Check::SignOfLife { is_isochronous, wrong: clock.wrong() };
+        live.model.hooks.check(sign, is_isochronous && clock.is_synchronized())
+    }
+
+    fn watches_controller(live: &Live<'_, State>) -> bool {
+        live.model.clock.times().is_some()
+    }
+
+    fn shown(live: &Live<'_, State>, image: Image) -> Image {
+        let code = if is_of_vendor(live.ram.telegram()) { status::shown_code(live) } else { None };
+        let plain_position = code.map_or(image.plain_position, |code| code as u32);
+        let image = Image { time_stamp: powered(live).as_secs() as u16, plain_position, ..image };
+        live.model.hooks.0.apply(image, |hooks, image| hooks.image(live, image))
+    }
+
+    fn advance(live: &mut Live<'_, State>) {
+        follow_clock(live);
+        parameters::measure_speed(live);
+        log(live);
+        let place = live.hardware.sense(live.shaft.place(live.now));
+        live.model.laps.keep(&live.ram.measuring, place);
+        hooks::report(live, Event::Advance);
+    }
+
+    fn started(live: &mut Live<'_, State>) {
+        let Brought { fields, isochronous } = live.model.brought;
+        let times = isochronous.map(|times| Times {
+            cycle: set_prm::cycle(&times),
+            window: Duration::from_nanos((u64::from(times.t_pll_w) * 1000 / 12).max(1000)),
+            is_simulated: fields.simulates(),
+        });
+        let times = live.model.hooks.0.apply(times, |hooks, times| hooks.times(times));
+        live.model.fields = fields;
+        live.model.clock.begin(live.now, times);
+        hooks::report(live, Event::Start);
+    }
+
+    fn parametrized(live: &mut Live<'_, State>) {
+        if is_of_vendor(live.ram.telegram()) {
+            live.ram.velocity.set_unit(Unit::Rpm);
+        }
+        parameters::measure_speed(live);
+        let place = live.hardware.sense(live.shaft.place(live.now));
+        live.model.laps.count_for(&mut live.ram.measuring, place);
+    }
+
+    fn act(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
+        controls::handle(live, action)
+    }
+
+    fn led(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+        leds::light(live, name, seen)
+    }
+
+    fn counter(live: &Live<'_, State>, name: &str) -> Option<u64> {
+        (name == "termination").then(|| live.model.controls.is_terminated(&live.model.hooks).into())
+    }
+
+    fn power_up(live: &mut Live<'_, State>) {
+        let (now, rules) = (live.now, live.rules);
+        let model = &mut *live.model;
+        model.controls.power(true, &model.hooks);
+        model.log.power_up(rules);
+        model.recorder.power_up(now);
+        model.laps.change(rules.laps);
+        (model.meter, model.powered_since) = (None, now);
+        (model.fields, model.brought) = (Fields::DELIVERED, Brought::DELIVERED);
+        (model.test, model.speed) = (Test::default(), Speed::default());
+        model.clock.begin(now, None);
+        model.samples.restart();
+        model.laps.recall(&mut live.ram.measuring, rules);
+        hooks::report(live, Event::PowerUp);
+    }
+
+    fn power_down(live: &mut Live<'_, State>) {
+        let model = &mut *live.model;
+        model.controls.power(false, &model.hooks);
+        hooks::report(live, Event::PowerDown);
+    }
+
+    fn is_alive(&self) -> bool {
+        self.controls.is_alive()
+    }
+}

@@ -1,0 +1,30 @@
+//! The LEDs of the bus and of the encoder. Manual, 5.3.
+//!
+//! Reading: steady and flashing are lost in the print, so a LED of two colours is one word.
+
+use super::hooks::A3m60Check;
+use super::{State, status};
+use device_stack::profinet::Seen;
+use encoder_profile::encoder_object::Live;
+
+/// Below this voltage in millivolts the supply is too low: manual, table 29.
+const LOWEST_VOLTAGE: u64 = 10_000;
+
+/// What an LED shows.
+pub fn light(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
+    let controls = &live.model.controls;
+    let millivolts = controls.millivolts();
+    let has_low_supply = !live.model.hooks.check(A3m60Check::Supply(millivolts), millivolts >= LOWEST_VOLTAGE);
+    let light = match name {
+        "bus" | "encoder" if !seen.has_supply => "dark",
+        "bus" | "encoder" if controls.is_badly_initialized() || has_low_supply => "red_green",
+        "bus" if seen.is_booting => "dark",
+        "bus" if seen.exchanges_data => "green",
+        "bus" if seen.module_differs => "orange",
+        "bus" => "red",
+        "encoder" if status::words(live).a & status::POSITION != 0 => "orange",
+        "encoder" => "green",
+        _ => return None,
+    };
+    Some(light)
+}
