@@ -4,6 +4,7 @@ mod addresses;
 mod configuration;
 mod diagnosis;
 mod leds;
+mod offset_memory;
 mod parameters;
 mod preset_memory;
 mod presets;

@@ -1,20 +1,15 @@
 //! Deviations of presets that remember something of what came before.
 
-use super::diagnosis::patch;
-use super::values::set_position;
 use crate::seams::slave::request;
 use alloc::rc::Rc;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use core::mem;
-use core::time::Duration;
-use device_stack::profibus::{Application, DiagnosisBits, SlaveHooks};
-use encoder_profile::encoder::PresetMode;
+use device_stack::profibus::{Application, SlaveHooks};
 use reference_devices::models::datalogic_amt58::hooks::{Amt58Hooks, Check, NewOffset, View};
 use reference_devices::models::datalogic_amt58::preset::{CYCLES, TRIGGER, VALUE};
 use reference_devices::models::datalogic_amt58::set_prm::{EncoderParameters, RESERVED, RESOLUTION, number};
-use station::Time;
 use wire::profibus::cfg::Sums;
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 use wire::profibus::sap::{Service, SlaveSap};
@@ -263,189 +258,6 @@ impl Amt58Hooks for OnceOnly {
 
     fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
         self.is_made = false;
-        offset
-    }
-}
-
-fn place(view: &View<'_>) -> u64 {
-    view.hardware.sense(view.shaft.place(view.now))
-}
-
-/// Forgets the offset where the shaft is not where the preset was made.
-#[derive(Default)]
-pub(super) struct AtStandstill {
-    place: u64,
-}
-
-impl Amt58Hooks for AtStandstill {
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
-        if cause == NewOffset::Preset {
-            self.place = place(view);
-        }
-        offset
-    }
-
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
-        self.place = place(view);
-        offset
-    }
-
-    fn inputs(&mut self, view: &View<'_>, inputs: &mut [u8]) {
-        if place(view) != self.place {
-            set_position(inputs, view.measuring.position() as u32);
-        }
-    }
-}
-
-/// Computes the offset from the place where the shaft was 50 ms ago.
-#[derive(Default)]
-pub(super) struct OldPlace {
-    value: u64,
-}
-
-impl Amt58Hooks for OldPlace {
-    fn check(&mut self, _: &View<'_>, check: Check<'_>, verdict: bool) -> bool {
-        if let Check::PresetValue(value) = check {
-            self.value = value;
-        }
-        verdict
-    }
-
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
-        if cause != NewOffset::Preset {
-            return offset;
-        }
-        let mut before = view.measuring.clone();
-        before.put(view.hardware.sense(view.shaft.place(view.now - Duration::from_millis(50))));
-        let is_back = self.value < before.position();
-        let offset = before.preset(PresetMode::Absolute, self.value) as i64;
-        if is_back { offset - before.range() as i64 } else { offset }
-    }
-}
-
-/// Adds the offset of before to that of the first preset under another scaling.
-#[derive(Default)]
-pub(super) struct OldOffset {
-    is_first: bool,
-}
-
-impl Amt58Hooks for OldOffset {
-    fn parameters(&mut self, view: &View<'_>, _: &[u8], parameters: EncoderParameters) -> EncoderParameters {
-        self.is_first = parameters.scaling != view.parameters.scaling;
-        parameters
-    }
-
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
-        match cause == NewOffset::Preset && mem::take(&mut self.is_first) {
-            true => offset + view.offset,
-            false => offset,
-        }
-    }
-
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
-        self.is_first = false;
-        offset
-    }
-}
-
-/// Keeps an offset for each class.
-#[derive(Default)]
-pub(super) struct OfEachClass {
-    class: usize,
-    offsets: [i64; 3],
-}
-
-impl Amt58Hooks for OfEachClass {
-    fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
-        if cause == NewOffset::Preset {
-            return offset;
-        }
-        self.offsets[self.class] = view.offset;
-        self.class = usize::from(view.parameters.is_class_2) + usize::from(view.parameters.has_velocity);
-        self.offsets[self.class]
-    }
-
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
-        *self = OfEachClass { class: 0, offsets: [offset; 3] };
-        offset
-    }
-}
-
-/// Writes offsets to the memory 10 s after their preset.
-#[derive(Default)]
-pub(super) struct LateWrites {
-    pending: Option<(Time, i64)>,
-    written: i64,
-}
-
-impl LateWrites {
-    fn settle(&mut self, now: Time) {
-        if let Some((_, offset)) = self.pending.take_if(|(due, _)| *due <= now) {
-            self.written = offset;
-        }
-    }
-}
-
-impl Amt58Hooks for LateWrites {
-    fn store(&mut self, view: &View<'_>, offset: Option<i64>) -> Option<i64> {
-        self.settle(view.now);
-        self.pending = offset.map(|offset| (view.now + Duration::from_secs(10), offset));
-        None
-    }
-
-    fn power_down(&mut self, view: &View<'_>) {
-        self.settle(view.now);
-        self.pending = None;
-    }
-
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
-        if view.is_unreadable { offset } else { self.written }
-    }
-}
-
-/// Shows no offset until the first preset after power-up.
-#[derive(Default)]
-pub(super) struct ShownFromRam {
-    is_preset: bool,
-}
-
-impl Amt58Hooks for ShownFromRam {
-    fn offset(&mut self, _: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
-        self.is_preset |= cause == NewOffset::Preset;
-        offset
-    }
-
-    fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
-        self.is_preset = false;
-        offset
-    }
-
-    fn diagnosis(&mut self, _: &View<'_>, octets: &mut Vec<u8>, bits: DiagnosisBits) -> DiagnosisBits {
-        if !self.is_preset {
-            patch(octets, 31, &[0; 4]);
-        }
-        bits
-    }
-}
-
-/// Takes the shaft to be where it was when the supply went.
-#[derive(Default)]
-pub(super) struct Restored {
-    shift: i64,
-    before: i64,
-}
-
-impl Amt58Hooks for Restored {
-    fn place(&mut self, place: i64) -> i64 {
-        place.saturating_add(self.shift)
-    }
-
-    fn power_down(&mut self, view: &View<'_>) {
-        self.before = view.hardware.sense(view.shaft.place(view.now).saturating_add(self.shift)) as i64;
-    }
-
-    fn load(&mut self, view: &View<'_>, offset: i64) -> i64 {
-        self.shift = self.before - place(view) as i64;
         offset
     }
 }

@@ -1,10 +1,8 @@
 //! Bugs of presets and of the memory that keeps them.
 
 use super::diagnosis::{extend, patch};
-use super::preset_memory::{
-    AtStandstill, Early, LateWrites, OfEachClass, OldOffset, OldPlace, OnceOnly, OwnCount, Repeated, Restored,
-    SetByParameters, ShownFromRam, Undone, UnusedRange, WithoutTrigger,
-};
+use super::offset_memory::{AtStandstill, LateWrites, OfEachClass, OldOffset, OldPlace, Restored, ShownFromRam};
+use super::preset_memory::{Early, OnceOnly, OwnCount, Repeated, SetByParameters, Undone, UnusedRange, WithoutTrigger};
 use super::values::{position, set_position};
 use crate::tables::Deviation;
 use encoder_profile::encoder::Direction;

@@ -1,6 +1,6 @@
 //! The encoder: what it stores, what it holds while it has power, and how it measures.
 
-use super::hooks::{Amt58Hooks, Check, View};
+use super::hooks::{Amt58Hooks, Check};
 use super::leds::{self, Leds, Situation};
 use super::node_number::NodeNumber;
 use super::red_zone;
@@ -9,7 +9,7 @@ use core::time::Duration;
 use device_stack::Attached;
 use device_stack::profibus::{Identity, Seen};
 use encoder_profile::behaviour::Behaviour;
-use encoder_profile::encoder::{Cell, Direction, Hardware, Measuring, Shaft, Velocity};
+use encoder_profile::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
 use station::Time;
 
 /// From one velocity to the next; invented.
@@ -86,25 +86,6 @@ impl Amt58 {
         self.use_offset(offset);
     }
 
-    /// The decision that counts.
-    pub(super) fn check(&self, now: Time, check: Check<'_>, verdict: bool) -> bool {
-        self.hooks.apply(verdict, |hooks, verdict| hooks.check(&self.view(now), check, verdict))
-    }
-
-    pub(super) fn view(&self, now: Time) -> View<'_> {
-        View {
-            now,
-            hardware: self.ram.hardware,
-            shaft: &self.shaft,
-            parameters: &self.ram.parameters,
-            measuring: &self.ram.measuring,
-            velocity: &self.ram.velocity,
-            offset: self.ram.offset,
-            is_unreadable: self.ram.is_unreadable,
-            is_in_zone: self.is_in_zone(now),
-        }
-    }
-
     pub(super) fn node_number(&self) -> NodeNumber {
         NodeNumber { switches: self.ram.switches, set_by_bus: *self.stored_address.stored() }
     }
@@ -122,15 +103,14 @@ impl Amt58 {
         self.ram.measuring.sample(place);
     }
 
-    fn is_in_zone(&self, now: Time) -> bool {
-        let Ram { hardware, parameters, .. } = &self.ram;
-        let place = match parameters.direction {
-            Direction::Clockwise => self.place(now),
-            Direction::Counterclockwise => hardware.range() - 1 - self.place(now),
-        };
+    /// Whether the shaft is in the red zone (6.9).
+    pub(super) fn is_in_zone(&self, now: Time) -> bool {
+        let Ram { hardware, parameters, measuring, .. } = &self.ram;
+        let place = measuring.counted(self.place(now));
         parameters.scales && red_zone::is_inside(&parameters.scaling, hardware, place)
     }
 
+    /// What the LEDs show now (4.9).
     pub(super) fn leds(&self, now: Time, seen: &Seen) -> Leds {
         let situation = Situation {
             seen: *seen,

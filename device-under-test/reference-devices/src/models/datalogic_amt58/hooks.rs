@@ -2,6 +2,7 @@
 //!
 //! The encoder itself is plain. Without the feature `deviations` no hook is ever called.
 
+use super::encoder::Amt58;
 use super::leds::{Leds, Situation};
 use super::node_number::NodeNumber;
 use super::scaling::SentScaling;
@@ -130,5 +131,27 @@ pub trait Amt58Hooks {
     /// Step: the offset of presets that comes into force; `view` has the one before.
     fn offset(&mut self, view: &View<'_>, cause: NewOffset, offset: i64) -> i64 {
         offset
+    }
+}
+
+impl Amt58 {
+    /// The decision that counts.
+    pub(super) fn check(&self, now: Time, check: Check<'_>, verdict: bool) -> bool {
+        self.hooks.apply(verdict, |hooks, verdict| hooks.check(&self.view(now), check, verdict))
+    }
+
+    /// The encoder as it is now.
+    pub(super) fn view(&self, now: Time) -> View<'_> {
+        View {
+            now,
+            hardware: self.ram.hardware,
+            shaft: &self.shaft,
+            parameters: &self.ram.parameters,
+            measuring: &self.ram.measuring,
+            velocity: &self.ram.velocity,
+            offset: self.ram.offset,
+            is_unreadable: self.ram.is_unreadable,
+            is_in_zone: self.is_in_zone(now),
+        }
     }
 }

@@ -34,6 +34,7 @@ impl Amt58 {
             return;
         }
         let offset = measuring.preset(PresetMode::Absolute, value) as i64;
+        // The diagnosis shows the offset with its sign (6.7), positions only need it within the range.
         let is_back = value < measuring.position();
         let offset = if is_back { offset - measuring.range() as i64 } else { offset };
         let offset = self.hooks.apply(offset, |hooks, offset| hooks.offset(&self.view(now), NewOffset::Preset, offset));

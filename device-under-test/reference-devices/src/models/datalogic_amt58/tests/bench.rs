@@ -28,12 +28,12 @@ impl Station for Any {
 pub const HS: &str = "hs5818";
 pub const HM: &str = "hm5816-16384";
 
-/// One at address 5, healthy unless it is said how it behaves.
+/// One at address 5 with this behaviour, or that of the manual.
 pub fn bench_with(variant: &str, shaft: u64, behaviour: Option<&Behaviour>) -> Bench<Any> {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
-    let healthy = DATALOGIC_AMT58.behaviour();
+    let plain = DATALOGIC_AMT58.behaviour();
     let piece = Piece { shaft, ..Piece::default() };
-    let device = DATALOGIC_AMT58.build(variant, behaviour.unwrap_or(&healthy), piece, line);
+    let device = DATALOGIC_AMT58.build(variant, behaviour.unwrap_or(&plain), piece, line);
     Bench::new(Any(device.expect("the variant is known")), 5)
 }
 

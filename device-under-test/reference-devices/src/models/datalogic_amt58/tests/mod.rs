@@ -170,8 +170,8 @@ fn velocities(#[case] operating: u8, #[case] unit: u8, #[case] rpm: f64, #[case]
     act(&mut bench, StandAction::ShaftSpeed(rpm));
     bench.wait(Duration::from_millis(500));
     let inputs = bench.exchange(&NOTHING);
-    let told = i32::from_be_bytes(inputs[4..].try_into().expect("there are eight"));
-    assert!((told - shown).abs() * 100 <= shown.abs(), "{told}");
+    let velocity = i32::from_be_bytes(inputs[4..].try_into().expect("there are eight"));
+    assert!((velocity - shown).abs() * 100 <= shown.abs(), "{velocity}");
 }
 
 /// Manual, 4.8 and 6.8.
@@ -200,7 +200,7 @@ fn switches_and_the_address_of_the_bus() {
 
 /// Manual, 4.9.
 #[test]
-fn lights() {
+fn leds_of_each_event() {
     let mut bench = bench(HM, 0);
     let leds =
         |bench: &mut Bench<Any>| ["fault", "power"].map(|led| bench.device.0.led(bench.now, led).expect("it has"));
