@@ -19,6 +19,10 @@ pub enum Need {
     Parameter(u16),
     /// A telegram, by its number.
     Telegram(u16),
+    /// A G1_XIST1 that is shifted to the left.
+    ShiftedXist1,
+    /// A sign of life of the controller that is watched.
+    WatchedController,
     /// User parameters at each start, without which it is an error.
     RequiredRecord,
     /// User parameters that are taken in data exchange.
@@ -47,6 +51,10 @@ impl Need {
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),
             Need::Telegram(number) => has(&|one| one.telegram.number == number),
+            Need::ShiftedXist1 => {
+                manual.facts.is_some_and(|facts| facts.variants.iter().any(|variant| variant.shift > 0))
+            }
+            Need::WatchedController => manual.facts.is_some_and(|facts| facts.watches_controller),
             Need::RequiredRecord => manual.facts.is_some_and(|facts| facts.without_record == WithoutRecord::Error),
             Need::RecordInExchange => manual.facts.is_some_and(|facts| facts.record_in_exchange == InExchange::InForce),
             Need::Input(signal) => has(&|one| one.telegram.inputs.contains(&signal)),

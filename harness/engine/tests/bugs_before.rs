@@ -22,6 +22,11 @@ const EXPLAINED: &[(&str, &str, &str)] = &[
         "web-at-fixed-address",
         "the device no longer answers at its first address beside the new one, so it can be named again after a reset",
     ),
+    (
+        "lika-xac77-profinet",
+        "speed-unit-refused-without-velocity",
+        "it no longer takes a tolerance of 0, of which its sentence says nothing",
+    ),
 ];
 
 /// What is written of a bug with which the device once could not run every trial.

@@ -18,12 +18,9 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::All(tables::presets::OTHERS),
     Table::Only(tables::reset::BUGS, RESET),
-    Table::Only(tables::signals::BUGS, SIGNALS),
-    Table::All(tables::signals::OTHERS),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::velocity::OTHERS),
     Table::Only(tables::codes::BUGS, CODES),
-    Table::Only(tables::layouts::BUGS, LAYOUTS),
     Table::Only(tables::limits::BUGS, LIMITS),
     Table::Only(tables::panel::BUGS, PANEL),
     Table::Only(tables::requests::BUGS, REQUESTS),
@@ -127,32 +124,6 @@ const RESET: &[&str] = &[
     "reset-of-ram-only",
 ];
 
-const SIGNALS: &[&str] = &[
-    "control-words-swapped",
-    "position-little-endian",
-    "nist-b-not-sign-extended",
-    "error-code-in-upper-word",
-    "telegram-81-with-velocity",
-    "gray-code",
-    "position-left-aligned",
-    "control-by-plc-not-seen",
-    "control-word-octets-swapped",
-    "reserved-bit-acts",
-    "reference-search-starts",
-    "not-used-bits-mirrored",
-    "internal-state-in-status-word",
-    "status-bit-10-shows-motion",
-    "xist1-shows-error",
-    "control-by-plc-ignored",
-    "control-requested-never-set",
-    "control-requested-follows-control",
-    "inputs-freeze-without-control",
-    "sign-of-life-through-zero",
-    "sign-of-life-stops-in-park",
-    "xist2-one-frame-late",
-    "position-bit-stays-with-error",
-];
-
 const VELOCITY: &[&str] = &[
     "speed-per-minute",
     "speed-units-exchanged",
@@ -169,16 +140,6 @@ const VELOCITY: &[&str] = &[
 
 const CODES: &[&str] =
     &["fault-bits-one-too-high", "warnings-never-set", "warning-bits-exchanged", "offset-never-shown"];
-
-const LAYOUTS: &[&str] = &[
-    "status-words-swapped",
-    "signal-words-swapped",
-    "control-by-plc-at-bit-9",
-    "sign-of-life-watched",
-    "zero-is-no-preset",
-    "position-stays-after-parking",
-    "error-codes-combined",
-];
 
 const LIMITS: &[&str] = &[
     "one-unit-refused",

@@ -4,7 +4,6 @@ use crate::tables::{self, Table};
 
 /// Every bug that a reference XAC77 can be told to have.
 pub(super) static BUGS: &[Table] = &[
-    Table::All(tables::signals::BUGS),
     Table::All(tables::handshakes::BUGS),
     Table::All(tables::presets::BUGS),
     Table::All(tables::measuring::BUGS),

@@ -11,7 +11,6 @@ pub(super) static BUGS: &[Table] = &[
     Table::All(tables::dp_station::BUGS),
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
     Table::All(tables::isochronous::BUGS),
-    Table::Only(tables::layouts::BUGS, LAYOUTS),
     Table::Only(tables::limits::BUGS, LIMITS),
     Table::Only(tables::measuring::BUGS, MEASURING),
     Table::Only(tables::memory::BUGS, MEMORY),
@@ -22,8 +21,6 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::requests::BUGS, REQUESTS),
     Table::Only(tables::service::BUGS, SERVICE),
     Table::All(tables::set_prm::BUGS),
-    Table::Only(tables::signals::BUGS, SIGNALS),
-    Table::Only(tables::signals::OTHERS, SIGNALS_OTHERS),
     Table::Only(tables::slave::BUGS, SLAVE),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::vendor_axis::BUGS),
@@ -51,16 +48,6 @@ const HANDSHAKES: &[&str] = &[
     "acknowledge-stops-transfer",
     "stw2-bit-7-acknowledges",
     "error-needs-request",
-];
-
-const LAYOUTS: &[&str] = &[
-    "xist1-right-aligned",
-    "control-by-plc-at-bit-9",
-    "sign-of-life-watched",
-    "zero-is-no-preset",
-    "xist1-moves-while-parked",
-    "position-stays-after-parking",
-    "error-codes-combined",
 ];
 
 const LIMITS: &[&str] = &[
@@ -152,34 +139,6 @@ const REQUESTS: &[&str] = &[
 ];
 
 const SERVICE: &[&str] = &["power-up-counter-volatile", "service-log-cleared", "current-speed-for-the-highest"];
-
-const SIGNALS: &[&str] = &[
-    "control-words-swapped",
-    "positions-swapped",
-    "velocity-before-xist2",
-    "position-little-endian",
-    "nist-b-not-sign-extended",
-    "error-code-in-upper-word",
-    "position-left-aligned",
-    "control-by-plc-not-seen",
-    "reserved-bit-acts",
-    "internal-state-in-status-word",
-    "xist1-shows-error",
-    "control-by-plc-ignored",
-    "control-by-plc-needed-in-compatibility-mode",
-    "control-requested-never-set",
-    "sign-of-life-in-low-nibble",
-    "sign-of-life-through-zero",
-    "sign-of-life-stops-in-park",
-    "life-sign-tolerance-off-by-one",
-    "life-sign-failures-add-up",
-    "xist2-always-shows-position",
-    "xist2-only-at-the-edge",
-    "xist2-one-frame-late",
-    "absolute-value-not-served",
-];
-
-const SIGNALS_OTHERS: &[&str] = &["position-torn"];
 
 const SLAVE: &[&str] = &[
     "ident-not-checked",

@@ -1,11 +1,12 @@
 //! Bugs of telegrams and their signals that not every encoder can have.
 
-use super::Deviation;
+use super::Group;
 use super::handshakes::presets_while_parked;
 use super::image::{ERROR, EXECUTED, PARKED, POSITION, has_error, has_position, is_parked};
 use super::presets::after_parking;
 use super::sensor_memory::{CombinedCodes, preset_lost_with_its_request};
 use super::signals::{hide_error, put};
+use crate::needs::Need;
 use crate::seams::OfEncoder;
 use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
@@ -16,107 +17,151 @@ use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring::PresetBasis;
 use encoder_profile::encoder::{Hardware, PresetMode, Scaling};
 use encoder_profile::hooks::EncoderHooks;
-use encoder_profile::profidrive::telegram::{Before, Image, Signal, Telegram};
+use encoder_profile::profidrive::telegram::{Before, Control, Image, Signal, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
+use reference_devices::manuals;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
-    // Telegrams
-    "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
-        => |b| b.at_encoder.order(status_words_swapped);
-    "nist-a-before-positions" "In telegram 82 NIST_A stands before G1_XIST1."
-        => |b| b.at_encoder.order(nist_a_before_positions);
-    "xist2-before-xist3" "In telegram 84 G1_XIST2 stands before G1_XIST3."
-        => |b| b.at_encoder.order(xist2_before_xist3);
-    "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
-        => |b| (b.at_encoder.order(without_velocity), b.at_encoder.input_octets(without_velocity_octets));
-    "signal-words-swapped" "Each signal of 32 bits is sent with its two words exchanged."
-        => |b| b.at_encoder.signal(|_, octets| swap_words(octets));
-    "telegram-latched" "The telegram of the first connection after power-up stays in use."
-        => |b| b.at_encoder.add(Latched::default());
-    "codes-in-two-telegrams-only" "In the telegrams 82 and 84 G1_XIST2 has no error codes."
-        => |b| b.at_encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
-    "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
-        => |b| b.at_encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
-
-    // Shift of G1_XIST1
-    "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
-        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
-    "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
-        => |b| {
-            b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
-            b.at_encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
-        };
-    "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
-        => |b| b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
-    "xist1-right-aligned" "G1_XIST1 is not shifted."
-        => |b| b.at_encoder.image(|_, now| Image { shift: 0, ..now });
-    "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
-        => |b| b.at_encoder.image(|_, now| Image { shift: (now.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
-
-    // Control by PLC and signs of life
-    "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
-    "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
-        => |b| b.at_encoder.image(xist2_freezes_without_control);
-    "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
-        => |b| {
-            b.checks.check(|check, right| match check {
-                Check::WatchesController { parked, .. } => !parked,
-                _ => right,
-            });
-            b.life_sign.tolerated(|_, _| 15);
-        };
-    "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
-        => |b| b.at_encoder.image(sign_of_life_carries);
-    "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
-        => |b| b.checks.check(control_edge_in_compatibility_mode());
-    "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
-        => |b| b.checks.check(|check, right| match check {
-            Check::ControlByPlc { compatible, .. } => compatible,
-            _ => right,
-        });
-
-    // Presets, parking, errors
-    "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
-        => |b| b.at_encoder.image(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
-    "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
-        => |b| b.at_encoder.image(|_, now| shows_position(now, now.request.home));
-    "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
-    "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
-        => |b| b.at_encoder.held(preset_lost_with_its_request());
-    "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
-        => |b| b.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
-    "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
-        => |b| {
-            b.checks.check(presets_while_parked);
-            preset_on_zero_while_parked(b);
-        };
-    "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-        => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
-    "position-stays-after-parking" "After parking the position goes on from the one before it."
-        => |b| b.at_encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
-    "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
-        => |b| b.checks.set(Check::Acknowledges { parked: true }, false);
-    "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
-        => |b| b.checks.check(|check, right| match check {
-            Check::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
-            _ => right,
-        });
-    "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
-        => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
-    "error-codes-combined" "The codes of several errors are combined bit by bit."
-        => |b| b.at_encoder.add(CombinedCodes::default());
-
-    // Positions and velocity
-    "revolution-missing" "Of all revolutions the last one is not counted."
-        => |b| b.measuring.range(revolution_missing);
-    "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
-        => |b| b.at_encoder.signal(velocity_left_aligned);
-    "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
-        => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
-};
+/// The deviations of this topic, by what they need.
+pub static GROUPS: &[Group] = &[
+    // The sensor interface
+    Group {
+        needs: &[Need::Output(Control::Stw2Enc)],
+        deviations: encoder_bugs! {
+            "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
+                => |b| b.at_encoder.order(status_words_swapped);
+            "telegram-latched" "The telegram of the first connection after power-up stays in use."
+                => |b| b.at_encoder.add(Latched::default());
+            "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
+                => |b| b.at_encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
+            "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
+                => |b| b.at_encoder.image(sign_of_life_carries);
+            "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
+                => |b| b.checks.check(control_edge_in_compatibility_mode());
+            "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::ControlByPlc { compatible, .. } => compatible,
+                    _ => right,
+                });
+            "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
+                => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
+            "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
+                => |b| b.at_encoder.held(preset_lost_with_its_request());
+            "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
+                => |b| b.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
+            "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
+                => |b| {
+                    b.checks.check(presets_while_parked);
+                    preset_on_zero_while_parked(b);
+                };
+            "position-stays-after-parking" "After parking the position goes on from the one before it."
+                => |b| b.at_encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
+            "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
+                => |b| b.checks.set(Check::Acknowledges { parked: true }, false);
+            "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
+                => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
+            "error-codes-combined" "The codes of several errors are combined bit by bit."
+                => |b| b.at_encoder.add(CombinedCodes::default());
+        },
+    },
+    // The sign of life of the controller, where it is not watched or only in time with the bus
+    Group {
+        needs: &[Need::Output(Control::Stw2Enc)],
+        deviations: encoder_bugs! {
+            "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
+                => |b| {
+                    b.checks.check(|check, right| match check {
+                        Check::WatchesController { parked, .. } => !parked,
+                        _ => right,
+                    });
+                    b.life_sign.tolerated(|_, _| 15);
+                };
+        },
+    },
+    // Positions and their signals
+    Group {
+        needs: &[Need::Input(Signal::G1Xist2)],
+        deviations: encoder_bugs! {
+            "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
+                => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
+            "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
+                => |b| b.at_encoder.image(xist2_freezes_without_control);
+            "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
+                => |b| b.at_encoder.image(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
+            "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
+                => |b| b.at_encoder.image(|_, now| shows_position(now, now.request.home));
+            "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
+                => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
+            "revolution-missing" "Of all revolutions the last one is not counted."
+                => |b| b.measuring.range(revolution_missing);
+        },
+    },
+    // G1_XIST1 shifted to the left
+    Group {
+        needs: &[Need::ShiftedXist1],
+        deviations: encoder_bugs! {
+            "xist1-right-aligned" "G1_XIST1 is not shifted."
+                => |b| b.at_encoder.image(|_, now| Image { shift: 0, ..now });
+            "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
+                => |b| b.at_encoder.image(|_, now| Image { shift: (now.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
+        },
+    },
+    Group {
+        needs: &[Need::Profinet, Need::ShiftedXist1],
+        deviations: encoder_bugs! {
+            "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
+                => |b| {
+                    b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
+                    b.at_encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
+                };
+            "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
+                => |b| b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
+        },
+    },
+    // Signals of 32 bits and velocities
+    Group {
+        needs: &[Need::Profinet, Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "signal-words-swapped" "Each signal of 32 bits is sent with its two words exchanged."
+                => |b| b.at_encoder.signal(|_, octets| swap_words(octets));
+            "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
+                => |b| b.at_encoder.signal(velocity_left_aligned);
+            "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
+                => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
+        },
+    },
+    // Telegrams of the profile with a velocity
+    Group {
+        needs: &[Need::Telegram(82)],
+        deviations: encoder_bugs! {
+            "nist-a-before-positions" "In telegram 82 NIST_A stands before G1_XIST1."
+                => |b| b.at_encoder.order(nist_a_before_positions);
+            "codes-in-two-telegrams-only" "In the telegrams 82 and 84 G1_XIST2 has no error codes."
+                => |b| b.at_encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
+        },
+    },
+    Group {
+        needs: &[Need::Telegram(84)],
+        deviations: encoder_bugs! {
+            "xist2-before-xist3" "In telegram 84 G1_XIST2 stands before G1_XIST3."
+                => |b| b.at_encoder.order(xist2_before_xist3);
+            "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
+                => |b| (b.at_encoder.order(without_velocity), b.at_encoder.input_octets(without_velocity_octets));
+            "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
+                => |b| b.at_encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
+        },
+    },
+    // Errors of the supply
+    Group {
+        needs: &[Need::Of(&manuals::SICK_AFX60)],
+        deviations: encoder_bugs! {
+            "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
+                    _ => right,
+                });
+        },
+    },
+];
 
 /// In compatibility mode G1_STW does not count in the frame in which Control by PLC ends.
 fn control_edge_in_compatibility_mode() -> impl FnMut(Check, bool) -> bool {

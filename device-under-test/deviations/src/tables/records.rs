@@ -7,7 +7,7 @@ use crate::seams::OfEncoder;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::time::Duration;
-use device_stack::profinet::{Access, RecordRefusal};
+use device_stack::profinet::{Access, Plug, RecordRefusal};
 use encoder_profile::checks::Check;
 use encoder_profile::encoder_object::{ENCODER_API, ENCODER_SLOT};
 use encoder_profile::facts::Submodule;
@@ -92,6 +92,11 @@ struct ReadFreezesPosition {
 }
 
 impl EncoderHooks for ReadFreezesPosition {
+    fn plugged(&mut self, plugged: Vec<Plug>) -> Vec<Plug> {
+        self.sent.clear();
+        plugged
+    }
+
     fn write_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
         if access.index == PARAMETER_ACCESS {
             self.until = Some(view.now + HELD_UP);

@@ -453,20 +453,25 @@ impl EncoderHooks for Mantel860WaitsForPreset {
 
 /// Remembers the record that was written last.
 #[derive(Default)]
-struct StatusOf31Octets(Vec<u8>);
+struct StatusOf31Octets([u8; OCTETS]);
 
 impl EncoderHooks for StatusOf31Octets {
     fn write_record(&mut self, _: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
-        if let (USER_PARAMETERS, Ok(octets)) = (access.index, &octets) {
-            self.0.clone_from(octets);
+        let record = octets.as_ref().ok().and_then(|octets| octets[..].try_into().ok());
+        if let (USER_PARAMETERS, Some(record)) = (access.index, record) {
+            self.0 = record;
         }
         octets
     }
 
     fn read_record(&mut self, _: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
         match access.index {
-            USER_PARAMETERS => octets.map(|_| self.0.clone()),
+            USER_PARAMETERS => octets.map(|_| self.0.into()),
             _ => octets,
         }
+    }
+
+    fn powered_up(&mut self) {
+        self.0 = [0; OCTETS];
     }
 }
