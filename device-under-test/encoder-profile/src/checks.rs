@@ -208,6 +208,15 @@ pub enum Check {
         /// Whether there were more failures than are tolerated.
         has_failed: bool,
     },
+    /// A preset that waits for its offset to be stored takes effect now.
+    PresetTakesEffect,
+    /// A preset counts as carried out, as it does if its offset could be stored.
+    PresetIsCarriedOut,
+    /// A factory reset is carried out.
+    FactoryReset {
+        /// Whether a connection exchanges data or is being set up.
+        is_connected: bool,
+    },
 }
 
 /// Flips decisions; the default leaves them as the manual has them.

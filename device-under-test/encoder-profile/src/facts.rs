@@ -63,6 +63,8 @@ pub struct Facts {
     pub control: ControlFacts,
     /// When the sign of life of the encoder goes on.
     pub sign_of_life: SignOfLife,
+    /// Whether a preset is in force when its offset is stored; if not, it is in force at once and stored afterwards.
+    pub preset_waits_for_memory: bool,
     /// Whether the sign of life of the controller is watched.
     pub watches_controller: bool,
     /// Whether parameter requests for any axis or drive object are answered, and not only for 0 and 1.

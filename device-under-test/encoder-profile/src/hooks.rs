@@ -5,11 +5,12 @@
 
 use crate::encoder::{Hardware, Measuring, PresetMode};
 use crate::encoder_object::Store;
-use crate::facts::{Facts, Submodule};
+use crate::facts::{Facts, Reset, Submodule};
 use crate::profidrive::parameters::{Exchange, Parameter};
 use crate::profidrive::sensor::{Error, Sensor};
 use crate::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use crate::profidrive::user_parameters::UserParameters;
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Access, ArKey, Plug, RecordRefusal, Seen, Severity, StationData};
@@ -128,6 +129,29 @@ pub trait EncoderHooks {
     /// The supply has come: what is volatile is lost.
     fn powered_up(&mut self) {}
 
+    /// What is about to be written to memory, if anything is.
+    fn store(&mut self, view: &View<'_>, write: Option<Write>) -> Option<Write> {
+        write
+    }
+
+    /// What comes back from memory when the supply comes; nothing of it is in force yet.
+    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+        retained
+    }
+
+    /// What a factory reset that is to clear this leaves.
+    fn reset(&mut self, view: &View<'_>, clears: Reset, left: Retained) -> Retained {
+        left
+    }
+
+    /// The supply goes.
+    fn power_down(&mut self, view: &View<'_>) {}
+
+    /// How often a counter has counted, by its name.
+    fn counter(&mut self, name: &str, count: u64) -> u64 {
+        count
+    }
+
     /// What an LED shows to who looks at it.
     fn led(&mut self, lit: &Lit<'_>, right: &'static str) -> &'static str {
         right
@@ -180,8 +204,6 @@ pub struct View<'a> {
     pub measuring: &'a Measuring,
     /// The preset value.
     pub preset_value: u32,
-    /// The offset that was in memory at power-up.
-    pub offset_at_power_up: u64,
     /// The sensor interface.
     pub sensor: &'a Sensor,
     /// What was taken from the controller.
@@ -203,6 +225,38 @@ pub struct Held {
     pub offset: u64,
     /// The preset value, P65000.
     pub preset_value: u32,
+}
+
+/// Something of a preset that is written to memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Write {
+    /// The offset of a preset.
+    Offset {
+        /// The offset.
+        offset: u64,
+        /// How long it takes.
+        takes: Duration,
+    },
+    /// The preset value, P65000.
+    PresetValue {
+        /// The value.
+        value: u32,
+        /// How long it takes.
+        takes: Duration,
+    },
+}
+
+/// What memory retains without power.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Retained {
+    /// The offset of all presets.
+    pub offset: u64,
+    /// The preset value, P65000.
+    pub preset_value: u32,
+    /// Name and addresses.
+    pub station: StationData,
+    /// The serial number.
+    pub serial_number: String,
 }
 
 /// What an LED could show.

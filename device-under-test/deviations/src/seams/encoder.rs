@@ -5,8 +5,8 @@ use core::time::Duration;
 use device_stack::profinet::{Access, ArKey, Plug, Severity};
 use encoder_profile::checks::{Check, EncoderChecks};
 use encoder_profile::encoder::{Hardware, PresetMode, Settings, Unit};
-use encoder_profile::facts::{ErrorFact, Submodule};
-use encoder_profile::hooks::{EncoderHooks, Held, Lit, RecordOctets, SubmoduleInputs, View};
+use encoder_profile::facts::{ErrorFact, Reset, Submodule};
+use encoder_profile::hooks::{EncoderHooks, Held, Lit, RecordOctets, Retained, SubmoduleInputs, View, Write};
 use encoder_profile::profidrive::life_sign::LifeSignSteps;
 use encoder_profile::profidrive::parameters::{Exchange, Parameter};
 use encoder_profile::profidrive::preset_trigger::TriggerSteps;
@@ -92,6 +92,16 @@ hooks! { Encoder: EncoderHooks
     diagnoses(view: &View<'_>) -> Vec<(u16, Severity)>;
     /// Forgets what is volatile.
     powered_up();
+    /// Changes what is about to be written to memory.
+    store(view: &View<'_>) -> Option<Write>;
+    /// Changes what comes back from memory when the supply comes.
+    load(view: &View<'_>) -> Retained;
+    /// Changes what a factory reset leaves.
+    reset(view: &View<'_>, clears: Reset) -> Retained;
+    /// Notes that the supply goes.
+    power_down(view: &View<'_>);
+    /// Changes how often a counter has counted.
+    counter(name: &str) -> u64;
     /// Changes what an LED shows.
     led(lit: &Lit<'_>) -> &'static str;
 }

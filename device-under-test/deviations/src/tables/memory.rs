@@ -2,58 +2,358 @@
 
 use super::Deviation;
 use super::start::first_record;
+use crate::seams::OfEncoder;
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
 use device_stack::profinet::StationData;
+use encoder_profile::checks::Check;
 use encoder_profile::encoder::PresetMode;
+use encoder_profile::facts::{Effect, ErrorFact, Reset};
+use encoder_profile::hooks::{EncoderHooks, Held, Retained, View, Write};
+use encoder_profile::profidrive::sensor::Error;
+use encoder_profile::profidrive::telegram::{Outputs, Telegram};
 
 /// The bugs of this seam.
 pub static BUGS: &[Deviation] = encoder_bugs! {
     // Offset
     "offset-only-in-ram" "The offset is lost at power-off."
-        => |b| b.memory.stores_offset = |_| false;
+        => |b| b.at_encoder.load(|_, retained| Retained { offset: 0, ..retained });
     "relative-preset-not-stored" "The offset of a relative preset is lost at power-off."
-        => |b| b.memory.stores_offset = |mode| mode == PresetMode::Absolute;
+        => |b| relative_preset_not_stored(b);
     "preset-acknowledged-before-stored" "The preset is acknowledged while the offset is still being written."
-        => |b| b.memory.waits_for_store = false;
+        => |b| b.checks.set(Check::PresetTakesEffect, true);
     "memory-error-swallowed" "A preset whose offset could not be stored is acknowledged."
-        => |b| b.memory.heeds_failure = false;
+        => |b| b.checks.set(Check::PresetIsCarriedOut, true);
     "offset-used-up" "The first power-up takes the offset out of the memory."
-        => |b| b.memory.at_power_up = |begin| begin.stored_offset = 0;
+        => |b| b.at_encoder.add(OffsetUsedUp::default());
     "offset-from-preset-value" "Power-up makes the offset anew from P65000 as it is stored."
-        => |b| b.memory.at_power_up = |begin| begin.offset = begin.offset_of_preset_value;
+        => |b| b.at_encoder.add(OffsetFromPresetValue::default());
     "position-restored-from-memory" "After power-up the position is the one before, wherever the shaft is."
-        => |b| b.memory.at_power_up = |begin| begin.offset = begin.offset_as_before;
+        => |b| b.at_encoder.add(PositionRestored::default());
 
     // P65000 and P971
     "every-write-is-stored" "P65000 goes to memory without P971."
-        => |b| b.memory.stores_every_write = true;
+        => |b| b.at_encoder.add(EveryWriteIsStored::default());
     "p971-takes-any-value" "Any value written to P971 starts a save."
         => |b| b.at_encoder.value(971, |_| 1);
     "p971-confirms-too-early" "P971 reads 0 before the save is done."
         => |b| b.at_encoder.element(|_, at, right| if at == (971, 0) { 0 } else { right });
     "p971-is-stored" "P971 reads 1 after power-up once it was written."
-        => |b| b.memory.at_power_up = |begin| begin.is_saving = begin.was_saved;
+        => |b| b.at_encoder.add(SavingIsStored::default());
     "save-never-ends" "P971 reads 1 for ever once it was written."
-        => |b| b.memory.stays_after_save = |_| true;
+        => |b| b.at_encoder.add(SaveNeverEnds::default());
     "failed-save-confirmed" "P971 reads 0 after a save that failed."
-        => |b| b.memory.stays_after_save = |_| false;
+        => |b| b.at_encoder.element(failed_save_confirmed);
     "only-first-save" "Only the first save after power-up has an effect."
-        => |b| b.memory.begins_save = |before, _| before == 0;
+        => |b| b.at_encoder.add(OnlyFirstSave::default());
     "save-during-save-lost" "A save that is asked for while another one runs is acknowledged and not done."
-        => |b| b.memory.begins_save = |_, is_running| !is_running;
+        => |b| b.at_encoder.store(save_during_save_lost);
     "save-restores-old-offset" "P971 stores the offset of the last power-up again."
-        => |b| b.memory.save_restores_offset = true;
+        => |b| b.at_encoder.add(SaveRestoresOldOffset::default());
 
     // Others
     "scaling-remembered" "The first record 0xBF00 stays in force for good, over a power cycle too."
         => |b| b.start.understand(first_record(Default::default()));
     "parking-survives-power-off" "An encoder that was parked when the power went is parked after power-up."
-        => |b| b.memory.at_power_up = |begin| begin.is_parked = begin.was_parked;
+        => |b| b.at_encoder.add(ParkingSurvives::default());
     "name-lost-at-power-off" "The station name is lost at power-off."
-        => |b| b.memory.stores_station = |station| StationData { name: [].into(), ..station };
+        => |b| b.at_encoder.add(StationLost::new(|station| StationData { name: [].into(), ..station }));
     "address-lost-at-power-off" "The IP address is lost at power-off."
-        => |b| b.memory.stores_station = |station| StationData { name: station.name, ..StationData::default() };
+        => |b| b.at_encoder.add(StationLost::new(|station| StationData { name: station.name, ..StationData::default() }));
     "memory-fault-ignored-at-power-up" "A memory that cannot be read at power-up is taken for an empty one."
-        => |b| b.memory.reports_unreadable = false;
+        => |b| b.at_encoder.add(FaultIgnoredAtPowerUp::default());
     "empty-memory-is-a-fault" "A memory in which nothing was ever stored is a fault."
-        => |b| b.memory.reports_empty = true;
+        => |b| b.at_encoder.causes(empty_memory_is_a_fault);
 };
+
+/// Keeps the offset of absolute presets only.
+fn relative_preset_not_stored(b: &mut OfEncoder<'_>) {
+    let stored = Rc::new(Cell::new(0));
+    let known = stored.clone();
+    b.measuring.preset(move |preset, right| {
+        if preset.mode == PresetMode::Absolute {
+            known.set(right);
+        }
+        right
+    });
+    let left = stored.clone();
+    b.at_encoder.reset(move |_, clears, retained| {
+        if clears.application {
+            left.set(retained.offset);
+        }
+        retained
+    });
+    b.at_encoder.load(move |_, retained| Retained { offset: stored.get(), ..retained });
+}
+
+#[derive(Default)]
+struct OffsetUsedUp {
+    was_taken: bool,
+}
+
+impl EncoderHooks for OffsetUsedUp {
+    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+        self.was_taken &= !matches!(write, Some(Write::Offset { .. }));
+        write
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        let was_taken = core::mem::replace(&mut self.was_taken, true);
+        Retained { offset: if was_taken { 0 } else { retained.offset }, ..retained }
+    }
+}
+
+#[derive(Default)]
+struct OffsetFromPresetValue {
+    was_off: bool,
+}
+
+impl EncoderHooks for OffsetFromPresetValue {
+    fn power_down(&mut self, _: &View<'_>) {
+        self.was_off = true;
+    }
+
+    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+        let offset = view.measuring.preset(PresetMode::Absolute, retained.preset_value.into());
+        Retained { offset: if self.was_off { offset } else { retained.offset }, ..retained }
+    }
+}
+
+#[derive(Default)]
+struct PositionRestored {
+    position: Option<u64>,
+}
+
+impl EncoderHooks for PositionRestored {
+    fn power_down(&mut self, view: &View<'_>) {
+        self.position = Some(view.measuring.shifted());
+    }
+
+    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+        let as_before = self.position.map(|position| view.measuring.preset(PresetMode::Absolute, position));
+        Retained { offset: as_before.unwrap_or(retained.offset), ..retained }
+    }
+}
+
+#[derive(Default)]
+struct EveryWriteIsStored {
+    value: u32,
+    writes: u64,
+}
+
+impl EncoderHooks for EveryWriteIsStored {
+    fn held(&mut self, _: &View<'_>, held: Held) -> Held {
+        self.writes += u64::from(held.preset_value != self.value);
+        self.value = held.preset_value;
+        held
+    }
+
+    fn power_down(&mut self, view: &View<'_>) {
+        self.value = view.preset_value;
+    }
+
+    fn reset(&mut self, _: &View<'_>, _: Reset, left: Retained) -> Retained {
+        self.value = left.preset_value;
+        left
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        Retained { preset_value: self.value, ..retained }
+    }
+
+    fn counter(&mut self, name: &str, count: u64) -> u64 {
+        if name == "nvm_writes" { count + self.writes } else { count }
+    }
+}
+
+fn is_save(write: &Option<Write>) -> bool {
+    matches!(write, Some(Write::PresetValue { .. }))
+}
+
+#[derive(Default)]
+struct SavingIsStored {
+    reads_1: bool,
+}
+
+impl EncoderHooks for SavingIsStored {
+    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+        self.reads_1 &= !is_save(&write);
+        write
+    }
+
+    fn load(&mut self, view: &View<'_>, retained: Retained) -> Retained {
+        self.reads_1 = view.store.preset_value.writes() > 0;
+        retained
+    }
+
+    fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+        if at == (971, 0) && self.reads_1 { 1 } else { right }
+    }
+}
+
+#[derive(Default)]
+struct SaveNeverEnds {
+    was_begun: bool,
+}
+
+impl EncoderHooks for SaveNeverEnds {
+    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+        self.was_begun |= is_save(&write);
+        write
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        self.was_begun = false;
+        retained
+    }
+
+    fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+        if at == (971, 0) && self.was_begun { 1 } else { right }
+    }
+}
+
+fn failed_save_confirmed(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+    if at == (971, 0) && view.store.preset_value.deadline().is_none() { 0 } else { right }
+}
+
+#[derive(Default)]
+struct OnlyFirstSave {
+    was_saved: bool,
+}
+
+impl EncoderHooks for OnlyFirstSave {
+    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+        let saves = is_save(&write);
+        let is_lost = saves && self.was_saved;
+        self.was_saved |= saves;
+        write.filter(|_| !is_lost)
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        self.was_saved = false;
+        retained
+    }
+}
+
+fn save_during_save_lost(view: &View<'_>, write: Option<Write>) -> Option<Write> {
+    let is_lost = is_save(&write) && view.store.preset_value.deadline().is_some();
+    write.filter(|_| !is_lost)
+}
+
+#[derive(Default)]
+struct SaveRestoresOldOffset {
+    at_power_up: u64,
+    is_restored: bool,
+}
+
+impl EncoderHooks for SaveRestoresOldOffset {
+    fn store(&mut self, _: &View<'_>, write: Option<Write>) -> Option<Write> {
+        match write {
+            Some(Write::PresetValue { .. }) => self.is_restored = true,
+            Some(Write::Offset { .. }) => self.is_restored = false,
+            None => {}
+        }
+        write
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        let is_restored = core::mem::take(&mut self.is_restored);
+        self.at_power_up = if is_restored { self.at_power_up } else { retained.offset };
+        Retained { offset: self.at_power_up, ..retained }
+    }
+}
+
+const PARK: u16 = 0x4000;
+
+/// Goes on requesting to park after power-up, until the controller does.
+#[derive(Default)]
+struct ParkingSurvives {
+    was_parked: bool,
+    is_requested: bool,
+}
+
+impl EncoderHooks for ParkingSurvives {
+    fn power_down(&mut self, view: &View<'_>) {
+        self.was_parked = view.sensor.is_parked();
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        self.is_requested = self.was_parked;
+        retained
+    }
+
+    fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
+        let Some([stw2_enc, g1_stw]) = arrived.words else { return arrived };
+        self.is_requested &= g1_stw & PARK == 0;
+        let park = if self.is_requested { PARK } else { 0 };
+        Outputs { words: Some([stw2_enc, g1_stw | park]), ..arrived }
+    }
+}
+
+/// Leaves of name and addresses what `keeps` makes of them when the supply goes.
+struct StationLost {
+    was_off: bool,
+    keeps: fn(StationData) -> StationData,
+}
+
+impl StationLost {
+    fn new(keeps: fn(StationData) -> StationData) -> StationLost {
+        StationLost { was_off: false, keeps }
+    }
+}
+
+impl EncoderHooks for StationLost {
+    fn power_down(&mut self, _: &View<'_>) {
+        self.was_off = true;
+    }
+
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        match self.was_off {
+            true => Retained { station: (self.keeps)(retained.station), ..retained },
+            false => retained,
+        }
+    }
+}
+
+/// The errors of the memory, with their numbers.
+fn of_memory(view: &View<'_>) -> impl Iterator<Item = (u16, &'static ErrorFact)> {
+    let errors = view.facts.errors.iter().enumerate().filter(|(_, error)| error.effect == Effect::NoMemory);
+    errors.map(|(number, error)| (number as u16, error))
+}
+
+fn is_of_memory(view: &View<'_>, error: &Error) -> bool {
+    of_memory(view).any(|(number, _)| number == error.number)
+}
+
+#[derive(Default)]
+struct FaultIgnoredAtPowerUp {
+    has_begun: bool,
+    is_ignored: bool,
+}
+
+impl EncoderHooks for FaultIgnoredAtPowerUp {
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        self.has_begun = true;
+        retained
+    }
+
+    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
+        if core::mem::take(&mut self.has_begun) {
+            self.is_ignored = right.iter().any(|error| is_of_memory(view, error));
+        }
+        right.into_iter().filter(|error| !self.is_ignored || !is_of_memory(view, error)).collect()
+    }
+}
+
+fn empty_memory_is_a_fault(view: &View<'_>, mut right: Vec<Error>) -> Vec<Error> {
+    if view.store.offset.writes() + view.store.preset_value.writes() == 0 {
+        for (number, error) in of_memory(view) {
+            if right.iter().all(|known| known.number != number) {
+                right.push(Error { number, code: error.code });
+            }
+        }
+        right.sort_by_key(|error| error.number);
+    }
+    right
+}

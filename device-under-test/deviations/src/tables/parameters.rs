@@ -1,7 +1,7 @@
 //! Bugs of what the parameters say.
 
 use super::Deviation;
-use encoder_profile::hooks::View;
+use encoder_profile::hooks::{EncoderHooks, Retained, View};
 use wire::profidrive::Format;
 
 /// The bugs of this seam.
@@ -110,7 +110,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "operating-time-counts" "P65001 counts the operating time in tenths of an hour."
         => |b| b.at_encoder.element(|view, at, right| if at == (65001, 7) { view.now.as_nanos() / 360_000_000_000 } else { right });
     "offset-shown-from-power-up" "P65001 shows the offset that was in memory at power-up."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { view.offset_at_power_up } else { right });
+        => |b| b.at_encoder.add(OffsetOfPowerUp::default());
     "preset-value-for-offset" "P65001 shows the preset value in place of the offset."
         => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { view.preset_value.into() } else { right });
     "configured-scaling-always-shown" "P65001 shows the scaling of the user although scaling is off."
@@ -154,5 +154,22 @@ fn range_in_revolutions(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     match at {
         (65001, 10) => right / view.measuring.settings.scaling.units_per_revolution.max(1),
         _ => right,
+    }
+}
+
+/// Shows the offset that came back from memory at the last power-up.
+#[derive(Default)]
+struct OffsetOfPowerUp {
+    offset: u64,
+}
+
+impl EncoderHooks for OffsetOfPowerUp {
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        self.offset = retained.offset;
+        retained
+    }
+
+    fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+        if at == (65001, 8) { self.offset } else { right }
     }
 }

@@ -4,13 +4,15 @@ use super::Deviation;
 use super::image::{ERROR, EXECUTED, POSITION, is_executed, is_parked, without_transfer};
 use super::parameter_memory::PresetsAtWrite;
 use super::sensor_memory::{HeldRequests, RaisedByPresets};
+use crate::seams::OfEncoder;
 use crate::seams::measuring::Step;
+use alloc::rc::Rc;
+use core::cell::Cell;
 use core::time::Duration;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::{self, PresetBasis};
-use encoder_profile::facts::Reset;
-use encoder_profile::hooks::{Held, View};
+use encoder_profile::hooks::{EncoderHooks, Held, Retained, View, Write};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
@@ -29,7 +31,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
     "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
         => |b| b.measuring.preset(preset_in_hardware_steps);
     "preset-uses-stored-value" "A preset takes P65000 as it was saved and not as it is."
-        => |b| b.memory.presets_stored_value = true;
+        => |b| b.at_encoder.preset_units(preset_uses_stored_value);
     "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
         => |b| b.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
@@ -120,7 +122,7 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
 pub static OTHERS: &[Deviation] = encoder_bugs! {
     // By G1_STW, or by both
     "preset-takes-100-ms" "A preset takes 100 ms."
-        => |b| b.memory.preset_takes = |_| Duration::from_millis(100);
+        => |b| b.at_encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
         => |b| b.checks.set(Check::PositionStandsStill, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
@@ -140,7 +142,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
         });
 
     "offset-written-while-requested" "While a preset is requested the offset is written again in each cycle."
-        => |b| b.memory.stores_in_frame = |request| request.home;
+        => |b| b.at_encoder.add(WrittenWhileRequested::default());
     "preset-value-not-limited" "A preset value beyond the range is taken as it is, and the position shows it."
         => |b| {
             b.measuring.absolute(absolute_beyond_the_range);
@@ -164,9 +166,9 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "position-for-offset" "The position stands in the place of the offset."
         => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
     "preset-value-random" "P65000 is 5A5A5A5Ah until it is written."
-        => |b| b.memory.preset_value_begins = |_| 0x5A5A_5A5A;
+        => |b| b.at_encoder.load(|_, retained| Retained { preset_value: 0x5A5A_5A5A, ..retained });
     "preset-value-used-up" "The first preset leaves 0 in P65000."
-        => |b| b.memory.uses_up_preset_value = true;
+        => |b| preset_value_used_up(b);
     "start-preset-taken-once" "The preset value of the start is taken in the first connection after power-up only."
         => |b| b.at_encoder.written(|view, (number, _), values| {
             values.filter(|_| number != 65000 || !view.is_starting || view.preset_value == 0)
@@ -174,7 +176,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
     "value-little-endian" "The value written to P65000 is taken least significant octet first."
         => |b| b.at_encoder.value(65000, |value| (value as u32).swap_bytes().into());
     "reset-erases-offset" "The factory reset erases the offset too."
-        => |b| b.reset.clears = |right| Reset { application: true, ..right };
+        => |b| b.at_encoder.reset(|_, _, left| Retained { offset: 0, ..left });
 
     // By a word with value and trigger
     "trigger-ignored" "The trigger has no effect."
@@ -204,7 +206,7 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
                 Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
                 _ => right,
             });
-            b.memory.preset_takes = |_| Duration::ZERO;
+            b.at_encoder.store(|_, write| preset_takes(write, Duration::ZERO));
         };
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
         => |b| b.checks.check(|check, right| match check {
@@ -247,9 +249,9 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
             None => right,
         });
     "trigger-blocks-request" "After a preset by the trigger none is carried out by G1_STW until the next connection."
-        => |b| b.memory.heeds = |before, by_request| before != Some(false) || !by_request;
+        => |b| trigger_blocks_request(b);
     "simultaneous-presets-add" "Two presets at once make the sum of both values."
-        => |b| b.memory.preset_during_preset = |other, own, position| other + own + position;
+        => |b| b.measuring.preset(simultaneous_presets_add());
 };
 
 /// Reduces nothing that is beyond the range.
@@ -368,4 +370,79 @@ fn preset_interrupts_transfer(before: &Before, now: Image) -> Image {
 
 fn relative_shift_reversed(preset: &PresetBasis) -> u64 {
     measuring::shift(preset.offset, preset.range - preset.value % preset.range, preset.range)
+}
+
+fn preset_uses_stored_value(view: &View<'_>, mode: PresetMode, _: u64) -> u64 {
+    view.facts.preset_values.units(mode, *view.store.preset_value.stored(), view.positions)
+}
+
+fn preset_takes(write: Option<Write>, takes: Duration) -> Option<Write> {
+    match write {
+        Some(Write::Offset { offset, .. }) => Some(Write::Offset { offset, takes }),
+        other => other,
+    }
+}
+
+#[derive(Default)]
+struct WrittenWhileRequested {
+    writes: u64,
+}
+
+impl EncoderHooks for WrittenWhileRequested {
+    fn held(&mut self, view: &View<'_>, held: Held) -> Held {
+        self.writes += u64::from(view.sensor.request().home);
+        held
+    }
+
+    fn counter(&mut self, name: &str, count: u64) -> u64 {
+        if name == "nvm_writes" { count + self.writes } else { count }
+    }
+}
+
+fn preset_value_used_up(b: &mut OfEncoder<'_>) {
+    let is_used = Rc::new(Cell::new(false));
+    let (uses, used) = (is_used.clone(), is_used.clone());
+    b.measuring.preset(move |_, right| {
+        uses.set(true);
+        right
+    });
+    b.at_encoder.preset_units(move |_, _, value| if used.get() { 0 } else { value });
+    b.at_encoder.held(move |_, held| match is_used.take() {
+        true => Held { preset_value: 0, ..held },
+        false => held,
+    });
+}
+
+fn trigger_blocks_request(b: &mut OfEncoder<'_>) {
+    let is_blocked = Rc::new(Cell::new(false));
+    let blocked = is_blocked.clone();
+    let mut since = None;
+    b.at_encoder.outputs(move |view, _, arrived| {
+        if since != view.data_since {
+            blocked.set(false);
+        }
+        since = view.data_since;
+        arrived
+    });
+    b.checks.check(move |check, right| match check {
+        Check::CarriesOutPreset { by_request: true, .. } => right && !is_blocked.get(),
+        Check::CarriesOutPreset { by_request: false, .. } => {
+            is_blocked.set(right || is_blocked.get());
+            right
+        }
+        _ => right,
+    });
+}
+
+/// Adds the values of two presets of which the second begins before the first one is in force.
+fn simultaneous_presets_add() -> impl FnMut(&PresetBasis, u64) -> u64 {
+    let mut last = None;
+    move |preset, right| {
+        let given = match last {
+            Some((before, given)) if before == preset.offset && given != before => given + right + preset.position,
+            _ => right,
+        };
+        last = Some((preset.offset, given));
+        given
+    }
 }

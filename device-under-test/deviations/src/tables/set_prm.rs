@@ -8,6 +8,7 @@ use core::time::Duration;
 use device_stack::profibus::SlaveHooks;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::{Hardware, Unit};
+use encoder_profile::hooks::Retained;
 use encoder_profile::profidrive::user_parameters::{UserParameters, serves};
 use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
 use reference_devices::models::sick_a3m60::{CONFIGURATIONS, Times};
@@ -57,7 +58,10 @@ pub static BUGS: &[Deviation] = bugs! {
     "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
         => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
     "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
-        => |b| b.encoder.memory.preset_value_begins = |stored| if stored == 0 { u32::MAX } else { stored };
+        => |b| b.at_encoder.load(|_, retained| match retained.preset_value {
+            0 => Retained { preset_value: u32::MAX, ..retained },
+            _ => retained,
+        });
 
     // What is taken
     "zero-units-taken" "No step in a revolution is accepted."

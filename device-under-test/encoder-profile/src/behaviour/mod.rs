@@ -4,12 +4,6 @@
 //! knobs of one seam stand with that seam; those that the encoder object reads stand here. What only one model has stands
 //! with that model. This room must not know the bugs.
 
-mod memory;
-mod reset;
-
-pub use memory::{Memory, PowerUp};
-pub use reset::Reset;
-
 use crate::checks::Checks;
 use crate::encoder::Hardware;
 use crate::encoder::measuring::MeasuringSteps;
@@ -41,10 +35,6 @@ pub struct Behaviour {
     pub life_sign: Attached<dyn LifeSignSteps>,
     /// The steps from a record of user parameters to what is in force.
     pub start: Attached<dyn user_parameters::StartSteps>,
-    /// What goes to memory, and when.
-    pub memory: Memory,
-    /// What a factory reset does.
-    pub reset: Reset,
 }
 
 impl Behaviour {

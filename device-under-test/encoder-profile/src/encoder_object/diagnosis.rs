@@ -70,17 +70,10 @@ impl<M: Model> Live<'_, M> {
     }
 
     fn is_caused(&self, error: &ErrorFact, causes: OwnCauses) -> bool {
-        let memory = &self.behaviour.memory;
         let by_itself = causes.has_life_sign && self.ram.watch.has_failed()
             || causes.has_wrong_parameters && self.ram.wrong_parameters
             || causes.has_model && M::is_caused(self, error);
-        match error.effect {
-            Effect::NoMemory => {
-                let is_unnoticed = !memory.reports_unreadable && self.ram.was_unreadable;
-                self.faults.cause(error) && !is_unnoticed || memory.reports_empty && self.store.is_empty() || by_itself
-            }
-            Effect::Nothing | Effect::NoReading => self.faults.cause(error) || by_itself,
-        }
+        self.faults.cause(error) || by_itself
     }
 
     /// The errors that are there, oldest first, as far as the manual knows them.

@@ -18,6 +18,7 @@ use device_stack::profinet::{ArKey, DiagnosisChange, Severity, StationData};
 use station::Time;
 
 /// What keeps its contents without power.
+#[derive(Debug)]
 pub struct Store {
     /// The offset of all presets, stored with each preset.
     pub offset: Cell<u64>,
@@ -25,13 +26,6 @@ pub struct Store {
     pub preset_value: Cell<u32>,
     /// Name and addresses, stored by DCP.
     pub station: Cell<StationData>,
-}
-
-impl Store {
-    /// Whether neither an offset nor a preset value was ever written.
-    pub fn is_empty(&self) -> bool {
-        self.offset.writes() + self.preset_value.writes() == 0
-    }
 }
 
 /// The faults that the stand has brought about, by name.
@@ -97,8 +91,6 @@ pub struct Ram {
     pub has_record: bool,
     /// Since when data are exchanged, if they are.
     pub(super) data_since: Option<Time>,
-    /// Whether the memory could not be read at power-up.
-    pub was_unreadable: bool,
     /// Whether the parameters in force ask for something impossible.
     pub wrong_parameters: bool,
     /// The warnings that are there.
@@ -137,16 +129,8 @@ pub struct Ram {
     pub(super) sign_of_life: Given,
     /// Whether a save by P971 is running or has failed.
     pub is_saving: bool,
-    /// Saves since power-up.
-    pub(super) saves: u32,
-    /// The offset that was in memory at power-up.
-    pub offset_at_power_up: u64,
     /// Whether there was a warning since power-up.
     pub(super) had_warning: bool,
-    /// Whether parking outlasts its request until there is another one.
-    pub stays_parked: bool,
-    /// Whether the last preset was asked for by G1_STW; none in this connection.
-    pub(super) last_preset: Option<bool>,
     /// The preset that takes effect when its offset is stored.
     pub(super) next_preset: Option<NextPreset>,
     /// Error type and severity of the diagnoses that are there.
@@ -195,15 +179,10 @@ impl Ram {
             staged: user,
             has_record: false,
             data_since: None,
-            was_unreadable: is_unreadable,
             wrong_parameters: false,
             warnings: 0,
             without_fault: without_fault(facts),
-            preset_value: if is_unreadable {
-                0
-            } else {
-                (behaviour.memory.preset_value_begins)(*store.preset_value.stored())
-            },
+            preset_value: if is_unreadable { 0 } else { *store.preset_value.stored() },
             address: store.station.stored().ip,
             address_before: [0; 4],
             station: store.station.stored().clone(),
@@ -219,11 +198,7 @@ impl Ram {
             frozen: None,
             sign_of_life: Given::default(),
             is_saving: false,
-            saves: 0,
-            offset_at_power_up: *store.offset.stored(),
             had_warning: false,
-            stays_parked: false,
-            last_preset: None,
             next_preset: None,
             diagnoses: Vec::new(),
             changes: VecDeque::new(),

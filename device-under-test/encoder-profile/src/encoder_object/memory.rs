@@ -6,7 +6,7 @@ use crate::checks::Check;
 use crate::encoder::PresetMode;
 use crate::encoder::memory::Outcome;
 use crate::facts::Effect;
-use crate::hooks::Held;
+use crate::hooks::{Held, Write};
 
 /// Where the value of a preset comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,22 +21,20 @@ impl<M: Model> Live<'_, M> {
     /// Ends the writes that are done.
     pub(super) fn settle(&mut self) {
         let is_faulty = self.faults.have(Effect::NoMemory, self.facts);
-        if let Some(outcome) = self.store.offset.settle(self.now, is_faulty) {
-            let carried_out = outcome == Outcome::Written || !self.behaviour.memory.heeds_failure;
-            if let Some(next) = self.ram.next_preset.take() {
-                if carried_out {
-                    self.ram.measuring.offset = next.offset;
-                }
-                if next.is_answered {
-                    self.ram.sensor.preset_done(carried_out);
-                }
+        let outcome = self.store.offset.settle(self.now, is_faulty);
+        let checks = &self.behaviour.checks;
+        let is_due = outcome.is_some() || !self.facts.preset_waits_for_memory;
+        if let Some(next) = self.ram.next_preset.take_if(|_| checks.check(Check::PresetTakesEffect, is_due)) {
+            let is_carried_out = checks.check(Check::PresetIsCarriedOut, outcome != Some(Outcome::Failed));
+            if is_carried_out {
+                self.ram.measuring.offset = next.offset;
+            }
+            if next.is_answered {
+                self.ram.sensor.preset_done(is_carried_out);
             }
         }
         if let Some(outcome) = self.store.preset_value.settle(self.now, is_faulty) {
-            self.ram.is_saving = (self.behaviour.memory.stays_after_save)(outcome);
-            if self.behaviour.memory.save_restores_offset {
-                self.store.offset.replace(self.ram.offset_at_power_up);
-            }
+            self.ram.is_saving = outcome == Outcome::Failed;
         }
     }
 
@@ -56,9 +54,6 @@ impl<M: Model> Live<'_, M> {
     /// Gives P65000 a value.
     pub fn set_preset_value(&mut self, value: u32) {
         self.ram.preset_value = value;
-        if self.behaviour.memory.stores_every_write {
-            self.store.preset_value.replace(value);
-        }
     }
 
     /// The units by which a preset with this preset value sets or shifts the position.
@@ -67,68 +62,52 @@ impl<M: Model> Live<'_, M> {
         self.behaviour.hooks.apply(units, |hooks, units| hooks.preset_units(&self.view(), mode, units))
     }
 
-    /// Begins to save P65000.
+    /// Begins to save P65000, as P971 asks for.
     pub fn save(&mut self) {
-        let is_running = self.store.preset_value.deadline().is_some();
-        if (self.behaviour.memory.begins_save)(self.ram.saves, is_running) {
-            self.store.preset_value.write(self.now, self.ram.preset_value, self.facts.timing.save);
-            self.ram.is_saving = true;
+        let (value, takes) = (self.ram.preset_value, self.facts.timing.save);
+        self.ram.is_saving |= self.write_to_memory(Write::PresetValue { value, takes });
+    }
+
+    /// Begins to write to memory, and says whether it does.
+    pub fn write_to_memory(&mut self, write: Write) -> bool {
+        let write = self.behaviour.hooks.apply(Some(write), |hooks, write| hooks.store(&self.view(), write));
+        match write {
+            Some(Write::Offset { offset, takes }) => self.store.offset.write(self.now, offset, takes),
+            Some(Write::PresetValue { value, takes }) => self.store.preset_value.write(self.now, value, takes),
+            None => return false,
         }
-        self.ram.saves += 1;
+        true
     }
 
     /// Begins a preset: the offset is computed now and takes effect when it is stored.
     pub fn preset(&mut self, source: Source) {
-        let is_answered = matches!(source, Source::Parameter(_));
-        let permitted = (self.behaviour.memory.heeds)(self.ram.last_preset, is_answered)
-            && self.ram.user.presets_act(&self.behaviour.checks);
+        let by_request = matches!(source, Source::Parameter(_));
+        let is_permitted = self.ram.user.presets_act(&self.behaviour.checks);
         let has_error = !self.ram.sensor.errors().is_empty();
-        let check = Check::CarriesOutPreset { by_request: is_answered, has_error };
-        if !self.behaviour.checks.check(check, permitted) {
-            if is_answered {
-                self.ram.sensor.preset_done(self.facts.sensor.answers_blocked_preset);
-            }
-            return;
+        let check = Check::CarriesOutPreset { by_request, has_error };
+        if !self.behaviour.checks.check(check, is_permitted) {
+            return self.refuse_preset(by_request, self.facts.sensor.answers_blocked_preset);
         }
-        self.ram.last_preset = Some(is_answered);
-        let rules = &self.behaviour.memory;
         let (mode, value) = match source {
-            Source::Parameter(mode) if rules.presets_stored_value => (mode, *self.store.preset_value.stored()),
-            Source::Parameter(mode) => (mode, self.ram.preset_value),
-            Source::Value(mode, value) => (mode, value),
-        };
-        let value = match source {
-            Source::Parameter(_) => self.units(mode, value),
-            Source::Value(..) => value.into(),
+            Source::Parameter(mode) => (mode, self.units(mode, self.ram.preset_value)),
+            Source::Value(mode, value) => (mode, value.into()),
         };
         if !M::takes_preset(self, mode, value) {
-            if is_answered {
-                self.ram.sensor.preset_done(false);
-            }
-            return;
+            return self.refuse_preset(by_request, false);
         }
-        let rules = &self.behaviour.memory;
         let offset = self.ram.measuring.preset(mode, value);
-        let offset = match self.ram.next_preset {
-            Some(other) => (rules.preset_during_preset)(other.offset, offset, self.ram.measuring.position()),
-            None => offset,
-        };
-        if rules.uses_up_preset_value {
-            self.ram.preset_value = 0;
-        }
-        let stores = (rules.stores_offset)(mode);
-        if stores {
-            self.store.offset.write(self.now, offset, (rules.preset_takes)(self.facts.timing.preset));
-        }
-        if stores && rules.waits_for_store {
+        if self.write_to_memory(Write::Offset { offset, takes: self.facts.timing.preset }) {
             // A preset that begins before another one is carried out takes its place, and its answer upon itself.
-            let is_answered = is_answered || self.ram.next_preset.is_some_and(|next| next.is_answered);
+            let is_answered = by_request || self.ram.next_preset.is_some_and(|next| next.is_answered);
             self.ram.next_preset = Some(NextPreset { offset, is_answered });
-        } else {
-            self.ram.measuring.offset = offset;
-            if is_answered {
-                self.ram.sensor.preset_done(true);
-            }
+            self.settle();
+        }
+    }
+
+    /// Ends a preset that is not carried out.
+    fn refuse_preset(&mut self, by_request: bool, is_acknowledged: bool) {
+        if by_request {
+            self.ram.sensor.preset_done(is_acknowledged);
         }
     }
 }

@@ -5,7 +5,7 @@
 //! calls healthy. Here are the start-up, the cyclic exchange, presets and their memory, errors and diagnoses, parameters and
 //! station names.
 //!
-//! This room must not know any model: where two manuals differ it asks the facts, the behaviour or a hook. Nor the stack.
+//! This module must not know any model: where two manuals differ it asks the facts, the behaviour or a hook. Nor the stack.
 
 mod cyclic;
 mod device;
@@ -16,6 +16,8 @@ mod model;
 pub mod names;
 mod parameters;
 mod places;
+mod power;
+mod stand;
 mod start;
 
 pub use device::{EncoderObject, Piece};

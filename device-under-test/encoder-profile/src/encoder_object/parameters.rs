@@ -121,7 +121,6 @@ impl<M: Model> Live<'_, M> {
             positions: self.positions(),
             measuring: &self.ram.measuring,
             preset_value: self.ram.preset_value,
-            offset_at_power_up: self.ram.offset_at_power_up,
             station: &self.ram.station,
             sensor: &self.ram.sensor,
             outputs: &self.ram.outputs,

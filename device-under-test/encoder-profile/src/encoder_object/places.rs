@@ -1,11 +1,12 @@
-//! Where the submodules of an encoder are plugged.
+//! Where the submodules of an encoder are plugged, and its identification data.
 
 use crate::facts::{Facts, Submodule, Variant};
 use crate::hooks::EncoderHooks;
 use crate::profidrive::telegram::Telegram;
+use alloc::format;
 use alloc::vec::Vec;
 use device_stack::Attached;
-use device_stack::profinet::Plug;
+use device_stack::profinet::{Identity, Plug};
 
 /// API of the encoder profile.
 pub const ENCODER_API: u32 = 0x3D00;
@@ -64,4 +65,25 @@ pub(super) fn in_use(facts: &'static Facts, plugged: &[Plug]) -> Vec<&'static Su
         in_use.extend(facts.modules.iter().flat_map(|module| module.submodules).next());
     }
     in_use
+}
+
+/// The identification data of a piece with this MAC address, of which the serial number is made.
+pub fn identity(facts: &Facts, variant: &Variant, mac: [u8; 6]) -> Identity {
+    let [.., a, b, c] = mac;
+    Identity {
+        vendor_id: facts.identity.vendor_id,
+        device_id: facts.identity.device_id,
+        station_type: variant.station_type,
+        order_id: variant.order_id,
+        serial_number: format!("{a:02X}{b:02X}{c:02X}"),
+        ports: facts.identity.ports,
+        hardware_revision: facts.identity.hardware_revision,
+        software_revision: facts.identity.software_revision,
+        revision_counter: 0,
+        profile_id: ENCODER_API as u16,
+        profile_specific_type: 0,
+        im_version: [1, 1],
+        im_supported: facts.identity.im_supported,
+        boot_time: facts.timing.boot,
+    }
 }

@@ -40,7 +40,6 @@ impl<M: Model> EncoderObject<M> {
         ram.phase = Phase::Parameters(ar);
         ram.has_record = false;
         ram.outputs = Outputs::default();
-        ram.last_preset = None;
         ram.before = Before::default();
         ram.watch = Watch::default();
         (ram.wrong_parameters, ram.warnings) = (false, 0);

@@ -41,18 +41,12 @@ impl<M: Model> Live<'_, M> {
 
     /// Does what G1_STW requests, where it is valid.
     fn obey(&mut self, g1_stw: Request, is_valid: bool) {
-        let mut request = if is_valid { g1_stw } else { Request::default() };
-        self.ram.stays_parked &= !request.park;
-        request.park |= self.ram.stays_parked;
+        let request = if is_valid { g1_stw } else { Request::default() };
         if let Some(mode) = self.ram.sensor.cycle(request, self.shaft.is_moving(self.now)) {
             self.preset(Source::Parameter(mode));
         }
         if !is_valid && !self.facts.control.takes_held_preset {
             self.ram.sensor.see_void_preset(g1_stw.home);
-        }
-        if (self.behaviour.memory.stores_in_frame)(request) {
-            let offset = *self.store.offset.stored();
-            self.store.offset.replace(offset);
         }
     }
 

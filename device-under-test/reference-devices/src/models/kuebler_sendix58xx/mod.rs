@@ -120,6 +120,7 @@ pub static FACTS: Facts = Facts {
     },
     // Manual, 8.2, ZSW2_ENC.
     sign_of_life: SignOfLife::EachSendClock,
+    preset_waits_for_memory: true,
     watches_controller: false,
     serves_any_axis: true,
     modules: modules::MODULES,

@@ -106,6 +106,7 @@ pub static FACTS: Facts = Facts {
     preset_trigger: None,
     control: ControlFacts::PROFILE,
     sign_of_life: SignOfLife::EachFrame,
+    preset_waits_for_memory: true,
     watches_controller: true,
     serves_any_axis: false,
     modules: &[Module { ident: 1, access_point: 2, submodules: SUBMODULES }],

@@ -49,9 +49,7 @@ pub const ADDRESS: u8 = 2;
 
 /// What is right in this manual where it says otherwise than the profile.
 pub fn healthy() -> Behaviour {
-    let mut right = Behaviour::default();
-    right.memory.waits_for_store = false;
-    right
+    Behaviour::default()
 }
 
 /// What the sensor tells apart.
@@ -130,6 +128,7 @@ pub static FACTS: Facts = Facts {
     control: ControlFacts { requested: ControlRequested::Always, ..ControlFacts::PROFILE },
     // Manual, table 14: by 1 in each cycle.
     sign_of_life: SignOfLife::EachFrame,
+    preset_waits_for_memory: false,
     watches_controller: true,
     serves_any_axis: false,
     modules: &[Module { ident: 1, access_point: 1, submodules: SUBMODULES }],

@@ -131,6 +131,7 @@ pub static FACTS: Facts = Facts {
         ..ControlFacts::PROFILE
     },
     sign_of_life: SignOfLife::EachFrame,
+    preset_waits_for_memory: true,
     watches_controller: false,
     serves_any_axis: true,
     // Idents are invented but for the numbers of the telegrams and FFFFh.

@@ -1,0 +1,98 @@
+//! What is lost without power, what comes back from memory, and what a factory reset clears.
+
+use super::{EncoderObject, Model, Ram};
+use crate::facts::Reset;
+use crate::hooks::Retained;
+use crate::profidrive::parameters::Responses;
+use device_stack::profinet::StationData;
+use station::Time;
+
+impl<M: Model> EncoderObject<M> {
+    /// The supply comes: what is volatile begins anew, and what is stored comes back.
+    pub(super) fn load(&mut self, now: Time) {
+        self.ram = Ram::new(now, self.facts, self.variant, &self.behaviour, &self.shaft, &self.store, &self.faults);
+        self.responses = Responses::default();
+        self.powered = true;
+        self.recall(now);
+        M::power_up(&mut self.live(now));
+        self.behaviour.hooks.notify(|hooks| hooks.powered_up());
+    }
+
+    /// Takes what memory retained into force, as deviations give it back.
+    pub(super) fn recall(&mut self, now: Time) {
+        if !self.behaviour.hooks.is_any() {
+            return;
+        }
+        let retained = self.retained();
+        let live = self.live(now);
+        let retained = live.behaviour.hooks.apply(retained, |hooks, retained| hooks.load(&live.view(), retained));
+        (self.ram.measuring.offset, self.ram.preset_value) = (retained.offset, retained.preset_value);
+        self.identity.serial_number = retained.serial_number;
+        if *self.store.station.stored() != retained.station {
+            self.set_station_of(retained.station);
+        }
+    }
+
+    /// The supply goes: a write that is not done is lost.
+    pub(super) fn lose_power(&mut self, now: Time) {
+        let mut live = self.live(now);
+        M::power_down(&mut live);
+        live.behaviour.hooks.notify(|hooks| hooks.power_down(&live.view()));
+        self.store.offset.power_down();
+        self.store.preset_value.power_down();
+        self.powered = false;
+    }
+
+    /// Clears what a factory reset clears.
+    pub(super) fn reset(&mut self, now: Time, reset: Reset) {
+        let before = self.retained();
+        let mut left = before.clone();
+        if reset.application {
+            (left.offset, left.preset_value) = (0, 0);
+        }
+        if reset.station {
+            left.station = StationData::default();
+        }
+        let live = self.live(now);
+        let left = live.behaviour.hooks.apply(left, |hooks, left| hooks.reset(&live.view(), reset, left));
+        if reset.application || left.offset != before.offset {
+            self.store.offset.replace(left.offset);
+            self.ram.measuring.offset = left.offset;
+        }
+        if reset.application || left.preset_value != before.preset_value {
+            self.store.preset_value.replace(left.preset_value);
+            self.ram.preset_value = left.preset_value;
+        }
+        if reset.station || left.station != before.station {
+            self.set_station_of(left.station);
+        }
+        self.identity.serial_number = left.serial_number;
+        if reset.application {
+            self.reset_application(now);
+        }
+    }
+
+    fn reset_application(&mut self, now: Time) {
+        self.ram.staged = self.delivered();
+        let mut live = self.live(now);
+        M::reset(&mut live);
+        live.parametrize();
+        live.look_for_errors();
+    }
+
+    fn retained(&self) -> Retained {
+        Retained {
+            offset: self.ram.measuring.offset,
+            preset_value: self.ram.preset_value,
+            station: self.store.station.stored().clone(),
+            serial_number: self.identity.serial_number.clone(),
+        }
+    }
+
+    /// Gives the encoder name and addresses, in memory too.
+    fn set_station_of(&mut self, station: StationData) {
+        self.ram.address = station.ip;
+        self.ram.station.clone_from(&station);
+        self.store.station.replace(station);
+    }
+}

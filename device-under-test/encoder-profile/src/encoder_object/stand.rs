@@ -1,0 +1,81 @@
+//! What the stand does to the encoder, and what it reads from it: shaft, faults, LEDs and counters.
+
+use super::{EncoderObject, Model};
+use crate::facts::Cause;
+use crate::hooks::Lit;
+use crate::profidrive::telegram::Outputs;
+use device_stack::profinet::Seen;
+use station::{StandAction, Time};
+
+impl<M: Model> EncoderObject<M> {
+    /// Does what the stand does; says when it will be done, or none if the encoder has no means for it.
+    pub(super) fn follow(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time> {
+        Some(match *action {
+            StandAction::ShaftSpeed(rpm) => {
+                self.shaft.turn(now, rpm);
+                now
+            }
+            StandAction::ShaftRamp { rpm, acceleration } => {
+                self.shaft.ramp(now, rpm, acceleration);
+                now
+            }
+            StandAction::ShaftCounts(counts) => {
+                // The shaft is put there and does not turn: neither velocity nor passage through the places between.
+                let place = counts % self.variant.hardware.range();
+                self.shaft.put(now, place as i64);
+                self.ram.velocity.restart(now, &self.shaft);
+                self.ram.measuring.put(place);
+                M::placed(&mut self.live(now));
+                now
+            }
+            StandAction::Turn { steps, rpm } => self.shaft.turn_by(now, steps, rpm),
+            StandAction::TurnRevolutions { revolutions, rpm } => self.shaft.turn_revolutions(now, revolutions, rpm),
+            StandAction::Fault(name, present) if self.fault(name, present) => now,
+            _ => M::act(&mut self.live(now), action)?,
+        })
+    }
+
+    /// Brings a fault about (`present`) or takes it away; `false` if the encoder has none of this name.
+    fn fault(&mut self, name: &str, present: bool) -> bool {
+        let errors = self.facts.errors.iter().flat_map(|error| error.causes);
+        let of_errors = errors.filter_map(|cause| match cause {
+            Cause::Stand(known) => Some(*known),
+            Cause::LifeSign | Cause::WrongParameters | Cause::Model => None,
+        });
+        let of_warnings = self.facts.warnings.iter().filter_map(|warning| warning.cause);
+        let Some(known) = of_errors.chain(of_warnings).find(|known| *known == name) else { return false };
+        self.faults.set(known, present);
+        true
+    }
+
+    /// What an LED shows; none if there is none of this name.
+    pub(super) fn lit(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
+        let live = self.live(now);
+        let right = M::led(&live, name, seen)?;
+        let faults = live.fault_bits();
+        let (has_wrong_parameters, has_record) = (live.ram.wrong_parameters, live.ram.has_record);
+        let exchanged_for = live.ram.data_since.map(|since| now.since(since));
+        let lit = Lit {
+            name,
+            seen,
+            faults,
+            has_wrong_parameters,
+            has_record,
+            had_warning: live.ram.had_warning,
+            exchanged_for,
+            has_outputs: live.ram.outputs != Outputs::default(),
+        };
+        Some(live.behaviour.hooks.apply(right, |hooks, right| hooks.led(&lit, right)))
+    }
+
+    /// How often a counter has counted; none if there is none of this name.
+    pub(super) fn count(&mut self, now: Time, name: &str) -> Option<u64> {
+        let live = self.live(now);
+        let store = &*live.store;
+        let count = match name {
+            "nvm_writes" => store.offset.writes() + store.preset_value.writes() + store.station.writes(),
+            _ => M::counter(&live, name)?,
+        };
+        Some(live.behaviour.hooks.apply(count, |hooks, count| hooks.counter(name, count)))
+    }
+}
