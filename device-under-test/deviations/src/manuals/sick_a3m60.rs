@@ -25,7 +25,6 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::vendor_axis::BUGS),
     Table::All(tables::vendor_parameters::BUGS),
-    Table::All(tables::vendor_telegrams::BUGS),
 ];
 
 const CODES: &[&str] = &["range-less-one"];
