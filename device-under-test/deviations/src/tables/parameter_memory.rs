@@ -10,8 +10,8 @@ use encoder_profile::hooks::{EncoderHooks, Held, View};
 use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS};
 use wire::profidrive::{Attribute, ErrorNumber, ParameterError, Request, RequestId, Response};
 
-/// A request that changes nothing.
-const HARMLESS: [u8; 10] = [1, 1, 1, 1, 0x10, 0, 0, 1, 0, 0];
+/// A request that changes nothing: it reads P65000.
+const HARMLESS: [u8; 10] = [1, 1, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0];
 
 /// After some request none is answered until the next power-up.
 pub struct Hangs {
@@ -236,8 +236,9 @@ impl EncoderHooks for PresetsAtWrite {
     }
 
     fn held(&mut self, view: &View<'_>, held: Held) -> Held {
-        // It can be given another value without a parameter request too.
-        let is_new = self.value.replace(held.preset_value).is_some_and(|before| before != held.preset_value);
+        // It can be given another value without a parameter request too; a reset makes it 0.
+        let before = self.value.replace(held.preset_value);
+        let is_new = held.preset_value != 0 && before.is_some_and(|before| before != held.preset_value);
         match core::mem::take(&mut self.is_written) || is_new {
             true => Held { offset: view.measuring.preset(PresetMode::Absolute, held.preset_value.into()), ..held },
             false => held,

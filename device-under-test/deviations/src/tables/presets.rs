@@ -174,7 +174,14 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
             values.filter(|_| number != 65000 || !view.is_starting || view.preset_value == 0)
         });
     "value-little-endian" "The value written to P65000 is taken least significant octet first."
-        => |b| b.at_encoder.value(65000, |value| (value as u32).swap_bytes().into());
+        => |b| {
+            b.at_encoder.value(65000, |value| (value as u32).swap_bytes().into());
+            // Whether it is in the range is looked at before.
+            b.checks.check(|check, right| match check {
+                Check::PresetValue { value, range } => u64::from((value.swap_bytes() as i32).unsigned_abs()) < range,
+                _ => right,
+            });
+        };
     "reset-erases-offset" "The factory reset erases the offset too."
         => |b| b.at_encoder.reset(|_, _, left| Retained { offset: 0, ..left });
 
