@@ -31,6 +31,12 @@ pub enum Need {
     Input(Signal),
     /// A control word in the outputs of a telegram.
     Output(Control),
+    /// Parameter requests for some axes that are refused.
+    RefusesAxes,
+    /// Errors or warnings that are reported as diagnoses.
+    Diagnosis,
+    /// Warnings.
+    Warning,
     /// What only the devices of one manual have.
     Of(&'static Manual),
     /// What the devices of two manuals have in common, beyond the needs above.
@@ -59,6 +65,12 @@ impl Need {
             Need::RecordInExchange => manual.facts.is_some_and(|facts| facts.record_in_exchange == InExchange::InForce),
             Need::Input(signal) => has(&|one| one.telegram.inputs.contains(&signal)),
             Need::Output(control) => has(&|one| one.telegram.outputs.contains(&control)),
+            Need::RefusesAxes => manual.facts.is_some_and(|facts| !facts.serves_any_axis),
+            Need::Diagnosis => manual.facts.is_some_and(|facts| {
+                facts.errors.iter().any(|error| error.error_type.is_some())
+                    || facts.warnings.iter().any(|warning| warning.error_type.is_some())
+            }),
+            Need::Warning => manual.facts.is_some_and(|facts| !facts.warnings.is_empty()),
             Need::Of(one) => manual.name == one.name,
             Need::OfEither(one, other) => manual.name == one.name || manual.name == other.name,
         }

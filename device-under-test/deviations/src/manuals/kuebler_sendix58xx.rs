@@ -4,29 +4,20 @@ use crate::tables::{self, Table};
 
 /// By the seam at which they are switched on.
 pub(super) static BUGS: &[Table] = &[
-    Table::Only(tables::diagnosis::BUGS, DIAGNOSIS),
-    Table::All(tables::diagnosis::OTHERS),
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
     Table::All(tables::handshakes::OTHERS),
     Table::All(tables::leds::BUGS),
     Table::Only(tables::measuring::BUGS, MEASURING),
     Table::All(tables::measuring::OTHERS),
     Table::Only(tables::memory::BUGS, MEMORY),
-    Table::Only(tables::parameter_access::BUGS, PARAMETER_ACCESS),
-    Table::All(tables::parameter_access::OTHERS),
-    Table::Only(tables::parameters::BUGS, PARAMETERS),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::All(tables::presets::OTHERS),
     Table::Only(tables::reset::BUGS, RESET),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::velocity::OTHERS),
-    Table::Only(tables::codes::BUGS, CODES),
     Table::Only(tables::limits::BUGS, LIMITS),
     Table::Only(tables::panel::BUGS, PANEL),
-    Table::Only(tables::requests::BUGS, REQUESTS),
 ];
-
-const DIAGNOSIS: &[&str] = &["faults-never-set", "faults-show-supported"];
 
 const HANDSHAKES: &[&str] = &[
     "parking-ignored",
@@ -57,37 +48,6 @@ const MEMORY: &[&str] = &[
     "position-restored-from-memory",
     "every-write-is-stored",
     "name-lost-at-power-off",
-];
-
-const PARAMETER_ACCESS: &[&str] = &[
-    "number-octets-swapped",
-    "unknown-request-read",
-    "unknown-format-taken",
-    "attribute-not-checked",
-    "zero-elements-refused",
-    "short-request-reads-old-buffer",
-    "hangs-after-malformed-request",
-    "unknown-parameter-reads-zero",
-    "unknown-write-acknowledged",
-    "read-only-write-acknowledged",
-    "subindex-ignored-without-array",
-    "wrong-type-taken",
-    "value-count-not-checked",
-    "written-before-checked",
-    "multi-read-answers-first-only",
-    "reference-always-one",
-    "response-without-format",
-    "write-answered-with-values",
-    "error-of-one-octet",
-    "old-response-repeated",
-];
-
-const PARAMETERS: &[&str] = &[
-    "operating-status-cut-short",
-    "operating-status-header-wrong",
-    "operating-status-0",
-    "operating-time-counts",
-    "speed-unit-shown-0",
 ];
 
 const PRESETS: &[&str] = &[
@@ -138,9 +98,6 @@ const VELOCITY: &[&str] = &[
     "speed-overflows",
 ];
 
-const CODES: &[&str] =
-    &["fault-bits-one-too-high", "warnings-never-set", "warning-bits-exchanged", "offset-never-shown"];
-
 const LIMITS: &[&str] = &[
     "one-unit-refused",
     "ratios-above-2048-refused",
@@ -151,11 +108,3 @@ const LIMITS: &[&str] = &[
 ];
 
 const PANEL: &[&str] = &["second-port-missing"];
-
-const REQUESTS: &[&str] = &[
-    "octets-swapped-in-pairs",
-    "surplus-octets-ignored",
-    "only-axis-1-served",
-    "response-id-always-read",
-    "axis-always-one",
-];

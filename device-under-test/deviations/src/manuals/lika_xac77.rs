@@ -8,10 +8,7 @@ pub(super) static BUGS: &[Table] = &[
     Table::All(tables::presets::BUGS),
     Table::All(tables::measuring::BUGS),
     Table::All(tables::velocity::BUGS),
-    Table::All(tables::parameter_access::BUGS),
-    Table::All(tables::parameters::BUGS),
     Table::All(tables::memory::BUGS),
-    Table::All(tables::diagnosis::BUGS),
     Table::All(tables::reset::BUGS),
     Table::All(tables::web::BUGS),
 ];

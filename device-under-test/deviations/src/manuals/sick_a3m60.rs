@@ -4,8 +4,6 @@ use crate::tables::{self, Table};
 
 /// By the seam at which they are switched on.
 pub(super) static BUGS: &[Table] = &[
-    Table::Only(tables::codes::BUGS, CODES),
-    Table::Only(tables::diagnosis::OTHERS, DIAGNOSIS_OTHERS),
     Table::All(tables::dp_diagnosis::BUGS),
     Table::All(tables::dp_presets::BUGS),
     Table::All(tables::dp_station::BUGS),
@@ -14,11 +12,8 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::limits::BUGS, LIMITS),
     Table::Only(tables::measuring::BUGS, MEASURING),
     Table::Only(tables::memory::BUGS, MEMORY),
-    Table::Only(tables::parameter_access::BUGS, PARAMETER_ACCESS),
-    Table::Only(tables::parameters::BUGS, PARAMETERS),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::Only(tables::presets::OTHERS, PRESETS_OTHERS),
-    Table::Only(tables::requests::BUGS, REQUESTS),
     Table::Only(tables::service::BUGS, SERVICE),
     Table::All(tables::set_prm::BUGS),
     Table::Only(tables::slave::BUGS, SLAVE),
@@ -26,10 +21,6 @@ pub(super) static BUGS: &[Table] = &[
     Table::All(tables::vendor_axis::BUGS),
     Table::All(tables::vendor_parameters::BUGS),
 ];
-
-const CODES: &[&str] = &["range-less-one"];
-
-const DIAGNOSIS_OTHERS: &[&str] = &["warning-shown-as-error", "speed-limit-included"];
 
 const HANDSHAKES: &[&str] = &[
     "parking-ignored",
@@ -64,51 +55,6 @@ const MEASURING: &[&str] = &["range-one-too-long"];
 
 const MEMORY: &[&str] = &["offset-only-in-ram", "position-restored-from-memory"];
 
-const PARAMETER_ACCESS: &[&str] = &[
-    "unknown-request-read",
-    "unknown-format-taken",
-    "attribute-not-checked",
-    "zero-elements-refused",
-    "array-read-from-zero",
-    "short-request-reads-old-buffer",
-    "hangs-after-malformed-request",
-    "hangs-after-reference-0",
-    "unknown-parameter-reads-zero",
-    "unknown-write-acknowledged",
-    "read-only-write-acknowledged",
-    "limit-called-wrong-type",
-    "subindex-past-end-reads-zero",
-    "subindex-ignored-without-array",
-    "wrong-type-taken",
-    "type-code-refused",
-    "value-count-not-checked",
-    "written-before-checked",
-    "multi-read-answers-first-only",
-    "one-error-drops-all",
-    "response-cut-off",
-    "reference-always-one",
-    "response-without-format",
-    "write-answered-with-values",
-    "error-of-one-octet",
-    "response-of-the-request-before",
-    "old-response-repeated",
-];
-
-const PARAMETERS: &[&str] = &[
-    "p922-always-81",
-    "software-versions-differ",
-    "month-before-day",
-    "identification-cut-short",
-    "type-class-axis",
-    "p979-of-16-bits",
-    "p979-header-0",
-    "parameter-of-16-bits",
-    "operating-status-header-wrong",
-    "preset-value-for-offset",
-    "configured-scaling-always-shown",
-    "speed-unit-shown-0",
-];
-
 const PRESETS: &[&str] = &[
     "relative-preset-assigns",
     "preset-repeats-while-requested",
@@ -124,18 +70,6 @@ const PRESETS: &[&str] = &[
 ];
 
 const PRESETS_OTHERS: &[&str] = &["preset-control-ignored", "read-gives-the-offset", "trigger-works-once"];
-
-const REQUESTS: &[&str] = &[
-    "octets-swapped-in-pairs",
-    "word-format-refused",
-    "only-axis-1-served",
-    "reference-with-a-sign",
-    "response-id-always-read",
-    "errors-with-positive-id",
-    "axis-always-one",
-    "answers-in-order-of-number",
-    "error-as-word",
-];
 
 const SERVICE: &[&str] = &["power-up-counter-volatile", "service-log-cleared", "current-speed-for-the-highest"];
 

@@ -1,120 +1,127 @@
 //! Bugs of error codes, faults, warnings and what of them goes into the alarm channel, where supply and temperature are known.
 
-use super::Deviation;
+use super::Group;
 use super::diagnosis_memory::Silence;
+use crate::needs::Need;
 use device_stack::profinet::Severity;
 use encoder_profile::checks::Check;
+use reference_devices::manuals;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // Alarms
-    "alarm-codes-exchanged" "The error types of errors change places."
-        => |b| b.at_encoder.error_type(|right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right }));
-    "warning-codes-exchanged" "The error types of warnings go round."
-        => |b| b.at_encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
-    "warnings-reported-as-faults" "Warnings are reported as faults."
-        => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::Fault)).collect());
-    "alarm-switch-silences-codes" "In compatibility mode without the alarm channel there are no error codes either."
-        => |b| {
-            let silence = Silence::default();
-            b.checks.add(silence.clone());
-            b.at_encoder.add(silence);
-        };
-    "no-alarm-in-compatibility-mode" "In compatibility mode nothing is reported."
-        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { compatible, .. } => !compatible, _ => right });
-    "no-alarm-for-a-position-error" "An error of the position is not reported."
-        => |b| b.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
-
-    // Errors
-    "sensor-bits-without-error" "Faults of sensor and memory are told by the sensor status alone."
-        => |b| b.at_encoder.raise(|error| !matches!(error.code, Some(0x0001 | 0x1001)));
-    "voltage-is-a-warning-only" "A supply beyond its limits is told by the sensor status alone."
-        => |b| b.at_encoder.raise(|error| !matches!(error.code, Some(0x1003 | 0x1004)));
-    "code-of-the-sensor-missing" "An error of the sensor has no code."
-        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x0001));
-    "code-of-a-command-missing" "A command that is not supported has no code."
-        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F01));
-    "code-of-the-temperature-missing" "The highest temperature has no code."
-        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F05));
-    "code-of-undervoltage-missing" "Undervoltage has no code."
-        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x1003));
-    "code-of-overvoltage-missing" "Overvoltage has no code."
-        => |b| b.at_encoder.code(|error| error.code.filter(|code| *code != 0x1004));
-    "commissioning-with-own-code" "The diagnosis during commissioning has the code 1002h."
-        => |b| b.at_encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
-    "error-after-start" "Each connection begins with an error of the position."
-        => |b| b.afx60.begins_with_error = true;
-    "faults-stay-after-acknowledgement" "Faults stay in P65001 when they were acknowledged."
-        => |b| b.afx60.faults_stay = true;
-    "invalid-scaling-not-noticed" "User parameters that cannot be served are accepted in silence."
-        => |b| {
-            b.checks.serves(|_, _, _| true);
-            b.afx60.words = |[a, b, c], _| [a, b & !0x0002, c];
-        };
-
-    // P65001
-    "fault-bits-one-too-high" "The faults stand one place too high."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { right << 1 } else { right });
-    "short-circuit-shown" "The short-circuit is always among the faults."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { right | 8 } else { right });
-    "short-circuit-supported" "The short-circuit is among the supported faults."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 3) { right | 8 } else { right });
-    "warnings-never-set" "The warnings are always 0."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { 0 } else { right });
-    "warning-bits-exchanged" "The bits of the warnings go round."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right });
-    "unsupported-warnings-shown" "The warning of the operating time is always set."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right });
-    "battery-warning-supported" "The warning of the battery is among the supported ones."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right });
-    "offset-never-shown" "The offset is always shown as 0."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
-    "range-less-one" "The highest position is shown for the total range."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right });
-    "profile-version-as-in-p965" "The version of the profile is given as in P965."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x29 } else { right });
-    "operating-time-in-seconds" "The operating time is given in seconds."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { right * 360 } else { right });
-    "operating-time-0" "The operating time is 0."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 7) { 0 } else { right });
-    "speed-unit-codes-shifted" "The number of the velocity unit is one too high."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 11) { right + 1 } else { right });
-
-    // Others
-    "vendor-is-device-id" "P964 gives the number of the device for the vendor."
-        => |b| b.at_encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
-    "type-is-device-id" "P964 gives the number of the device for the type."
-        => |b| b.at_encoder.element(|_, at, right| if at == (964, 1) { 0x7701 } else { right });
-    "subclass-of-class-4" "P975 announces class 4 too."
-        => |b| b.at_encoder.element(|_, at, right| if at == (975, 6) { 0xC000 } else { right });
-    "resolution-in-bits" "P979 gives the resolution as a number of bits."
-        => |b| b.at_encoder.element(|_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right });
-    "gateway-and-mask-exchanged" "P61003 gives the mask and P61004 the gateway."
-        => |b| b.at_encoder.element(|view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right });
-    "mask-as-prefix-length" "P61004 gives the number of bits of the mask."
-        => |b| b.at_encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
-    "name-of-delivery-shown" "P61000 gives the name of delivery."
-        => |b| {
-            b.at_encoder.cut(61000, 6);
-            b.at_encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
-        };
-    "port-1-mac-for-station" "P61002 gives the address of port 1."
-        => |b| b.at_encoder.element(|_, at, right| if at == (61002, 5) { right + 1 } else { right });
-    "port-macs-exchanged" "P1011 gives the address of port 2 and P1012 that of port 1."
-        => |b| b.at_encoder.element(|_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right });
-    "port-1-mac-twice" "P1012 gives the address of port 1."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1012, 5) { right - 1 } else { right });
-    "preset-value-reduced" "A preset value beyond the range is reduced to it."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right });
-    "temperature-as-magnitude" "A temperature below 0 is given without its sign."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right });
-    "fpga-version-reversed" "P1013 gives its octets in the opposite order."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right });
-    "fpga-version-packed" "P1013 has four bits for each part of the version."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
-    "constants-can-be-written" "P980 can be written."
-        => |b| b.afx60.list_is_writable = true;
-};
+/// By what they need.
+pub static GROUPS: &[Group] = &[
+    // Error types and codes of the AFS60 and AFM60, and what only these have
+    Group {
+        needs: &[Need::Of(&manuals::SICK_AFX60)],
+        deviations: bugs! {
+            "alarm-codes-exchanged" "The error types of errors change places."
+                => |d| d.at_encoder.error_type(|right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right }));
+            "warning-codes-exchanged" "The error types of warnings go round."
+                => |d| d.at_encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
+            "warnings-reported-as-faults" "Warnings are reported as faults."
+                => |d| d.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::Fault)).collect());
+            "alarm-switch-silences-codes" "In compatibility mode without the alarm channel there are no error codes either."
+                => |d| {
+                    let silence = Silence::default();
+                    d.checks.add(silence.clone());
+                    d.at_encoder.add(silence);
+                };
+            "no-alarm-in-compatibility-mode" "In compatibility mode nothing is reported."
+                => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { compatible, .. } => !compatible, _ => right });
+            "no-alarm-for-a-position-error" "An error of the position is not reported."
+                => |d| d.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
+            "sensor-bits-without-error" "Faults of sensor and memory are told by the sensor status alone."
+                => |d| d.at_encoder.raise(|error| !matches!(error.code, Some(0x0001 | 0x1001)));
+            "voltage-is-a-warning-only" "A supply beyond its limits is told by the sensor status alone."
+                => |d| d.at_encoder.raise(|error| !matches!(error.code, Some(0x1003 | 0x1004)));
+            "code-of-the-sensor-missing" "An error of the sensor has no code."
+                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x0001));
+            "code-of-a-command-missing" "A command that is not supported has no code."
+                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F01));
+            "code-of-the-temperature-missing" "The highest temperature has no code."
+                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F05));
+            "code-of-undervoltage-missing" "Undervoltage has no code."
+                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x1003));
+            "code-of-overvoltage-missing" "Overvoltage has no code."
+                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x1004));
+            "commissioning-with-own-code" "The diagnosis during commissioning has the code 1002h."
+                => |d| d.at_encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
+            "error-after-start" "Each connection begins with an error of the position."
+                => |d| d.afx60.begins_with_error = true;
+            "faults-stay-after-acknowledgement" "Faults stay in P65001 when they were acknowledged."
+                => |d| d.afx60.faults_stay = true;
+            "invalid-scaling-not-noticed" "User parameters that cannot be served are accepted in silence."
+                => |d| {
+                    d.checks.serves(|_, _, _| true);
+                    d.afx60.words = |[a, b, c], _| [a, b & !0x0002, c];
+                };
+            "vendor-is-device-id" "P964 gives the number of the device for the vendor."
+                => |d| d.at_encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
+            "type-is-device-id" "P964 gives the number of the device for the type."
+                => |d| d.at_encoder.element(|_, at, right| if at == (964, 1) { 0x7701 } else { right });
+            "subclass-of-class-4" "P975 announces class 4 too."
+                => |d| d.at_encoder.element(|_, at, right| if at == (975, 6) { 0xC000 } else { right });
+            "resolution-in-bits" "P979 gives the resolution as a number of bits."
+                => |d| d.at_encoder.element(|_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right });
+            "gateway-and-mask-exchanged" "P61003 gives the mask and P61004 the gateway."
+                => |d| d.at_encoder.element(|view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right });
+            "mask-as-prefix-length" "P61004 gives the number of bits of the mask."
+                => |d| d.at_encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
+            "name-of-delivery-shown" "P61000 gives the name of delivery."
+                => |d| {
+                    d.at_encoder.cut(61000, 6);
+                    d.at_encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
+                };
+            "port-1-mac-for-station" "P61002 gives the address of port 1."
+                => |d| d.at_encoder.element(|_, at, right| if at == (61002, 5) { right + 1 } else { right });
+            "port-macs-exchanged" "P1011 gives the address of port 2 and P1012 that of port 1."
+                => |d| d.at_encoder.element(|_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right });
+            "port-1-mac-twice" "P1012 gives the address of port 1."
+                => |d| d.at_encoder.element(|_, at, right| if at == (1012, 5) { right - 1 } else { right });
+            "temperature-as-magnitude" "A temperature below 0 is given without its sign."
+                => |d| d.at_encoder.element(|_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right });
+            "fpga-version-reversed" "P1013 gives its octets in the opposite order."
+                => |d| d.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right });
+            "fpga-version-packed" "P1013 has four bits for each part of the version."
+                => |d| d.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
+            "constants-can-be-written" "P980 can be written."
+                => |d| d.afx60.list_is_writable = true;
+        },
+    },
+    // Operating status: P65001
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: bugs! {
+            "fault-bits-one-too-high" "The faults stand one place too high."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { right << 1 } else { right });
+            "short-circuit-shown" "The short-circuit is always among the faults."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { right | 8 } else { right });
+            "short-circuit-supported" "The short-circuit is among the supported faults."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 3) { right | 8 } else { right });
+            "warnings-never-set" "The warnings are always 0."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 4) { 0 } else { right });
+            "warning-bits-exchanged" "The bits of the warnings go round."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right });
+            "unsupported-warnings-shown" "The warning of the operating time is always set."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right });
+            "battery-warning-supported" "The warning of the battery is among the supported ones."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right });
+            "offset-never-shown" "The offset is always shown as 0."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
+            "range-less-one" "The highest position is shown for the total range."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right });
+            "profile-version-as-in-p965" "The version of the profile is given as in P965."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x29 } else { right });
+            "operating-time-in-seconds" "The operating time is given in seconds."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 7) { right * 360 } else { right });
+            "operating-time-0" "The operating time is 0."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 7) { 0 } else { right });
+            "speed-unit-codes-shifted" "The number of the velocity unit is one too high."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 11) { right + 1 } else { right });
+            "preset-value-reduced" "A preset value beyond the range is reduced to it."
+                => |d| d.at_encoder.element(|view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right });
+        },
+    },
+];
 
 fn number(address: [u8; 4]) -> u64 {
     u32::from_be_bytes(address).into()

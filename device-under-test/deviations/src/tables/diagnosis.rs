@@ -1,15 +1,17 @@
 //! Bugs of faults, diagnoses and alarms.
 
-use super::Deviation;
+use super::Group;
 use super::diagnosis_memory::{StayingDiagnoses, StayingWarnings};
 use super::image::{ERROR, POSITION, has_error};
 use super::stack_memory::AlarmsBlockInputs;
+use crate::needs::Need;
 use alloc::vec::Vec;
 use device_stack::profinet::Severity;
 use encoder_profile::checks::Check;
 use encoder_profile::hooks::View;
 use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::{Before, Image};
+use reference_devices::manuals;
 use wire::profinet::alarm::AlarmNotification;
 use wire::profinet::diagnosis::AlarmItem;
 
@@ -17,90 +19,120 @@ use wire::profinet::diagnosis::AlarmItem;
 const MEMORY: u64 = 1 << 5;
 const COMMISSIONING: u64 = 1 << 4;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
+/// By what they need.
+pub static GROUPS: &[Group] = &[
     // Faults in P65001
-    "fault-bits-exchanged" "Memory and commissioning change places in P65001."
-        => |b| b.at_encoder.element(fault_bits_exchanged);
-    "faults-never-set" "The faults in P65001 are always 0."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 2) { 0 } else { right });
-    "faults-show-supported" "The faults in P65001 are those that are supported."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right });
-
-    // Alarms
-    "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
-        => |b| b.at_encoder.error_type(|_| Some(0x9011));
-    "no-alarm-for-parameters" "Wrong user parameters are not reported over the alarm channel."
-        => |b| b.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x9011));
-    "one-alarm-for-all" "A second fault replaces the first one in the alarm channel."
-        => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().next_back().into_iter().collect());
-    "alarm-never-disappears" "A channel diagnosis stays when its fault has gone."
-        => |b| b.at_encoder.add(StayingDiagnoses::default());
-    "alarm-switch-in-v41-mode" "Alarm channel control acts without compatibility mode too."
-        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
-    "alarm-switch-inverted" "Alarm channel control has the opposite polarity: 1 is off."
-        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { compatible, is_on } => !compatible || !is_on, _ => right });
-    "alarm-switch-ignored" "Alarm channel control is not looked at: faults are always reported."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
-    "diagnosis-as-manufacturer-data" "Alarms carry data of the vendor in place of a channel diagnosis."
-        => |d| d.stack.alarm(|alarm, is_sent| {
-            diagnosis_as_manufacturer_data(alarm);
-            is_sent
-        });
-    "alarms-block-inputs" "The inputs are bad while an alarm waits for its acknowledgement."
-        => |d| d.stack.add(AlarmsBlockInputs::default());
-    "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
-        => |d| d.stack.record(|index, data| if is_diagnosis(index) { data.clear() });
-    "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
-        => |b| b.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
-};
-
-/// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Deviation] = encoder_bugs! {
-    // Errors
-    "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
-        => |b| b.checks.check(|check, right| match check {
-            Check::RaisesError { code: Some(0x0001), .. } => false,
-            _ => right,
-        });
-    "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
-        => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
-    "memory-error-not-cyclic" "A memory error is shown in the status only."
-        => |b| b.at_encoder.image(memory_error_not_cyclic);
-    "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
-        => |b| b.at_encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
-    "errors-latched-for-ever" "An error stays when its cause has gone."
-        => |b| b.checks.check(|check, right| match check {
-            Check::LatchesError { .. } => true,
-            _ => right,
-        });
-
-    // Faults and warnings in the status
-    "supported-faults-are-the-present" "The supported faults are those that are there."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 3) { view.faults.into() } else { right });
-    "warnings-show-supported" "The warnings are those that are supported."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right });
-    "supported-warnings-5" "The second warning is not among those that are supported."
-        => |b| b.at_encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
-    "one-warning-only" "Of several warnings only the lowest bit is set."
-        => |b| b.at_encoder.warnings(|_, right| right & right.wrapping_neg());
-    "warnings-latched" "A warning stays when its cause has gone, until the next connection."
-        => |b| b.at_encoder.add(StayingWarnings::default());
-    "warning-shown-as-error" "A warning raises the error of the position as well."
-        => |b| b.at_encoder.causes(warning_shown_as_error);
-    "speed-limit-included" "A speed of 9000 rpm is a warning already."
-        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
-    "speed-limit-at-8192" "The warning of speed begins above 8192 rpm."
-        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() > 8192, _ => right });
-    "speed-warning-forward-only" "A speed against the clock is never a warning."
-        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
-
-    // Alarms
-    "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
-        => |b| b.at_encoder.diagnoses(alarm_storm);
-    "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
-        => |b| b.at_encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
-};
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: bugs! {
+            "faults-never-set" "The faults in P65001 are always 0."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { 0 } else { right });
+            "faults-show-supported" "The faults in P65001 are those that are supported."
+                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right });
+            "supported-faults-are-the-present" "The supported faults are those that are there."
+                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 3) { view.faults.into() } else { right });
+        },
+    },
+    // Fault bits of memory and commissioning
+    Group {
+        needs: &[Need::Of(&manuals::LIKA_XAC77)],
+        deviations: bugs! {
+            "fault-bits-exchanged" "Memory and commissioning change places in P65001."
+                => |d| d.at_encoder.element(fault_bits_exchanged);
+            "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
+                => |d| d.at_encoder.error_type(|_| Some(0x9011));
+            "no-alarm-for-parameters" "Wrong user parameters are not reported over the alarm channel."
+                => |d| d.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x9011));
+        },
+    },
+    // Diagnoses in the alarm channel
+    Group {
+        needs: &[Need::Diagnosis],
+        deviations: bugs! {
+            "one-alarm-for-all" "A second fault replaces the first one in the alarm channel."
+                => |d| d.at_encoder.diagnoses(|_, all| all.into_iter().next_back().into_iter().collect());
+            "alarm-never-disappears" "A channel diagnosis stays when its fault has gone."
+                => |d| d.at_encoder.add(StayingDiagnoses::default());
+            "alarm-switch-in-v41-mode" "Alarm channel control acts without compatibility mode too."
+                => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
+            "alarm-switch-inverted" "Alarm channel control has the opposite polarity: 1 is off."
+                => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { compatible, is_on } => !compatible || !is_on, _ => right });
+            "alarm-switch-ignored" "Alarm channel control is not looked at: faults are always reported."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
+            "diagnosis-as-manufacturer-data" "Alarms carry data of the vendor in place of a channel diagnosis."
+                => |d| d.stack.alarm(|alarm, is_sent| {
+                    diagnosis_as_manufacturer_data(alarm);
+                    is_sent
+                });
+            "alarms-block-inputs" "The inputs are bad while an alarm waits for its acknowledgement."
+                => |d| d.stack.add(AlarmsBlockInputs::default());
+            "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
+                => |d| d.stack.record(|index, data| if is_diagnosis(index) { data.clear() });
+            "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
+                => |d| d.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
+        },
+    },
+    // Errors and codes of the Sendix, which reports no diagnosis
+    Group {
+        needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
+        deviations: bugs! {
+            "position-error-not-shown" "A sensor without valid data is no error; the position stands still."
+                => |d| d.checks.check(|check, right| match check {
+                    Check::RaisesError { code: Some(0x0001), .. } => false,
+                    _ => right,
+                });
+            "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
+                => |d| d.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
+            "memory-error-not-cyclic" "A memory error is shown in the status only."
+                => |d| d.at_encoder.image(memory_error_not_cyclic);
+            "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
+                => |d| d.at_encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
+            "errors-latched-for-ever" "An error stays when its cause has gone."
+                => |d| d.checks.check(|check, right| match check {
+                    Check::LatchesError { .. } => true,
+                    _ => right,
+                });
+            "supported-warnings-5" "The second warning is not among those that are supported."
+                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
+            "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
+                => |d| d.at_encoder.diagnoses(alarm_storm);
+            "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
+                => |d| d.at_encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
+        },
+    },
+    // Warnings
+    Group {
+        needs: &[Need::Warning],
+        deviations: bugs! {
+            "warnings-show-supported" "The warnings are those that are supported."
+                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right });
+            "one-warning-only" "Of several warnings only the lowest bit is set."
+                => |d| d.at_encoder.warnings(|_, right| right & right.wrapping_neg());
+            "warnings-latched" "A warning stays when its cause has gone, until the next connection."
+                => |d| d.at_encoder.add(StayingWarnings::default());
+            "warning-shown-as-error" "A warning raises the error of the position as well."
+                => |d| d.at_encoder.causes(warning_shown_as_error);
+        },
+    },
+    // A speed that is too high
+    Group {
+        needs: &[Need::OfEither(&manuals::KUEBLER_SENDIX58XX, &manuals::SICK_A3M60)],
+        deviations: bugs! {
+            "speed-limit-included" "A speed of 9000 rpm is a warning already."
+                => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() >= 9000, _ => right });
+            "speed-limit-at-8192" "The warning of speed begins above 8192 rpm."
+                => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => rpm.abs() > 8192, _ => right });
+        },
+    },
+    // A speed against the clock
+    Group {
+        needs: &[Need::OfEither(&manuals::KUEBLER_SENDIX58XX, &manuals::SICK_AFX60)],
+        deviations: bugs! {
+            "speed-warning-forward-only" "A speed against the clock is never a warning."
+                => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
+        },
+    },
+];
 
 fn is_diagnosis(index: u16) -> bool {
     matches!(index & 0x0FFF, 0x00A..=0x00C) || index == 0xF80C

@@ -121,8 +121,20 @@ pub struct Group {
 }
 
 /// Every group, by topic.
-pub static GROUPS: &[&[Group]] =
-    &[amt58::GROUPS, plain::GROUPS, records::GROUPS, stack::GROUPS, start::GROUPS, station::GROUPS, variations::GROUPS];
+pub static GROUPS: &[&[Group]] = &[
+    amt58::GROUPS,
+    codes::GROUPS,
+    diagnosis::GROUPS,
+    parameter_access::GROUPS,
+    parameters::GROUPS,
+    plain::GROUPS,
+    records::GROUPS,
+    requests::GROUPS,
+    stack::GROUPS,
+    start::GROUPS,
+    station::GROUPS,
+    variations::GROUPS,
+];
 
 /// The deviations of the groups whose needs the devices of `manual` meet.
 pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {

@@ -1,7 +1,8 @@
 //! Bugs of the base mode parameter access.
 
-use super::Deviation;
+use super::Group;
 use super::parameter_memory::{Hangs, OldOctets, OldResponse, ResponseBefore, StopsAtFirstError, WrittenBeforeChecked};
+use crate::needs::Need;
 use alloc::vec::Vec;
 use encoder_profile::checks::Check;
 use encoder_profile::profidrive::parameters::{Exchange, MAX_OCTETS, MAX_PARAMETERS};
@@ -10,116 +11,129 @@ use wire::profidrive::{
     ResponseHeader,
 };
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
-    // Requests
-    "number-octets-swapped" "The octets of a parameter number are exchanged."
-        => |b| b.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
-    "unknown-request-read" "An unknown request is taken for one that reads."
-        => |b| b.at_encoder.understand(unknown_request_read);
-    "unknown-format-taken" "A value of an unknown format is taken for a double word."
-        => |b| b.at_encoder.understand(unknown_format_taken);
-    "axis-not-checked" "Any DO-ID is answered."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::Axis(_)));
-    "attribute-not-checked" "Any attribute reads the value."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::Attribute(_)));
-    "zero-elements-refused" "A parameter that is no array is refused with 0 elements."
-        => |b| b.checks.set(Check::ElementCount { count: 0, has_elements: false }, false);
-    "array-read-from-zero" "A run of elements always begins with subindex 0."
-        => |b| b.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
-    "short-request-reads-old-buffer" "Missing octets are taken from the request before."
-        => |b| {
-            b.checks.check(|check, right| right || matches!(check, Check::SurplusOctets(_)));
-            b.at_encoder.add(OldOctets::default());
-        };
-    "hangs-after-malformed-request" "After a request with a wrong number of parameters none is answered."
-        => |b| b.at_encoder.add(Hangs::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
-    "hangs-after-reference-0" "After a request with reference 0 none is answered."
-        => |b| b.at_encoder.add(Hangs::after(|octets| octets.first() == Some(&0)));
-
-    // Refusals
-    "unknown-parameter-reads-zero" "Unknown parameters read as 0."
-        => |b| b.at_encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::REQUEST || error.number != ErrorNumber::UNKNOWN_PARAMETER));
-    "unknown-write-acknowledged" "Writing an unknown parameter is answered positively."
-        => |b| b.at_encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::CHANGE || error.number != ErrorNumber::UNKNOWN_PARAMETER));
-    "read-only-write-acknowledged" "Writing a read-only parameter is answered positively."
-        => |b| b.at_encoder.refuse(|_, _, found| found.filter(|error| error.number != ErrorNumber::READ_ONLY));
-    "limit-called-wrong-type" "A value that is not allowed is refused as one of a wrong type."
-        => |b| b.at_encoder.refuse(limit_called_wrong_type);
-    "p971-cannot-be-read" "P971 can be written and not read."
-        => |b| b.at_encoder.refuse(p971_cannot_be_read);
-    "subindex-past-end-reads-zero" "Elements behind the end of an array read as 0."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::Elements { .. }));
-    "subindex-ignored-without-array" "The subindex is not looked at if the parameter is no array."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::WholeValue { .. }));
-    "wrong-type-taken" "A value of another width is taken as it comes."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::ValueFormat { .. }));
-    "type-code-refused" "A value is taken with the code of its size only and not with that of its type."
-        => |b| b.checks.check(|check, right| match check { Check::ValueFormat { format, parameter } => format == parameter, _ => right });
-    "value-count-not-checked" "The number of values is not compared with the number of elements."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::ValueCount { .. } | Check::SurplusOctets(_)));
-    "written-before-checked" "A value is written before it is checked, and is refused afterwards."
-        => |b| {
-            let written = WrittenBeforeChecked::default();
-            b.checks.add(written.clone());
-            b.at_encoder.add(written);
-        };
-
-    // Several parameters in one request
-    "multi-read-answers-first-only" "Of several parameters in a request only the first is answered."
-        => |b| b.at_encoder.respond(multi_read_answers_first_only);
-    "multi-write-stops-at-first-error" "After a refused parameter the others are not written."
-        => |b| {
-            let stops = StopsAtFirstError::default();
-            b.checks.add(stops.clone());
-            b.at_encoder.add(stops);
-        };
-    "one-error-drops-all" "One refused parameter takes the values of the others out of the response."
-        => |b| b.at_encoder.respond(one_error_drops_all);
-    "response-cut-off" "A response that is too long is cut off."
-        => |b| {
-            b.checks.check(|check, right| right || matches!(check, Check::ValueFits(_)));
-            b.at_encoder.parameter_response(|_, octets| octets.into_iter().take(MAX_OCTETS).collect());
-        };
-
-    // Responses
-    "reference-always-one" "The response always carries the reference 1."
-        => |b| b.at_encoder.respond(|_, right| Response { header: ResponseHeader { reference: 1, ..right.header }, ..right });
-    "response-without-format" "The values of a response stand without their format."
-        => |b| b.at_encoder.parameter_response(response_without_format);
-    "write-answered-with-values" "The response to a write repeats the values."
-        => |b| b.at_encoder.respond(write_answered_with_values);
-    "error-of-one-octet" "The number of an error has one octet."
-        => |b| b.at_encoder.respond(error_of_one_octet);
-    "response-of-the-request-before" "A request is answered with its reference and the values of the one before."
-        => |b| b.at_encoder.add(ResponseBefore::default());
-    "old-response-repeated" "A response can be read again and again."
-        => |b| b.at_encoder.add(OldResponse::default());
-};
-
-/// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Deviation] = encoder_bugs! {
-    "request-octets-exchanged" "Requests are expected with the octets of their pairs exchanged."
-        => |b| b.at_encoder.parameter_request(|_, octets| swapped(&octets));
-    "both-orders-understood" "Requests with the octets of their pairs exchanged are understood too."
-        => |b| b.at_encoder.parameter_request(|_, octets| match octets[..] {
-            [1 | 2, id, ..] if !matches!(id, 1 | 2) => swapped(&octets),
-            _ => octets,
-        });
-    "request-of-14-octets" "A write has no format and no number of values."
-        => |b| b.at_encoder.parameter_request(|_, octets| match octets[..] {
-            [_, 2, ..] if octets.len() == 14 => [&octets[..10], &[0x43, 1], &octets[10..]].concat(),
-            [_, 2, ..] => Vec::new(),
-            _ => octets,
-        });
-    "elements-of-a-single-value-ignored" "The number of elements is not looked at if the parameter is no array."
-        => |b| b.at_encoder.understand(elements_of_a_single_value_ignored);
-    "subindex-0-refused" "P65000 is refused as an element that does not exist."
-        => |b| b.at_encoder.refuse(|_, number, found| match number {
-            65000 => Some(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: None }),
-            _ => found,
-        });
-};
+/// By what they need.
+pub static GROUPS: &[Group] = &[
+    // The access itself
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: bugs! {
+            "number-octets-swapped" "The octets of a parameter number are exchanged."
+                => |d| d.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
+            "unknown-request-read" "An unknown request is taken for one that reads."
+                => |d| d.at_encoder.understand(unknown_request_read);
+            "unknown-format-taken" "A value of an unknown format is taken for a double word."
+                => |d| d.at_encoder.understand(unknown_format_taken);
+            "attribute-not-checked" "Any attribute reads the value."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::Attribute(_)));
+            "zero-elements-refused" "A parameter that is no array is refused with 0 elements."
+                => |d| d.checks.set(Check::ElementCount { count: 0, has_elements: false }, false);
+            "short-request-reads-old-buffer" "Missing octets are taken from the request before."
+                => |d| {
+                    d.checks.check(|check, right| right || matches!(check, Check::SurplusOctets(_)));
+                    d.at_encoder.add(OldOctets::default());
+                };
+            "hangs-after-malformed-request" "After a request with a wrong number of parameters none is answered."
+                => |d| d.at_encoder.add(Hangs::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
+            "hangs-after-reference-0" "After a request with reference 0 none is answered."
+                => |d| d.at_encoder.add(Hangs::after(|octets| octets.first() == Some(&0)));
+            "unknown-parameter-reads-zero" "Unknown parameters read as 0."
+                => |d| d.at_encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::REQUEST || error.number != ErrorNumber::UNKNOWN_PARAMETER));
+            "unknown-write-acknowledged" "Writing an unknown parameter is answered positively."
+                => |d| d.at_encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::CHANGE || error.number != ErrorNumber::UNKNOWN_PARAMETER));
+            "read-only-write-acknowledged" "Writing a read-only parameter is answered positively."
+                => |d| d.at_encoder.refuse(|_, _, found| found.filter(|error| error.number != ErrorNumber::READ_ONLY));
+            "limit-called-wrong-type" "A value that is not allowed is refused as one of a wrong type."
+                => |d| d.at_encoder.refuse(limit_called_wrong_type);
+            "subindex-ignored-without-array" "The subindex is not looked at if the parameter is no array."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::WholeValue { .. }));
+            "wrong-type-taken" "A value of another width is taken as it comes."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::ValueFormat { .. }));
+            "type-code-refused" "A value is taken with the code of its size only and not with that of its type."
+                => |d| d.checks.check(|check, right| match check { Check::ValueFormat { format, parameter } => format == parameter, _ => right });
+            "value-count-not-checked" "The number of values is not compared with the number of elements."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::ValueCount { .. } | Check::SurplusOctets(_)));
+            "written-before-checked" "A value is written before it is checked, and is refused afterwards."
+                => |d| {
+                    let written = WrittenBeforeChecked::default();
+                    d.checks.add(written.clone());
+                    d.at_encoder.add(written);
+                };
+            "multi-read-answers-first-only" "Of several parameters in a request only the first is answered."
+                => |d| d.at_encoder.respond(multi_read_answers_first_only);
+            "multi-write-stops-at-first-error" "After a refused parameter the others are not written."
+                => |d| {
+                    let stops = StopsAtFirstError::default();
+                    d.checks.add(stops.clone());
+                    d.at_encoder.add(stops);
+                };
+            "one-error-drops-all" "One refused parameter takes the values of the others out of the response."
+                => |d| d.at_encoder.respond(one_error_drops_all);
+            "reference-always-one" "The response always carries the reference 1."
+                => |d| d.at_encoder.respond(|_, right| Response { header: ResponseHeader { reference: 1, ..right.header }, ..right });
+            "response-without-format" "The values of a response stand without their format."
+                => |d| d.at_encoder.parameter_response(response_without_format);
+            "write-answered-with-values" "The response to a write repeats the values."
+                => |d| d.at_encoder.respond(write_answered_with_values);
+            "error-of-one-octet" "The number of an error has one octet."
+                => |d| d.at_encoder.respond(error_of_one_octet);
+            "response-of-the-request-before" "A request is answered with its reference and the values of the one before."
+                => |d| d.at_encoder.add(ResponseBefore::default());
+            "old-response-repeated" "A response can be read again and again."
+                => |d| d.at_encoder.add(OldResponse::default());
+            "request-octets-exchanged" "Requests are expected with the octets of their pairs exchanged."
+                => |d| d.at_encoder.parameter_request(|_, octets| swapped(&octets));
+            "both-orders-understood" "Requests with the octets of their pairs exchanged are understood too."
+                => |d| d.at_encoder.parameter_request(|_, octets| match octets[..] {
+                    [1 | 2, id, ..] if !matches!(id, 1 | 2) => swapped(&octets),
+                    _ => octets,
+                });
+            "request-of-14-octets" "A write has no format and no number of values."
+                => |d| d.at_encoder.parameter_request(|_, octets| match octets[..] {
+                    [_, 2, ..] if octets.len() == 14 => [&octets[..10], &[0x43, 1], &octets[10..]].concat(),
+                    [_, 2, ..] => Vec::new(),
+                    _ => octets,
+                });
+            "elements-of-a-single-value-ignored" "The number of elements is not looked at if the parameter is no array."
+                => |d| d.at_encoder.understand(elements_of_a_single_value_ignored);
+            "subindex-0-refused" "P65000 is refused as an element that does not exist."
+                => |d| d.at_encoder.refuse(|_, number, found| match number {
+                    65000 => Some(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: None }),
+                    _ => found,
+                });
+        },
+    },
+    // Axes that are refused
+    Group {
+        needs: &[Need::RefusesAxes],
+        deviations: bugs! {
+            "axis-not-checked" "Any DO-ID is answered."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::Axis(_)));
+        },
+    },
+    // Arrays
+    Group {
+        needs: &[Need::Parameter(964)],
+        deviations: bugs! {
+            "array-read-from-zero" "A run of elements always begins with subindex 0."
+                => |d| d.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
+            "subindex-past-end-reads-zero" "Elements behind the end of an array read as 0."
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::Elements { .. }));
+            "response-cut-off" "A response that is too long is cut off."
+                => |d| {
+                    d.checks.check(|check, right| right || matches!(check, Check::ValueFits(_)));
+                    d.at_encoder.parameter_response(|_, octets| octets.into_iter().take(MAX_OCTETS).collect());
+                };
+        },
+    },
+    // P971
+    Group {
+        needs: &[Need::Parameter(971)],
+        deviations: bugs! {
+            "p971-cannot-be-read" "P971 can be written and not read."
+                => |d| d.at_encoder.refuse(p971_cannot_be_read);
+        },
+    },
+];
 
 /// The octets with those of each pair exchanged: of the header, of the first address and of its value.
 fn swapped(octets: &[u8]) -> Vec<u8> {
