@@ -101,7 +101,7 @@ impl<M: Model> Live<'_, M> {
         self.ram.warnings
     }
 
-    /// Looks which warnings there are.
+    /// Takes note of the warnings whose cause is there.
     pub(super) fn look_for_warnings(&mut self) {
         let known = if self.faults.are_none() { &[] } else { self.facts.warnings };
         let here = known.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));

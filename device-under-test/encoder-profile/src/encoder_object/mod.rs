@@ -20,9 +20,9 @@ mod power;
 mod stand;
 mod start;
 
+pub use crate::profidrive::parameters::{double_word, double_words, octets, octets_of, word, words};
 pub use device::{EncoderObject, Piece};
 pub use live::{Faults, Live, Phase, Ram, Store};
 pub use memory::Source;
 pub use model::Model;
-pub use parameters::{double_word, double_words, octets, octets_of, word, words};
 pub use places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};

@@ -2,10 +2,8 @@
 
 use super::{Live, Model, Phase};
 use crate::hooks::View;
-use crate::profidrive::parameters::{Parameter, Parameters, Shape};
-use alloc::vec;
-use alloc::vec::Vec;
-use wire::profidrive::{ErrorNumber, Format};
+use crate::profidrive::parameters::{Parameter, Parameters, double_word, double_words, octets, word, words};
+use wire::profidrive::ErrorNumber;
 
 /// The operating status, P65001 where a manual has it.
 const OPERATING_STATUS: u16 = 65001;
@@ -129,42 +127,4 @@ impl<M: Model> Live<'_, M> {
             address_before: self.ram.address_before,
         }
     }
-}
-
-impl Parameter {
-    /// The same parameter, but writable.
-    pub fn writable(self) -> Parameter {
-        Parameter { writable: 0..self.values.len(), ..self }
-    }
-}
-
-/// A parameter of one value of 16 bits.
-pub fn word(value: u64) -> Parameter {
-    Parameter { shape: Shape::Value, ..words(vec![value]) }
-}
-
-/// A parameter of one value of 32 bits.
-pub fn double_word(value: u64) -> Parameter {
-    Parameter { shape: Shape::Value, ..double_words(vec![value]) }
-}
-
-/// A parameter with elements of 16 bits.
-pub fn words(values: Vec<u64>) -> Parameter {
-    Parameter { format: Format::WORD, shape: Shape::Array, writable: 0..0, values }
-}
-
-/// A parameter with elements of 32 bits.
-pub fn double_words(values: Vec<u64>) -> Parameter {
-    Parameter { format: Format::DOUBLE_WORD, ..words(values) }
-}
-
-/// A parameter of octets, of which there is one value.
-pub fn octets(octets: [u8; 2]) -> Parameter {
-    Parameter { shape: Shape::Value, ..octets_of(&octets) }
-}
-
-/// A string of octets, of which a part can be read.
-pub fn octets_of(octets: &[u8]) -> Parameter {
-    let values = octets.iter().copied().map(u64::from).collect();
-    Parameter { format: Format::OCTET_STRING, shape: Shape::Octets, ..words(values) }
 }

@@ -7,17 +7,17 @@
 
 mod acceptance;
 mod manager;
+mod parameter;
 mod responses;
 #[cfg(test)]
 mod tests;
 
 pub use acceptance::is_of_type;
 pub use manager::{Exchange, Manager};
+pub use parameter::{Parameter, Shape, double_word, double_words, octets, octets_of, word, words};
 pub use responses::Responses;
 
-use alloc::vec::Vec;
-use core::ops::Range;
-use wire::profidrive::{ErrorNumber, Format};
+use wire::profidrive::ErrorNumber;
 
 /// The most parameters of a request: PROFIdrive, base mode.
 pub const MAX_PARAMETERS: u8 = 39;
@@ -25,30 +25,6 @@ pub const MAX_PARAMETERS: u8 = 39;
 pub const MAX_ELEMENTS: u8 = 234;
 /// The most octets of a request or a response: PROFIdrive, base mode.
 pub const MAX_OCTETS: usize = 240;
-
-/// How the values of a parameter belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// One value, of several octets for a string; it has no subindex.
-    Value,
-    /// Elements with a subindex each.
-    Array,
-    /// A string that is given whole for 0 elements or 1, or a part of it for more, from the subindex on.
-    Octets,
-}
-
-/// A parameter at one instant.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Parameter {
-    /// In which format values are given: [`Format::WORD`], [`Format::DOUBLE_WORD`] or [`Format::OCTET_STRING`].
-    pub format: Format,
-    /// How its values belong together.
-    pub shape: Shape,
-    /// The values that can be written.
-    pub writable: Range<usize>,
-    /// Its values.
-    pub values: Vec<u64>,
-}
 
 /// The parameters that a parameter manager gives access to.
 pub trait Parameters {

@@ -1,8 +1,9 @@
 //! The octets of requests and responses, and the checks in their order.
 
 use super::*;
+use alloc::vec::Vec;
 use rstest::rstest;
-use wire::profidrive::Response;
+use wire::profidrive::{Format, Response};
 
 /// 922 word, 65000 double word to be written, 965 octets, 964 three words, 61000 a string, 1006 two words to be written,
 /// 1009 three double words, two of them to be written.
@@ -155,4 +156,26 @@ fn axes_by_the_manual() {
     let manager = Manager { serves_any_axis: true, ..Manager::default() };
     let exchange = manager.answer(&request, &mut Sample(0)).expect("well formed");
     assert_eq!(exchange.octets(), [1, 1, 0xCD, 1, 0x42, 1, 0, 81]);
+}
+
+#[cfg(feature = "deviations")]
+#[test]
+fn a_deviation_flips_a_decision() {
+    use crate::checks::{Check, Checks, EncoderChecks};
+    use alloc::rc::Rc;
+    use core::cell::RefCell;
+
+    struct AnyFormat;
+
+    impl EncoderChecks for AnyFormat {
+        fn check(&mut self, check: Check, verdict: bool) -> bool {
+            verdict || matches!(check, Check::ValueFormat { .. })
+        }
+    }
+
+    let checks = Checks(device_stack::Attached::new(Rc::new(RefCell::new(AnyFormat))));
+    let manager = Manager { checks, ..Manager::default() };
+    let (mut sample, narrow) = (Sample(0x64), [1, 2, 1, 1, 0x10, 0, 0xFD, 0xE8, 0, 0, 0x42, 1, 0, 5]);
+    let exchange = manager.answer(&narrow, &mut sample).expect("well formed");
+    assert_eq!((exchange.octets(), sample.0), (alloc::vec![1, 2, 1, 1], 5));
 }
