@@ -4,22 +4,15 @@ use crate::tables::{self, Table};
 
 /// By the seam at which they are switched on.
 pub(super) static BUGS: &[Table] = &[
-    Table::All(tables::dp_diagnosis::BUGS),
-    Table::All(tables::dp_presets::BUGS),
-    Table::All(tables::dp_station::BUGS),
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
-    Table::All(tables::isochronous::BUGS),
     Table::Only(tables::limits::BUGS, LIMITS),
     Table::Only(tables::measuring::BUGS, MEASURING),
     Table::Only(tables::memory::BUGS, MEMORY),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::Only(tables::presets::OTHERS, PRESETS_OTHERS),
     Table::Only(tables::service::BUGS, SERVICE),
-    Table::All(tables::set_prm::BUGS),
     Table::Only(tables::slave::BUGS, SLAVE),
     Table::Only(tables::velocity::BUGS, VELOCITY),
-    Table::All(tables::vendor_axis::BUGS),
-    Table::All(tables::vendor_parameters::BUGS),
 ];
 
 const HANDSHAKES: &[&str] = &[

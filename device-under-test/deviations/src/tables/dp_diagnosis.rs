@@ -1,7 +1,8 @@
 //! Bugs of blocks behind the six octets of a PROFIBUS diagnosis, and of the status that they tell.
 
-use super::Deviation;
+use super::Group;
 use super::image::{ERROR, has_error};
+use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::slave::{frame, request, with_data};
 use alloc::rc::Rc;
@@ -13,6 +14,7 @@ use encoder_profile::checks::Check;
 use encoder_profile::encoder_object::Live;
 use encoder_profile::facts::{Cause, ErrorFact};
 use encoder_profile::profidrive::telegram::Image;
+use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
 use reference_devices::models::sick_a3m60::set_prm::Fields;
@@ -20,137 +22,140 @@ use reference_devices::models::sick_a3m60::status::{self, Words};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, FunctionCode, StationType};
 use wire::profibus::sap::{MasterSap, Service, SlaveSap};
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // Blocks
-    "block-header-wrong" "The first octet of a block is C1h."
-        => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
-    "channel-counts-errors" "The second octet of a block is 41h."
-        => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
-    "empty-block-when-healthy" "Behind the last error there is a block with the number 0."
-        => |d| {
-            let has_channel = d.note(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
-            d.slave.diagnosis(move |told, _| if has_channel.get() { told.ext.extend([0x81, 0x40, 0]) });
-        };
-    "one-header-for-two-blocks" "The second block has its number alone."
-        => |d| d.slave.diagnosis(|told, _| {
-            let numbers: Vec<u8> = told.ext.chunks(BLOCK).skip(1).filter_map(|block| block.last().copied()).collect();
-            told.ext.truncate(BLOCK);
-            told.ext.extend(numbers);
-        });
-    "one-block-per-cause" "Each bit of the status has a block of its own."
-        => |d| d.a3m60.diagnosis(one_block_per_cause);
-    "two-blocks-at-most" "There are two blocks at most."
-        => |d| d.a3m60.diagnosis(|_, mut numbers| {
-            numbers.truncate(2);
-            numbers
-        });
-    "position-error-as-memory-error" "An error of the position has the number of one of the memory."
-        => |b| b.at_encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
-    "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
-        => |b| b.at_encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
-    "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
-        => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::MEMORY_ERROR, status::words(encoder).a & 0x8080 == EEPROM));
-    "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
-        => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::POSITION_ERROR, status::words(encoder).a & status::POSITION == EEPROM));
-    "overspeed-forward-only" "Only forward a speed is too high."
-        => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
-    "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
-        => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
-    "diagnosis-stays" "A block stays when its error has gone."
-        => |d| d.a3m60.add(Stays::default());
-    "diagnosis-in-telegrams-only" "With the telegrams of the vendor there are no blocks."
-        => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.ram.telegram().number == 0 { Vec::new() } else { numbers });
-    "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
-        => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.model.fields.shows_codes() { numbers } else { Vec::new() });
-    "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
-    "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
-        => |d| {
-            d.at_encoder.element(|view, at, right| match at {
-                (1000 | 1001, 0) if view.user.compatible && !view.user.alarm_channel => 0,
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[Group {
+    needs: &[Need::Of(&manuals::SICK_A3M60)],
+    deviations: bugs! {
+        // Blocks
+        "block-header-wrong" "The first octet of a block is C1h."
+            => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[0] = 0xC1));
+        "channel-counts-errors" "The second octet of a block is 41h."
+            => |d| d.slave.diagnosis(|told, _| told.ext.chunks_mut(BLOCK).for_each(|block| block[1] = 0x41));
+        "empty-block-when-healthy" "Behind the last error there is a block with the number 0."
+            => |d| {
+                let has_channel = d.note(false, |encoder, _, _| encoder.model.fields.switches[0] & ALARM_CHANNEL != 0);
+                d.slave.diagnosis(move |told, _| if has_channel.get() { told.ext.extend([0x81, 0x40, 0]) });
+            };
+        "one-header-for-two-blocks" "The second block has its number alone."
+            => |d| d.slave.diagnosis(|told, _| {
+                let numbers: Vec<u8> = told.ext.chunks(BLOCK).skip(1).filter_map(|block| block.last().copied()).collect();
+                told.ext.truncate(BLOCK);
+                told.ext.extend(numbers);
+            });
+        "one-block-per-cause" "Each bit of the status has a block of its own."
+            => |d| d.a3m60.diagnosis(one_block_per_cause);
+        "two-blocks-at-most" "There are two blocks at most."
+            => |d| d.a3m60.diagnosis(|_, mut numbers| {
+                numbers.truncate(2);
+                numbers
+            });
+        "position-error-as-memory-error" "An error of the position has the number of one of the memory."
+            => |b| b.at_encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
+        "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
+            => |b| b.at_encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
+        "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
+            => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::MEMORY_ERROR, status::words(encoder).a & 0x8080 == EEPROM));
+        "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
+            => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::POSITION_ERROR, status::words(encoder).a & status::POSITION == EEPROM));
+        "overspeed-forward-only" "Only forward a speed is too high."
+            => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
+        "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
+            => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
+        "diagnosis-stays" "A block stays when its error has gone."
+            => |d| d.a3m60.add(Stays::default());
+        "diagnosis-in-telegrams-only" "With the telegrams of the vendor there are no blocks."
+            => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.ram.telegram().number == 0 { Vec::new() } else { numbers });
+        "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
+            => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.model.fields.shows_codes() { numbers } else { Vec::new() });
+        "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
+            => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
+        "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
+            => |d| {
+                d.at_encoder.element(|view, at, right| match at {
+                    (1000 | 1001, 0) if view.user.compatible && !view.user.alarm_channel => 0,
+                    _ => right,
+                });
+                d.a3m60.image(|encoder, now| if is_silent(&encoder.model.fields) { without_code(now) } else { now });
+            };
+        "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
+            => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
+        "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
+            => |d| {
+                let words = d.noted_words();
+                d.slave.add(RefusesOutputs { words, is_refusing: false });
+            };
+
+        // S_STAT-A
+        "flash-only-checked" "The checksum of the EEPROM is not looked at."
+            => |d| {
+                unnoticed(d, &["eeprom_checksum"]);
+                d.at_encoder.raise(|error| !is_of(error, "eeprom_checksum"));
+            };
+        "fram-in-bit-7" "An FRAM that does not answer sets bit 7."
+            => |d| d.a3m60.status(|_, words| Words { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
+        "synchronization-bits-exchanged" "Bits 11 and 13 are exchanged."
+            => |d| d.a3m60.status(|_, words| Words { a: words.a & !0x2800 | (words.a & 0x2000) >> 2 | (words.a & 0x0800) << 2, ..words });
+        "synchronization-corrected-silently" "Deviations of the counters are not told."
+            => |d| {
+                unnoticed(d, &SYNCHRONIZATION);
+                d.at_encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
+            };
+        "linearization-not-watched" "A wrong linearization is not noticed."
+            => |d| {
+                unnoticed(d, &["linearization"]);
+                d.at_encoder.raise(|error| !is_of(error, "linearization"));
+            };
+        "vector-length-low-not-checked" "A vector that is too short is not noticed."
+            => |d| {
+                unnoticed(d, &["vector_length"]);
+                d.at_encoder.raise(|error| !is_of(error, "vector_length"));
+            };
+        "vector-length-high-not-checked" "A vector that is too long is not noticed."
+            => |d| {
+                unnoticed(d, &["vector_length_long"]);
+                d.at_encoder.raise(|error| !is_of(error, "vector_length_long"));
+            };
+        "sine-only-watched" "The amplitude of the cosine is not looked at."
+            => |d| {
+                unnoticed(d, &["amplitude_cosine"]);
+                d.at_encoder.raise(|error| !is_of(error, "amplitude_cosine"));
+            };
+        "eeprom-noticed-at-start-only" "An EEPROM that does not answer is noticed when the supply comes."
+            => |d| d.a3m60.add(NoticedAtStart::default());
+        "bit-12-set-with-errors" "Bit 12 is set with each error."
+            => |d| d.at_encoder.element(|_, at, right| if at == (1000, 0) && right != 0 { right | 1 << 12 } else { right });
+
+        // P65001
+        "memory-error-in-bit-0" "A fault of the memory is shown as one of the position."
+            => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
+        "position-error-for-bit-6-only" "Only a wrong amplitude is a fault of the position."
+            => |d| {
+                let words = d.noted_words();
+                d.at_encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
+            };
+        "unsupported-fault-bits-set" "Bit 1 of the faults is set with each of them."
+            => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
+        "overspeed-as-fault" "A speed that is too high is a fault and no warning."
+            => |d| {
+                let words = d.noted_words();
+                d.at_encoder.element(move |_, at, right| match at {
+                    (65001, 2) => right | u64::from(words.get().a & status::OVERSPEED != 0) << 1,
+                    (65001, 4) => 0,
+                    _ => right,
+                });
+            };
+        "announced-warning-bit-used" "Bit 1 of the warnings is set while there is a fault."
+            => |d| {
+                let words = d.noted_words();
+                d.at_encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
+            };
+        "other-fault-bits-in-compatibility-mode" "In compatibility mode a fault of the position stands in bit 4."
+            => |d| d.at_encoder.element(|view, at, right| match at {
+                (65001, 2) if view.user.compatible => right & !1 | (right & 1) << 4,
                 _ => right,
             });
-            d.a3m60.image(|encoder, now| if is_silent(&encoder.model.fields) { without_code(now) } else { now });
-        };
-    "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
-        => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
-    "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
-        => |d| {
-            let words = d.noted_words();
-            d.slave.add(RefusesOutputs { words, is_refusing: false });
-        };
-
-    // S_STAT-A
-    "flash-only-checked" "The checksum of the EEPROM is not looked at."
-        => |d| {
-            unnoticed(d, &["eeprom_checksum"]);
-            d.at_encoder.raise(|error| !is_of(error, "eeprom_checksum"));
-        };
-    "fram-in-bit-7" "An FRAM that does not answer sets bit 7."
-        => |d| d.a3m60.status(|_, words| Words { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
-    "synchronization-bits-exchanged" "Bits 11 and 13 are exchanged."
-        => |d| d.a3m60.status(|_, words| Words { a: words.a & !0x2800 | (words.a & 0x2000) >> 2 | (words.a & 0x0800) << 2, ..words });
-    "synchronization-corrected-silently" "Deviations of the counters are not told."
-        => |d| {
-            unnoticed(d, &SYNCHRONIZATION);
-            d.at_encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
-        };
-    "linearization-not-watched" "A wrong linearization is not noticed."
-        => |d| {
-            unnoticed(d, &["linearization"]);
-            d.at_encoder.raise(|error| !is_of(error, "linearization"));
-        };
-    "vector-length-low-not-checked" "A vector that is too short is not noticed."
-        => |d| {
-            unnoticed(d, &["vector_length"]);
-            d.at_encoder.raise(|error| !is_of(error, "vector_length"));
-        };
-    "vector-length-high-not-checked" "A vector that is too long is not noticed."
-        => |d| {
-            unnoticed(d, &["vector_length_long"]);
-            d.at_encoder.raise(|error| !is_of(error, "vector_length_long"));
-        };
-    "sine-only-watched" "The amplitude of the cosine is not looked at."
-        => |d| {
-            unnoticed(d, &["amplitude_cosine"]);
-            d.at_encoder.raise(|error| !is_of(error, "amplitude_cosine"));
-        };
-    "eeprom-noticed-at-start-only" "An EEPROM that does not answer is noticed when the supply comes."
-        => |d| d.a3m60.add(NoticedAtStart::default());
-    "bit-12-set-with-errors" "Bit 12 is set with each error."
-        => |d| d.at_encoder.element(|_, at, right| if at == (1000, 0) && right != 0 { right | 1 << 12 } else { right });
-
-    // P65001
-    "memory-error-in-bit-0" "A fault of the memory is shown as one of the position."
-        => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
-    "position-error-for-bit-6-only" "Only a wrong amplitude is a fault of the position."
-        => |d| {
-            let words = d.noted_words();
-            d.at_encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
-        };
-    "unsupported-fault-bits-set" "Bit 1 of the faults is set with each of them."
-        => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
-    "overspeed-as-fault" "A speed that is too high is a fault and no warning."
-        => |d| {
-            let words = d.noted_words();
-            d.at_encoder.element(move |_, at, right| match at {
-                (65001, 2) => right | u64::from(words.get().a & status::OVERSPEED != 0) << 1,
-                (65001, 4) => 0,
-                _ => right,
-            });
-        };
-    "announced-warning-bit-used" "Bit 1 of the warnings is set while there is a fault."
-        => |d| {
-            let words = d.noted_words();
-            d.at_encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
-        };
-    "other-fault-bits-in-compatibility-mode" "In compatibility mode a fault of the position stands in bit 4."
-        => |d| d.at_encoder.element(|view, at, right| match at {
-            (65001, 2) if view.user.compatible => right & !1 | (right & 1) << 4,
-            _ => right,
-        });
-};
+    },
+}];
 
 /// The octets of a block.
 const BLOCK: usize = 3;

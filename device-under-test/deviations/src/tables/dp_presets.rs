@@ -1,13 +1,14 @@
 //! Bugs of presets by bit 31 of a telegram of the vendor, and of those by G1_STW that are in force at once.
 
-use super::Deviation;
+use super::Group;
 use super::presets::absolute_beyond_the_range;
 use super::sensor_memory::{KeptTrigger, RestedTrigger};
 use super::slave_memory::Zeroes;
+use crate::needs::Need;
 use crate::seams::Deviations;
 use alloc::collections::VecDeque;
 use alloc::rc::Rc;
-use core::cell::Cell;
+use core::cell::{Cell, RefCell};
 use core::mem;
 use core::time::Duration;
 use encoder_profile::checks::Check;
@@ -16,110 +17,114 @@ use encoder_profile::encoder::{Measuring, PresetMode};
 use encoder_profile::encoder_object::Live;
 use encoder_profile::hooks::{EncoderHooks, View};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::telegram::{Image, Outputs, Telegram};
+use encoder_profile::profidrive::telegram::{Control, Image, Outputs, Telegram};
+use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Hooks, Event, Memory};
 use station::Time;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // By bit 31
-    "preset-with-bit-31" "Bit 31 counts as part of the preset value."
-        => |b| {
-            b.trigger.value(|word, _, _| word.into());
-            b.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
-            b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
-        };
-    "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
-        => |b| b.at_encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
-    "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
-        => |d| d.a3m60.add(StampOfPreset::default());
-    "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each cycle."
-        => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
-            _ => right,
-        });
-    "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
-        => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
-            _ => right,
-        });
-    "new-value-triggers" "Another value beside a trigger that stands makes another preset."
-        => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
-            _ => right,
-        });
-    "value-without-trigger" "Another value sets the position without the trigger."
-        => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
-            _ => right,
-        });
-    "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
-        => |b| b.checks.add(RestedTrigger::default());
-    "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."
-        => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before: None, now } => now & TRIGGER != 0,
-            _ => right,
-        });
-    "preset-of-26-bits" "The value of a preset has 26 bits."
-        => |b| b.at_encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
-    "highest-preset-is-an-error" "A preset to 7FFFFFFFh is not carried out."
-        => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { now: u32::MAX, .. } => false,
-            _ => right,
-        });
-    "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
-        => |b| {
-            b.trigger.value(|word, _, _| (word & !TRIGGER).into());
-            b.measuring.absolute(absolute_beyond_the_range);
-            b.measuring.shift(|position, offset, range| match offset < range {
-                true => measuring::shift(position, offset, range),
-                false => position.wrapping_add(offset),
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[Group {
+    needs: &[Need::Of(&manuals::SICK_A3M60)],
+    deviations: bugs! {
+        // By bit 31
+        "preset-with-bit-31" "Bit 31 counts as part of the preset value."
+            => |b| {
+                b.trigger.value(|word, _, _| word.into());
+                b.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
+                b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
+            };
+        "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
+            => |b| b.at_encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
+        "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
+            => |d| d.a3m60.add(StampOfPreset::default());
+        "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each cycle."
+            => |b| b.checks.check(|check, right| match check {
+                Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
+                _ => right,
             });
-        };
-    "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
-        => |d| undone_by_the_falling_edge(d);
-    "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
-        => |b| b.at_encoder.add(KeptTrigger::default());
-    "inputs-0-in-clear" "During Clear the inputs are 0."
-        => |b| b.slave.add(Zeroes::default());
+        "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
+            => |b| b.checks.check(|check, right| match check {
+                Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
+                _ => right,
+            });
+        "new-value-triggers" "Another value beside a trigger that stands makes another preset."
+            => |b| b.checks.check(|check, right| match check {
+                Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
+                _ => right,
+            });
+        "value-without-trigger" "Another value sets the position without the trigger."
+            => |b| b.checks.check(|check, right| match check {
+                Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
+                _ => right,
+            });
+        "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
+            => |b| b.checks.add(RestedTrigger::default());
+        "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."
+            => |b| b.checks.check(|check, right| match check {
+                Check::TriggersPreset { before: None, now } => now & TRIGGER != 0,
+                _ => right,
+            });
+        "preset-of-26-bits" "The value of a preset has 26 bits."
+            => |b| b.at_encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
+        "highest-preset-is-an-error" "A preset to 7FFFFFFFh is not carried out."
+            => |b| b.checks.check(|check, right| match check {
+                Check::TriggersPreset { now: u32::MAX, .. } => false,
+                _ => right,
+            });
+        "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
+            => |b| {
+                b.trigger.value(|word, _, _| (word & !TRIGGER).into());
+                b.measuring.absolute(absolute_beyond_the_range);
+                b.measuring.shift(|position, offset, range| match offset < range {
+                    true => measuring::shift(position, offset, range),
+                    false => position.wrapping_add(offset),
+                });
+            };
+        "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
+            => |d| undone_by_the_falling_edge(d);
+        "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
+            => |b| b.at_encoder.add(KeptTrigger::default());
+        "inputs-0-in-clear" "During Clear the inputs are 0."
+            => |b| b.slave.add(Zeroes::default());
 
-    // By either
-    "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before."
-        => |d| d.a3m60.add(FromOldPlace::default());
-    "presets-queue-up" "Each preset waits 20 ms for the memory, and the next ones wait for it."
-        => |d| d.a3m60.add(Delayed::by(Duration::from_millis(20)));
-    "preset-acknowledged-too-early" "The position is set 100 ms after the acknowledgement."
-        => |d| d.a3m60.add(Delayed::by(Duration::from_millis(100)));
+        // By either
+        "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before."
+            => |d| d.a3m60.add(FromOldPlace::default());
+        "presets-queue-up" "Each preset waits 20 ms for the memory, and the next ones wait for it."
+            => |d| delayed(d, Duration::from_millis(20));
+        "preset-acknowledged-too-early" "The position is set 100 ms after the acknowledgement."
+            => |d| delayed(d, Duration::from_millis(100));
 
-    // By G1_STW
-    "absolute-preset-is-relative" "Each preset is relative."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
-    "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
-        => |d| d.a3m60.add(NotShifted::default());
-    "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
-        => |b| b.at_encoder.preset_units(|view, mode, right| match view.preset_value {
-            0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
-            _ => right,
-        });
-    "relative-preset-unsigned" "The value of a relative preset has no sign, and goes to the end of the range at most."
-        => |b| b.at_encoder.preset_units(|view, mode, right| match mode {
-            PresetMode::Absolute => right,
-            PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
-        });
-    "only-first-preset" "After power-up two presets by G1_STW are carried out."
-        => |d| d.at_encoder.add(FirstTwo::default());
-    "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
-        => |b| b.checks.check(|check, right| match check {
-            Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
-            _ => right,
-        });
-    "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
-        => |d| d.at_encoder.outputs(|_, _, arrived| {
-            let words = arrived.words.map(|[a, b]| [a, if b & TRANSFER == 0 { b & !PRESET } else { b }]);
-            Outputs { words, ..arrived }
-        });
-};
+        // By G1_STW
+        "absolute-preset-is-relative" "Each preset is relative."
+            => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
+        "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
+            => |d| d.a3m60.add(NotShifted::default());
+        "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
+            => |b| b.at_encoder.preset_units(|view, mode, right| match view.preset_value {
+                0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
+                _ => right,
+            });
+        "relative-preset-unsigned" "The value of a relative preset has no sign, and goes to the end of the range at most."
+            => |b| b.at_encoder.preset_units(|view, mode, right| match mode {
+                PresetMode::Absolute => right,
+                PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
+            });
+        "only-first-preset" "After power-up two presets by G1_STW are carried out."
+            => |d| d.at_encoder.add(FirstTwo::default());
+        "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
+            => |b| b.checks.check(|check, right| match check {
+                Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
+                _ => right,
+            });
+        "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
+            => |d| d.at_encoder.outputs(|_, _, arrived| {
+                let words = arrived.words.map(|[a, b]| [a, if b & TRANSFER == 0 { b & !PRESET } else { b }]);
+                Outputs { words, ..arrived }
+            });
+    },
+}];
 
 /// Bits of G1_STW: a preset, and the position in G1_XIST2.
 const PRESET: u16 = 1 << 12;
@@ -140,49 +145,83 @@ fn displaced(encoder: &Live<'_, State>, image: Image, by: u64) -> Image {
     }
 }
 
-/// Carries out each preset later than it is asked for, and each after the one before.
-struct Delayed {
+/// Presets that are carried out later than they are asked for, each after the one before.
+struct Waiting {
     by: Duration,
+    /// The word with the trigger before; none in front of the first one of an exchange.
+    word: Option<u32>,
+    /// When each is due, its mode and its value.
+    queue: VecDeque<(Time, PresetMode, u64)>,
+}
+
+impl Waiting {
+    fn add(&mut self, now: Time, mode: PresetMode, value: u64) {
+        let begins = self.queue.back().map_or(now, |(due, ..)| *due);
+        self.queue.push_back((begins + self.by, mode, value));
+    }
+}
+
+/// Carries out presets later: those by bit 31 are kept from the encoder, others are taken back.
+fn delayed(d: &mut Deviations, by: Duration) {
+    let waiting = Rc::new(RefCell::new(Waiting { by, word: None, queue: VecDeque::new() }));
+    let commands = waiting.clone();
+    d.at_encoder.outputs(move |view, telegram, arrived| {
+        if !telegram.outputs.contains(&Control::Preset) {
+            return arrived;
+        }
+        let word = arrived.preset.unwrap_or(0);
+        let mut waiting = commands.borrow_mut();
+        let before = waiting.word.replace(word);
+        if before.is_some_and(|before| before & TRIGGER == 0) && word & TRIGGER != 0 && view.user.class_4 {
+            waiting.add(view.now, PresetMode::Absolute, u64::from(word & !TRIGGER) % view.measuring.range().max(1));
+        }
+        Outputs { preset: arrived.preset.map(|word| word & !TRIGGER), ..arrived }
+    });
+    d.a3m60.add(Delayed { waiting, offset: None, noticed: None });
+}
+
+struct Delayed {
+    waiting: Rc<RefCell<Waiting>>,
     /// The offset in force; none before it is known.
     offset: Option<u64>,
     /// The offset of a preset that was noticed and not yet taken back.
     noticed: Option<u64>,
-    /// The absolute presets that wait: when they are due, and their values.
-    queue: VecDeque<(Time, u64)>,
 }
 
 impl Delayed {
-    fn by(by: Duration) -> Delayed {
-        Delayed { by, offset: None, noticed: None, queue: VecDeque::new() }
-    }
-
     /// Notices a preset, and says by how much the position is to be lower without it.
-    fn notice(&mut self, now: Time, measuring: &Measuring) -> u64 {
+    fn notice(&mut self, now: Time, measuring: &Measuring, mode: PresetMode) -> u64 {
         let before = *self.offset.get_or_insert(measuring.offset);
-        let range = measuring.range().max(1);
         if before == measuring.offset {
             return 0;
         }
+        let range = measuring.range().max(1);
+        let by = (measuring.offset % range + range - before % range) % range;
         if self.noticed.replace(measuring.offset) != Some(measuring.offset) {
-            let begins = self.queue.back().map_or(now, |(due, _)| *due);
             let [_, position] = measuring.positions();
-            self.queue.push_back((begins + self.by, position));
+            let value = if mode == PresetMode::Absolute { position } else { by };
+            self.waiting.borrow_mut().add(now, mode, value);
         }
-        (measuring.offset % range + range - before % range) % range
+        by
     }
 }
 
 impl A3m60Hooks for Delayed {
     fn happens(&mut self, event: Event, memory: &mut Memory<'_>) {
         match event {
-            Event::PowerUp => *self = Delayed::by(self.by),
-            Event::PowerDown | Event::Start => {}
+            Event::PowerUp => {
+                (self.offset, self.noticed) = (None, None);
+                self.waiting.borrow_mut().queue.clear();
+            }
+            Event::Start => self.waiting.borrow_mut().word = None,
+            Event::PowerDown => {}
             Event::Advance => {
-                self.notice(memory.now, memory.measuring);
+                self.notice(memory.now, memory.measuring, PresetMode::Absolute);
                 memory.measuring.offset = self.offset.unwrap_or(memory.measuring.offset);
                 self.noticed = None;
-                while let Some((_, value)) = self.queue.pop_front_if(|(due, _)| *due <= memory.now) {
-                    let offset = memory.measuring.preset(PresetMode::Absolute, value);
+                let mut waiting = self.waiting.borrow_mut();
+                while let Some((_, mode, value)) = waiting.queue.pop_front_if(|(due, ..)| *due <= memory.now) {
+                    let offset = memory.measuring.preset(mode, value);
                     memory.measuring.offset = offset;
                     memory.store.offset.replace(offset);
                     self.offset = Some(offset);
@@ -192,7 +231,7 @@ impl A3m60Hooks for Delayed {
     }
 
     fn image(&mut self, encoder: &Live<'_, State>, image: Image) -> Image {
-        let by = self.notice(encoder.now, &encoder.ram.measuring);
+        let by = self.notice(encoder.now, &encoder.ram.measuring, image.request.mode());
         displaced(encoder, image, encoder.ram.measuring.range().max(1) - by)
     }
 }

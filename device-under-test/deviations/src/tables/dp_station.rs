@@ -1,77 +1,82 @@
 //! Bugs of what hands set and lights show at an encoder with PROFIBUS.
 
-use super::Deviation;
+use super::Group;
+use crate::needs::Need;
 use crate::seams::slave::{frame, with_data};
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
 use device_stack::profibus::{Application, Check as SlaveCheck, SlaveHooks};
+use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::hooks::A3m60Check;
 use reference_devices::models::sick_a3m60::status::OVERSPEED;
 use station::StandAction;
 use wire::profibus::fdl::DataFrame;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // LEDs
-    "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
-        => |b| b.at_encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
-    "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
-        => |d| {
-            let fails = d.noted_fault("initialization");
-            d.at_encoder.led(move |_, right| if fails.get() { "dark" } else { right });
-        };
-    "undervoltage-not-on-leds" "A supply that is too low is not shown."
-        => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Supply(_)));
-    "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
-        => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
-    "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
-        => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
-    "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
-        => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
-    "sensor-error-not-on-led" "Errors of the sensor are not shown."
-        => |d| d.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
-    "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."
-        => |d| {
-            let words = d.noted_words();
-            d.at_encoder.led(move |lit, right| match (lit.name, right) {
-                ("encoder", "green") if words.get().a & OVERSPEED != 0 => "orange",
-                _ => right,
-            });
-        };
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[Group {
+    needs: &[Need::Of(&manuals::SICK_A3M60)],
+    deviations: bugs! {
+        // LEDs
+        "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
+            => |b| b.at_encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
+        "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
+            => |d| {
+                let fails = d.noted_fault("initialization");
+                d.at_encoder.led(move |_, right| if fails.get() { "dark" } else { right });
+            };
+        "undervoltage-not-on-leds" "A supply that is too low is not shown."
+            => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Supply(_)));
+        "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
+            => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
+        "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
+            => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
+        "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
+            => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
+        "sensor-error-not-on-led" "Errors of the sensor are not shown."
+            => |d| d.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
+        "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."
+            => |d| {
+                let words = d.noted_words();
+                d.at_encoder.led(move |lit, right| match (lit.name, right) {
+                    ("encoder", "green") if words.get().a & OVERSPEED != 0 => "orange",
+                    _ => right,
+                });
+            };
 
-    // Switches
-    "address-in-hexadecimal" "The address is sixteen times the first switch and the second one."
-        => |d| d.a3m60.switches(|[tens, ones]| switches(tens * 16 + ones));
-    "address-1-refused" "With the switches at 1 the encoder stays off the bus."
-        => |d| d.a3m60.check(|check, right| right && check != A3m60Check::Address(1));
-    "addresses-above-99-refused" "Above 99 the encoder stays off the bus."
-        => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Address(100..)));
-    "hexadecimal-letters-as-0" "Letters of the first switch count as 0 to 5."
-        => |d| d.a3m60.switches(|[tens, ones]| [tens % 10, ones]);
-    "address-modulo-128" "Of an address above 127 the lower seven bits are taken."
-        => |d| d.a3m60.switches(|[tens, ones]| switches((tens * 10 + ones) % 128));
-    "works-at-0" "With both switches at 0 the encoder answers at 0."
-        => |d| d.a3m60.check(|check, right| right || check == A3m60Check::Address(0));
-    "address-taken-over-the-bus" "Set_Slave_Address is taken."
-        => |d| d.slave.check(|check, right| right || check == SlaveCheck::AddressService);
-    "address-changes-on-the-fly" "The switches count at once."
-        => |d| {
-            let address = Rc::default();
-            d.slave.add(FollowsSwitches { switches: [0; 2], address: Rc::clone(&address) });
-            d.at_encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
-        };
-    "one-switch-terminates" "One switch is enough for the termination."
-        => |d| d.a3m60.check(|check, right| match check { A3m60Check::Terminated(switches) => switches != [0; 2], _ => right });
+        // Switches
+        "address-in-hexadecimal" "The address is sixteen times the first switch and the second one."
+            => |d| d.a3m60.switches(|[tens, ones]| switches(tens * 16 + ones));
+        "address-1-refused" "With the switches at 1 the encoder stays off the bus."
+            => |d| d.a3m60.check(|check, right| right && check != A3m60Check::Address(1));
+        "addresses-above-99-refused" "Above 99 the encoder stays off the bus."
+            => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Address(100..)));
+        "hexadecimal-letters-as-0" "Letters of the first switch count as 0 to 5."
+            => |d| d.a3m60.switches(|[tens, ones]| [tens % 10, ones]);
+        "address-modulo-128" "Of an address above 127 the lower seven bits are taken."
+            => |d| d.a3m60.switches(|[tens, ones]| switches((tens * 10 + ones) % 128));
+        "works-at-0" "With both switches at 0 the encoder answers at 0."
+            => |d| d.a3m60.check(|check, right| right || check == A3m60Check::Address(0));
+        "address-taken-over-the-bus" "Set_Slave_Address is taken."
+            => |d| d.slave.check(|check, right| right || check == SlaveCheck::AddressService);
+        "address-changes-on-the-fly" "The switches count at once."
+            => |d| {
+                let address = Rc::default();
+                d.slave.add(FollowsSwitches { switches: [0; 2], address: Rc::clone(&address) });
+                d.at_encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
+            };
+        "one-switch-terminates" "One switch is enough for the termination."
+            => |d| d.a3m60.check(|check, right| match check { A3m60Check::Terminated(switches) => switches != [0; 2], _ => right });
 
-    // Button
-    "button-ignored" "The button makes no preset."
-        => |b| b.sick.button = |_| None;
-    "button-always-sets-0" "The button sets the position to 0."
-        => |b| b.sick.button = |_| Some(0);
-    "button-without-class-4-presets" "The button makes a preset although class 4 is off."
-        => |b| b.sick.button_needs_class_4 = false;
-};
+        // Button
+        "button-ignored" "The button makes no preset."
+            => |b| b.sick.button = |_| None;
+        "button-always-sets-0" "The button sets the position to 0."
+            => |b| b.sick.button = |_| Some(0);
+        "button-without-class-4-presets" "The button makes a preset although class 4 is off."
+            => |b| b.sick.button_needs_class_4 = false;
+    },
+}];
 
 /// The positions of the switches for an address.
 fn switches(address: u32) -> [u32; 2] {

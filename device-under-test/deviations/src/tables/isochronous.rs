@@ -1,151 +1,185 @@
 //! Bugs of isochronous operation: the clock of the bus and the two signs of life.
 
-use super::Deviation;
+use super::Group;
 use super::sensor_memory::as_set;
+use crate::needs::Need;
 use alloc::rc::Rc;
 use core::cell::Cell;
 use core::mem;
 use core::time::Duration;
 use encoder_profile::checks::Check;
+use encoder_profile::encoder_object::Live;
+use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory};
-use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, Words};
-use reference_devices::models::sick_a3m60::{Times, Wrong};
+use reference_devices::models::sick_a3m60::status::{CLOCK_DEVIATING, CLOCK_MISSING, Words};
+use reference_devices::models::sick_a3m60::{State, Times, Wrong};
 use station::Time;
 use wire::profibus::dpv1::Pdu;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // Clock
-    "never-synchronised" "The encoder never gets in step with the clock."
-        => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(_)));
-    "time-base-of-the-block-misread" "The time base is read in microseconds."
-        => |d| d.a3m60.times(|times| times.map(|times| Times { cycle: times.cycle * 12, ..times }));
-    "cycle-of-1-ms-only" "Each other cycle than 1 ms is a deviating clock."
-        => |d| d.a3m60.status(|encoder, words| match encoder.model.clock.times() {
-            Some(times) if times.cycle != Duration::from_millis(1) => Words { b: words.b | CLOCK_DEVIATING, ..words },
-            _ => words,
-        });
-    "any-cycle-accepted" "Any cycle of the clock is taken."
-        => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Cycle(_)));
-    "free-runs-without-notice" "A missing clock is not noticed."
-        => |d| d.a3m60.check(|check, right| right && check != A3m60Check::ClockMissing);
-    "missing-clock-never-told" "Bit 5 of P1001 is never set."
-        => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
-    "deviating-clock-as-missing" "A deviating clock is told as a missing one."
-        => |d| d.a3m60.status(|_, words| Words { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
-    "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
-        => |b| b.at_encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
-    "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
-        => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
-    "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
-        => |d| {
-            let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
-            d.at_encoder.element(move |_, at, right| if at == S_STAT_B { right | u64::from(is_isochronous.get()) } else { right });
-        };
-    "only-power-off-helps" "Errors of the clock and of the sign of life never go."
-        => |d| {
-            d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(wrong) if wrong != Wrong::default()));
-            d.checks.check(|check, right| right && !matches!(check, Check::FollowsLifeSign { has_failed: true, .. }));
-        };
-    "simulated-clock-ignored" "The clock is never simulated."
-        => |d| d.a3m60.times(|times| times.map(|times| Times { is_simulated: false, ..times }));
-    "samples-averaged-in-isochronous-mode" "The position is the mean of several samples in isochronous operation too."
-        => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.times() {
-            Some(_) => encoder.model.samples.mean(encoder.model.fields.samples.into()),
-            None => place,
-        });
-    "sampled-beside-the-clock" "The position is taken each 1.3 ms, whatever the clock says."
-        => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.place() {
-            Some(_) => encoder.shaft.place(Time::from_nanos(encoder.now.as_nanos() / 1_300_000 * 1_300_000)),
-            None => place,
-        });
-    "acyclic-access-disturbs-the-clock" "Each parameter request makes the next clock a missing one."
-        => |d| {
-            let has_request = Rc::new(Cell::new(false));
-            let comes = has_request.clone();
-            d.slave.record(move |pdu| comes.set(comes.get() || matches!(pdu, Pdu::Write(_))));
-            d.a3m60.add(Disturbed { has_request, is_next: false });
-        };
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[Group {
+    needs: &[Need::Of(&manuals::SICK_A3M60)],
+    deviations: bugs! {
+        // Clock
+        "never-synchronised" "The encoder never gets in step with the clock."
+            => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(_)));
+        "time-base-of-the-block-misread" "The time base is read in microseconds."
+            => |d| d.a3m60.times(|times| times.map(|times| Times { cycle: times.cycle * 12, ..times }));
+        "cycle-of-1-ms-only" "Each other cycle than 1 ms is a deviating clock."
+            => |d| d.a3m60.status(|encoder, words| match encoder.model.clock.times() {
+                Some(times) if times.cycle != Duration::from_millis(1) => Words { b: words.b | CLOCK_DEVIATING, ..words },
+                _ => words,
+            });
+        "any-cycle-accepted" "Any cycle of the clock is taken."
+            => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Cycle(_)));
+        "free-runs-without-notice" "A missing clock is not noticed."
+            => |d| d.a3m60.check(|check, right| right && check != A3m60Check::ClockMissing);
+        "missing-clock-never-told" "Bit 5 of P1001 is never set."
+            => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
+        "deviating-clock-as-missing" "A deviating clock is told as a missing one."
+            => |d| d.a3m60.status(|_, words| Words { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
+        "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
+            => |b| b.at_encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
+        "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
+            => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
+        "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
+            => |d| {
+                let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
+                d.at_encoder.element(move |_, at, right| if at == S_STAT_B { right | u64::from(is_isochronous.get()) } else { right });
+            };
+        "only-power-off-helps" "Errors of the clock and of the sign of life never go."
+            => |d| {
+                d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::Synchronizes(wrong) if wrong != Wrong::default()));
+                d.checks.check(|check, right| right && !matches!(check, Check::FollowsLifeSign { has_failed: true, .. }));
+            };
+        "simulated-clock-ignored" "The clock is never simulated."
+            => |d| d.a3m60.times(|times| times.map(|times| Times { is_simulated: false, ..times }));
+        "samples-averaged-in-isochronous-mode" "The position is the mean of several samples in isochronous operation too."
+            => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.times() {
+                Some(_) => encoder.model.samples.mean(encoder.model.fields.samples.into()),
+                None => place,
+            });
+        "sampled-beside-the-clock" "The position is taken each 1.3 ms, whatever the clock says."
+            => |d| d.a3m60.place(|encoder, place| match encoder.model.clock.place() {
+                Some(_) => encoder.shaft.place(Time::from_nanos(encoder.now.as_nanos() / 1_300_000 * 1_300_000)),
+                None => place,
+            });
+        "acyclic-access-disturbs-the-clock" "Each parameter request makes the next clock a missing one."
+            => |d| {
+                let has_request = Rc::new(Cell::new(false));
+                let comes = has_request.clone();
+                d.slave.record(move |pdu| comes.set(comes.get() || matches!(pdu, Pdu::Write(_))));
+                d.a3m60.add(Disturbed { has_request, is_next: false, clocks: 0 });
+            };
 
-    // Sign of life of the master
-    "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
-    "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
-        => |b| b.checks.check(|check, right| match check {
-            Check::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
-            _ => right,
-        });
-    "life-sign-wrap-is-failure" "A 0 is expected behind 15, so that both 15 and 1 are followed by a failure."
-        => |b| b.checks.check(|check, right| match check {
-            Check::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
-            _ => right,
-        });
-    "zero-life-sign-accepted" "A sign of life of 0 is never a failure."
-        => |b| b.checks.check(|check, right| match check {
-            Check::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,
-            _ => right,
-        });
-    "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
-        => |b| {
-            b.life_sign.tolerated(as_set);
-            b.at_encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
-        };
-    "single-failure-is-error" "Without compatibility mode no failure is tolerated."
-        => |b| {
-            b.life_sign.tolerated(|user, right| if user.compatible { right } else { 0 });
-            b.at_encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
-        };
-    "life-sign-tolerance-ignored" "One failure is tolerated, whatever is set."
-        => |b| b.life_sign.tolerated(|_, _| 1);
-    "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
-        => |b| {
-            b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
-            b.life_sign.tolerated(|_, right| right & 15);
-        };
-    "life-sign-error-not-told" "Bit 4 of P1001 is never set."
-        => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
-    "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
-        => |b| b.at_encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
+        // Sign of life of the master
+        "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
+            => |b| b.at_encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
+        "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
+            => |b| b.checks.check(|check, right| match check {
+                Check::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
+                _ => right,
+            });
+        "life-sign-wrap-is-failure" "A 0 is expected behind 15, so that both 15 and 1 are followed by a failure."
+            => |b| b.checks.check(|check, right| match check {
+                Check::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
+                _ => right,
+            });
+        "zero-life-sign-accepted" "A sign of life of 0 is never a failure."
+            => |b| b.checks.check(|check, right| match check {
+                Check::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,
+                _ => right,
+            });
+        "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
+            => |b| {
+                b.life_sign.tolerated(as_set);
+                b.at_encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
+            };
+        "single-failure-is-error" "Without compatibility mode no failure is tolerated."
+            => |b| {
+                b.life_sign.tolerated(|user, right| if user.compatible { right } else { 0 });
+                b.at_encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
+            };
+        "life-sign-tolerance-ignored" "One failure is tolerated, whatever is set."
+            => |b| b.life_sign.tolerated(|_, _| 1);
+        "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
+            => |b| {
+                b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
+                b.life_sign.tolerated(|_, right| right & 15);
+            };
+        "life-sign-error-not-told" "Bit 4 of P1001 is never set."
+            => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
+        "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
+            => |b| b.at_encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
 
-    // Sign of life of the encoder
-    "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."
-        => |d| d.a3m60.check(|check, right| match check {
-            A3m60Check::SignOfLife { is_isochronous, .. } => right || !is_isochronous,
-            _ => right,
-        });
-    "sign-of-life-before-synchronisation" "The sign of life of the encoder counts before it is in step."
-        => |d| d.a3m60.check(|check, right| match check {
-            A3m60Check::SignOfLife { is_isochronous, .. } => is_isochronous,
-            _ => right,
-        });
-    "sign-of-life-counts-frames" "The sign of life of the encoder counts each 5 ms."
-        => |b| b.life_sign.count(|elapsed, _, _| elapsed.as_millis() as u64 / 5 + 1);
-    "sign-of-life-at-half-rate" "The sign of life of the encoder counts each second cycle."
-        => |b| b.life_sign.count(|_, frames, _| frames.div_ceil(2));
-    "sign-of-life-goes-on-without-clock" "The sign of life of the encoder counts on when the clock is lost."
-        => |d| d.a3m60.check(|check, right| match check {
-            A3m60Check::SignOfLife { is_isochronous, wrong } => right || is_isochronous && wrong != Wrong::default(),
-            _ => right,
-        });
-};
+        // Sign of life of the encoder
+        "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."
+            => |d| d.a3m60.check(|check, right| match check {
+                A3m60Check::SignOfLife { is_isochronous, .. } => right || !is_isochronous,
+                _ => right,
+            });
+        "sign-of-life-before-synchronisation" "The sign of life of the encoder counts before it is in step."
+            => |d| d.a3m60.check(|check, right| match check {
+                A3m60Check::SignOfLife { is_isochronous, .. } => is_isochronous,
+                _ => right,
+            });
+        "sign-of-life-counts-frames" "The sign of life of the encoder counts each 5 ms."
+            => |b| b.life_sign.count(|elapsed, _, _| elapsed.as_millis() as u64 / 5 + 1);
+        "sign-of-life-at-half-rate" "The sign of life of the encoder counts each second cycle."
+            => |b| b.life_sign.count(|_, frames, _| frames.div_ceil(2));
+        "sign-of-life-goes-on-without-clock" "The sign of life of the encoder counts on when the clock is lost."
+            => |d| d.a3m60.check(|check, right| match check {
+                A3m60Check::SignOfLife { is_isochronous, wrong } => right || is_isochronous && wrong != Wrong::default(),
+                _ => right,
+            });
+    },
+}];
 
 /// The element of S_STAT-B: P1001.
 const S_STAT_B: (u16, usize) = (1001, 0);
 
-/// Takes the clock for a missing one after each request.
+/// Takes the clock for a missing one after each request, until there are four in time.
 struct Disturbed {
     has_request: Rc<Cell<bool>>,
     is_next: bool,
+    /// How many clocks it takes until the encoder is in step again.
+    clocks: u32,
+}
+
+impl Disturbed {
+    fn begin(&mut self) {
+        if mem::take(&mut self.is_next) {
+            self.clocks = 4;
+        }
+    }
 }
 
 impl A3m60Hooks for Disturbed {
     fn check(&mut self, check: A3m60Check, verdict: bool) -> bool {
-        verdict || check == A3m60Check::ClockMissing && mem::take(&mut self.is_next)
+        match check {
+            A3m60Check::Synchronizes(_) => {
+                self.begin();
+                self.clocks = self.clocks.saturating_sub(1);
+                verdict
+            }
+            A3m60Check::SignOfLife { .. } => verdict && self.clocks == 0,
+            _ => verdict,
+        }
     }
 
     fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
-        if event == Event::Advance {
-            self.is_next = self.has_request.take();
+        match event {
+            Event::Advance => {
+                self.begin();
+                self.is_next = self.has_request.take();
+            }
+            Event::Start | Event::PowerUp => (self.is_next, self.clocks) = (false, 0),
+            Event::PowerDown => {}
         }
+    }
+
+    fn status(&mut self, encoder: &Live<'_, State>, words: Words) -> Words {
+        let is_missing = self.clocks > 0 && encoder.model.clock.times().is_some();
+        Words { b: words.b | if is_missing { CLOCK_MISSING } else { 0 }, ..words }
     }
 }

@@ -125,15 +125,23 @@ pub static GROUPS: &[&[Group]] = &[
     amt58::GROUPS,
     codes::GROUPS,
     diagnosis::GROUPS,
+    dp_diagnosis::GROUPS,
+    dp_presets::GROUPS,
+    dp_station::GROUPS,
+    isochronous::GROUPS,
     parameter_access::GROUPS,
     parameters::GROUPS,
     plain::GROUPS,
     records::GROUPS,
     requests::GROUPS,
+    set_prm::GROUPS,
     stack::GROUPS,
     start::GROUPS,
     station::GROUPS,
     variations::GROUPS,
+    vendor_axis::GROUPS,
+    vendor_parameters::GROUPS,
+    vendor_telegrams::GROUPS,
 ];
 
 /// The deviations of the groups whose needs the devices of `manual` meet.

@@ -1,6 +1,7 @@
 //! Bugs of what Set_Prm and Chk_Cfg bring to an encoder with PROFIBUS, and of what is so at delivery.
 
-use super::Deviation;
+use super::Group;
+use crate::needs::Need;
 use crate::seams::a3m60::{with_fields, with_user_octets};
 use crate::seams::slave::{frame, with_data};
 use alloc::vec::Vec;
@@ -10,107 +11,111 @@ use encoder_profile::checks::Check;
 use encoder_profile::encoder::{Hardware, Unit};
 use encoder_profile::hooks::Retained;
 use encoder_profile::profidrive::user_parameters::{UserParameters, serves};
+use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::set_prm::{Fields, OCTETS};
 use reference_devices::models::sick_a3m60::{CONFIGURATIONS, Times};
 use wire::profibus::prm::SetPrm;
 use wire::profibus::sap::{Service, SlaveSap};
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // At delivery
-    "default-counterclockwise" "The code sequence is taken the wrong way round."
-        => |d| d.fields(|fields| switched(fields, 0, 1));
-    "default-class-4-off" "Class 4 is off where the octets of delivery come."
-        => |d| d.fields(|fields| if fields == Fields::DELIVERED { switched(fields, 0, 2) } else { fields });
-    "default-preset-control-off" "The bit of the preset control is taken the wrong way round."
-        => |d| d.fields(|fields| switched(fields, 0, 4));
-    "default-scaling-on" "Scaling is on whatever the bit says, with 8192 steps and 67108864 in all for the highest resolution."
-        => |d| d.fields(default_scaling_on);
-    "default-alarm-channel-on" "The alarm channel works whatever its bit says."
-        => |d| d.fields(|fields| set(fields, 0, 0x10));
-    "default-compatibility-off" "The bit of the compatibility mode is taken the wrong way round."
-        => |d| d.fields(|fields| switched(fields, 0, 0x20));
-    "clock-simulated-by-default" "The clock is simulated whatever the bit says."
-        => |d| d.fields(|fields| set(fields, 1, 2));
-    "default-show-fault-code-off" "The bit that shows fault codes is taken the wrong way round."
-        => |d| d.fields(|fields| switched(fields, 1, 4));
-    "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
-        => |d| d.fields(|fields| switched(fields, 1, 8));
-    "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
-        => |b| b.at_encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
-    "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
-        => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
-    "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."
-        => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields });
-    "default-samples-1" "The position is always a single sample."
-        => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
-    "default-round-axis-on" "P1009 reads 1 for the mode, whatever it is."
-        => |d| d.at_encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
-    "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the function is off."
-        => |d| {
-            let has_axis = d.note(false, |encoder, _, _| encoder.model.fields.has_axis());
-            d.at_encoder.element(move |_, at, right| match at {
-                (1009, 1) if !has_axis.get() => 1,
-                (1009, 2) if !has_axis.get() => 0,
-                _ => right,
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[Group {
+    needs: &[Need::Of(&manuals::SICK_A3M60)],
+    deviations: bugs! {
+        // At delivery
+        "default-counterclockwise" "The code sequence is taken the wrong way round."
+            => |d| d.fields(|fields| switched(fields, 0, 1));
+        "default-class-4-off" "Class 4 is off where the octets of delivery come."
+            => |d| d.fields(|fields| if fields == Fields::DELIVERED { switched(fields, 0, 2) } else { fields });
+        "default-preset-control-off" "The bit of the preset control is taken the wrong way round."
+            => |d| d.fields(|fields| switched(fields, 0, 4));
+        "default-scaling-on" "Scaling is on whatever the bit says, with 8192 steps and 67108864 in all for the highest resolution."
+            => |d| d.fields(default_scaling_on);
+        "default-alarm-channel-on" "The alarm channel works whatever its bit says."
+            => |d| d.fields(|fields| set(fields, 0, 0x10));
+        "default-compatibility-off" "The bit of the compatibility mode is taken the wrong way round."
+            => |d| d.fields(|fields| switched(fields, 0, 0x20));
+        "clock-simulated-by-default" "The clock is simulated whatever the bit says."
+            => |d| d.fields(|fields| set(fields, 1, 2));
+        "default-show-fault-code-off" "The bit that shows fault codes is taken the wrong way round."
+            => |d| d.fields(|fields| switched(fields, 1, 4));
+        "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
+            => |d| d.fields(|fields| switched(fields, 1, 8));
+        "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
+            => |b| b.at_encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
+        "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
+            => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
+        "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."
+            => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 3 { 0 } else { fields.speed_unit }, ..fields });
+        "default-samples-1" "The position is always a single sample."
+            => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
+        "default-round-axis-on" "P1009 reads 1 for the mode, whatever it is."
+            => |d| d.at_encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
+        "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the function is off."
+            => |d| {
+                let has_axis = d.note(false, |encoder, _, _| encoder.model.fields.has_axis());
+                d.at_encoder.element(move |_, at, right| match at {
+                    (1009, 1) if !has_axis.get() => 1,
+                    (1009, 2) if !has_axis.get() => 0,
+                    _ => right,
+                });
+            };
+        "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
+            => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
+        "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
+            => |b| b.at_encoder.load(|_, retained| match retained.preset_value {
+                0 => Retained { preset_value: u32::MAX, ..retained },
+                _ => retained,
             });
-        };
-    "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
-        => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
-    "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
-        => |b| b.at_encoder.load(|_, retained| match retained.preset_value {
-            0 => Retained { preset_value: u32::MAX, ..retained },
-            _ => retained,
-        });
 
-    // What is taken
-    "zero-units-taken" "No step in a revolution is accepted."
-        => |b| b.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
-    "range-of-zero-taken" "A range of 0 is taken for one revolution."
-        => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
-    "impossible-scaling-accepted" "More steps in a revolution or a wider range than the sensor has are accepted in silence."
-        => |b| b.checks.serves(impossible_scaling_accepted);
-    "rule-of-powers-missing" "Any range is accepted without the round axis."
-        => |b| b.checks.serves(|user, hardware, _| serves(user, hardware));
-    "more-revolutions-than-there-are" "A range of more revolutions than the encoder has is accepted."
-        => |b| b.checks.serves(more_revolutions_than_there_are);
-    "singleturn-range-refused" "A range of one revolution is refused."
-        => |b| b.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
-    "range-halved" "The range in force is half of the one that is set."
-        => |d| d.fields(|fields| Fields { range: fields.range / 2, ..fields });
-    "unit-4-ignored" "Unit 4 counts as revolutions per minute."
-        => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
-    "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
-        => |b| b.start.velocity_unit(|_, _| Unit::Rpm);
-    "speed-units-exchanged" "The units 1 and 2 are exchanged."
-        => |d| d.fields(speed_units_exchanged);
-    "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
-    "user-octets-shifted" "The user octets are read one octet late."
-        => |d| d.user_octets(|octets| if octets.len() == OCTETS {
-            octets.rotate_left(1);
-            octets[OCTETS - 1] = 0;
-        });
-    "parameter-length-not-checked" "Octets behind the last one are not looked at."
-        => |d| d.user_octets(|octets| octets.truncate(OCTETS));
-    "missing-octets-from-old-buffer" "Octets that are missing are taken from the Set_Prm before."
-        => |d| d.slave.add(FillsUp(DELIVERED.to_vec()));
-    "get-cfg-constant" "Get_Cfg tells the first module, whatever is configured."
-        => |d| d.slave.answer(get_cfg_constant);
-    "round-axis-modulo-stays" "The round axis stays on once it was."
-        => |d| d.slave.add(RoundAxisStays(Fields::DELIVERED));
-    "configuration-not-checked" "Any configuration is taken, and one that is wrong for the first module."
-        => |d| d.slave.request(SlaveSap::CHK_CFG, |data| {
-            if !CONFIGURATIONS.contains(&data.as_slice()) {
-                *data = CONFIGURATIONS[0].to_vec();
-            }
-            true
-        });
-    "telegram-83-refused" "The configuration of telegram 83 is refused."
-        => |d| d.slave.request(SlaveSap::CHK_CFG, |data| unless(data, CONFIGURATIONS[3]));
-    "module-missing" "The configuration of IO 08 is refused."
-        => |d| d.slave.request(SlaveSap::CHK_CFG, |data| unless(data, CONFIGURATIONS[1]));
-};
+        // What is taken
+        "zero-units-taken" "No step in a revolution is accepted."
+            => |b| b.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
+        "range-of-zero-taken" "A range of 0 is taken for one revolution."
+            => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
+        "impossible-scaling-accepted" "More steps in a revolution or a wider range than the sensor has are accepted in silence."
+            => |b| b.checks.serves(impossible_scaling_accepted);
+        "rule-of-powers-missing" "Any range is accepted without the round axis."
+            => |b| b.checks.serves(|user, hardware, _| serves(user, hardware));
+        "more-revolutions-than-there-are" "A range of more revolutions than the encoder has is accepted."
+            => |b| b.checks.serves(more_revolutions_than_there_are);
+        "singleturn-range-refused" "A range of one revolution is refused."
+            => |b| b.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
+        "range-halved" "The range in force is half of the one that is set."
+            => |d| d.fields(|fields| Fields { range: fields.range / 2, ..fields });
+        "unit-4-ignored" "Unit 4 counts as revolutions per minute."
+            => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
+        "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
+            => |b| b.start.velocity_unit(|_, _| Unit::Rpm);
+        "speed-units-exchanged" "The units 1 and 2 are exchanged."
+            => |d| d.fields(speed_units_exchanged);
+        "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
+            => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
+        "user-octets-shifted" "The user octets are read one octet late."
+            => |d| d.user_octets(|octets| if octets.len() == OCTETS {
+                octets.rotate_left(1);
+                octets[OCTETS - 1] = 0;
+            });
+        "parameter-length-not-checked" "Octets behind the last one are not looked at."
+            => |d| d.user_octets(|octets| octets.truncate(OCTETS));
+        "missing-octets-from-old-buffer" "Octets that are missing are taken from the Set_Prm before."
+            => |d| d.slave.add(FillsUp(DELIVERED.to_vec()));
+        "get-cfg-constant" "Get_Cfg tells the first module, whatever is configured."
+            => |d| d.slave.answer(get_cfg_constant);
+        "round-axis-modulo-stays" "The round axis stays on once it was."
+            => |d| d.slave.add(RoundAxisStays(Fields::DELIVERED));
+        "configuration-not-checked" "Any configuration is taken, and one that is wrong for the first module."
+            => |d| d.slave.request(SlaveSap::CHK_CFG, |data| {
+                if !CONFIGURATIONS.contains(&data.as_slice()) {
+                    *data = CONFIGURATIONS[0].to_vec();
+                }
+                true
+            });
+        "telegram-83-refused" "The configuration of telegram 83 is refused."
+            => |d| d.slave.request(SlaveSap::CHK_CFG, |data| unless(data, CONFIGURATIONS[3]));
+        "module-missing" "The configuration of IO 08 is refused."
+            => |d| d.slave.request(SlaveSap::CHK_CFG, |data| unless(data, CONFIGURATIONS[1]));
+    },
+}];
 
 const MILLISECOND: Times =
     Times { cycle: Duration::from_millis(1), window: Duration::from_micros(1), is_simulated: false };

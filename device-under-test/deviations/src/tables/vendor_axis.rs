@@ -1,8 +1,9 @@
 //! Bugs of positions that are the mean of samples, of their scaling, and of a round axis that comes with the start.
 
-use super::Deviation;
+use super::Group;
 use super::limits::without_laps;
 use super::vendor_parameters::gear_of;
+use crate::needs::Need;
 use crate::seams::measuring::Step;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
@@ -11,131 +12,142 @@ use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
 use encoder_profile::encoder_object::Live;
-use encoder_profile::profidrive::preset_trigger::TRIGGER;
 use encoder_profile::profidrive::telegram::{Image, Signal};
+use reference_devices::manuals;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::A3m60Hooks;
 use reference_devices::models::sick_a3m60::set_prm::Fields;
 use wire::profibus::global_control::ControlCommand;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // Samples
-    "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
-        => |b| b.measuring.scale(linearization_not_applied);
-    "no-mean-of-samples" "The position is a single sample, and noise counts three times."
-        => |d| d.a3m60.place(|encoder, place| {
-            let single = if encoder.model.clock.place().is_some() { place } else { encoder.model.samples.mean(1) };
-            let shaft = encoder.shaft.place(encoder.now);
-            if encoder.shaft.is_moving(encoder.now) { single } else { shaft + 3 * (single - shaft) }
-        });
-    "sum-not-divided" "The sum of several samples is divided by half of their number."
-        => |d| d.a3m60.place(|encoder, place| {
-            let places = samples(encoder);
-            if places.is_empty() { place } else { places.iter().sum::<i64>() / (places.len() as i64 / 2).max(1) }
-        });
-    "any-number-of-samples" "Any number of samples is accepted, and one that is none is 1."
-        => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 2 | 4 | 8) { fields.samples } else { 1 }, ..fields });
-    "samples-ignored" "A position is the mean of eight samples, whatever is set."
-        => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 8 } else { fields.samples }, ..fields });
-    "mean-of-both-ends" "The mean is computed without regard to the end of the range."
-        => |d| d.a3m60.place(|encoder, place| {
-            let places = samples(encoder);
-            if places.is_empty() { place } else { mean_of_both_ends(&places) }
-        });
-    "freeze-stops-measuring" "Turns of the shaft while the inputs are frozen are lost."
-        => |d| {
-            let is_frozen = Rc::new(Cell::new(false));
-            let command = is_frozen.clone();
-            d.slave.global_control(move |control| {
-                let has = |bit| control.command.has(bit);
-                command.set((command.get() || has(ControlCommand::FREEZE)) && !has(ControlCommand::UNFREEZE));
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[Group {
+    needs: &[Need::Of(&manuals::SICK_A3M60)],
+    deviations: bugs! {
+        // Samples
+        "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
+            => |b| b.measuring.scale(linearization_not_applied);
+        "no-mean-of-samples" "The position is a single sample, and noise counts three times."
+            => |d| d.a3m60.place(|encoder, place| {
+                let single = if encoder.model.clock.place().is_some() { place } else { encoder.model.samples.mean(1) };
+                let shaft = encoder.shaft.place(encoder.now);
+                if encoder.shaft.is_moving(encoder.now) { single } else { shaft + 3 * (single - shaft) }
             });
-            d.a3m60.add(LostWhileFrozen { is_frozen, frozen_at: None, lost: 0 });
-        };
-    "resolution-of-13-bits" "The sensor has 8192 steps, of which each counts twice."
-        => |b| b.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
-
-    // Scaling
-    "xist1-not-scaled" "Scaling does not act on G1_XIST1."
-        => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
-            Signal::G1Xist1 => Settings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
-            _ => settings,
-        });
-    "shift-overflows" "Behind the highest position comes one with bit 31 set."
-        => |b| {
-            b.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
-            b.measuring.slip(|step| step.slip + step.crossing() * step.units());
-        };
-    "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
-        => |b| b.measuring.slip(code_sequence_of_the_turn_only);
-    "scaling-ignored" "Scaling is never in force."
-        => |b| b.checks.check(|check, right| right && !matches!(check, Check::ScalingActs(_)));
-    "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
-    "class-4-inverted" "Class 4 is on where its bit is 0."
-        => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
-    "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."
-        => |d| {
-            let is_of_vendor = d.note(false, |encoder, _, _| encoder.ram.telegram().number == 0);
-            d.checks.check(move |check, right| right && !(is_of_vendor.get() && matches!(check, Check::ScalingActs(_) | Check::CodeSequenceActs(_))));
-            d.a3m60.image(without_round_axis);
-        };
-    "scaling-cuts-off" "Steps of the hardware are cut off at the range and not scaled."
-        => |b| b.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
-    "scaling-by-shifts" "Steps of the hardware are shifted by whole bits."
-        => |b| b.measuring.scale(scaling_by_shifts);
-    "revolutions-of-16-bits" "Revolutions are counted by 16 bits."
-        => |b| b.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
-    "other-telegram-in-compatibility-mode" "In compatibility mode the two positions change places."
-        => |d| d.a3m60.image(other_telegram_in_compatibility_mode);
-
-    // Round axis
-    "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
-        => |b| {
-            b.measuring.position(without_laps);
-            b.at_encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
-            b.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
-                true => 0,
-                false => step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1),
+        "sum-not-divided" "The sum of several samples is divided by half of their number."
+            => |d| d.a3m60.place(|encoder, place| {
+                let places = samples(encoder);
+                if places.is_empty() { place } else { places.iter().sum::<i64>() / (places.len() as i64 / 2).max(1) }
             });
-        };
-    "resolution-scales-round-axis" "The steps per revolution count with the round axis."
-        => |b| b.sick.gear = |gear, user| gear_of(user.units_per_revolution, gear.range);
-    "overflow-not-stored" "How often the physical end was passed is lost at power-off."
-        => |b| b.sick.laps = |_| 0;
-    "overflow-without-power-missed" "A physical end that is passed without power is not noticed."
-        => |b| b.sick.counts_way_without_power = false;
-    "range-of-round-axis-too-small" "The smallest and the largest range of a round axis are refused."
-        => |b| b.sick.judges_axis = |right, user| right && user.range != 1 && user.range != 1 << 30;
-    "fraction-of-16-bits" "A nominator or divisor of 65536 is refused."
-        => |b| b.sick.takes = |at, value, right| right && !matches!((at, value), ((1009, 1 | 2), 0x1_0000));
-    "round-axis-range-not-checked" "Range, nominator and divisor of a round axis are taken as they are, and 0 as 1."
-        => |d| {
-            d.sick.judges_axis = |_, _| true;
-            d.sick.takes = |at, _, right| right || at.0 == 1009;
-            d.fields(without_zeros);
-        };
-    "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
-        => |b| {
-            b.sick.judges_axis = |right, user| right || user.range > 0;
-            b.measuring.gear(round_axis_overflows);
-            b.measuring.shift(not_reduced_beyond);
-        };
-    "preset-not-reduced-on-the-round-axis" "After a preset the position of a round axis is not reduced to its range."
-        => |b| b.measuring.shift(|position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) });
-    "negative-positions" "Positions of a round axis below 0 are sent as such."
-        => |b| {
-            b.measuring.gear(negative_positions);
-            b.measuring.shift(not_reduced_beyond);
-        };
-    "rounding-errors-add-up" "The steps of a revolution of a round axis are rounded to hundredths."
-        => |b| b.measuring.gear(|gear, hardware, place| {
-            let hundredths = gear.range * gear.divisor * 100 / gear.nominator.max(1);
-            let units = place * i128::from(hundredths) / (100 * i128::from(hardware.steps_per_revolution));
-            units.rem_euclid(gear.range.max(1).into()) as u64
-        });
-};
+        "any-number-of-samples" "Any number of samples is accepted, and one that is none is 1."
+            => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 2 | 4 | 8) { fields.samples } else { 1 }, ..fields });
+        "samples-ignored" "A position is the mean of eight samples, whatever is set."
+            => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 8 } else { fields.samples }, ..fields });
+        "mean-of-both-ends" "The mean is computed without regard to the end of the range."
+            => |d| d.a3m60.place(|encoder, place| {
+                let places = samples(encoder);
+                if places.is_empty() { place } else { mean_of_both_ends(&places) }
+            });
+        "freeze-stops-measuring" "Turns of the shaft while the inputs are frozen are lost."
+            => |d| {
+                let is_frozen = Rc::new(Cell::new(false));
+                let command = is_frozen.clone();
+                d.slave.global_control(move |control| {
+                    let has = |bit| control.command.has(bit);
+                    command.set((command.get() || has(ControlCommand::FREEZE)) && !has(ControlCommand::UNFREEZE));
+                });
+                d.a3m60.add(LostWhileFrozen { is_frozen, frozen_at: None, lost: 0 });
+            };
+        "resolution-of-13-bits" "The sensor has 8192 steps, of which each counts twice."
+            => |b| b.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
+
+        // Scaling
+        "xist1-not-scaled" "Scaling does not act on G1_XIST1."
+            => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+                Signal::G1Xist1 => Settings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
+                _ => settings,
+            });
+        "shift-overflows" "Behind the highest position comes one with bit 31 set."
+            => |b| {
+                b.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
+                b.measuring.slip(|step| step.slip + step.crossing() * step.units());
+            };
+        "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
+            => |b| b.measuring.slip(code_sequence_of_the_turn_only);
+        "scaling-ignored" "Scaling is never in force."
+            => |b| b.checks.check(|check, right| right && !matches!(check, Check::ScalingActs(_)));
+        "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
+            => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
+        "class-4-inverted" "Class 4 is on where its bit is 0."
+            => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
+        "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."
+            => |d| {
+                let is_of_vendor = d.note(false, |encoder, _, _| encoder.ram.telegram().number == 0);
+                d.telegram.acts_on(|signal, hardware, settings| match signal {
+                    Signal::Position => Settings { offset_acts: settings.offset_acts, ..Settings::hardware(hardware) },
+                    _ => settings,
+                });
+                d.at_encoder.element(move |view, at, right| match at {
+                    (65001, 9) if is_of_vendor.get() => view.hardware.steps_per_revolution,
+                    (65001, 10) if is_of_vendor.get() => view.hardware.range(),
+                    _ => right,
+                });
+                d.a3m60.image(clockwise_velocity);
+            };
+        "scaling-cuts-off" "Steps of the hardware are cut off at the range and not scaled."
+            => |b| b.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
+        "scaling-by-shifts" "Steps of the hardware are shifted by whole bits."
+            => |b| b.measuring.scale(scaling_by_shifts);
+        "revolutions-of-16-bits" "Revolutions are counted by 16 bits."
+            => |b| b.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
+        "other-telegram-in-compatibility-mode" "In compatibility mode the two positions change places."
+            => |d| d.a3m60.image(other_telegram_in_compatibility_mode);
+
+        // Round axis
+        "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
+            => |b| {
+                b.measuring.position(without_laps);
+                b.at_encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
+                b.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
+                    true => 0,
+                    false => step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1),
+                });
+            };
+        "resolution-scales-round-axis" "The steps per revolution count with the round axis."
+            => |b| b.sick.gear = |gear, user| gear_of(user.units_per_revolution, gear.range);
+        "overflow-not-stored" "How often the physical end was passed is lost at power-off."
+            => |b| b.sick.laps = |_| 0;
+        "overflow-without-power-missed" "A physical end that is passed without power is not noticed."
+            => |b| b.sick.counts_way_without_power = false;
+        "range-of-round-axis-too-small" "The smallest and the largest range of a round axis are refused."
+            => |b| b.sick.judges_axis = |right, user| right && user.range != 1 && user.range != 1 << 30;
+        "fraction-of-16-bits" "A nominator or divisor of 65536 is refused."
+            => |b| b.sick.takes = |at, value, right| right && !matches!((at, value), ((1009, 1 | 2), 0x1_0000));
+        "round-axis-range-not-checked" "Range, nominator and divisor of a round axis are taken as they are, and 0 as 1."
+            => |d| {
+                d.sick.judges_axis = |_, _| true;
+                d.sick.takes = |at, _, right| right || at.0 == 1009;
+                d.fields(without_zeros);
+            };
+        "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
+            => |b| {
+                b.sick.judges_axis = |right, user| right || user.range > 0;
+                b.measuring.gear(round_axis_overflows);
+                b.measuring.shift(not_reduced_beyond);
+            };
+        "preset-not-reduced-on-the-round-axis" "After a preset the position of a round axis is not reduced to its range."
+            => |b| b.measuring.shift(|position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) });
+        "negative-positions" "Positions of a round axis below 0 are sent as such."
+            => |b| {
+                b.measuring.gear(negative_positions);
+                b.measuring.shift(not_reduced_beyond);
+            };
+        "rounding-errors-add-up" "The steps of a revolution of a round axis are rounded to hundredths."
+            => |b| b.measuring.gear(|gear, hardware, place| {
+                let hundredths = gear.range * gear.divisor * 100 / gear.nominator.max(1);
+                let units = place * i128::from(hundredths) / (100 * i128::from(hardware.steps_per_revolution));
+                units.rem_euclid(gear.range.max(1).into()) as u64
+            });
+    },
+}];
 
 /// A deviation that is 0 at the ends of each half of a revolution and a hundred steps in their middle.
 fn linearization_not_applied(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {
@@ -183,16 +195,11 @@ impl A3m60Hooks for LostWhileFrozen {
     }
 }
 
-/// The signals of a telegram of the vendor without the round axis.
-fn without_round_axis(encoder: &Live<'_, State>, image: Image) -> Image {
-    let measuring = &encoder.ram.measuring;
-    let is_shown = encoder.ram.telegram().number == 0 && image.plain_position & TRIGGER == 0;
-    if !is_shown || measuring.settings.gear.is_none() {
-        return image;
-    }
-    let settings = Settings { offset_acts: measuring.settings.offset_acts, ..Settings::hardware(&encoder.hardware) };
-    let [_, position] = measuring.under(settings).positions();
-    Image { plain_position: position as u32, ..image }
+/// The signals of a telegram of the vendor with the velocity of a clockwise code sequence.
+fn clockwise_velocity(encoder: &Live<'_, State>, image: Image) -> Image {
+    let is_changed =
+        encoder.ram.telegram().number == 0 && encoder.ram.measuring.settings.direction == Direction::Counterclockwise;
+    Image { velocity: if is_changed { -image.velocity } else { image.velocity }, ..image }
 }
 
 fn code_sequence_of_the_turn_only(step: &Step) -> i64 {

@@ -218,24 +218,27 @@ fn speed_settings_without_effect(d: &mut Deviations) {
     });
 }
 
-/// Shows an error of the position from the start on, until it is acknowledged.
+/// Shows an error of the position from the start on, until it is acknowledged or the encoder is parked.
 #[derive(Default)]
 struct ErrorAfterStart {
+    is_new: bool,
     is_there: bool,
 }
 
 impl A3m60Hooks for ErrorAfterStart {
     fn happens(&mut self, event: Event, _: &mut Memory<'_>) {
         match event {
-            Event::Start => self.is_there = true,
+            Event::Start => (self.is_new, self.is_there) = (true, true),
             Event::PowerUp => self.is_there = false,
             Event::PowerDown | Event::Advance => {}
         }
     }
 
     fn image(&mut self, _: &Live<'_, State>, image: Image) -> Image {
-        self.is_there &= !image.request.acknowledge;
-        match self.is_there && !is_parked(&image) {
+        // An error that was there before comes first.
+        let is_second = mem::take(&mut self.is_new) && has_error(&image);
+        self.is_there &= !image.request.acknowledge && !is_parked(&image) && !is_second;
+        match self.is_there {
             true => Image { g1_zsw: image.g1_zsw & !POSITION | ERROR, g1_xist2: 1, ..image },
             false => image,
         }
