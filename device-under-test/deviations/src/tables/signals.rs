@@ -99,10 +99,6 @@ pub static GROUPS: &[Group] = &[
                 => |b| b.at_encoder.add(SignOfLife::while_so(|now| !is_parked(now)));
             "sign-of-life-stops-on-error" "The sign of life of the encoder stands still while it shows an error."
                 => |b| b.at_encoder.add(SignOfLife::while_so(|now| !has_error(now)));
-            "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
-                => |b| b.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
-            "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
-                => |b| b.life_sign.count(|_, frames, _| frames);
             "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
                 => |b| b.at_encoder.add(SignOfLife::while_so(|now| now.next_offset.is_none()));
             "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
@@ -118,6 +114,10 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Profinet, Need::Output(Control::Stw2Enc)],
         deviations: encoder_bugs! {
+            "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
+                => |b| b.life_sign.count(|_, frames, _| frames);
+            "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
+                => |b| b.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
                 => |b| b.at_encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
@@ -133,11 +133,6 @@ pub static GROUPS: &[Group] = &[
             "sign-of-life-not-watched" "The sign of life of the controller is not watched."
                 => |b| b.checks.check(|check, right| match check {
                     Check::WatchesController { .. } => false,
-                    _ => right,
-                });
-            "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
-                => |b| b.checks.check(|check, right| match check {
-                    Check::FollowsLifeSign { last, sign, .. } => sign == last + 1,
                     _ => right,
                 });
             "life-sign-ends-at-14" "The sign of life of the controller is expected to go from 14 to 1."
@@ -176,6 +171,16 @@ pub static GROUPS: &[Group] = &[
                 });
             "life-sign-tolerance-in-v41-mode" "Octet 17 of the start-up record counts without compatibility mode too."
                 => |b| b.life_sign.tolerated(as_set);
+        },
+    },
+    Group {
+        needs: &[Need::Profinet, Need::WatchedController],
+        deviations: encoder_bugs! {
+            "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
+                => |b| b.checks.check(|check, right| match check {
+                    Check::FollowsLifeSign { last, sign, .. } => sign == last + 1,
+                    _ => right,
+                });
         },
     },
     // G1_XIST1 and G1_XIST2
