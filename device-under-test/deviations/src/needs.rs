@@ -11,6 +11,8 @@ pub enum Need {
     Profinet,
     /// A PROFIBUS slave.
     Profibus,
+    /// A second port on PROFINET.
+    SecondPort,
     /// The encoder object of the encoder profile, on either bus.
     EncoderProfile,
     /// I&M0 and no other record of I&M.
@@ -53,6 +55,9 @@ impl Need {
         match self {
             Need::Profinet => matches!(manual.bus, Bus::Profinet(_)),
             Need::Profibus => matches!(manual.bus, Bus::Profibus(_)),
+            Need::SecondPort => {
+                Need::Profinet.is_met_by(manual) && manual.facts.is_some_and(|facts| facts.identity.ports > 1)
+            }
             Need::EncoderProfile => manual.facts.is_some(),
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),

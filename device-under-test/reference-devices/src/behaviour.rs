@@ -15,14 +15,14 @@ pub struct Behaviour {
     pub stack: Attached<dyn profinet::StackHooks>,
     /// The deviations of the PROFIBUS slave.
     pub slave: Attached<dyn profibus::SlaveHooks>,
-    /// The web server of the XAC77.
-    pub web: lika_xac77::knobs::Web,
-    /// What the encoders of SICK share.
-    pub sick: sick::knobs::Rules,
+    /// The deviations of the web server of the XAC77.
+    pub web: lika_xac77::hooks::Hooks,
+    /// The deviations at what the encoders of SICK share.
+    pub sick: sick::hooks::Hooks,
     /// The deviations of the A3M60.
     pub a3m60: sick_a3m60::hooks::Hooks,
-    /// What is the own of the AFS60 and AFM60.
-    pub afx60: sick_afx60::knobs::Rules,
+    /// The deviations of the AFS60 and AFM60.
+    pub afx60: sick_afx60::hooks::Hooks,
     /// The deviations of the AMT58.
     pub amt58: Attached<dyn datalogic_amt58::hooks::Amt58Hooks>,
 }

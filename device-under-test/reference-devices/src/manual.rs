@@ -123,13 +123,13 @@ impl Manual {
 /// An encoder of the encoder profile behind its PROFINET stack; `None` if `facts` have no variant of this name.
 pub fn encoder<M: Model + 'static>(
     facts: &'static Facts,
-    (model, rules): (M, M::Rules),
+    model: M,
     variant: &str,
     behaviour: &Behaviour,
     piece: Piece,
 ) -> Option<Box<dyn ReferenceDevice>> {
     let variant = facts.variants.iter().find(|known| known.name == variant)?;
     let mac = Mac(piece.mac);
-    let encoder = EncoderObject::new(facts, model, variant, behaviour.encoder.clone(), rules, piece);
+    let encoder = EncoderObject::new(facts, model, variant, behaviour.encoder.clone(), piece);
     Some(Box::new(Device::new(encoder, mac, behaviour.stack.clone())))
 }

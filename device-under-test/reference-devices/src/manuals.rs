@@ -26,7 +26,7 @@ pub static LIKA_XAC77: Manual = Manual {
         oui: Some([0x10, 0xB9, 0xFE]),
         delivered: |_| StationData::default(),
         build: |variant, behaviour, piece| {
-            let model = (lika_xac77::State::default(), behaviour.web);
+            let model = lika_xac77::State::new(behaviour.web.clone());
             encoder(&lika_xac77::FACTS, model, variant, behaviour, piece)
         },
     }),
@@ -43,8 +43,7 @@ pub static KUEBLER_SENDIX58XX: Manual = Manual {
         oui: None,
         delivered: |_| StationData::default(),
         build: |variant, behaviour, piece| {
-            let model = (kuebler_sendix58xx::Sendix, ());
-            encoder(&kuebler_sendix58xx::FACTS, model, variant, behaviour, piece)
+            encoder(&kuebler_sendix58xx::FACTS, kuebler_sendix58xx::Sendix, variant, behaviour, piece)
         },
     }),
 };
@@ -60,8 +59,7 @@ pub static SICK_AFX60: Manual = Manual {
         oui: None,
         delivered: sick_afx60::delivered,
         build: |variant, behaviour, piece| {
-            let rules = sick_afx60::knobs::Knobs { sick: behaviour.sick, own: behaviour.afx60 };
-            let model = (sick_afx60::State::new(piece.mac), rules);
+            let model = sick_afx60::State::new(piece.mac, behaviour.sick.clone(), behaviour.afx60.clone());
             encoder(&sick_afx60::FACTS, model, variant, behaviour, piece)
         },
     }),
@@ -78,8 +76,9 @@ pub static SICK_A3M60: Manual = Manual {
         delivered: sick_a3m60::ADDRESS,
         build: |variant, behaviour, shaft, line| {
             let variant = sick_a3m60::FACTS.variants.iter().find(|known| known.name == variant)?;
-            let (encoder, hooks) = (behaviour.encoder.clone(), behaviour.a3m60.clone());
-            let encoder = sick_a3m60::Encoder::new(variant, encoder, behaviour.sick, hooks, shaft, line.address);
+            let (shared, hooks) = (behaviour.sick.clone(), behaviour.a3m60.clone());
+            let encoder = behaviour.encoder.clone();
+            let encoder = sick_a3m60::Encoder::new(variant, encoder, shared, hooks, shaft, line.address);
             Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
         },
     }),

@@ -6,7 +6,6 @@ use crate::tables::{self, Table};
 pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
     Table::All(tables::handshakes::OTHERS),
-    Table::All(tables::leds::BUGS),
     Table::Only(tables::measuring::BUGS, MEASURING),
     Table::All(tables::measuring::OTHERS),
     Table::Only(tables::memory::BUGS, MEMORY),
@@ -15,8 +14,6 @@ pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::reset::BUGS, RESET),
     Table::Only(tables::velocity::BUGS, VELOCITY),
     Table::All(tables::velocity::OTHERS),
-    Table::Only(tables::limits::BUGS, LIMITS),
-    Table::Only(tables::panel::BUGS, PANEL),
 ];
 
 const HANDSHAKES: &[&str] = &[
@@ -97,14 +94,3 @@ const VELOCITY: &[&str] = &[
     "speed-ignores-code-sequence",
     "speed-overflows",
 ];
-
-const LIMITS: &[&str] = &[
-    "one-unit-refused",
-    "ratios-above-2048-refused",
-    "other-ratios-accepted",
-    "vendor-of-the-stack-in-get",
-    "device-id-swapped-in-get",
-    "name-hidden-from-get",
-];
-
-const PANEL: &[&str] = &["second-port-missing"];

@@ -10,5 +10,4 @@ pub(super) static BUGS: &[Table] = &[
     Table::All(tables::velocity::BUGS),
     Table::All(tables::memory::BUGS),
     Table::All(tables::reset::BUGS),
-    Table::All(tables::web::BUGS),
 ];

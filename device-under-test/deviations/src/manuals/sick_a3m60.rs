@@ -5,12 +5,10 @@ use crate::tables::{self, Table};
 /// By the seam at which they are switched on.
 pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
-    Table::Only(tables::limits::BUGS, LIMITS),
     Table::Only(tables::measuring::BUGS, MEASURING),
     Table::Only(tables::memory::BUGS, MEMORY),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::Only(tables::presets::OTHERS, PRESETS_OTHERS),
-    Table::Only(tables::service::BUGS, SERVICE),
     Table::Only(tables::slave::BUGS, SLAVE),
     Table::Only(tables::velocity::BUGS, VELOCITY),
 ];
@@ -33,17 +31,6 @@ const HANDSHAKES: &[&str] = &[
     "error-needs-request",
 ];
 
-const LIMITS: &[&str] = &[
-    "round-axis-cut-short",
-    "range-offset-lost",
-    "nominator-and-divisor-exchanged",
-    "revolutions-rounded",
-    "round-axis-left-out",
-    "rule-of-powers-stays",
-    "one-unit-refused",
-    "velocity-not-averaged",
-];
-
 const MEASURING: &[&str] = &["range-one-too-long"];
 
 const MEMORY: &[&str] = &["offset-only-in-ram", "position-restored-from-memory"];
@@ -63,8 +50,6 @@ const PRESETS: &[&str] = &[
 ];
 
 const PRESETS_OTHERS: &[&str] = &["preset-control-ignored", "read-gives-the-offset", "trigger-works-once"];
-
-const SERVICE: &[&str] = &["power-up-counter-volatile", "service-log-cleared", "current-speed-for-the-highest"];
 
 const SLAVE: &[&str] = &[
     "ident-not-checked",

@@ -80,15 +80,17 @@ pub mod a3m60;
 pub mod amt58;
 pub mod encoder;
 pub mod measuring;
+pub mod sick;
 pub mod slave;
 pub mod stack;
+pub mod web;
 
 use alloc::rc::Rc;
 use core::cell::RefCell;
 use device_stack::Attached;
 use encoder_profile::checks::Checks;
 use reference_devices::behaviour::Behaviour;
-use reference_devices::models::sick_a3m60::hooks::Hooks;
+use reference_devices::models::{lika_xac77, sick as of_sick, sick_a3m60, sick_afx60};
 
 /// Everything by which one device deviates.
 #[derive(Default)]
@@ -119,6 +121,14 @@ pub struct Deviations {
     pub a3m60: a3m60::A3m60,
     /// At the seams of its PROFINET stack.
     pub stack: stack::Stack,
+    /// At the seams of the web server of the XAC77.
+    pub web: web::WebServer,
+    /// At the seams of what the encoders of SICK share.
+    pub sick: sick::Sick,
+    /// At the steps of the round axis of the encoders of SICK.
+    pub sick_axis: sick::SickAxis,
+    /// At the seams of the AFS60 and AFM60.
+    pub afx60: sick::Afx60,
 }
 
 impl core::ops::Deref for Deviations {
@@ -202,13 +212,20 @@ impl Deviations {
             stack,
             amt58,
             a3m60,
+            web,
+            sick,
+            sick_axis,
+            afx60,
         } = self;
         behaviour.encoder.checks = Checks(checks.attached());
         behaviour.encoder.hooks = at_encoder.attached();
         behaviour.encoder.measuring = measuring.attached();
         behaviour.encoder.velocity = velocity.attached();
         behaviour.amt58 = amt58.attached();
-        behaviour.a3m60 = Hooks(a3m60.attached());
+        behaviour.a3m60 = sick_a3m60::hooks::Hooks(a3m60.attached());
+        behaviour.web = lika_xac77::hooks::Hooks(web.attached());
+        behaviour.sick = of_sick::hooks::Hooks { seams: sick.attached(), steps: sick_axis.attached() };
+        behaviour.afx60 = sick_afx60::hooks::Hooks(afx60.attached());
         behaviour.encoder.telegram = telegram.attached();
         behaviour.encoder.start = start.attached();
         behaviour.encoder.life_sign = life_sign.attached();

@@ -2,10 +2,17 @@
 
 use super::Group;
 use super::diagnosis_memory::Silence;
+use super::limits::with_cause;
+use super::service::status_words;
+use super::unrequested_presets::takes_writes;
 use crate::needs::Need;
+use crate::seams::Deviations;
+use alloc::rc::Rc;
+use core::cell::Cell;
 use device_stack::profinet::Severity;
 use encoder_profile::checks::Check;
 use reference_devices::manuals;
+use reference_devices::models::sick_afx60::hooks::Event;
 
 /// By what they need.
 pub static GROUPS: &[Group] = &[
@@ -46,13 +53,13 @@ pub static GROUPS: &[Group] = &[
             "commissioning-with-own-code" "The diagnosis during commissioning has the code 1002h."
                 => |d| d.at_encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
             "error-after-start" "Each connection begins with an error of the position."
-                => |d| d.afx60.begins_with_error = true;
+                => |d| error_after_start(d);
             "faults-stay-after-acknowledgement" "Faults stay in P65001 when they were acknowledged."
-                => |d| d.afx60.faults_stay = true;
+                => |d| faults_stay_after_acknowledgement(d);
             "invalid-scaling-not-noticed" "User parameters that cannot be served are accepted in silence."
                 => |d| {
                     d.checks.serves(|_, _, _| true);
-                    d.afx60.words = |[a, b, c], _| [a, b & !0x0002, c];
+                    status_words(d, |_, [a, b, c]| [a, b & !0x0002, c]);
                 };
             "vendor-is-device-id" "P964 gives the number of the device for the vendor."
                 => |d| d.at_encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
@@ -84,7 +91,7 @@ pub static GROUPS: &[Group] = &[
             "fpga-version-packed" "P1013 has four bits for each part of the version."
                 => |d| d.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
             "constants-can-be-written" "P980 can be written."
-                => |d| d.afx60.list_is_writable = true;
+                => |d| takes_writes(d, 980, 0);
         },
     },
     // Operating status: P65001
@@ -122,6 +129,39 @@ pub static GROUPS: &[Group] = &[
         },
     },
 ];
+
+fn error_after_start(d: &mut Deviations) {
+    let has_started = Rc::new(Cell::new(false));
+    let noted = has_started.clone();
+    d.afx60.kept(move |event, _, kept| {
+        noted.set(noted.get() || event == Event::Start);
+        kept
+    });
+    // The cause is there at the instant of the start alone.
+    let mut start = None;
+    d.at_encoder.causes(move |view, causes| {
+        if has_started.take() {
+            start = Some(view.now);
+        }
+        if start == Some(view.now) { with_cause(view, causes, 0x0001) } else { causes }
+    });
+}
+
+fn faults_stay_after_acknowledgement(d: &mut Deviations) {
+    let faults = Rc::new(Cell::new(0));
+    let (seen, forgotten) = (faults.clone(), faults.clone());
+    d.at_encoder.causes(move |view, causes| {
+        seen.set(seen.get() | view.faults);
+        causes
+    });
+    d.afx60.kept(move |event, _, kept| {
+        if let Event::Start | Event::PowerUp = event {
+            forgotten.set(0);
+        }
+        kept
+    });
+    d.at_encoder.element(move |_, at, right| if at == (65001, 2) { right | u64::from(faults.get()) } else { right });
+}
 
 fn number(address: [u8; 4]) -> u64 {
     u32::from_be_bytes(address).into()

@@ -1,6 +1,7 @@
 //! Bugs of what hands set and lights show at an encoder with PROFIBUS.
 
 use super::Group;
+use super::unrequested_presets::button_without_class_4;
 use crate::needs::Need;
 use crate::seams::slave::{frame, with_data};
 use alloc::rc::Rc;
@@ -8,6 +9,7 @@ use alloc::vec::Vec;
 use core::cell::Cell;
 use device_stack::profibus::{Application, Check as SlaveCheck, SlaveHooks};
 use reference_devices::manuals;
+use reference_devices::models::sick::hooks as sick;
 use reference_devices::models::sick_a3m60::hooks::A3m60Check;
 use reference_devices::models::sick_a3m60::status::OVERSPEED;
 use station::StandAction;
@@ -70,11 +72,11 @@ pub static GROUPS: &[Group] = &[Group {
 
         // Button
         "button-ignored" "The button makes no preset."
-            => |b| b.sick.button = |_| None;
+            => |d| d.sick.check(|check, right| right && !matches!(check, sick::Check::ButtonPresets(_)));
         "button-always-sets-0" "The button sets the position to 0."
-            => |b| b.sick.button = |_| Some(0);
+            => |d| d.sick.button(|_| 0);
         "button-without-class-4-presets" "The button makes a preset although class 4 is off."
-            => |b| b.sick.button_needs_class_4 = false;
+            => |d| button_without_class_4(d);
     },
 }];
 

@@ -1,179 +1,281 @@
 //! Bugs of settings and their limits: speed calculation, temperature, supply, round axis.
 
-use super::Deviation;
+use super::Group;
+use super::service::status_words;
 use super::signals::put;
 use super::start::{PARAMETER_ACCESS, USER_PARAMETERS, are_single_limits_kept, unscaled};
+use super::unrequested_presets::takes_writes;
+use crate::needs::Need;
+use crate::seams::Deviations;
 use crate::seams::stack::rename;
+use alloc::rc::Rc;
+use alloc::vec::Vec;
+use core::cell::Cell;
 use core::time::Duration;
 use device_stack::profinet::{Access, RecordRefusal};
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring::Reading;
 use encoder_profile::encoder::{Direction, Gear, Hardware, Sampling, Scaling, Settings};
 use encoder_profile::hooks::{RecordOctets, View};
+use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::Signal;
 use encoder_profile::profidrive::user_parameters::UserParameters;
-use reference_devices::models::sick::settings;
-use reference_devices::models::sick_afx60::knobs::Fields;
+use reference_devices::manuals;
+use reference_devices::models::sick::axis::CountedLaps;
+use reference_devices::models::sick::hooks;
+use reference_devices::models::sick_afx60::Fields;
+use reference_devices::models::sick_afx60::hooks::{self as afx60, Event};
 use wire::profinet::dcp::Value;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // What settings take
-    "highest-setting-refused" "The highest value that a setting can have is refused."
-        => |b| b.sick.takes = |at, value, right| right && !highest(at).contains(&value);
-    "settings-not-kept" "A write to a setting is acknowledged and changes nothing."
-        => |b| b.sick.keeps_settings = false;
-    "settings-not-checked" "Any value is taken by a setting."
-        => |b| b.sick.takes = |_, _, _| true;
-    "settings-clipped" "A value between the ends of two printed ranges is stored as the end of the narrower one."
-        => |b| b.sick.settled = settings_clipped;
-    "undefined-choice-taken" "The mode of the round axis and the unit of the velocity take any value."
-        => |b| b.sick.takes = |at, _, right| right || matches!(at, (1009, 0) | (1005, 1));
-    "limits-clip-values" "A limit of temperature or supply that is beyond its own is clipped and acknowledged."
-        => |b| b.afx60.clips_limits = true;
-    "speed-limits-exchanged" "A lowest speed above the highest one changes places with it."
-        => |b| b.afx60.exchanges_speed_limits = true;
-    "temperature-limits-in-kelvin" "P1006 reads its limits 273 higher."
-        => |b| b.at_encoder.element(|_, at, right| if at.0 == 1006 { right + 273 } else { right });
-    "voltage-limits-in-volts" "P1007 reads its limits in volts."
-        => |b| b.at_encoder.element(|_, at, right| if at.0 == 1007 { right / 1000 } else { right });
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[
+    Group {
+        needs: &[Need::Of(&manuals::SICK_AFX60)],
+        deviations: bugs! {
+            // What settings take
+            "highest-setting-refused" "The highest value that a setting can have is refused."
+                => |d| d.sick.setting(|at, value, right| right && !highest(at).contains(&value));
+            "settings-not-kept" "A write to a setting is acknowledged and changes nothing."
+                => |d| d.sick.settings(|_, _, before, written| written.copy_from_slice(before));
+            "settings-not-checked" "Any value is taken by a setting."
+                => |d| d.sick.setting(|_, _, _| true);
+            "settings-clipped" "A value between the ends of two printed ranges is stored as the end of the narrower one."
+                => |d| {
+                    d.sick.setting(|at, value, right| right || at == (1005, 2) && (3..=100).contains(&value));
+                    d.sick.written(settings_clipped);
+                };
+            "undefined-choice-taken" "The mode of the round axis and the unit of the velocity take any value."
+                => |d| d.sick.setting(|at, _, right| right || matches!(at, (1009, 0) | (1005, 1)));
+            "limits-clip-values" "A limit of temperature or supply that is beyond its own is clipped and acknowledged."
+                => |d| {
+                    d.sick.setting(|at, _, right| right || matches!(at.0, 1006 | 1007));
+                    d.sick.written(|at, value, _| match at {
+                        (1006, 0) => value.clamp(-40, 80),
+                        (1006, _) => value.clamp(-20, 120),
+                        (1007, 0) => value.clamp(9000, 24_000),
+                        (1007, _) => value.clamp(10_000, 30_000),
+                        _ => value,
+                    });
+                };
+            "speed-limits-exchanged" "A lowest speed above the highest one changes places with it."
+                => |d| d.sick.settings(|number, _, _, written| {
+                    if let (1005, [.., highest, lowest]) = (number, written)
+                        && lowest > highest
+                    {
+                        core::mem::swap(highest, lowest);
+                    }
+                });
+            "temperature-limits-in-kelvin" "P1006 reads its limits 273 higher."
+                => |b| b.at_encoder.element(|_, at, right| if at.0 == 1006 { right + 273 } else { right });
+            "voltage-limits-in-volts" "P1007 reads its limits in volts."
+                => |b| b.at_encoder.element(|_, at, right| if at.0 == 1007 { right / 1000 } else { right });
 
-    // Round axis
-    "round-axis-cut-short" "P1009 has ten elements."
-        => |b| b.at_encoder.cut(1009, 10);
-    "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
-        => |b| b.afx60.breaks_without_axis = true;
-    "range-offset-lost" "The laps of the round axis are lost at power-off."
-        => |b| b.sick.laps = |_| 0;
-    "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
-        => |b| b.at_encoder.element(|_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right });
-    "round-axis-outputs-written" "The outputs of P1009 can be written."
-        => |b| b.sick.outputs_are_writable = true;
-    "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
-        => |b| b.at_encoder.element(fraction_as_remainder);
+            // Round axis
+            "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
+                => |d| {
+                    d.afx60.set(afx60::Check::HasRoundAxis, true);
+                    // One position is all that is left of a round axis on an encoder that has none.
+                    d.sick_axis.gear(|_, hardware, gear| match hardware.revolutions {
+                        1 => Gear { nominator: 1, divisor: 1, range: 1 },
+                        _ => gear,
+                    });
+                };
+            "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
+                => |b| b.at_encoder.element(|_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right });
+            "round-axis-outputs-written" "The outputs of P1009 can be written."
+                => |d| takes_writes(d, 1009, 5);
+            "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
+                => |b| b.at_encoder.element(fraction_as_remainder);
 
-    "nominator-and-divisor-exchanged" "Nominator and divisor change places where the position is computed."
-        => |b| b.sick.gear = |gear, _| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear };
-    "revolutions-rounded" "The fraction of revolutions is rounded to a whole number."
-        => |b| b.sick.gear = revolutions_rounded;
-    "round-axis-left-out" "The round axis is read back, and the position is scaled as without it."
-        => |b| b.sick.axis_acts = false;
-    "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
-        => |b| b.measuring.gear(in_whole_steps);
-    "rule-of-powers-stays" "The range of the round axis has to be a power of two of the resolution."
-        => |b| b.sick.judges_axis = |right, user| right && has_power_of_two(user);
-    "odd-ranges-refused" "An odd range of the round axis is invalid."
-        => |b| b.sick.judges_axis = |right, user| right && user.range.is_multiple_of(2);
-    "resolution-scales-round-axis" "The position of the round axis is multiplied by the units per revolution."
-        => |b| b.sick.gear = |gear, user| Gear {
-            divisor: gear.divisor * user.units_per_revolution.clamp(1, 1 << 18),
-            nominator: gear.nominator * 1000,
-            ..gear
-        };
-    "round-axis-range-not-checked" "Any range of the round axis is accepted in silence."
-        => |b| b.sick.judges_axis = |_, _| true;
-    "fraction-clipped" "A nominator above 1024 counts as 1024, a divisor above 32767 as 32767."
-        => |b| b.sick.settled = |at, value, _| match at { (1009, 1) => value.min(1024), (1009, 2) => value.min(32767), _ => value };
-    "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
-        => |b| b.afx60.understands = |fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields };
-    "default-fraction-4096" "The nominator of delivery is 4096."
-        => |b| b.at_encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
-    "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
-        => |b| b.measuring.position(without_laps);
-    "steps-rounded-up" "P1009 rounds up the steps of a revolution."
-        => |b| b.at_encoder.element(steps_rounded_up);
-    "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
-    "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
-        => |b| b.telegram.acts_on(|signal, _, settings| match settings.gear {
-            Some(_) if signal != Signal::NistB => Settings { direction: Direction::Clockwise, ..settings },
-            _ => settings,
-        });
-    "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
-        => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
+            "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
+                => |b| b.measuring.gear(in_whole_steps);
+            "odd-ranges-refused" "An odd range of the round axis is invalid."
+                => |d| d.sick.axis_range(|range, _, right| right && range.is_multiple_of(2));
+            "resolution-scales-round-axis" "The position of the round axis is multiplied by the units per revolution."
+                => |d| d.sick_axis.gear(|user, _, gear| Gear {
+                    divisor: gear.divisor * user.units_per_revolution.clamp(1, 1 << 18),
+                    nominator: gear.nominator * 1000,
+                    ..gear
+                });
+            "round-axis-range-not-checked" "Any range of the round axis is accepted in silence."
+                => |d| d.sick.axis_range(|_, _, _| true);
+            "fraction-clipped" "A nominator above 1024 counts as 1024, a divisor above 32767 as 32767."
+                => |d| fraction_clipped(d);
+            "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
+                => |d| d.afx60.start_record(|fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields });
+            "default-fraction-4096" "The nominator of delivery is 4096."
+                => |b| b.at_encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
+            "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
+                => |b| b.measuring.position(without_laps);
+            "steps-rounded-up" "P1009 rounds up the steps of a revolution."
+                => |b| b.at_encoder.element(steps_rounded_up);
+            "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
+                => |b| b.at_encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
+            "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
+                => |b| b.telegram.acts_on(|signal, _, settings| match settings.gear {
+                    Some(_) if signal != Signal::NistB => Settings { direction: Direction::Clockwise, ..settings },
+                    _ => settings,
+                });
+            "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
+                => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
 
-    // Start
-    "vendor-record-ignored" "The record of the vendor changes nothing."
-        => |b| b.afx60.takes_start_record = false;
-    "save-mode-always-auto" "The preset value is saved with each change."
-        => |b| b.afx60.understands = |fields| Fields { save_mode: 0, ..fields };
-    "filter-settings-ignored" "Interval and number of measurements of the start change nothing."
-        => |b| b.afx60.understands = |fields| Fields { interval: 2, measurements: 10, ..fields };
-    "filter-not-checked" "Any interval and number of measurements is accepted."
-        => |b| {
-            b.afx60.understands = |fields| Fields { interval: fields.interval.max(1), measurements: fields.measurements.max(1), ..fields };
-            b.afx60.judges_start_record = |right, fields| right || fields.interval > 100 || fields.measurements > 200;
-        };
-    "one-unit-refused" "One unit a revolution, and a range of one, are impossible."
-        => |b| b.checks.serves(|user, _, right| right && user.units_per_revolution != 1 && user.range != 1);
-    "ratios-above-2048-refused" "A range of more than 2048 revolutions is impossible."
-        => |b| b.checks.serves(|user, _, right| right && user.range / user.units_per_revolution.max(1) <= 2048);
-    "other-ratios-accepted" "A range that is no power of two of revolutions is accepted."
-        => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 1));
-    "factory-record-refused" "A record with the whole range of the hardware is refused."
-        => |b| b.at_encoder.write_record(factory_record_refused);
-    "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
-        => |b| b.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
-    "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
-        => |b| b.start.understand(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
-    "parameters-need-class-4" "With class 4 off requests for parameters are refused."
-        => |b| b.at_encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
-            true => Err(RecordRefusal::StateConflict),
-            false => octets,
-        });
-    "velocity-needs-class-4" "With class 4 off the velocity is 0."
-        => |b| b.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
-    "wrong-value-clipped" "Units and range above their limits count as the limits."
-        => |b| b.start.understand(wrong_value_clipped);
-    "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
-        => |d| d.stack.got(|value| if let Value::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
-    "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
-        => |d| d.stack.got(|value| if let Value::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
-    "name-hidden-from-get" "DCP Get and LLDP tell an empty name."
-        => |d| {
-            d.stack.got(|value| if let Value::NameOfStation(name) = value { name.clear() });
-            d.stack.lldp(|lldp| {
-                rename(lldp, b"");
-                true
-            });
-        };
+            // Start
+            "vendor-record-ignored" "The record of the vendor changes nothing."
+                => |d| d.afx60.start_record(|_| Fields::WITHOUT);
+            "save-mode-always-auto" "The preset value is saved with each change."
+                => |d| d.afx60.start_record(|fields| Fields { save_mode: 0, ..fields });
+            "filter-settings-ignored" "Interval and number of measurements of the start change nothing."
+                => |d| d.afx60.start_record(|fields| Fields { interval: 2, measurements: 10, ..fields });
+            "filter-not-checked" "Any interval and number of measurements is accepted."
+                => |d| {
+                    d.afx60.start_record(|fields| Fields { interval: fields.interval.max(1), measurements: fields.measurements.max(1), ..fields });
+                    d.afx60.check(|check, right| match check {
+                        afx60::Check::StartRecord(fields) => right || fields.interval > 100 || fields.measurements > 200,
+                        _ => right,
+                    });
+                };
+            "factory-record-refused" "A record with the whole range of the hardware is refused."
+                => |b| b.at_encoder.write_record(factory_record_refused);
+            "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
+                => |b| b.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
+            "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
+                => |b| b.start.understand(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
+            "parameters-need-class-4" "With class 4 off requests for parameters are refused."
+                => |b| b.at_encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
+                    true => Err(RecordRefusal::StateConflict),
+                    false => octets,
+                });
+            "velocity-needs-class-4" "With class 4 off the velocity is 0."
+                => |b| b.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
+            "wrong-value-clipped" "Units and range above their limits count as the limits."
+                => |b| b.start.understand(wrong_value_clipped);
 
-    // Limits of the speed
-    "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
-        => |b| b.afx60.unit = |number| if number == 4 { None } else { settings::unit(number) };
-    "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
-    "velocity-not-averaged" "The velocity is that of the last measurement alone."
-        => |b| b.velocity.sampling(|_, right| Sampling { of: 1, ..right });
-    "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
-        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), ..right });
-    "window-clipped-to-100" "More than 100 measurements count as 100."
-        => |b| b.velocity.sampling(|_, right| Sampling { of: right.of.min(100), ..right });
-    "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
-        => |b| b.afx60.mode_acts = false;
-    "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
-        => |b| b.afx60.is_too_fast = |speeds| speeds.shown.abs() > speeds.highest;
-    "speed-limit-included" "The highest speed is too high itself."
-        => |b| b.afx60.is_too_fast = |speeds| speeds.rpm.abs() >= speeds.highest;
-    "lowest-speed-never-looked-at" "No speed is too low."
-        => |b| b.afx60.is_too_slow = |_| false;
-    "lowest-speed-0-warns" "A lowest speed of 0 is passed at standstill."
-        => |b| b.afx60.is_too_slow = |speeds| speeds.rpm.abs() < speeds.lowest || speeds.lowest == 0 && speeds.rpm == 0;
-    "low-speed-is-a-frequency-warning" "A speed that is too low is a warning of the frequency."
-        => |b| b.afx60.tells_low_frequency = true;
+            // Limits of the speed
+            "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
+                => |d| unit_4_ignored(d);
+            "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
+                => |b| b.at_encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
+            "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
+                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), ..right });
+            "window-clipped-to-100" "More than 100 measurements count as 100."
+                => |b| b.velocity.sampling(|_, right| Sampling { of: right.of.min(100), ..right });
+            "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
+                => |d| d.afx60.set(afx60::Check::VelocityIsCalculated, true);
+            "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::TooFast(speeds) => speeds.shown.abs() > speeds.highest,
+                    _ => right,
+                });
+            "speed-limit-included" "The highest speed is too high itself."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::TooFast(speeds) => speeds.rpm.abs() >= speeds.highest,
+                    _ => right,
+                });
+            "lowest-speed-never-looked-at" "No speed is too low."
+                => |d| d.afx60.check(|check, right| right && !matches!(check, afx60::Check::TooSlow(_)));
+            "lowest-speed-0-warns" "A lowest speed of 0 is passed at standstill."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::TooSlow(speeds) => right || speeds.lowest == 0 && speeds.rpm == 0,
+                    _ => right,
+                });
+            "low-speed-is-a-frequency-warning" "A speed that is too low is a warning of the frequency."
+                => |d| status_words(d, |_, [a, b, c]| [a, b | a & SPEED_OUTSIDE, c]);
 
-    // Limits of temperature and supply
-    "temperature-limits-not-looked-at" "The limits of the temperature are -40 and 120 degrees, whatever is set."
-        => |b| b.afx60.temperature_is_outside = |celsius, _| !(-40.0..=120.0).contains(&celsius);
-    "low-temperature-not-noticed" "No temperature is too low."
-        => |b| b.afx60.temperature_is_outside = |celsius, [_, upper]| celsius > upper;
-    "voltage-limits-not-looked-at" "The limits of the supply are 9 V and 30 V, whatever is set."
-        => |b| b.afx60.voltage_is_outside = |millivolts, _| [millivolts < 9000, millivolts > 30_000];
-    "undervoltage-at-ten-volts" "A supply of 10 V and below is too low, whatever is set."
-        => |b| b.afx60.voltage_is_outside = |millivolts, [_, upper]| [millivolts <= 10_000, millivolts > upper];
-    "undervoltage-until-power-off" "Undervoltage stays until the power is switched off."
-        => |b| b.afx60.restarts = false;
-};
+            // Limits of temperature and supply
+            "temperature-limits-not-looked-at" "The limits of the temperature are -40 and 120 degrees, whatever is set."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::TemperatureIsOutside(celsius, _) => !(-40.0..=120.0).contains(&celsius),
+                    _ => right,
+                });
+            "low-temperature-not-noticed" "No temperature is too low."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::TemperatureIsOutside(celsius, [_, upper]) => celsius > upper,
+                    _ => right,
+                });
+            "voltage-limits-not-looked-at" "The limits of the supply are 9 V and 30 V, whatever is set."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::Undervoltage(millivolts, _) => millivolts < 9000,
+                    afx60::Check::Overvoltage(millivolts, _) => millivolts > 30_000,
+                    _ => right,
+                });
+            "undervoltage-at-ten-volts" "A supply of 10 V and below is too low, whatever is set."
+                => |d| d.afx60.check(|check, right| match check {
+                    afx60::Check::Undervoltage(millivolts, _) => millivolts <= 10_000,
+                    _ => right,
+                });
+            "undervoltage-until-power-off" "Undervoltage stays until the power is switched off."
+                => |d| undervoltage_until_power_off(d);
+        },
+    },
+    Group {
+        needs: &[Need::OfEither(&manuals::SICK_AFX60, &manuals::SICK_A3M60)],
+        deviations: bugs! {
+            // Round axis
+            "round-axis-cut-short" "P1009 has ten elements."
+                => |b| b.at_encoder.cut(1009, 10);
+            "range-offset-lost" "The laps of the round axis are lost at power-off."
+                => |d| {
+                    d.sick.laps_loaded(|_, laps| CountedLaps { laps: 0, ..laps });
+                    d.afx60.over(Event::PowerUp, |_, mut kept| {
+                        kept.axis.base = 0;
+                        kept
+                    });
+                };
+
+            "nominator-and-divisor-exchanged" "Nominator and divisor change places where the position is computed."
+                => |d| d.sick_axis.gear(|_, _, gear| Gear { nominator: gear.divisor, divisor: gear.nominator, ..gear });
+            "revolutions-rounded" "The fraction of revolutions is rounded to a whole number."
+                => |d| d.sick_axis.gear(revolutions_rounded);
+            "round-axis-left-out" "The round axis is read back, and the position is scaled as without it."
+                => |d| d.sick.set(hooks::Check::RoundAxis, false);
+            "rule-of-powers-stays" "The range of the round axis has to be a power of two of the resolution."
+                => |d| d.sick.axis_range(|range, units, right| right && has_power_of_two(range, units));
+
+            // Limits of the speed
+            "velocity-not-averaged" "The velocity is that of the last measurement alone."
+                => |b| b.velocity.sampling(|_, right| Sampling { of: 1, ..right });
+        },
+    },
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: bugs! {
+            // Start
+            "one-unit-refused" "One unit a revolution, and a range of one, are impossible."
+                => |b| b.checks.serves(|user, _, right| right && user.units_per_revolution != 1 && user.range != 1);
+        },
+    },
+    Group {
+        needs: &[Need::Profinet, Need::EncoderProfile],
+        deviations: bugs! {
+            // Start
+            "ratios-above-2048-refused" "A range of more than 2048 revolutions is impossible."
+                => |b| b.checks.serves(|user, _, right| right && user.range / user.units_per_revolution.max(1) <= 2048);
+            "other-ratios-accepted" "A range that is no power of two of revolutions is accepted."
+                => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 1));
+        },
+    },
+    Group {
+        needs: &[Need::Profinet],
+        deviations: bugs! {
+            // Start
+            "vendor-of-the-stack-in-get" "DCP Get tells the vendor of a sample application."
+                => |d| d.stack.got(|value| if let Value::DeviceId { vendor_id, .. } = value { *vendor_id = 0x002A });
+            "device-id-swapped-in-get" "DCP Get tells the octets of the device number in the other order."
+                => |d| d.stack.got(|value| if let Value::DeviceId { device_id, .. } = value { *device_id = device_id.swap_bytes() });
+            "name-hidden-from-get" "DCP Get and LLDP tell an empty name."
+                => |d| {
+                d.stack.got(|value| if let Value::NameOfStation(name) = value { name.clear() });
+                d.stack.lldp(|lldp| {
+                    rename(lldp, b"");
+                    true
+                });
+            };
+        },
+    },
+];
+
+/// Bit of S_STAT_A for a speed beyond its limits, and of S_STAT_B for the frequency.
+const SPEED_OUTSIDE: u16 = 1 << 5;
 
 /// The highest values of a setting; where two ranges are printed that of the narrower one.
 fn highest(at: (u16, usize)) -> &'static [i64] {
@@ -196,7 +298,7 @@ fn highest(at: (u16, usize)) -> &'static [i64] {
     }
 }
 
-fn settings_clipped(at: (u16, usize), value: u64, hardware: &Hardware) -> u64 {
+fn settings_clipped(at: (u16, usize), value: i64, hardware: &Hardware) -> i64 {
     match (at, value) {
         ((1005, 2), 3..=100) if hardware.revolutions == 1 => 2,
         ((1005, 2), 51..=100) => 50,
@@ -207,6 +309,68 @@ fn settings_clipped(at: (u16, usize), value: u64, hardware: &Hardware) -> u64 {
     }
 }
 
+fn fraction_clipped(d: &mut Deviations) {
+    d.sick.setting(|at, value, right| right || matches!(at, (1009, 1 | 2)) && value > 0);
+    d.sick.written(|at, value, _| match at {
+        (1009, 1) => value.min(1024),
+        (1009, 2) => value.min(32767),
+        _ => value,
+    });
+    // What is beyond the printed limits is still refused.
+    d.afx60.start_record(|fields| Fields {
+        nominator: if fields.nominator <= 2048 { fields.nominator.min(1024) } else { fields.nominator },
+        divisor: if fields.divisor <= 65535 { fields.divisor.min(32767) } else { fields.divisor },
+        ..fields
+    });
+}
+
+/// Unit 4 is shown after a write, and the unit before stays in force.
+fn unit_4_ignored(d: &mut Deviations) {
+    let is_shown = Rc::new(Cell::new(false));
+    let (noted, forgotten) = (is_shown.clone(), is_shown.clone());
+    d.sick.settings(move |number, _, before, written| {
+        if number == 1005 && written[1] != before[1] {
+            noted.set(written[1] == 4);
+            written[1] = if written[1] == 4 { before[1] } else { written[1] };
+        }
+    });
+    d.afx60.kept(move |event, _, kept| {
+        forgotten.set(forgotten.get() && event != Event::Start);
+        kept
+    });
+    d.at_encoder.element(move |_, at, right| match at {
+        (1005, 1) | (65001, 11) if is_shown.get() => 4,
+        _ => right,
+    });
+}
+
+fn undervoltage_until_power_off(d: &mut Deviations) {
+    let stays = Rc::new(Cell::new(false));
+    let (noted, forgotten) = (stays.clone(), stays.clone());
+    d.afx60.check(move |check, right| match check {
+        afx60::Check::Restarts => {
+            noted.set(noted.get() || right);
+            false
+        }
+        _ => right,
+    });
+    d.afx60.kept(move |event, _, kept| {
+        forgotten.set(forgotten.get() && event != Event::PowerUp);
+        kept
+    });
+    d.at_encoder.causes(move |view, causes| if stays.get() { with_cause(view, causes, 0x1003) } else { causes });
+}
+
+/// The causes with the error of this code.
+pub(super) fn with_cause(view: &View<'_>, mut causes: Vec<Error>, code: u16) -> Vec<Error> {
+    let number = view.facts.errors.iter().position(|error| error.code == Some(code)).unwrap_or(0) as u16;
+    let error = Error { number, code: Some(code) };
+    if !causes.contains(&error) {
+        causes.push(error);
+    }
+    causes
+}
+
 fn fraction_as_remainder(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     match (at, view.measuring.settings.gear) {
         ((1009, 10), Some(Gear { nominator, divisor, range })) => range * divisor % nominator.max(1),
@@ -214,7 +378,7 @@ fn fraction_as_remainder(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
     }
 }
 
-fn revolutions_rounded(gear: Gear, _: &UserParameters) -> Gear {
+fn revolutions_rounded(_: &UserParameters, _: &Hardware, gear: Gear) -> Gear {
     let nominator = (gear.nominator + gear.divisor / 2) / gear.divisor.max(1);
     Gear { nominator: nominator.max(1), divisor: 1, ..gear }
 }
@@ -237,9 +401,9 @@ pub fn without_laps(reading: &Reading, right: u64) -> u64 {
     }
 }
 
-fn has_power_of_two(user: &UserParameters) -> bool {
-    let units = user.units_per_revolution.max(1);
-    user.range.is_multiple_of(units) && (user.range / units).is_power_of_two()
+fn has_power_of_two(range: u64, units: u64) -> bool {
+    let units = units.max(1);
+    range.is_multiple_of(units) && (range / units).is_power_of_two()
 }
 
 fn steps_rounded_up(view: &View<'_>, at: (u16, usize), right: u64) -> u64 {

@@ -79,6 +79,7 @@ pub mod stack;
 mod stack_memory;
 pub mod start;
 pub mod station;
+mod unrequested_presets;
 pub mod variations;
 pub mod velocity;
 pub mod vendor_axis;
@@ -130,11 +131,16 @@ pub static GROUPS: &[&[Group]] = &[
     dp_station::GROUPS,
     isochronous::GROUPS,
     layouts::GROUPS,
+    leds::GROUPS,
+    lights::GROUPS,
+    limits::GROUPS,
+    panel::GROUPS,
     parameter_access::GROUPS,
     parameters::GROUPS,
     plain::GROUPS,
     records::GROUPS,
     requests::GROUPS,
+    service::GROUPS,
     set_prm::GROUPS,
     signals::GROUPS,
     stack::GROUPS,
@@ -144,6 +150,7 @@ pub static GROUPS: &[&[Group]] = &[
     vendor_axis::GROUPS,
     vendor_parameters::GROUPS,
     vendor_telegrams::GROUPS,
+    web::GROUPS,
 ];
 
 /// The deviations of the groups whose needs the devices of `manual` meet.

@@ -1,77 +1,209 @@
 //! Bugs of what hands and the vendor's record of a start do: button, switches, save mode, preset value of the start.
 
-use super::Deviation;
-use core::time::Duration;
+use super::Group;
+use super::unrequested_presets::{button_without_class_4, next_preset};
+use crate::needs::Need;
+use crate::seams::Deviations;
+use alloc::rc::Rc;
+use core::cell::Cell;
 use device_stack::profinet::{StackCheck, StationData};
+use reference_devices::manuals;
+use reference_devices::models::sick::hooks;
+use reference_devices::models::sick_afx60::hooks::{Check, Event, Kept};
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // Presets
-    "button-without-class-4-presets" "The button makes a preset although class 4 is off."
-        => |b| b.sick.button_needs_class_4 = false;
-    "button-presets-to-zero" "The button sets the position to 0."
-        => |b| b.sick.button = |_| Some(0);
-    "button-ignored" "The button makes no preset."
-        => |b| b.sick.button = |_| None;
-    "preset-range-not-checked" "A preset beyond the range is carried out and not told."
-        => |b| b.afx60.takes_preset = |_, _, _| true;
-    "highest-preset-is-invalid" "A preset to the highest position is taken for invalid."
-        => |b| b.afx60.takes_preset = |value, range, _| value + 1 < range;
-    "preset-checked-against-multiturn" "The singleturn encoder checks a preset against all steps of the multiturn encoder."
-        => |b| b.afx60.takes_preset = |value, range, hardware| value < if hardware.revolutions == 1 { 1 << 30 } else { range };
-    "preset-warning-at-the-write" "A preset value beyond the range is told when it is written."
-        => |b| b.afx60.warns_at_the_write = true;
-    "writing-while-requested-presets" "A preset value that is written while a preset is requested is taken at once."
-        => |b| b.afx60.presets_while_requested = true;
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[
+    Group {
+        needs: &[Need::Of(&manuals::SICK_AFX60)],
+        deviations: bugs! {
+            // Presets
+            "button-without-class-4-presets" "The button makes a preset although class 4 is off."
+                => |d| button_without_class_4(d);
+            "button-presets-to-zero" "The button sets the position to 0."
+                => |d| d.sick.button(|_| 0);
+            "button-ignored" "The button makes no preset."
+                => |d| d.sick.check(|check, right| right && !matches!(check, hooks::Check::ButtonPresets(_)));
+            "preset-range-not-checked" "A preset beyond the range is carried out and not told."
+                => |d| d.afx60.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            "highest-preset-is-invalid" "A preset to the highest position is taken for invalid."
+                => |d| d.afx60.check(|check, right| match check {
+                    Check::PresetValue { value, range, .. } => value + 1 < range,
+                    _ => right,
+                });
+            "preset-checked-against-multiturn" "The singleturn encoder checks a preset against all steps of the multiturn encoder."
+                => |d| d.afx60.check(|check, right| match check {
+                    Check::PresetValue { value, revolutions: 1, .. } => value < 1 << 30,
+                    _ => right,
+                });
+            "preset-warning-at-the-write" "A preset value beyond the range is told when it is written."
+                => |d| preset_warning_at_the_write(d);
+            "writing-while-requested-presets" "A preset value that is written while a preset is requested is taken at once."
+                => |d| writing_while_requested_presets(d);
 
-    // The record of the start
-    "start-preset-ignored" "The preset value of the start is not taken."
-        => |b| b.afx60.start_preset = |_, _, _| None;
-    "start-preset-always-taken" "The preset value of the start is taken whether it is transmitted or not."
-        => |b| b.afx60.start_preset = |_, _, value| Some(value);
-    "stored-value-before-start-preset" "A preset value that is stored goes before that of the start."
-        => |b| b.afx60.start_preset = |transmits, is_stored, value| (transmits && !is_stored).then_some(value);
-    "start-preset-locks-value" "P65000 takes nothing while the start transmits its value."
-        => |b| b.afx60.start_locks = true;
-    "start-preset-moves-position" "The preset value of the start sets the position."
-        => |b| b.afx60.start_presets = true;
+            // The record of the start
+            "start-preset-ignored" "The preset value of the start is not taken."
+                => |d| d.afx60.check(|check, right| right && !matches!(check, Check::StartPresetValue { .. }));
+            "start-preset-always-taken" "The preset value of the start is taken whether it is transmitted or not."
+                => |d| d.afx60.check(|check, right| right || matches!(check, Check::StartPresetValue { .. }));
+            "stored-value-before-start-preset" "A preset value that is stored goes before that of the start."
+                => |d| d.afx60.set(Check::StartPresetValue { is_stored: true }, false);
+            "start-preset-locks-value" "P65000 takes nothing while the start transmits its value."
+                => |d| start_preset_locks_value(d);
+            "start-preset-moves-position" "The preset value of the start sets the position."
+                => |d| start_preset_moves_position(d);
 
-    // Memory
-    "save-leaves-limits" "P971 saves P65000 alone."
-        => |b| b.afx60.saves_limits = false;
-    "preset-value-never-stored" "P65000 is lost at power-off, saved or not."
-        => |b| b.afx60.stores_preset_value = false;
-    "auto-save-ignored" "Nothing is stored without P971."
-        => |b| b.afx60.saves_by_itself = false;
-    "interrupted-save-is-mixed" "A save that is interrupted has stored a part."
-        => |b| b.afx60.save_is_torn = true;
-    "second-save-spoils-memory" "A save during a save leaves 0 in memory."
-        => |b| b.afx60.second_save_spoils = true;
+            // Memory
+            "save-leaves-limits" "P971 saves P65000 alone."
+                => |d| d.afx60.set(Check::Stores(971), false);
+            "preset-value-never-stored" "P65000 is lost at power-off, saved or not."
+                => |d| d.afx60.over(Event::PowerUp, |_, kept| Kept { preset_value: 0, ..kept });
+            "auto-save-ignored" "Nothing is stored without P971."
+                => |d| d.afx60.check(|check, right| match check {
+                    Check::Stores(1006 | 1007 | 65000) => false,
+                    _ => right,
+                });
+            "interrupted-save-is-mixed" "A save that is interrupted has stored a part."
+                => |d| interrupted_save_is_mixed(d);
+            "second-save-spoils-memory" "A save during a save leaves 0 in memory."
+                => |d| second_save_spoils_memory(d);
 
-    // Reset by hand
-    "hand-reset-ignored" "There is no reset by hand."
-        => |b| b.afx60.asks_for_reset = |_| false;
-    "hand-reset-without-power-cycle" "The reset by hand does not wait for a power cycle."
-        => |b| b.afx60.resets_at_once = true;
-    "hand-reset-after-any-press" "At 888 any press of the button prepares the reset."
-        => |b| b.afx60.reset_takes = |_| Duration::ZERO;
-    "hand-reset-at-any-switches" "The button prepares the reset wherever the switches stand."
-        => |b| b.afx60.asks_for_reset = |_| true;
-    "reset-keeps-limits" "P1006 and P1007 survive a reset."
-        => |b| b.afx60.reset_keeps_limits = true;
-    "reset-keeps-round-axis" "Nominator and divisor of the round axis survive a reset."
-        => |b| b.sick.axis_survives = true;
+            // Reset by hand
+            "hand-reset-ignored" "There is no reset by hand."
+                => |d| d.afx60.check(|check, right| right && !matches!(check, Check::ResetSwitches(_)));
+            "hand-reset-without-power-cycle" "The reset by hand does not wait for a power cycle."
+                => |d| d.afx60.set(Check::Works { is_reset_due: true }, false);
+            "hand-reset-after-any-press" "At 888 any press of the button prepares the reset."
+                => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetIsHeld(_)));
+            "hand-reset-at-any-switches" "The button prepares the reset wherever the switches stand."
+                => |d| d.afx60.check(|check, right| right || matches!(check, Check::ResetSwitches(_)));
+            "reset-keeps-limits" "P1006 and P1007 survive a reset."
+                => |d| d.afx60.over(Event::Reset, |before, kept| Kept { limits: before.limits, ..kept });
+            "reset-keeps-round-axis" "Nominator and divisor of the round axis survive a reset."
+                => |d| d.afx60.kept(|event, before, mut kept| {
+                    match event {
+                        Event::Reset => kept.axis = before.axis,
+                        Event::Start | Event::PowerUp => {
+                            (kept.axis.nominator, kept.axis.divisor) = (before.axis.nominator, before.axis.divisor);
+                        }
+                        Event::PowerDown { .. } | Event::LogReset => {}
+                    }
+                    kept
+                });
 
-    // Station
-    "delivered-with-one-name" "Every variant is delivered with the same name."
-        => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name = b"afx60a".to_vec() });
-    "delivered-without-a-name" "An encoder is delivered without a name."
-        => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name.clear() });
-    "alarm-acknowledgement-not-taken" "The acknowledgement of an alarm is not taken, and no other alarm is sent."
-        => |d| d.stack.set(StackCheck::Acknowledgement, false);
-    "second-port-missing" "There is no second port."
-        => |d| d.stack.plugs(|plugs| plugs.retain(|plug| plug.subslot != 0x8002));
-};
+            // Station
+            "delivered-with-one-name" "Every variant is delivered with the same name."
+                => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name = b"afx60a".to_vec() });
+            "delivered-without-a-name" "An encoder is delivered without a name."
+                => |d| d.stack.load_station(|_, station| if is_of_delivery(station) { station.name.clear() });
+        },
+    },
+    Group {
+        needs: &[Need::Profinet],
+        deviations: bugs! {
+            // Station
+            "alarm-acknowledgement-not-taken" "The acknowledgement of an alarm is not taken, and no other alarm is sent."
+                => |d| d.stack.set(StackCheck::Acknowledgement, false);
+        },
+    },
+    Group {
+        needs: &[Need::SecondPort],
+        deviations: bugs! {
+            // Station
+            "second-port-missing" "There is no second port."
+                => |d| d.stack.plugs(|plugs| plugs.retain(|plug| plug.subslot != 0x8002));
+        },
+    },
+];
+
+fn preset_warning_at_the_write(d: &mut Deviations) {
+    let is_invalid = Rc::new(Cell::new(false));
+    let (written, preset, started, lit) =
+        (is_invalid.clone(), is_invalid.clone(), is_invalid.clone(), is_invalid.clone());
+    d.at_encoder.written(move |view, (number, _), values| {
+        let value = values.iter().flatten().next().filter(|_| number == 65000);
+        written.set(written.get() || value.is_some_and(|value| *value >= view.positions));
+        values
+    });
+    d.afx60.check(move |check, right| {
+        preset.set(preset.get() && !matches!(check, Check::PresetValue { .. }));
+        right
+    });
+    d.afx60.kept(move |event, _, kept| {
+        started.set(started.get() && !matches!(event, Event::Start | Event::PowerUp));
+        kept
+    });
+    d.at_encoder.element(move |_, at, right| match at {
+        (1001, 1) if is_invalid.get() => right | INVALID_PRESET,
+        _ => right,
+    });
+    d.at_encoder
+        .led(move |of, right| if (of.name, right) == ("encoder", "green") && lit.get() { "orange" } else { right });
+}
+
+fn writing_while_requested_presets(d: &mut Deviations) {
+    let next = next_preset(d);
+    d.at_encoder.written(move |view, (number, _), values| {
+        if number == 65000 && view.sensor.request().home {
+            next.set(values.iter().flatten().next().copied());
+        }
+        values
+    });
+}
+
+fn start_preset_locks_value(d: &mut Deviations) {
+    let is_locked = Rc::new(Cell::new(false));
+    let (begins, ends) = (is_locked.clone(), is_locked.clone());
+    d.afx60.start_record(move |fields| {
+        begins.set(fields.transmits == 1);
+        fields
+    });
+    d.afx60.kept(move |event, _, kept| {
+        ends.set(ends.get() && !matches!(event, Event::Start | Event::PowerUp));
+        kept
+    });
+    d.at_encoder.written(move |_, (number, _), values| values.filter(|_| number != 65000 || !is_locked.get()));
+}
+
+fn start_preset_moves_position(d: &mut Deviations) {
+    let next = next_preset(d);
+    d.afx60.start_record(move |fields| {
+        next.set((fields.transmits == 1).then_some(fields.preset_value.into()));
+        fields
+    });
+}
+
+fn second_save_spoils_memory(d: &mut Deviations) {
+    let is_spoiled = Rc::new(Cell::new(false));
+    let spoiled = is_spoiled.clone();
+    d.at_encoder.written(move |view, (number, _), values| {
+        if number != 971 {
+            return values;
+        }
+        let is_running = view.store.preset_value.deadline().is_some();
+        spoiled.set(is_running);
+        values.filter(|_| !is_running)
+    });
+    d.afx60.kept(move |event, _, kept| match event {
+        Event::PowerUp if is_spoiled.get() => Kept { preset_value: 0, ..kept },
+        _ => kept,
+    });
+}
+
+/// A save that is interrupted has stored P65000 and not the rest.
+fn interrupted_save_is_mixed(d: &mut Deviations) {
+    let mut stored = None;
+    d.afx60.kept(move |event, before, kept| match event {
+        Event::PowerDown { is_saving } => {
+            stored = is_saving.then_some(before.preset_value);
+            kept
+        }
+        Event::PowerUp => Kept { preset_value: stored.take().unwrap_or(kept.preset_value), ..kept },
+        _ => kept,
+    });
+}
+
+/// Bit of S_STAT_B.
+const INVALID_PRESET: u64 = 1 << 4;
 
 fn is_of_delivery(station: &StationData) -> bool {
     station.name == b"afs60a" || station.name == b"afm60a"

@@ -1,106 +1,164 @@
 //! Bugs of the service log and of the words of the sensor status.
 
-use super::Deviation;
-use reference_devices::models::sick::knobs::Entries;
+use super::Group;
+use crate::needs::Need;
+use crate::seams::Deviations;
+use reference_devices::manuals;
+use reference_devices::models::sick::hooks;
+use reference_devices::models::sick::log::Log;
+use reference_devices::models::sick_afx60::ServiceLog;
+use reference_devices::models::sick_afx60::hooks::{Check, Event, Kept};
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = bugs! {
-    // P1002 and P1003
-    "service-log-cut-short" "The logs have twelve elements."
-        => |b| {
-            b.at_encoder.cut(1002, 12);
-            b.at_encoder.cut(1003, 12);
-        };
-    "power-ups-not-counted" "A power-up is not counted."
-        => |b| b.sick.power_ups = |before| before;
-    "power-up-counter-volatile" "After each power-up there was one."
-        => |b| b.sick.power_ups = |_| 1;
-    "service-log-cleared" "The logs are cleared at power-up, but for the number of power-ups."
-        => |b| b.sick.log_survives = false;
-    "log-time-in-minutes" "The operating time is counted in minutes."
-        => |b| b.sick.log = |entries| with(entries, 1, entries.right[1] / 60);
-    "current-speed-for-the-highest" "The present speed is given for the highest one."
-        => |b| b.sick.log = |entries| with(entries, 2, entries.rpm.unsigned_abs());
-    "reverse-turns-counted-as-forward" "Turns in reverse are counted as forward too."
-        => |b| b.sick.turns = |sense| [true, sense < 0];
-    "forward-turns-counted-as-reverse" "Turns forward are counted as reverse too."
-        => |b| b.sick.turns = |sense| [sense > 0, true];
-    "starts-counted-for-changes" "Each start of the shaft is counted as a change of direction."
-        => |b| b.sick.is_change = |before, _, now| before != now;
-    "motion-threshold-60" "Motion counts from 60 rpm on."
-        => |b| b.sick.motion = |_| 60;
-    "speed-for-acceleration" "The speed is given for the acceleration."
-        => |b| b.sick.log = |entries| with(entries, 7, entries.rpm.unsigned_abs());
-    "led-current-in-milliamperes" "The highest current of the LED is given in milliamperes."
-        => |b| b.sick.log = |entries| with(entries, 8, entries.right[8] / 1000);
-    "lowest-led-current-0" "The lowest current of the LED is 0."
-        => |b| b.sick.log = |entries| with(entries, 9, 0);
-    "log-voltage-in-millivolts" "The highest voltage is given in millivolts."
-        => |b| b.sick.log = |entries| with(entries, 10, entries.right[10] * 1000);
-    "temperature-extremes-exchanged" "The lowest and the highest temperature are exchanged."
-        => |b| b.sick.log = temperature_extremes_exchanged;
-    "lowest-temperature-clamped" "A lowest temperature below 0 is given as 0."
-        => |b| b.sick.log = |entries| with(entries, 12, if entries.right[12] > i32::MAX as u64 { 0 } else { entries.right[12] });
-    "relative-log-in-other-units" "The log that can be reset counts its time in milliseconds."
-        => |b| b.sick.log = |entries| if entries.number == 1003 { with(entries, 1, entries.operating.as_millis() as u64) } else { entries.right };
-    "relative-log-is-the-absolute-one" "The log that can be reset is the other one, and is not reset."
-        => |b| b.afx60.resets_log = false;
-    "reset-clears-both-logs" "A reset of one log resets the other too."
-        => |b| b.afx60.resets_both_logs = true;
-    "reset-clears-service-log" "The factory reset clears the log."
-        => |b| b.afx60.reset_clears_log = true;
+/// The bugs, by what they need.
+pub static GROUPS: &[Group] = &[
+    Group {
+        needs: &[Need::Of(&manuals::SICK_AFX60)],
+        deviations: bugs! {
+            // P1002 and P1003
+            "service-log-cut-short" "The logs have twelve elements."
+                => |b| {
+                    b.at_encoder.cut(1002, 12);
+                    b.at_encoder.cut(1003, 12);
+                };
+            "power-ups-not-counted" "A power-up is not counted."
+                => |d| d.sick.log_loaded(|log| log.power_ups -= 1);
+            "log-time-in-minutes" "The operating time is counted in minutes."
+                => |d| d.sick.log_element(1, |_, log| log[1] / 60);
+            "reverse-turns-counted-as-forward" "Turns in reverse are counted as forward too."
+                => |d| d.sick.log_element(3, |_, log| log[3] + log[4]);
+            "forward-turns-counted-as-reverse" "Turns forward are counted as reverse too."
+                => |d| d.sick.log_element(4, |_, log| log[3] + log[4]);
+            "starts-counted-for-changes" "Each start of the shaft is counted as a change of direction."
+                => |d| d.sick.check(|check, right| match check {
+                    hooks::Check::DirectionChange { before, now, .. } => before != now,
+                    _ => right,
+                });
+            "motion-threshold-60" "Motion counts from 60 rpm on."
+                => |d| d.sick.check(|check, right| match check {
+                    hooks::Check::Motion(rpm) => rpm >= 60,
+                    _ => right,
+                });
+            "speed-for-acceleration" "The speed is given for the acceleration."
+                => |d| d.sick.log_element(7, |reading, _| reading.rpm.unsigned_abs());
+            "led-current-in-milliamperes" "The highest current of the LED is given in milliamperes."
+                => |d| d.sick.log_element(8, |_, log| log[8] / 1000);
+            "lowest-led-current-0" "The lowest current of the LED is 0."
+                => |d| d.sick.log_element(9, |_, _| 0);
+            "log-voltage-in-millivolts" "The highest voltage is given in millivolts."
+                => |d| d.sick.log_element(10, |_, log| log[10] * 1000);
+            "temperature-extremes-exchanged" "The lowest and the highest temperature are exchanged."
+                => |d| d.sick.log(|_, mut log| {
+                    log.swap(11, 12);
+                    log
+                });
+            "lowest-temperature-clamped" "A lowest temperature below 0 is given as 0."
+                => |d| d.sick.log_element(12, |_, log| if log[12] > i32::MAX as u64 { 0 } else { log[12] });
+            "relative-log-in-other-units" "The log that can be reset counts its time in milliseconds."
+                => |d| d.sick.log_element(1, |reading, log| match reading.number {
+                    1003 => reading.operating.as_millis() as u64,
+                    _ => log[1],
+                });
+            "relative-log-is-the-absolute-one" "The log that can be reset is the other one, and is not reset."
+                => |d| d.afx60.over(Event::LogReset, |before, _| before.clone());
+            "reset-clears-both-logs" "A reset of one log resets the other too."
+                => |d| d.afx60.over(Event::LogReset, |_, mut kept| {
+                    kept.log.absolute = kept.log.relative;
+                    kept
+                });
+            "reset-clears-service-log" "The factory reset clears the log."
+                => |d| d.afx60.over(Event::Reset, |_, kept| {
+                    let mut log = ServiceLog::default();
+                    (log.absolute.log.power_ups, log.relative.log.power_ups) = (0, 0);
+                    Kept { log, ..kept }
+                });
 
-    // P1000 and P1001
-    "p1000-always-0" "P1000 is always 0."
-        => |b| b.at_encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
-    "sensor-words-exchanged" "The words B and C are exchanged."
-        => |b| b.afx60.words = |[a, b, c], _| [a, c, b];
-    "sensor-bits-one-too-high" "The bits of the word A stand one place too high."
-        => |b| b.afx60.words = |[a, b, c], _| [a << 1, b, c];
-    "reserved-bit-13-with-errors" "Bit 13 of the word A is set with an error of the position."
-        => |b| b.afx60.words = |[a, b, c], faults| [a | if faults & 1 == 0 { 0 } else { 1 << 13 }, b, c];
-    "memory-areas-exchanged" "Bits of the areas of the memory change places."
-        => |b| b.afx60.words = |[a, b, c], _| [a, memory_areas_exchanged(b), c];
-    "start-up-warning-left" "Bit 0 of the word A is always set."
-        => |b| b.afx60.words = |[a, b, c], _| [a | 1, b, c];
-    "preset-warning-missing" "Bit 4 of the word B is never set."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b & !0x0010, c];
-    "preset-accepted-never-shown" "Bit 12 of the word C is never set."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b, c & !0x1000];
-    "internal-state-in-reserved-bits" "Bit 0 of the word B and bit 5 of the word C are always set."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b | 1, c | 1 << 5];
-    "synchronous-and-free-run" "Bits 15 and 14 of the word C are both set."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b, c | 0xC000];
-    "saving-of-diagnosis-never-ends" "Bits 3 and 2 of the word C are always 01."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b, c & !0x000C | 0x0004];
-    "saved-before-it-is-written" "A save is complete in the word C as soon as it begins."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b, if c & 3 == 1 { c & !3 | 2 } else { c }];
-    "save-progress-not-shown" "Bits 1 and 0 of the word C are always 0."
-        => |b| b.afx60.words = |[a, b, c], _| [a, b, c & !3];
+            // P1000 and P1001
+            "p1000-always-0" "P1000 is always 0."
+                => |b| b.at_encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
+            "sensor-words-exchanged" "The words B and C are exchanged."
+                => |d| status_words(d, |_, [a, b, c]| [a, c, b]);
+            "sensor-bits-one-too-high" "The bits of the word A stand one place too high."
+                => |d| status_words(d, |_, [a, b, c]| [a << 1, b, c]);
+            "reserved-bit-13-with-errors" "Bit 13 of the word A is set with an error of the position."
+                => |d| status_words(d, |faults, [a, b, c]| [a | if faults & 1 == 0 { 0 } else { 1 << 13 }, b, c]);
+            "memory-areas-exchanged" "Bits of the areas of the memory change places."
+                => |d| status_words(d, |_, [a, b, c]| [a, memory_areas_exchanged(b), c]);
+            "start-up-warning-left" "Bit 0 of the word A is always set."
+                => |d| status_words(d, |_, [a, b, c]| [a | 1, b, c]);
+            "preset-warning-missing" "Bit 4 of the word B is never set."
+                => |d| status_words(d, |_, [a, b, c]| [a, b & !0x0010, c]);
+            "preset-accepted-never-shown" "Bit 12 of the word C is never set."
+                => |d| status_words(d, |_, [a, b, c]| [a, b, c & !0x1000]);
+            "internal-state-in-reserved-bits" "Bit 0 of the word B and bit 5 of the word C are always set."
+                => |d| status_words(d, |_, [a, b, c]| [a, b | 1, c | 1 << 5]);
+            "synchronous-and-free-run" "Bits 15 and 14 of the word C are both set."
+                => |d| status_words(d, |_, [a, b, c]| [a, b, c | 0xC000]);
+            "saving-of-diagnosis-never-ends" "Bits 3 and 2 of the word C are always 01."
+                => |d| status_words(d, |_, [a, b, c]| [a, b, c & !0x000C | 0x0004]);
+            "saved-before-it-is-written" "A save is complete in the word C as soon as it begins."
+                => |d| status_words(d, |_, [a, b, c]| [a, b, if c & 3 == 1 { c & !3 | 2 } else { c }]);
+            "save-progress-not-shown" "Bits 1 and 0 of the word C are always 0."
+                => |d| status_words(d, |_, [a, b, c]| [a, b, c & !3]);
 
-    // P1004
-    "occurrences-one-element-lower" "Bit n of the word A is counted in element n - 1."
-        => |b| b.afx60.counters = |mut counters| { counters.rotate_left(1); counters };
-    "two-bits-share-a-counter" "Bit 9 of the word A is counted in element 8."
-        => |b| b.afx60.counters = |mut counters| { (counters[8], counters[9]) = (counters[8] + counters[9], 0); counters };
-    "reserved-bit-counts-its-neighbour" "Element 13 counts bit 14 of the word A."
-        => |b| b.afx60.counters = |mut counters| { counters[13] = counters[14]; counters };
-    "occurrences-0-from-elsewhere" "Element 0 is some other memory."
-        => |b| b.afx60.counters = |mut counters| { counters[0] = 0xA5A5; counters };
-    "occurrences-wrap" "The counters begin again after 255."
-        => |b| b.afx60.counted = |counted, highest| if counted > highest { 0 } else { counted };
-};
+            // P1004
+            "occurrences-one-element-lower" "Bit n of the word A is counted in element n - 1."
+                => |d| counters(d, |mut counters| { counters.rotate_left(1); counters });
+            "two-bits-share-a-counter" "Bit 9 of the word A is counted in element 8."
+                => |d| counters(d, |mut counters| { (counters[8], counters[9]) = (counters[8] + counters[9], 0); counters });
+            "reserved-bit-counts-its-neighbour" "Element 13 counts bit 14 of the word A."
+                => |d| counters(d, |mut counters| { counters[13] = counters[14]; counters });
+            "occurrences-0-from-elsewhere" "Element 0 is some other memory."
+                => |d| counters(d, |mut counters| { counters[0] = 0xA5A5; counters });
+            "occurrences-wrap" "The counters begin again after 255."
+                => |d| {
+                    d.afx60.check(|check, right| right || matches!(check, Check::Counts(_)));
+                    counters(d, |counters| counters.map(|counter| counter % 256));
+                };
+        },
+    },
+    Group {
+        needs: &[Need::OfEither(&manuals::SICK_AFX60, &manuals::SICK_A3M60)],
+        deviations: bugs! {
+            // P1002 and P1003
+            "power-up-counter-volatile" "After each power-up there was one."
+                => |d| d.sick.log_loaded(|log| log.power_ups = 1);
+            "service-log-cleared" "The logs are cleared at power-up, but for the number of power-ups."
+                => |d| {
+                    d.sick.log_loaded(|log| *log = Log { power_ups: log.power_ups, ..Log::default() });
+                    d.afx60.over(Event::PowerUp, |_, mut kept| {
+                        (kept.log.absolute.extremes, kept.log.relative.extremes, kept.log.counters) = (None, None, [0; 16]);
+                        kept
+                    });
+                };
+            "current-speed-for-the-highest" "The present speed is given for the highest one."
+                => |d| d.sick.log_element(2, |reading, _| reading.rpm.unsigned_abs());
+        },
+    },
+];
 
-fn with(entries: &Entries, at: usize, value: u64) -> [u64; 13] {
-    let mut shown = entries.right;
-    shown[at] = value;
-    shown
+/// Changes the words of the sensor status that are read, from the fault bits of the errors; P1000 is the first of them alone.
+pub(super) fn status_words(d: &mut Deviations, change: fn(u32, [u16; 3]) -> [u16; 3]) {
+    d.at_encoder.parameter(move |view, number, mut parameter| {
+        if let 1000 | 1001 = number {
+            let mut words = [0; 3];
+            words.iter_mut().zip(&parameter.values).for_each(|(word, value)| *word = *value as u16);
+            let changed = change(view.faults, words);
+            parameter.values.iter_mut().zip(changed).for_each(|(value, word)| *value = word.into());
+        }
+        parameter
+    });
 }
 
-fn temperature_extremes_exchanged(entries: &Entries) -> [u64; 13] {
-    let mut shown = entries.right;
-    shown.swap(11, 12);
-    shown
+/// Changes the counters of P1004 that are read.
+fn counters(d: &mut Deviations, change: fn([u16; 16]) -> [u16; 16]) {
+    d.at_encoder.parameter(move |_, number, mut parameter| {
+        if number == 1004 {
+            let mut counters = [0; 16];
+            counters.iter_mut().zip(&parameter.values).for_each(|(counter, value)| *counter = *value as u16);
+            parameter.values = change(counters).map(u64::from).to_vec();
+        }
+        parameter
+    });
 }
 
 /// 15 and 14, 13 and 12, 11 and 8 change places.

@@ -14,6 +14,7 @@ use encoder_profile::encoder::{Direction, Gear, Hardware, Scaling, Settings};
 use encoder_profile::encoder_object::Live;
 use encoder_profile::profidrive::telegram::{Image, Signal};
 use reference_devices::manuals;
+use reference_devices::models::sick::axis::CountedLaps;
 use reference_devices::models::sick_a3m60::State;
 use reference_devices::models::sick_a3m60::hooks::A3m60Hooks;
 use reference_devices::models::sick_a3m60::set_prm::Fields;
@@ -112,24 +113,24 @@ pub static GROUPS: &[Group] = &[Group {
                 });
             };
         "resolution-scales-round-axis" "The steps per revolution count with the round axis."
-            => |b| b.sick.gear = |gear, user| gear_of(user.units_per_revolution, gear.range);
+            => |d| d.sick_axis.gear(|user, _, gear| gear_of(user.units_per_revolution, gear.range));
         "overflow-not-stored" "How often the physical end was passed is lost at power-off."
-            => |b| b.sick.laps = |_| 0;
+            => |d| d.sick.laps_loaded(|_, laps| CountedLaps { laps: 0, ..laps });
         "overflow-without-power-missed" "A physical end that is passed without power is not noticed."
-            => |b| b.sick.counts_way_without_power = false;
+            => |d| d.sick.laps_loaded(|now, laps| CountedLaps { place: now, ..laps });
         "range-of-round-axis-too-small" "The smallest and the largest range of a round axis are refused."
-            => |b| b.sick.judges_axis = |right, user| right && user.range != 1 && user.range != 1 << 30;
+            => |d| d.sick.axis_range(|range, _, right| right && range != 1 && range != 1 << 30);
         "fraction-of-16-bits" "A nominator or divisor of 65536 is refused."
-            => |b| b.sick.takes = |at, value, right| right && !matches!((at, value), ((1009, 1 | 2), 0x1_0000));
+            => |d| d.sick.setting(|at, value, right| right && !matches!((at, value), ((1009, 1 | 2), 0x1_0000)));
         "round-axis-range-not-checked" "Range, nominator and divisor of a round axis are taken as they are, and 0 as 1."
             => |d| {
-                d.sick.judges_axis = |_, _| true;
-                d.sick.takes = |at, _, right| right || at.0 == 1009;
+                d.sick.axis_range(|_, _, _| true);
+                d.sick.setting(|at, _, right| right || at.0 == 1009);
                 d.fields(without_zeros);
             };
         "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
             => |b| {
-                b.sick.judges_axis = |right, user| right || user.range > 0;
+                b.sick.axis_range(|range, _, right| right || range > 0);
                 b.measuring.gear(round_axis_overflows);
                 b.measuring.shift(not_reduced_beyond);
             };

@@ -17,6 +17,7 @@ use encoder_profile::encoder_object::{Live, Phase};
 use encoder_profile::hooks::View;
 use encoder_profile::profidrive::telegram::Image;
 use reference_devices::manuals;
+use reference_devices::models::sick::hooks as sick;
 use reference_devices::models::sick_a3m60::hooks::{A3m60Check, A3m60Hooks, Event, Memory, Write};
 use reference_devices::models::sick_a3m60::set_prm::Fields;
 use reference_devices::models::sick_a3m60::status::Words;
@@ -136,23 +137,31 @@ pub static GROUPS: &[Group] = &[Group {
         "power-ups-count-starts" "Each start counts as a power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::Start { memory.log.power_ups += 1 });
         "seconds-of-power-counted" "P1002 counts the seconds with power."
-            => |b| b.sick.motion = |_| 0;
+            => |d| d.sick.check(|check, right| right || matches!(check, sick::Check::Motion(_)));
         "seconds-counted-at-any-speed" "P1002 counts each second of motion."
-            => |b| b.sick.motion = |_| 1;
+            => |d| d.sick.check(|check, right| match check {
+                sick::Check::Motion(rpm) => rpm > 0,
+                _ => right,
+            });
         "highest-speed-forward-only" "Only forward there is a highest speed."
-            => |b| b.sick.highest_speed = |rpm| rpm.max(0) as u64;
+            => |d| d.sick.check(|check, right| match check {
+                sick::Check::HighestSpeed(rpm) => right && rpm > 0,
+                _ => right,
+            });
         "highest-speed-not-kept" "The highest speed is 1 after power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.highest_speed = 1 });
         "highest-speed-not-kept-above-the-table" "A speed above 9000 is not taken for the highest one."
-            => |b| b.sick.highest_speed = |rpm| if rpm.abs() > 9000 { 0 } else { rpm.unsigned_abs() };
+            => |d| d.sick.check(|check, right| match check {
+                sick::Check::HighestSpeed(rpm) => right && rpm.abs() <= 9000,
+                _ => right,
+            });
         "counters-count-both-ways" "Both counters of turns count each turn."
-            => |b| b.sick.turns = |_| [true, true];
-        "reverse-lowers-the-forward-counter" "A turn in reverse lowers the other counter."
-            => |b| b.sick.log = |entries| {
-                let mut log = entries.right;
-                log[3] = u64::from((log[3] as u32).wrapping_sub(log[4] as u32));
+            => |d| d.sick.log(|_, mut log| {
+                (log[3], log[4]) = (log[3] + log[4], log[3] + log[4]);
                 log
-            };
+            });
+        "reverse-lowers-the-forward-counter" "A turn in reverse lowers the other counter."
+            => |d| d.sick.log_element(3, |_, log| u64::from((log[3] as u32).wrapping_sub(log[4] as u32)));
 
         // P1007 and P1008
         "p1007-cut-short" "P1007 has four elements."
@@ -166,11 +175,18 @@ pub static GROUPS: &[Group] = &[Group {
                 write.subindex = 1;
             });
         "highest-setting-refused" "The highest value of each element of P1008 is refused."
-            => |b| b.sick.takes = |at, value, right| right && !matches!((at, value), ((1008, 1), 100) | ((1008, 2 | 3), 200));
+            => |d| d.sick.setting(|at, value, right| right && !matches!((at, value), ((1008, 1), 100) | ((1008, 2 | 3), 200)));
         "settings-not-checked" "P1008 takes any value."
-            => |b| b.sick.takes = |at, _, right| right || at.0 == 1008 && at.1 > 0;
+            => |d| d.sick.setting(|at, _, right| right || at.0 == 1008 && at.1 > 0);
         "limits-clip-values" "A value of P1008 beyond its limits is taken as the limit."
-            => |b| b.sick.settled = |at, value, _| match at { (1008, 1) => value.clamp(1, 100), (1008, 2 | 3) => value.clamp(1, 200), _ => value };
+            => |d| {
+                d.sick.setting(|at, _, right| right || at.0 == 1008 && at.1 > 0);
+                d.sick.written(|at, value, _| match at {
+                    (1008, 1) => value.clamp(1, 100),
+                    (1008, 2 | 3) => value.clamp(1, 200),
+                    _ => value,
+                });
+            };
         "setting-of-8-bits-with-a-sign" "P1008.2 above 127 reads as a negative number."
             => |b| b.at_encoder.element(|_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right });
         "third-setting-is-the-second" "A write to P1008.3 writes P1008.2."

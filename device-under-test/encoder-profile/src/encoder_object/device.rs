@@ -33,7 +33,6 @@ pub struct EncoderObject<M: Model> {
     pub(super) model: M,
     pub(super) variant: &'static Variant,
     pub(super) behaviour: Behaviour,
-    rules: M::Rules,
     pub(super) identity: Identity,
     plugs: Vec<Plug>,
     pub(super) shaft: Shaft,
@@ -52,7 +51,6 @@ impl<M: Model> EncoderObject<M> {
         model: M,
         variant: &'static Variant,
         behaviour: Behaviour,
-        rules: M::Rules,
         piece: Piece,
     ) -> EncoderObject<M> {
         let Piece { mac, shaft, station } = piece;
@@ -65,7 +63,6 @@ impl<M: Model> EncoderObject<M> {
             facts,
             model,
             variant,
-            rules,
             identity: places::identity(facts, variant, mac),
             plugs: places::plugs(facts, variant, &behaviour.hooks),
             responses: Responses::default(),
@@ -93,7 +90,6 @@ impl<M: Model> EncoderObject<M> {
             variant: self.variant,
             hardware: self.variant.hardware,
             behaviour: &self.behaviour,
-            rules: &self.rules,
             shaft: &self.shaft,
             faults: &self.faults,
             store: &mut self.store,
@@ -231,7 +227,7 @@ impl<M: Model> Application for EncoderObject<M> {
     }
 
     fn serves_pages(&self) -> bool {
-        self.model.serves_pages(&self.rules)
+        self.model.serves_pages()
     }
 
     fn page(&mut self, now: Time, request: &Request) -> Response {

@@ -218,8 +218,6 @@ pub struct Live<'a, M: Model> {
     pub hardware: Hardware,
     /// How it behaves.
     pub behaviour: &'a Behaviour,
-    /// How it behaves in what is the model's own.
-    pub rules: &'a M::Rules,
     /// Its shaft.
     pub shaft: &'a Shaft,
     /// What the stand has brought about.

@@ -16,9 +16,6 @@ use wire::profidrive::ErrorNumber;
 /// `()` is a model whose facts say everything.
 #[allow(unused_variables, reason = "the names tell what a hook is given")]
 pub trait Model: Sized {
-    /// How it behaves in what is its own; the default is healthy.
-    type Rules: Copy + Default;
-
     /// A parameter, asked for before those of the encoder object; none leaves it to them.
     fn parameter(live: &Live<'_, Self>, number: u16) -> Option<Parameter> {
         None
@@ -136,7 +133,7 @@ pub trait Model: Sized {
     }
 
     /// Whether the web server takes connections.
-    fn serves_pages(&self, rules: &Self::Rules) -> bool {
+    fn serves_pages(&self) -> bool {
         false
     }
 
@@ -146,6 +143,4 @@ pub trait Model: Sized {
     }
 }
 
-impl Model for () {
-    type Rules = ();
-}
+impl Model for () {}

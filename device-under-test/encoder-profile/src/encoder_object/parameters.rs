@@ -100,7 +100,7 @@ impl<M: Model> Live<'_, M> {
     }
 
     /// The encoder as a hook is given it.
-    pub(super) fn view(&self) -> View<'_> {
+    pub fn view(&self) -> View<'_> {
         let mut others = self.facts.variants.iter().map(|variant| variant.hardware);
         View {
             now: self.now,

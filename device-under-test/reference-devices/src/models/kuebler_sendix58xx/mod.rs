@@ -204,8 +204,6 @@ fn is_cyclic_ratio(units: u64, range: u64) -> bool {
 pub struct Sendix;
 
 impl Model for Sendix {
-    type Rules = ();
-
     fn write(live: &mut Live<'_, Self>, number: u16, _: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
         records::write(live, number, values)
     }

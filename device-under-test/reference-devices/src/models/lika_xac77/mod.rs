@@ -18,10 +18,10 @@
 //! - P979 has elements of 32 bits, as its values demand; its resolution and revolutions are those of the hardware.
 //! - P925 is not there, for P980 does not list it. LEDs are not described.
 
-pub mod knobs;
+pub mod hooks;
 #[cfg(test)]
 mod tests;
-mod web;
+pub mod web;
 
 pub use web::State;
 

@@ -4,67 +4,66 @@
 //! that a preset value is stored before the page says so, that an entry which is no hexadecimal number of up to 8 digits
 //! changes nothing, and that a server which has stopped refuses connections.
 
-use super::knobs::{Kept, Shown, Web};
+use super::hooks::{Check, Entry, Hooks};
 use alloc::format;
 use alloc::string::String;
-use encoder_profile::encoder::{Direction, PresetMode};
+use encoder_profile::encoder::Direction;
 use encoder_profile::encoder_object::{Live, Model};
 use encoder_profile::facts::Effect;
 use encoder_profile::profidrive::user_parameters::UserParameters;
 use wire::http::{Request, Response};
 
+/// The site of the vendor, to which links lead.
+const SITE: &str = "www.lika.it";
+/// What opens the firmware upgrade: manual, 17.1.
+const PASSWORD: &str = "lika";
 const PRESET_TITLE: &str = "Change the preset value";
 
-/// What the web server remembers until the power goes.
+/// The web server: manual, chapter 17.
 #[derive(Clone, Debug, Default)]
 pub struct State {
-    /// Whether there was a connection.
-    pub was_connected: bool,
-    /// Whether the encoder waits for its firmware.
+    hooks: Hooks,
+    /// Whether the encoder waits for its firmware, which lasts until the power goes.
     waits_for_firmware: bool,
-    /// The user parameters that were shown first.
-    information: Option<UserParameters>,
-    /// The position that was shown first.
-    position: Option<u64>,
-    /// The preset value that was entered, where it goes nowhere else.
-    entry: Option<u32>,
 }
 
 impl State {
-    fn serves(&self, rules: &Web) -> bool {
-        (rules.is_ready_alone || self.was_connected) && !(self.waits_for_firmware && rules.stops)
+    /// A web server with these hooks.
+    pub fn new(hooks: Hooks) -> State {
+        State { hooks, ..State::default() }
     }
 }
 
 impl Model for State {
-    type Rules = Web;
-
     fn started(live: &mut Live<'_, State>) {
-        live.model.was_connected = true;
+        live.model.hooks.0.notify(|hooks| hooks.connected());
     }
 
     fn power_up(live: &mut Live<'_, State>) {
-        *live.model = State::default();
+        live.model.waits_for_firmware = false;
+        live.model.hooks.0.notify(|hooks| hooks.powered_up());
     }
 
-    fn serves_pages(&self, rules: &Web) -> bool {
-        self.serves(rules)
+    fn serves_pages(&self) -> bool {
+        self.hooks.check(Check::Serves, !self.waits_for_firmware)
     }
 
     fn page(live: &mut Live<'_, State>, request: &Request) -> Response {
-        answer(live, request)
+        let hooks = live.model.hooks.0.clone();
+        let mut request = request.clone();
+        hooks.notify(|hooks| hooks.request(&mut request));
+        let page = answer(live, &request);
+        hooks.apply(page, |hooks, page| hooks.page(&live.view(), &request, page))
     }
 }
 
 fn answer(live: &mut Live<'_, State>, request: &Request) -> Response {
-    let takes = live.rules.takes;
-    live.ram.held_up_until = live.ram.held_up_until.max(live.now + takes);
     let path = request.path.split('?').next().unwrap_or_default();
     match (request.method.as_str(), path) {
-        ("GET", "/") => home(live),
-        ("GET", "/information.htm") => information(live),
+        ("GET", "/") => home(),
+        ("GET", "/information.htm") => information(&live.ram.user),
         ("GET", "/parameters.htm") => parameters(live),
-        ("GET", "/position.htm") => position(live),
+        ("GET", "/position.htm") => position(live.ram.measuring.shifted()),
         ("GET", "/preset.htm") => preset_form(live),
         ("POST", "/preset.htm") => enter_preset_value(live, &request.field("value").unwrap_or_default()),
         ("GET", "/upgrade.htm") => upgrade_form(""),
@@ -74,29 +73,22 @@ fn answer(live: &mut Live<'_, State>, request: &Request) -> Response {
     }
 }
 
-fn home(live: &Live<'_, State>) -> Response {
-    let rules = live.rules;
-    let site = rules.site;
-    let asks = if rules.confirms { " onclick=\"return confirm('Are you sure?')\"" } else { "" };
-    let label = if rules.parts_menu { "<h2>Password protected menus</h2>" } else { "" };
+fn home() -> Response {
+    let asks = " onclick=\"return confirm('Are you sure?')\"";
     let body = format!(
-        "<p><a href=\"http://{site}/\">website</a> <a href=\"http://{site}/eng/certificazioni.php\">certificates</a></p>\
+        "<p><a href=\"http://{SITE}/\">website</a> <a href=\"http://{SITE}/eng/certificazioni.php\">certificates</a></p>\
          <ul><li><a href=\"/information.htm\">Encoder Information</a></li>\
          <li><a href=\"/parameters.htm\">Encoder Specific Profile Parameters</a></li>\
          <li><a href=\"/position.htm\">Encoder position</a></li>\
          <li><a href=\"/preset.htm\"{asks}>Change the preset value</a></li>\
-         <li><a href=\"http://{site}/eng/prodotti.php?id_cat=267&amp;id_fam=270&amp;id_sfam=492\">technical documentation</a></li>\
-         </ul>{label}<ul><li><a href=\"/upgrade.htm\"{asks}>Firmware upgrade</a></li></ul>"
+         <li><a href=\"http://{SITE}/eng/prodotti.php?id_cat=267&amp;id_fam=270&amp;id_sfam=492\">technical documentation</a></li>\
+         </ul><h2>Password protected menus</h2><ul><li><a href=\"/upgrade.htm\"{asks}>Firmware upgrade</a></li></ul>"
     );
     page(200, "XAC77", &body)
 }
 
-fn information(live: &mut Live<'_, State>) -> Response {
-    let user = match live.rules.information {
-        Shown::InForce => live.ram.user,
-        Shown::Default => live.behaviour.delivered(live.facts, &live.hardware),
-        Shown::First => *live.model.information.get_or_insert(live.ram.user),
-    };
+/// The page with these user parameters.
+pub fn information(user: &UserParameters) -> Response {
     // As bits of the record, where 0 is "enabled" for two of them.
     let rows = [
         ("Code sequence", u64::from(user.direction == Direction::Counterclockwise)),
@@ -115,26 +107,17 @@ fn information(live: &mut Live<'_, State>) -> Response {
 
 fn parameters(live: &Live<'_, State>) -> Response {
     let [version, year, day] = live.facts.software.map(u64::from);
-    let version = (live.rules.version)(version);
     let rows = [("Firmware version", version), ("Firmware year", year), ("Firmware day and month", day)];
     page(200, "Encoder Specific Profile Parameters", &table(&rows))
 }
 
-fn position(live: &mut Live<'_, State>) -> Response {
-    let rules = live.rules;
-    if !rules.position_is_free {
-        return page(401, "Encoder position", "<p>Password?</p>");
-    }
-    let place = live.hardware.sense(live.shaft.place(live.now));
-    let mut position = (rules.position)(live.ram.measuring.shifted(), place);
-    if !rules.position_is_present {
-        position = *live.model.position.get_or_insert(position);
-    }
+/// The page with this position.
+pub fn position(position: u64) -> Response {
     page(200, "Encoder position", &table(&[("Current position", position)]))
 }
 
 fn preset_form(live: &Live<'_, State>) -> Response {
-    let value = live.model.entry.unwrap_or(live.ram.preset_value);
+    let value = live.ram.preset_value;
     let body = format!(
         "<p>Preset value (hex): {value:X}</p><form method=\"post\" action=\"/preset.htm\">\
          <input name=\"value\" maxlength=\"8\"><input type=\"submit\" value=\"Submit\"></form>"
@@ -142,33 +125,36 @@ fn preset_form(live: &Live<'_, State>) -> Response {
     page(200, PRESET_TITLE, &body)
 }
 
+/// Takes an entry of the preset page: manual, 17.2, step 4.
 fn enter_preset_value(live: &mut Live<'_, State>, entry: &str) -> Response {
-    let rules = live.rules;
-    let Some(value) = (rules.entry)(entry) else {
+    let Some(value) = hexadecimal(entry) else {
         return page(200, PRESET_TITLE, "<p>This is no hexadecimal number.</p>");
     };
     if live.faults.have(Effect::NoMemory, live.facts) {
         return page(200, PRESET_TITLE, "<p>The preset value could not be stored.</p>");
     }
-    if rules.entry_presets {
-        live.ram.measuring.offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
-    }
-    if matches!(rules.keeps, Kept::Everywhere | Kept::Used) {
+    let is_known = *live.store.preset_value.stored() == value;
+    let entry = Entry { value, is_used: true, is_stored: !is_known };
+    let entry = live.model.hooks.0.apply(entry, |hooks, entry| hooks.entry(entry));
+    if entry.is_used {
         live.set_preset_value(value);
     }
-    if rules.keeps == Kept::Apart {
-        live.model.entry = Some(value);
-    } else if rules.knows_stored && *live.store.preset_value.stored() == value {
-        return page(200, PRESET_TITLE, "<p>This preset value is already stored.</p>");
-    }
-    if matches!(rules.keeps, Kept::Everywhere | Kept::Stored) {
+    if entry.is_stored {
         live.store.preset_value.replace(value);
+    } else if is_known {
+        return page(200, PRESET_TITLE, "<p>This preset value is already stored.</p>");
     }
     page(200, PRESET_TITLE, "<p>The preset value is stored.</p>")
 }
 
+/// One to eight hexadecimal digits and nothing else.
+fn hexadecimal(entry: &str) -> Option<u32> {
+    let is_number = (1..=8).contains(&entry.len()) && entry.bytes().all(|octet| octet.is_ascii_hexdigit());
+    u32::from_str_radix(entry, 16).ok().filter(|_| is_number)
+}
+
 fn upgrade(live: &mut Live<'_, State>, password: &str) -> Response {
-    if !(live.rules.is_password)(password) {
+    if !live.model.hooks.check(Check::Password, password == PASSWORD) {
         return upgrade_form("<p>Wrong password.</p>");
     }
     live.model.waits_for_firmware = true;

@@ -2,8 +2,9 @@
 //!
 //! Laps are counted for one gear and begin anew with another one. They make the range offset that P1009 shows.
 
-use super::knobs::Rules;
+use super::hooks::{Check, Hooks};
 use encoder_profile::encoder::{Gear, Hardware, Measuring, Scaling, Settings};
+use encoder_profile::profidrive::user_parameters::UserParameters;
 
 /// Range offsets go on from 0 again here: above the largest one, 80000000h.
 pub const RANGE_OFFSETS: u64 = 0x8000_0001;
@@ -16,22 +17,24 @@ pub const LARGEST_FRACTION: u64 = 0x1_0000;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Laps {
     /// The gear that they are counted for.
-    counted: Option<Gear>,
-    laps: i64,
-    /// Where the encoder stood last.
-    place: Option<u64>,
+    gear: Option<Gear>,
+    counted: Option<CountedLaps>,
+}
+
+/// Laps that were counted, and where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CountedLaps {
+    /// The laps.
+    pub laps: i64,
+    /// Where the encoder stood last, in hardware steps.
+    pub place: u64,
 }
 
 impl Laps {
-    /// Makes of the laps what `change` says.
-    pub fn change(&mut self, change: fn(i64) -> i64) {
-        self.laps = change(self.laps);
-    }
-
     /// Counts laps from now on, if they were counted for another gear than the one in force.
     pub fn count_for(&mut self, measuring: &mut Measuring, place: u64) {
         let Some(gear) = measuring.settings.gear else { return };
-        if self.counted.replace(gear) != Some(gear) {
+        if self.gear.replace(gear) != Some(gear) {
             measuring.laps = 0;
         }
         self.keep(measuring, place);
@@ -39,21 +42,32 @@ impl Laps {
 
     /// Keeps the laps.
     pub fn keep(&mut self, measuring: &Measuring, place: u64) {
-        (self.laps, self.place) = (measuring.laps, Some(place));
+        self.counted = Some(CountedLaps { laps: measuring.laps, place });
     }
 
-    /// Goes on with the laps that were kept; a way without power is taken for the shorter one.
-    pub fn recall(&self, measuring: &mut Measuring, rules: &Rules) {
-        match self.place {
-            Some(place) if rules.counts_way_without_power => measuring.recall(place, self.laps),
-            Some(_) => measuring.laps = self.laps,
-            None => {}
+    /// Goes on with the laps that were kept, now that the encoder stands at `now`; a way without power is taken for the
+    /// shorter one.
+    pub fn recall(&self, measuring: &mut Measuring, now: u64, hooks: &Hooks) {
+        if let Some(counted) = self.counted {
+            let counted = hooks.seams.apply(counted, |hooks, counted| hooks.laps_loaded(now, counted));
+            measuring.recall(counted.place, counted.laps);
         }
     }
 }
 
-/// The settings with a gear.
-pub fn geared(settings: Settings, gear: Gear) -> Settings {
+/// The settings with a gear, if the round axis is in force.
+pub fn geared(
+    settings: Settings,
+    is_on: bool,
+    gear: Gear,
+    user: &UserParameters,
+    hardware: &Hardware,
+    hooks: &Hooks,
+) -> Settings {
+    if !hooks.check(Check::RoundAxis, is_on) {
+        return settings;
+    }
+    let gear = hooks.steps.apply(gear, |steps, gear| steps.gear(user, hardware, gear));
     let units = gear.range * gear.divisor / gear.nominator.max(1);
     let scaling = Scaling { units_per_revolution: units.max(1), range: gear.range };
     Settings { scaling, gear: Some(gear), ..settings }

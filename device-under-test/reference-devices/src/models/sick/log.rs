@@ -3,7 +3,7 @@
 //! A [`Recorder`] looks at the shaft and says what came about since it looked last; as many [`Log`]s as a model has take it
 //! in. Reading: a turn counts when it begins and with each full revolution.
 
-use super::knobs::Rules;
+use super::hooks::{Check, Hooks};
 use core::time::Duration;
 use station::Time;
 
@@ -33,17 +33,18 @@ impl Log {
     }
 
     /// The supply has come.
-    pub fn power_up(&mut self, rules: &Rules) {
-        if !rules.log_survives {
-            *self = Log { power_ups: self.power_ups, ..Log::default() };
-        }
-        self.power_ups = (rules.power_ups)(self.power_ups);
+    pub fn power_up(&mut self, hooks: &Hooks) {
+        self.power_ups += 1;
+        hooks.seams.notify(|hooks| hooks.log_loaded(self));
     }
 
     /// Takes in what came about.
-    pub fn take(&mut self, news: &News) {
+    pub fn take(&mut self, news: &News, hooks: &Hooks) {
         self.operating += news.passed;
-        self.highest_speed = self.highest_speed.max(u32::try_from(news.rpm).unwrap_or(u32::MAX));
+        let speed = u32::try_from(news.rpm.unsigned_abs()).unwrap_or(u32::MAX);
+        if hooks.check(Check::HighestSpeed(news.rpm), speed > self.highest_speed) {
+            self.highest_speed = speed;
+        }
         if news.is_motion {
             self.motion += news.passed;
         }
@@ -52,6 +53,17 @@ impl Log {
         self.reverse = self.reverse.wrapping_add(reverse);
         self.direction_changes += u32::from(news.is_reversed);
     }
+}
+
+/// What a log is read from.
+#[derive(Clone, Copy, Debug)]
+pub struct LogReading {
+    /// P1002 or P1003.
+    pub number: u16,
+    /// The present speed in revolutions per minute.
+    pub rpm: i64,
+    /// The operating time.
+    pub operating: Duration,
 }
 
 /// The shaft at one instant.
@@ -75,7 +87,7 @@ pub struct Look {
 #[derive(Clone, Copy, Debug)]
 pub struct News {
     passed: Duration,
-    rpm: u64,
+    rpm: i64,
     is_motion: bool,
     turns: [u32; 2],
     is_reversed: bool,
@@ -106,16 +118,16 @@ impl Recorder {
     }
 
     /// What came about since the last look.
-    pub fn look(&mut self, look: &Look, rules: &Rules) -> News {
+    pub fn look(&mut self, look: &Look, hooks: &Hooks) -> News {
         let rpm = look.rpm.unsigned_abs();
         let passed = look.now.since(self.last);
         self.last = look.now;
-        let (turns, is_reversed) = self.turns(look, rules);
-        let highest = (rules.highest_speed)(look.rpm);
-        News { passed, rpm: highest, is_motion: rpm >= (rules.motion)(look.slowest), turns, is_reversed }
+        let (turns, is_reversed) = self.turns(look, hooks);
+        let is_motion = hooks.check(Check::Motion(rpm), rpm >= look.slowest);
+        News { passed, rpm: look.rpm, is_motion, turns, is_reversed }
     }
 
-    fn turns(&mut self, look: &Look, rules: &Rules) -> ([u32; 2], bool) {
+    fn turns(&mut self, look: &Look, hooks: &Hooks) -> ([u32; 2], bool) {
         let gone = look.place.wrapping_sub(self.place.replace(look.place).unwrap_or(look.place)).unsigned_abs();
         let before = core::mem::replace(&mut self.motion, look.sense);
         if look.sense == 0 {
@@ -131,7 +143,8 @@ impl Recorder {
             1
         };
         let last = core::mem::replace(&mut self.last_motion, look.sense);
-        let is_reversed = (rules.is_change)(before, last, look.sense);
-        ((rules.turns)(look.sense).map(|counts| if counts { turns } else { 0 }), is_reversed)
+        let change = Check::DirectionChange { before, last, now: look.sense };
+        let is_reversed = hooks.check(change, last == -look.sense);
+        (if look.sense > 0 { [turns, 0] } else { [0, turns] }, is_reversed)
     }
 }

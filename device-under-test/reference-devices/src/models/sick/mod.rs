@@ -1,8 +1,8 @@
 //! What the encoders of SICK share, whatever bus they are on: the round axis, the service log, settings with limits.
 //!
-//! This room must not know which of them it serves: each model holds these parts in its own state and feeds them.
+//! This module must not know which of them it serves: each model holds these parts in its own state and feeds them.
 
 pub mod axis;
-pub mod knobs;
+pub mod hooks;
 pub mod log;
 pub mod settings;

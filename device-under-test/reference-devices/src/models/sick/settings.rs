@@ -1,8 +1,48 @@
 //! Settings and their limits: elements of a parameter, the scaling, the unit of the velocity.
 
+use super::hooks::{Check, Hooks};
 use alloc::vec::Vec;
+use core::ops::RangeInclusive;
 use encoder_profile::encoder::{Hardware, Unit};
 use encoder_profile::profidrive::user_parameters::UserParameters;
+use wire::profidrive::ErrorNumber;
+
+/// The settings of a parameter, as they are before a write.
+#[derive(Debug)]
+pub struct Settings<'a> {
+    /// The number of the parameter.
+    pub number: u16,
+    /// Its elements.
+    pub elements: Vec<i64>,
+    /// The encoder that they are for.
+    pub hardware: &'a Hardware,
+}
+
+impl Settings<'_> {
+    /// What they become when `values` are written from `subindex` on; the write is refused as a whole if one of the values is
+    /// beyond the limits of its element.
+    pub fn written(
+        self,
+        subindex: u16,
+        values: impl Iterator<Item = i64>,
+        limits: impl Fn(usize) -> (RangeInclusive<i64>, ErrorNumber),
+        hooks: &Hooks,
+    ) -> Result<Vec<i64>, ErrorNumber> {
+        let Settings { number, elements: before, hardware } = self;
+        let mut written = before.clone();
+        for (at, value) in (usize::from(subindex)..).zip(values) {
+            let (range, refusal) = limits(at);
+            if !hooks.check(Check::Setting((number, at), value), range.contains(&value)) {
+                return Err(refusal);
+            }
+            if let Some(element) = written.get_mut(at) {
+                *element = value;
+            }
+        }
+        hooks.seams.notify(|hooks| hooks.settings(number, hardware, &before, &mut written));
+        Ok(written)
+    }
+}
 
 /// The elements that are written from `subindex` on, and their values.
 pub fn elements(subindex: u16, values: &[u64]) -> Vec<(usize, u64)> {

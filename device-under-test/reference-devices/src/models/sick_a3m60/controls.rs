@@ -5,6 +5,7 @@
 
 use super::State;
 use super::hooks::{A3m60Check, Hooks};
+use crate::models::sick::hooks::Check;
 use core::time::Duration;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::{Live, Source};
@@ -100,9 +101,8 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
         StandAction::Switch("termination_b", place) => controls.termination[1] = place,
         StandAction::Button("preset", true) => controls.pressed_since = Some(live.now),
         StandAction::Button("preset", false) => {
-            let pressed = controls.pressed_since.take().filter(|_| controls.has_power);
-            if pressed.is_some_and(|since| live.now.since(since) < SHORT_PRESS) {
-                press(live);
+            if let Some(since) = controls.pressed_since.take().filter(|_| controls.has_power) {
+                release(live, live.now.since(since));
             }
         }
         _ => return None,
@@ -110,14 +110,11 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
     Some(live.now)
 }
 
-/// A short press: an absolute preset.
-fn press(live: &mut Live<'_, State>) {
-    let rules = live.rules;
-    let Some(value) = (rules.button)(live.ram.preset_value) else { return };
-    if !rules.button_needs_class_4 && !live.ram.user.class_4 {
-        live.ram.measuring.offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
-        live.ram.measuring.settings.offset_acts = true;
-    } else {
+/// The button is let go: a short press is an absolute preset.
+fn release(live: &mut Live<'_, State>, held: Duration) {
+    let shared = &live.model.shared;
+    if shared.check(Check::ButtonPresets(held), held < SHORT_PRESS) {
+        let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
         live.preset(Source::Value(PresetMode::Absolute, value));
     }
 }

@@ -8,8 +8,8 @@ use super::samples::{self, Samples};
 use super::set_prm::{self, Brought, Fields};
 use super::status;
 use super::{CLOCK_DEVIATES, FREQUENCY, NO_CLOCK, is_of_vendor, leds};
+use crate::models::sick;
 use crate::models::sick::axis::{self, Laps};
-use crate::models::sick::knobs::Rules;
 use crate::models::sick::log::{Log, Look, Recorder};
 use core::time::Duration;
 use device_stack::Attached;
@@ -54,13 +54,15 @@ pub struct State {
     /// The speed that the encoder itself checks.
     pub(super) meter: Option<Velocity>,
     powered_since: Time,
+    /// The deviations at what the encoders of SICK share.
+    pub(super) shared: sick::hooks::Hooks,
     /// The deviations.
     pub hooks: Hooks,
 }
 
 impl State {
     /// As delivered, with this address.
-    pub fn new(address: u8, hooks: Hooks) -> State {
+    pub fn new(address: u8, shared: sick::hooks::Hooks, hooks: Hooks) -> State {
         State {
             controls: Controls::new(address),
             fields: Fields::DELIVERED,
@@ -75,6 +77,7 @@ impl State {
             recorder: Recorder::default(),
             meter: None,
             powered_since: Time::ZERO,
+            shared,
             hooks,
         }
     }
@@ -87,11 +90,8 @@ fn reading(shaft: &Shaft, has_noise: bool, at: Time) -> i64 {
 
 /// The settings with the gear of the round axis, if it is in force.
 pub fn with_axis(live: &Live<'_, State>, settings: Settings) -> Settings {
-    let (fields, rules) = (&live.model.fields, live.rules);
-    match fields.has_axis() && rules.axis_acts {
-        true => axis::geared(settings, (rules.gear)(fields.gear(), &live.ram.user)),
-        false => settings,
-    }
+    let State { fields, shared, .. } = &*live.model;
+    axis::geared(settings, fields.has_axis(), fields.gear(), &live.ram.user, &live.hardware, shared)
 }
 
 /// A clock of the bus has come.
@@ -119,8 +119,9 @@ fn log(live: &mut Live<'_, State>) {
         steps_per_revolution: live.hardware.steps_per_revolution,
         slowest: MOTION,
     };
-    let news = live.model.recorder.look(&look, live.rules);
-    live.model.log.take(&news);
+    let State { recorder, log, shared, .. } = &mut *live.model;
+    let news = recorder.look(&look, shared);
+    log.take(&news, shared);
 }
 
 /// The time since power-up.
@@ -129,8 +130,6 @@ pub fn powered(live: &Live<'_, State>) -> Duration {
 }
 
 impl Model for State {
-    type Rules = Rules;
-
     fn parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
         parameters::own_parameter(live, number)
     }
@@ -242,18 +241,17 @@ impl Model for State {
     }
 
     fn power_up(live: &mut Live<'_, State>) {
-        let (now, rules) = (live.now, live.rules);
+        let (now, place) = (live.now, live.hardware.sense(live.shaft.place(live.now)));
         let model = &mut *live.model;
         model.controls.power(true, &model.hooks);
-        model.log.power_up(rules);
+        model.log.power_up(&model.shared);
         model.recorder.power_up(now);
-        model.laps.change(rules.laps);
         (model.meter, model.powered_since) = (None, now);
         (model.fields, model.brought) = (Fields::DELIVERED, Brought::DELIVERED);
         (model.test, model.speed) = (Test::default(), Speed::default());
         model.clock.begin(now, None);
         model.samples.restart();
-        model.laps.recall(&mut live.ram.measuring, rules);
+        model.laps.recall(&mut live.ram.measuring, place, &model.shared);
         hooks::report(live, Event::PowerUp);
     }
 

@@ -8,8 +8,8 @@ use super::hooks::{self, A3m60Check};
 use super::status;
 use super::{Live, State};
 use crate::models::sick::axis::{self, RANGE_OFFSETS};
-use crate::models::sick::knobs::Entries;
-use crate::models::sick::settings::elements;
+use crate::models::sick::log::LogReading;
+use crate::models::sick::settings::{Settings, elements};
 use core::time::Duration;
 use encoder_profile::encoder::{Sampling, velocity};
 use encoder_profile::encoder_object::{double_words, word, words};
@@ -88,14 +88,9 @@ fn log_parameter(live: &Live<'_, State>) -> Parameter {
     let mut right = [0; 13];
     let shown = [log.power_ups, log.motion.as_secs() as u32, log.highest_speed, log.forward, log.reverse];
     right.iter_mut().zip(shown).for_each(|(entry, shown)| *entry = shown.into());
-    let entries = Entries {
-        number: 1002,
-        rpm: rpm(live),
-        operating: log.operating,
-        millivolts: live.model.controls.millivolts(),
-        right,
-    };
-    double_words((live.rules.log)(&entries)[..shown.len()].to_vec())
+    let reading = LogReading { number: 1002, rpm: rpm(live), operating: log.operating };
+    let elements = live.model.shared.seams.apply(right, |hooks, right| hooks.log(&reading, right));
+    double_words(elements[..shown.len()].to_vec())
 }
 
 fn axis_parameter(live: &Live<'_, State>) -> Parameter {
@@ -108,8 +103,7 @@ fn axis_parameter(live: &Live<'_, State>) -> Parameter {
     let mut elements = [0; 11];
     let all = all.chain(axis::units_per_revolution(&gear));
     elements.iter_mut().zip(all).for_each(|(element, value)| *element = value);
-    let parameter = double_words(elements.to_vec());
-    Parameter { writable: if live.rules.outputs_are_writable { 0..11 } else { 0..0 }, ..parameter }
+    double_words(elements.to_vec())
 }
 
 /// Writes a parameter that the encoder object does not know, or that does more here.
@@ -129,7 +123,6 @@ pub fn write_own(
             Some(Ok(()))
         }
         1008 => Some(write_speed(live, subindex, values)),
-        1009 => Some(write_axis(live, subindex, values)),
         65000 => {
             let value = values.first().copied().unwrap_or(0) as u32;
             live.set_preset_value(value);
@@ -141,42 +134,19 @@ pub fn write_own(
 }
 
 fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-    let rules = live.rules;
-    let mut speed = live.model.speed;
-    for (at, value) in elements(subindex, values) {
-        let value = (rules.settled)((1008, at), value, &live.hardware);
-        let range = match at {
-            0 => 0..=0,
-            1 => 1..=100,
-            _ => 1..=200,
-        };
-        if !(rules.takes)((1008, at), value as i64, range.contains(&value)) {
-            return Err(ErrorNumber::LIMIT);
-        }
-        if let Some(setting) = at.checked_sub(1).and_then(|at| speed.values.get_mut(at)) {
-            *setting = value as u16;
-        }
-    }
-    if rules.keeps_settings {
-        live.model.speed = speed;
-        measure_speed(live);
-    }
-    Ok(())
-}
-
-/// Only where it can be written against the manual.
-fn write_axis(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-    let fields = &mut live.model.fields;
-    for (at, value) in elements(subindex, values) {
-        match at {
-            1 => fields.nominator = value as u32,
-            2 => fields.divisor = value as u32,
-            3 => fields.range = value as u32,
-            _ => {}
-        }
-    }
-    let settings = live.ram.user.settings(&live.encoder());
-    live.ram.measuring.settings = super::encoder::with_axis(live, settings);
+    let hardware = live.hardware;
+    let [every, of, clocks] = live.model.speed.values.map(i64::from);
+    let limits = |at| match at {
+        0 => (0..=0, ErrorNumber::LIMIT),
+        1 => (1..=100, ErrorNumber::LIMIT),
+        _ => (1..=200, ErrorNumber::LIMIT),
+    };
+    let before = Settings { number: 1008, elements: [0, every, of, clocks].to_vec(), hardware: &hardware };
+    let values = values.iter().map(|value| *value as i64);
+    let written = before.written(subindex, values, limits, &live.model.shared)?;
+    let settings = live.model.speed.values.iter_mut().zip(written.into_iter().skip(1));
+    settings.for_each(|(setting, value)| *setting = value as u16);
+    measure_speed(live);
     Ok(())
 }
 

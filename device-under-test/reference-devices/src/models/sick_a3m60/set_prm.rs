@@ -10,6 +10,7 @@
 use super::hooks::{A3m60Check, Hooks};
 use super::{HARDWARE, State};
 use crate::models::sick::axis::{LARGEST_FRACTION, LARGEST_RANGE};
+use crate::models::sick::hooks::Check;
 use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::time::Duration;
@@ -196,11 +197,13 @@ fn axis_is_right(live: &Live<'_, State>, fields: &Fields, user: &UserParameters)
     let Gear { nominator, divisor, range } = fields.gear();
     let fraction = 1..=LARGEST_FRACTION;
     let is_fine = range * divisor <= HARDWARE.steps_per_revolution * nominator;
-    let sick = live.rules;
-    let takes = |at, value: u64, right| (sick.takes)((1009, at), value as i64, right);
+    let shared = &live.model.shared;
+    let takes = |at, value: u64, right| shared.check(Check::Setting((1009, at), value as i64), right);
+    let UserParameters { units_per_revolution, .. } = *user;
+    let has_range = Check::RoundAxisRange { range: user.range, units_per_revolution };
     takes(1, nominator, fraction.contains(&nominator))
         && takes(2, divisor, fraction.contains(&divisor))
-        && (sick.judges_axis)((1..=LARGEST_RANGE).contains(&range) && is_fine, user)
+        && shared.check(has_range, (1..=LARGEST_RANGE).contains(&range) && is_fine)
 }
 
 /// The time from one clock to the next.

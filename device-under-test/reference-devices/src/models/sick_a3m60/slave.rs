@@ -44,13 +44,13 @@ impl Encoder {
     pub fn new(
         variant: &'static Variant,
         behaviour: Behaviour,
-        rules: sick::knobs::Rules,
+        shared: sick::hooks::Hooks,
         hooks: Hooks,
         shaft: u64,
         address: u8,
     ) -> Encoder {
-        let state = State::new(address, hooks);
-        let object = EncoderObject::new(&FACTS, state, variant, behaviour, rules, Piece { shaft, ..Piece::default() });
+        let state = State::new(address, shared, hooks);
+        let object = EncoderObject::new(&FACTS, state, variant, behaviour, Piece { shaft, ..Piece::default() });
         let identity = Identity {
             ident: 0x0C0A,
             boot_time: FACTS.timing.boot,

@@ -32,7 +32,7 @@ struct Bench {
 impl Bench {
     fn with(module: usize, octets: &[u8; OCTETS], behaviour: Behaviour, shaft: u64) -> Bench {
         let mut encoder =
-            Encoder::new(&FACTS.variants[0], behaviour, sick::knobs::Rules::default(), Hooks::default(), shaft, 2);
+            Encoder::new(&FACTS.variants[0], behaviour, sick::hooks::Hooks::default(), Hooks::default(), shaft, 2);
         let now = Time::from_nanos(1_000_000_000);
         assert!(encoder.parameters(now, &set_prm(octets, [0x80, 0, 0])));
         let sums = encoder.check_configuration(now, CONFIGURATIONS[module]).expect("the configuration is right");
@@ -205,7 +205,7 @@ fn several_errors_and_one_that_is_left() {
 #[case::three_samples(changed(20, &[3]), false)]
 fn parameters_are_judged(#[case] octets: [u8; OCTETS], #[case] is_right: bool) {
     let mut encoder =
-        Encoder::new(&FACTS.variants[0], healthy(), sick::knobs::Rules::default(), Hooks::default(), 0, 2);
+        Encoder::new(&FACTS.variants[0], healthy(), sick::hooks::Hooks::default(), Hooks::default(), 0, 2);
     assert_eq!(encoder.parameters(Time::ZERO, &set_prm(&octets, [0x80, 0, 0])), is_right);
     for wrong in [&octets[1..], &[&octets[..], &[0]].concat()] {
         assert!(!encoder.parameters(Time::ZERO, &set_prm(wrong, [0x80, 0, 0])));
@@ -289,7 +289,7 @@ const TIMES: [u8; 28] = [28, 4, 0, 0, 1, 0, 0, 5, 0xDC, 0, 16, 1, 0, 0, 5, 0xDC,
 #[case::structured(true)]
 fn isochronous_operation(#[case] is_structured: bool) {
     let mut encoder =
-        Encoder::new(&FACTS.variants[0], healthy(), sick::knobs::Rules::default(), Hooks::default(), 0, 2);
+        Encoder::new(&FACTS.variants[0], healthy(), sick::hooks::Hooks::default(), Hooks::default(), 0, 2);
     let octets = changed(0, &[0x32]);
     let now = Time::from_nanos(1_000_000_000);
     let user = match is_structured {

@@ -5,15 +5,16 @@
 //! axis and kept without power, and begin anew with another gear; the range offset tells what they make of the position
 //! and shifts it where it is written. The AFS60 has no round axis: mode 2 is refused.
 
-use super::limits;
+use super::hooks::Check;
 use super::{Live, State};
 use crate::models::sick::axis::{self, LARGEST_FRACTION, LARGEST_RANGE, Laps, RANGE_OFFSETS};
-use crate::models::sick::knobs::Rules;
-use crate::models::sick::settings::elements;
+use crate::models::sick::hooks;
+use crate::models::sick::settings;
 use encoder_profile::encoder::measuring;
-use encoder_profile::encoder::{Gear, Hardware, Settings};
+use encoder_profile::encoder::{Gear, Settings};
 use encoder_profile::encoder_object::double_words;
 use encoder_profile::profidrive::parameters::Parameter;
+use encoder_profile::profidrive::user_parameters::UserParameters;
 use wire::profidrive::ErrorNumber;
 
 /// Mode of P1009 without the function, and with it.
@@ -37,7 +38,7 @@ pub struct Axis {
     /// The laps, which survive without power.
     laps: Laps,
     /// What was written to the range offset, beside what laps make of it.
-    base: u64,
+    pub base: u64,
 }
 
 impl Axis {
@@ -47,20 +48,10 @@ impl Axis {
         Axis { is_on: false, mode: OFF, nominator: 2048, divisor: 1, range, laps: Laps::default(), base: 0 }
     }
 
-    /// The supply has come: what is not stored is as at delivery.
-    pub fn power_up(&mut self, rules: &Rules) {
-        self.laps.change(rules.laps);
-        self.base = (rules.laps)(self.base as i64) as u64;
-        self.begin(rules);
-    }
-
-    /// A connection begins, which brings its settings.
-    pub fn begin(&mut self, rules: &Rules) {
-        let Axis { laps, nominator, divisor, base, .. } = *self;
+    /// The supply has come or a connection begins, which brings its settings: what is not stored is as at delivery.
+    pub fn begin(&mut self) {
+        let Axis { laps, base, .. } = *self;
         *self = Axis { laps, base, ..Axis::new() };
-        if rules.axis_survives {
-            (self.nominator, self.divisor) = (nominator, divisor);
-        }
     }
 
     /// Switches the function on or off.
@@ -74,30 +65,14 @@ impl Axis {
     }
 }
 
-/// Whether there is a round axis.
+/// Whether there is a round axis, which only the AFM60 has.
 pub fn has_axis(live: &Live<'_, State>) -> bool {
-    let Hardware { revolutions, .. } = live.hardware;
-    revolutions > 1
-}
-
-/// Whether the round axis can be switched on.
-pub fn can_have_axis(live: &Live<'_, State>) -> bool {
-    has_axis(live) || live.rules.own.breaks_without_axis
+    live.model.hooks.check(Check::HasRoundAxis, live.hardware.revolutions > 1)
 }
 
 /// The settings with the gear of the axis, if it is on.
 fn geared(live: &Live<'_, State>, settings: Settings, axis: &Axis) -> Settings {
-    let rules = &live.rules.sick;
-    if !axis.is_on || !rules.axis_acts {
-        return settings;
-    }
-    // One position is all that is left of a round axis on an encoder that has none.
-    let broken = live.rules.own.breaks_without_axis && !has_axis(live);
-    let gear = match broken {
-        true => Gear { nominator: 1, divisor: 1, range: 1 },
-        false => (rules.gear)(axis.gear(), &live.ram.user),
-    };
-    axis::geared(settings, gear)
+    axis::geared(settings, axis.is_on, axis.gear(), &live.ram.user, &live.hardware, &live.model.shared)
 }
 
 /// CMR of a start: the total range of the user parameters, where it is in force.
@@ -108,8 +83,9 @@ fn range_of_start(live: &Live<'_, State>) -> Option<u64> {
 
 /// Whether the axis has a range that it can have, at a start.
 pub fn axis_is_right(live: &Live<'_, State>) -> bool {
-    let right = range_of_start(live).is_none_or(|range| (1..=LARGEST_RANGE).contains(&range));
-    (live.rules.sick.judges_axis)(right, &live.ram.user)
+    let is_right = range_of_start(live).is_none_or(|range| (1..=LARGEST_RANGE).contains(&range));
+    let UserParameters { range, units_per_revolution, .. } = live.ram.user;
+    live.model.shared.check(hooks::Check::RoundAxisRange { range, units_per_revolution }, is_right)
 }
 
 /// The settings at a start, from those of the user parameters.
@@ -149,7 +125,8 @@ pub fn keep_laps(live: &mut Live<'_, State>) {
 
 /// Goes on with the laps that were kept.
 pub fn recall_laps(live: &mut Live<'_, State>) {
-    live.model.axis.laps.recall(&mut live.ram.measuring, &live.rules.sick);
+    let place = live.hardware.sense(live.shaft.place(live.now));
+    live.model.axis.laps.recall(&mut live.ram.measuring, place, &live.model.shared);
 }
 
 /// By how much the laps shift the position of the axis.
@@ -159,7 +136,7 @@ fn range_of_laps(live: &Live<'_, State>) -> u64 {
 
 /// Gives the range offset another value: the position of the axis goes with it.
 fn set_range_offset(live: &mut Live<'_, State>, value: u64) {
-    let before = measuring::shift(range_of_laps(live), live.model.axis.base, RANGE_OFFSETS);
+    let before = range_offset(live);
     let more = measuring::shift(value, RANGE_OFFSETS - before % RANGE_OFFSETS, RANGE_OFFSETS);
     live.model.axis.base = measuring::shift(live.model.axis.base, more, RANGE_OFFSETS);
     let range = live.ram.measuring.range();
@@ -171,57 +148,42 @@ fn set_range_offset(live: &mut Live<'_, State>, value: u64) {
     }
 }
 
-/// P1009.
+/// What the laps and a write make of the range offset.
+fn range_offset(live: &Live<'_, State>) -> u64 {
+    measuring::shift(range_of_laps(live), live.model.axis.base, RANGE_OFFSETS)
+}
+
+/// P1009: table 34.
 pub fn axis_parameter(live: &Live<'_, State>) -> Parameter {
     let axis = &live.model.axis;
-    let inputs = [axis.nominator, axis.divisor, axis.range].map(u64::from);
-    let [nominator, divisor, range] = inputs;
-    let [units, fraction] = axis::units_per_revolution(&axis.gear());
-    let shift = measuring::shift(range_of_laps(live), axis.base, RANGE_OFFSETS);
-    let all =
-        [axis.mode.into(), nominator, divisor, range, shift, live.ram.measuring.offset, nominator, divisor, range];
-    let mut parameter = double_words(all.into_iter().chain([units, fraction]).collect());
-    live.model.outputs.iter().for_each(|(at, value)| parameter.values[*at] = *value);
-    Parameter { writable: if live.rules.sick.outputs_are_writable { 0..11 } else { 0..5 }, ..parameter }
+    let inputs @ [nominator, divisor, range] = [axis.nominator, axis.divisor, axis.range].map(u64::from);
+    let settings = [axis.mode.into(), nominator, divisor, range, range_offset(live)];
+    let in_use = [live.ram.measuring.offset].into_iter().chain(inputs).chain(axis::units_per_revolution(&axis.gear()));
+    let parameter = double_words(settings.into_iter().chain(in_use).collect());
+    Parameter { writable: 0..settings.len(), ..parameter }
 }
 
 /// Writes elements of P1009.
 pub fn write_axis(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-    let rules = &live.rules.sick;
-    let mut axis = live.model.axis;
-    let mut range_offset = None;
-    for (at, value) in elements(subindex, values) {
-        let value = (rules.settled)((1009, at), value, &live.hardware);
-        let number = i64::try_from(value).unwrap_or(i64::MAX);
-        match at {
-            0 => {
-                let highest = if can_have_axis(live) { ON } else { OFF };
-                limits::check(live, (1009, 0), number, [OFF.into(), highest.into()], ErrorNumber::VALUE_NOT_ALLOWED)?;
-                axis.is_on = value == u64::from(ON);
-                axis.mode = value as u32;
-            }
-            1 | 2 => {
-                limits::check(live, (1009, at), number, [1, LARGEST_FRACTION as i64], ErrorNumber::LIMIT)?;
-                *(if at == 1 { &mut axis.nominator } else { &mut axis.divisor }) = value as u32;
-            }
-            3 => {
-                limits::check(live, (1009, 3), number, [1, LARGEST_RANGE as i64], ErrorNumber::LIMIT)?;
-                axis.range = value as u32;
-            }
-            4 => {
-                limits::check(live, (1009, 4), number, [0, 0x8000_0000], ErrorNumber::LIMIT)?;
-                range_offset = Some(value);
-            }
-            // Only where it can be written against the manual.
-            _ => live.model.outputs.push((at, value)),
-        }
-    }
-    if rules.keeps_settings {
-        live.model.axis = axis;
-        set_axis(live);
-        if let Some(value) = range_offset {
-            set_range_offset(live, value);
-        }
+    let (hardware, has_axis) = (live.hardware, has_axis(live));
+    let limits = |at| match at {
+        0 => (OFF.into()..=if has_axis { ON } else { OFF }.into(), ErrorNumber::VALUE_NOT_ALLOWED),
+        1 | 2 => (1..=LARGEST_FRACTION as i64, ErrorNumber::LIMIT),
+        3 => (1..=LARGEST_RANGE as i64, ErrorNumber::LIMIT),
+        _ => (0..=RANGE_OFFSETS as i64 - 1, ErrorNumber::LIMIT),
+    };
+    let values = values.iter().map(|value| *value as i64);
+    let elements = axis_parameter(live).values.into_iter().map(|element| element as i64).collect();
+    let before = settings::Settings { number: 1009, elements, hardware: &hardware };
+    let written = before.written(subindex, values, limits, &live.model.shared)?;
+    let element = |at: usize| written.get(at).map_or(0, |element| *element as u32);
+    let offset_before = range_offset(live);
+    let axis = &mut live.model.axis;
+    (axis.is_on, axis.mode) = (element(0) == ON, element(0));
+    (axis.nominator, axis.divisor, axis.range) = (element(1), element(2), element(3));
+    set_axis(live);
+    if u64::from(element(4)) != offset_before {
+        set_range_offset(live, element(4).into());
     }
     Ok(())
 }

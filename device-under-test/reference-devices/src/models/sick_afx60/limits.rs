@@ -5,11 +5,11 @@
 //! is 2 ms, and 100 ms at most on the AFM60; up to 200 measurements make a mean. Defaults but for the unit are
 //! invented.
 
+use super::hooks::Check;
 use super::{Live, State};
-use crate::models::sick::settings::elements;
-use alloc::vec::Vec;
+use crate::models::sick::settings::{self, Settings};
 use core::time::Duration;
-use encoder_profile::checks::Check;
+use encoder_profile::checks;
 use encoder_profile::encoder::Cell;
 use encoder_profile::encoder::velocity::Sampling;
 use encoder_profile::encoder_object::words;
@@ -81,7 +81,7 @@ impl Default for Stored {
 }
 
 /// What a speed is judged by.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Speeds {
     /// Revolutions per minute, clockwise positive.
     pub rpm: i64,
@@ -93,51 +93,44 @@ pub struct Speeds {
     pub lowest: i64,
 }
 
+/// Elements of P1005 in their order.
+fn speed_settings(live: &Live<'_, State>) -> [i64; 6] {
+    let Speed { is_active, refresh_time, measurements, highest, lowest } = live.model.limits.speed;
+    let unit = live.ram.user.speed_unit;
+    [is_active.into(), unit.into(), refresh_time.into(), measurements.into(), highest.into(), lowest.into()]
+}
+
 /// P1005.
 pub fn speed_parameter(live: &Live<'_, State>) -> Parameter {
-    let Speed { is_active, refresh_time, measurements, highest, lowest } = live.model.limits.speed;
-    let unit = u64::from(live.ram.user.speed_unit);
-    let rest = [refresh_time, measurements, highest, lowest].map(u64::from);
-    words([u64::from(is_active), unit].into_iter().chain(rest).collect()).writable()
+    words(speed_settings(live).map(|element| element as u64).to_vec()).writable()
 }
 
 /// Writes elements of P1005.
 pub fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-    let rules = &live.rules.own;
-    let mut speed = live.model.limits.speed;
-    let mut new_unit = None;
-    for (at, value) in elements(subindex, values) {
-        let value = (live.rules.sick.settled)((1005, at), value, &live.hardware) as u16;
-        let is_singleturn = live.hardware.revolutions == 1;
-        let (range, refusal) = match at {
-            0 => ([0, 1], ErrorNumber::VALUE_NOT_ALLOWED),
-            1 => ([0, 4], ErrorNumber::VALUE_NOT_ALLOWED),
-            2 if is_singleturn => ([2, 2], ErrorNumber::LIMIT),
-            2 => ([1, 100], ErrorNumber::LIMIT),
-            3 => ([1, 200], ErrorNumber::LIMIT),
-            4 => ([1, 10_000], ErrorNumber::LIMIT),
-            _ => ([0, 9000], ErrorNumber::LIMIT),
-        };
-        check(live, (1005, at), value.into(), range, refusal)?;
-        match at {
-            0 => speed.is_active = value != 0,
-            1 => new_unit = Some((value as u8, (rules.unit)(value))),
-            2 => speed.refresh_time = value,
-            3 => speed.measurements = value,
-            4 => speed.highest = value,
-            _ => speed.lowest = value,
-        }
-    }
-    if rules.exchanges_speed_limits && speed.lowest > speed.highest {
-        (speed.lowest, speed.highest) = (speed.highest, speed.lowest);
-    }
-    if !live.rules.sick.keeps_settings {
-        return Ok(());
-    }
-    live.model.limits.speed = speed;
-    if let Some((number, unit)) = new_unit {
-        live.ram.user.speed_unit = number;
-        live.ram.velocity.set_unit(unit.unwrap_or(live.ram.velocity.unit()));
+    let hardware = live.hardware;
+    let limits = |at| match at {
+        0 => (0..=1, ErrorNumber::VALUE_NOT_ALLOWED),
+        1 => (0..=4, ErrorNumber::VALUE_NOT_ALLOWED),
+        2 if hardware.revolutions == 1 => (2..=2, ErrorNumber::LIMIT),
+        2 => (1..=100, ErrorNumber::LIMIT),
+        3 => (1..=200, ErrorNumber::LIMIT),
+        4 => (1..=10_000, ErrorNumber::LIMIT),
+        _ => (0..=9000, ErrorNumber::LIMIT),
+    };
+    let values = values.iter().map(|value| i64::from(*value as u16));
+    let before = Settings { number: 1005, elements: speed_settings(live).to_vec(), hardware: &hardware };
+    let written = before.written(subindex, values, limits, &live.model.shared)?;
+    let element = |at: usize| written.get(at).map_or(0, |element| *element as u16);
+    live.model.limits.speed = Speed {
+        is_active: element(0) != 0,
+        refresh_time: element(2),
+        measurements: element(3),
+        highest: element(4),
+        lowest: element(5),
+    };
+    live.ram.user.speed_unit = element(1) as u8;
+    if let Some(unit) = settings::unit(element(1)) {
+        live.ram.velocity.set_unit(unit);
     }
     measure_speed(live);
     Ok(())
@@ -147,46 +140,37 @@ pub fn write_speed(live: &mut Live<'_, State>, subindex: u16, values: &[u64]) ->
 pub fn measure_speed(live: &mut Live<'_, State>) {
     let speed = live.model.limits.speed;
     live.ram.velocity.sample(speed.sampling(), live.now, live.shaft);
-    live.ram.velocity_is_off = live.rules.own.mode_acts && !speed.is_active;
+    live.ram.velocity_is_off = !live.model.hooks.check(Check::VelocityIsCalculated, speed.is_active);
 }
 
 /// P1006 or P1007.
 pub fn limits_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
     let Limits { temperature, voltage } = live.model.limits.limits;
-    let values: Vec<u64> = match number {
-        1006 => temperature.map(|degrees| u64::from(degrees as u16)).to_vec(),
-        _ => voltage.map(u64::from).to_vec(),
-    };
-    words(values).writable()
+    let values = if number == 1006 { temperature.map(|degrees| degrees as u16) } else { voltage };
+    words(values.map(u64::from).to_vec()).writable()
 }
 
 /// Writes elements of P1006 or P1007.
 pub fn write_limits(live: &mut Live<'_, State>, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
-    let clips = live.rules.own.clips_limits;
-    let mut limits = live.model.limits.limits;
-    for (at, value) in elements(subindex, values) {
-        match (number, at) {
-            (1006, _) => {
-                let range = [[-40, 80], [-20, 120]][at.min(1)];
-                let degrees = value as u16 as i16;
-                let degrees = if clips { degrees.clamp(range[0] as i16, range[1] as i16) } else { degrees };
-                check(live, (1006, at), degrees.into(), range, ErrorNumber::LIMIT)?;
-                limits.temperature[at.min(1)] = degrees;
-            }
-            _ => {
-                let range = [[9000, 24_000], [10_000, 30_000]][at.min(1)];
-                let millivolts = i64::from(value as u16);
-                let millivolts = if clips { millivolts.clamp(range[0], range[1]) } else { millivolts };
-                check(live, (1007, at), millivolts, range, ErrorNumber::LIMIT)?;
-                limits.voltage[at.min(1)] = millivolts as u16;
-            }
+    let (hardware, Limits { temperature, voltage }) = (live.hardware, live.model.limits.limits);
+    let elements = if number == 1006 { temperature.map(i64::from) } else { voltage.map(i64::from) };
+    let limits = |at| match (number, at) {
+        (1006, 0) => (-40..=80, ErrorNumber::LIMIT),
+        (1006, _) => (-20..=120, ErrorNumber::LIMIT),
+        (_, 0) => (9000..=24_000, ErrorNumber::LIMIT),
+        _ => (10_000..=30_000, ErrorNumber::LIMIT),
+    };
+    let number_of =
+        |value: &u64| if number == 1006 { i64::from(*value as u16 as i16) } else { i64::from(*value as u16) };
+    let before = Settings { number, elements: elements.to_vec(), hardware: &hardware };
+    let written = before.written(subindex, values.iter().map(number_of), limits, &live.model.shared)?;
+    if let [lower, upper] = written[..] {
+        match number {
+            1006 => live.model.limits.limits.temperature = [lower as i16, upper as i16],
+            _ => live.model.limits.limits.voltage = [lower as u16, upper as u16],
         }
     }
-    if !live.rules.sick.keeps_settings {
-        return Ok(());
-    }
-    live.model.limits.limits = limits;
-    if live.model.saves_each_change && live.rules.own.saves_by_itself {
+    if live.model.hooks.check(Check::Stores(number), live.model.saves_each_change) {
         store_limits(live);
     }
     Ok(())
@@ -211,34 +195,37 @@ fn speeds(live: &Live<'_, State>) -> Speeds {
 
 /// Whether the speed is above its limit.
 pub fn is_too_fast(live: &Live<'_, State>) -> bool {
-    too_fast(live, &speeds(live))
+    too_fast(live, speeds(live))
 }
 
-fn too_fast(live: &Live<'_, State>, speeds: &Speeds) -> bool {
-    live.behaviour.checks.check(Check::TooFast(speeds.rpm), (live.rules.own.is_too_fast)(speeds))
-}
-
-/// Whether the speed is below its limit.
-pub fn is_too_slow(live: &Live<'_, State>) -> bool {
-    (live.rules.own.is_too_slow)(&speeds(live))
+fn too_fast(live: &Live<'_, State>, speeds: Speeds) -> bool {
+    let is_above = live.model.hooks.check(Check::TooFast(speeds), speeds.rpm.abs() > speeds.highest);
+    live.behaviour.checks.check(checks::Check::TooFast(speeds.rpm), is_above)
 }
 
 /// Whether the speed is above or below its limits.
 pub fn speed_is_outside(live: &Live<'_, State>) -> bool {
     let speeds = speeds(live);
-    too_fast(live, &speeds) || (live.rules.own.is_too_slow)(&speeds)
+    let is_below = live.model.hooks.check(Check::TooSlow(speeds), speeds.rpm.abs() < speeds.lowest);
+    too_fast(live, speeds) || is_below
 }
 
 /// Whether the temperature is above or below its limits.
 pub fn temperature_is_outside(live: &Live<'_, State>) -> bool {
-    let limits = live.model.limits.limits.temperature.map(f64::from);
-    (live.rules.own.temperature_is_outside)(live.model.around.celsius, limits)
+    let limits @ [lower, upper] = live.model.limits.limits.temperature.map(f64::from);
+    let celsius = live.model.around.celsius;
+    let is_outside = celsius < lower || celsius > upper;
+    live.model.hooks.check(Check::TemperatureIsOutside(celsius, limits), is_outside)
 }
 
 /// Whether the supply is below its limit, or above it.
 pub fn voltage_is_outside(live: &Live<'_, State>) -> [bool; 2] {
-    let limits = live.model.limits.limits.voltage.map(u64::from);
-    (live.rules.own.voltage_is_outside)(live.model.around.millivolts(), limits)
+    let [lower, upper] = live.model.limits.limits.voltage.map(u64::from);
+    let (hooks, millivolts) = (&live.model.hooks, live.model.around.millivolts());
+    [
+        hooks.check(Check::Undervoltage(millivolts, lower), millivolts < lower),
+        hooks.check(Check::Overvoltage(millivolts, upper), millivolts > upper),
+    ]
 }
 
 /// Whether speed, temperature, supply or LED current are beyond their limits.
@@ -247,19 +234,4 @@ pub fn is_beyond_limits(live: &Live<'_, State>) -> bool {
         || temperature_is_outside(live)
         || voltage_is_outside(live).contains(&true)
         || live.faults.has("led_current")
-}
-
-/// Whether a setting takes a value.
-pub fn check(
-    live: &Live<'_, State>,
-    at: (u16, usize),
-    value: i64,
-    [lowest, highest]: [i64; 2],
-    refusal: ErrorNumber,
-) -> Result<(), ErrorNumber> {
-    let is_right = (lowest..=highest).contains(&value);
-    match (live.rules.sick.takes)(at, value, is_right) {
-        true => Ok(()),
-        false => Err(refusal),
-    }
 }

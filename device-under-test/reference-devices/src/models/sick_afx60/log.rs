@@ -4,10 +4,10 @@
 //! Readings: P1003 is reset by writing 0 to any of its elements, and nothing else can be written. A turn counts when it
 //! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
 
-use super::status;
-use super::{Live, State};
-use crate::models::sick::knobs::{Entries, Rules};
-use crate::models::sick::log::{Log, Look, Recorder};
+use super::hooks::{Check, Event};
+use super::{Kept, Live, State, status};
+use crate::models::sick::hooks::Hooks;
+use crate::models::sick::log::{Log, LogReading, Look, Recorder};
 use core::time::Duration;
 use device_stack::Attached;
 use encoder_profile::encoder::velocity::{Sampling, Unit, Velocity};
@@ -28,24 +28,30 @@ const METER: Sampling = Sampling { every: Duration::from_millis(20), of: 5 };
 
 /// One of the two logs.
 #[derive(Clone, Copy, Debug, Default)]
-struct Book {
-    log: Log,
-    extremes: Option<Extremes>,
+pub struct Book {
+    /// What each encoder of SICK counts.
+    pub log: Log,
+    /// The extremes since delivery or since the reset; none before the first look.
+    pub extremes: Option<Extremes>,
 }
 
+/// The highest and the lowest value of what is measured.
 #[derive(Clone, Copy, Debug)]
-struct Extremes {
+pub struct Extremes {
     led: [u32; 2],
     volts: u32,
     celsius: [i32; 2],
 }
 
-/// What the log is made of.
+/// The service log.
 #[derive(Clone, Debug)]
-pub struct Service {
-    absolute: Book,
-    relative: Book,
-    counters: [u16; 16],
+pub struct ServiceLog {
+    /// P1002.
+    pub absolute: Book,
+    /// P1003.
+    pub relative: Book,
+    /// P1004.
+    pub counters: [u16; 16],
     /// S_STAT_A when last looked at.
     status: u16,
     recorder: Recorder,
@@ -53,22 +59,18 @@ pub struct Service {
     meter: Option<Velocity>,
 }
 
-impl Default for Service {
-    fn default() -> Service {
+impl Default for ServiceLog {
+    fn default() -> ServiceLog {
         let new = Book { log: Log::new(), extremes: None };
         let recorder = Recorder::default();
-        Service { absolute: new, relative: new, counters: [0; 16], status: 0, recorder, meter: None }
+        ServiceLog { absolute: new, relative: new, counters: [0; 16], status: 0, recorder, meter: None }
     }
 }
 
-impl Service {
+impl ServiceLog {
     /// The supply has come.
-    pub fn power_up(&mut self, now: Time, rules: &Rules) {
-        if !rules.log_survives {
-            self.both(|book| book.extremes = None);
-            self.counters = [0; 16];
-        }
-        self.both(|book| book.log.power_up(rules));
+    pub fn power_up(&mut self, now: Time, hooks: &Hooks) {
+        self.both(|book| book.log.power_up(hooks));
         self.recorder.power_up(now);
         (self.status, self.meter) = (0, None);
     }
@@ -76,12 +78,6 @@ impl Service {
     fn both(&mut self, change: impl Fn(&mut Book)) {
         change(&mut self.absolute);
         change(&mut self.relative);
-    }
-
-    /// Forgets all, the present start included.
-    pub fn begin_anew(&mut self) {
-        *self = Service::default();
-        self.both(|book| book.log.power_ups = 0);
     }
 
     /// Seconds since delivery during which there was supply.
@@ -121,19 +117,18 @@ fn log_motion(live: &mut Live<'_, State>) {
         steps_per_revolution: live.hardware.steps_per_revolution,
         slowest: MOTION,
     };
-    let service = &mut live.model.service;
-    let news = service.recorder.look(&look, &live.rules.sick);
-    service.both(|book| book.log.take(&news));
+    let State { service, shared, .. } = &mut *live.model;
+    let news = service.recorder.look(&look, shared);
+    service.both(|book| book.log.take(&news, shared));
 }
 
 fn count(live: &mut Live<'_, State>) {
     let status = status::status_a(live);
-    let rules = &live.rules.own;
-    let service = &mut live.model.service;
+    let State { service, hooks, .. } = &mut *live.model;
     let came = status & !core::mem::replace(&mut service.status, status);
     for (bit, counter) in service.counters.iter_mut().enumerate().skip(1) {
-        if came >> bit & 1 != 0 {
-            *counter = (rules.counted)(*counter + 1, HIGHEST_COUNT);
+        if came >> bit & 1 != 0 && hooks.check(Check::Counts(*counter), *counter < HIGHEST_COUNT) {
+            *counter += 1;
         }
     }
     if came != 0 {
@@ -144,7 +139,7 @@ fn count(live: &mut Live<'_, State>) {
 /// P1002 or P1003.
 pub fn log_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
     let service = &live.model.service;
-    let book = if number == 1002 || !live.rules.own.resets_log { service.absolute } else { service.relative };
+    let book = if number == 1002 { service.absolute } else { service.relative };
     let Book { log, extremes } = book;
     let seen = extremes.unwrap_or(Extremes { led: [0; 2], volts: 0, celsius: [0; 2] });
     let right = [
@@ -163,14 +158,9 @@ pub fn log_parameter(live: &Live<'_, State>, number: u16) -> Parameter {
         seen.celsius[1] as u32,
     ]
     .map(u64::from);
-    let entries = Entries {
-        number,
-        rpm: live.ram.velocity.rounded_rpm(),
-        operating: log.operating,
-        millivolts: live.model.around.millivolts(),
-        right,
-    };
-    let parameter = double_words((live.rules.sick.log)(&entries).to_vec());
+    let reading = LogReading { number, rpm: live.ram.velocity.rounded_rpm(), operating: log.operating };
+    let elements = live.model.shared.seams.apply(right, |hooks, right| hooks.log(&reading, right));
+    let parameter = double_words(elements.to_vec());
     if number == 1003 { parameter.writable() } else { parameter }
 }
 
@@ -179,18 +169,14 @@ pub fn reset_log(live: &mut Live<'_, State>, values: &[u64]) -> Result<(), Error
     if values.iter().any(|value| *value != 0) {
         return Err(ErrorNumber::RESET_ONLY);
     }
-    let rules = &live.rules.own;
-    if rules.resets_log {
-        live.model.service.relative = Book::default();
-    }
-    if rules.resets_both_logs {
-        live.model.service.absolute = Book::default();
-    }
+    let before = Kept::of(live);
+    live.model.service.relative = Book::default();
+    before.keep(live, Event::LogReset);
     log(live);
     Ok(())
 }
 
 /// P1004.
 pub fn counters_parameter(live: &Live<'_, State>) -> Parameter {
-    words((live.rules.own.counters)(live.model.service.counters).map(u64::from).to_vec())
+    words(live.model.service.counters.map(u64::from).to_vec())
 }

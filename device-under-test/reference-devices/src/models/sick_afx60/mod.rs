@@ -7,10 +7,10 @@
 //! - Parameters of the form of the profile are those of the encoder object; what is this encoder's own has a room here.
 
 mod axis;
-pub mod knobs;
+mod encoder;
+pub mod hooks;
 mod limits;
 mod log;
-mod own;
 mod parameters;
 mod start;
 mod station;
@@ -18,7 +18,13 @@ mod status;
 #[cfg(test)]
 mod tests;
 
-pub use self::own::State;
+pub use self::axis::Axis;
+pub use self::encoder::State;
+pub use self::limits::{Limits, Speeds};
+pub use self::log::{Book, ServiceLog};
+pub use self::start::Fields;
+
+use self::hooks::Kept;
 
 use crate::models::sick::settings::serves;
 use alloc::vec::Vec;
@@ -164,7 +170,7 @@ const ERRORS: &[ErrorFact] = &[
             Cause::Stand("main_unit"),
             Cause::Model,
         ],
-        code: Some(POSITION),
+        code: Some(0x0001),
         fault_bits: 1,
         error_type: Some(0x900A),
         ..LASTING
@@ -208,7 +214,6 @@ const ERRORS: &[ErrorFact] = &[
 ];
 
 const LASTING: ErrorFact = ErrorFact { is_persistent: true, ..NO_DIAGNOSIS };
-const POSITION: u16 = 0x0001;
 const UNDERVOLTAGE: u16 = 0x1003;
 const OVERVOLTAGE: u16 = 0x1004;
 const HOT: u16 = 0x0F05;

@@ -2,13 +2,10 @@
 //!
 //! P971 can be read as PROFIdrive has it; P1010 is reserved and reads 0.
 
-use super::axis;
-use super::limits;
-use super::log;
-use super::status;
-use super::{Live, State};
+use super::hooks::Check;
+use super::status::Saving;
+use super::{Live, State, axis, limits, log, status};
 use device_stack::profinet::port_mac;
-use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::{double_word, double_words, octets_of, word, words};
 use encoder_profile::profidrive::parameters::Parameter;
 use wire::ethernet::Mac;
@@ -31,12 +28,7 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
     Some(match number {
         // 0x3D, and the version in decimal.
         965 => word(if live.ram.user.compatible { 0x3D1F } else { 0x3D29 }),
-        980 if live.rules.own.list_is_writable => {
-            let mut list = words(live.facts.listed.iter().copied().map(u64::from).collect()).writable();
-            live.model.list.iter().for_each(|(at, value)| list.values[*at] = *value);
-            list
-        }
-        1000 => word(status::status_words(live)[0].into()),
+        1000 => word(status::status_a(live).into()),
         1001 => words(status::status_words(live).map(u64::from).to_vec()),
         1002 | 1003 => log::log_parameter(live, number),
         1004 => log::counters_parameter(live),
@@ -59,9 +51,6 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
                 status[1] |= ALARM_CHANNEL;
             }
             status[7] = live.model.service.operating_seconds() / OPERATING_TIME_UNIT;
-            if live.rules.own.faults_stay {
-                status[2] |= live.model.status.faults_seen;
-            }
             double_words(status.to_vec())
         }
         _ => return None,
@@ -77,16 +66,12 @@ pub fn write_own(
 ) -> Option<Result<(), ErrorNumber>> {
     match number {
         971 => {
-            let is_running = live.store.preset_value.deadline().is_some();
-            if is_running && live.rules.own.second_save_spoils {
-                live.store.preset_value.write(live.now, 0, live.facts.timing.save);
-                return Some(Ok(()));
+            let saves = values.first() == Some(&1);
+            if live.model.hooks.check(Check::Stores(971), saves) {
+                limits::store_limits(live);
             }
-            if values.first() == Some(&1) {
-                if live.rules.own.saves_limits {
-                    limits::store_limits(live);
-                }
-                live.model.status.saving = super::status::Saving::Running;
+            if saves {
+                live.model.status.saving = Saving::Running;
             }
             None
         }
@@ -94,29 +79,13 @@ pub fn write_own(
         1005 => Some(limits::write_speed(live, subindex, values)),
         1006 | 1007 => Some(limits::write_limits(live, number, subindex, values)),
         1009 => Some(axis::write_axis(live, subindex, values)),
-        980 => {
-            live.model.list.extend((usize::from(subindex)..).zip(values.iter().copied()));
-            Some(Ok(()))
+        65000 => {
+            let value = values.first().copied().unwrap_or(0) as u32;
+            if live.model.hooks.check(Check::Stores(65000), live.model.saves_each_change) {
+                live.store.preset_value.write(live.now, value, live.facts.timing.save);
+            }
+            None
         }
-        65000 => write_preset_value(live, values.first().copied().unwrap_or(0) as u32),
         _ => None,
     }
-}
-
-/// What P65000 does when it is written, beside taking the value.
-fn write_preset_value(live: &mut Live<'_, State>, value: u32) -> Option<Result<(), ErrorNumber>> {
-    let rules = &live.rules.own;
-    if rules.start_locks && live.model.transmits {
-        return Some(Ok(()));
-    }
-    if live.model.saves_each_change && rules.saves_by_itself {
-        live.store.preset_value.write(live.now, value, live.facts.timing.save);
-    }
-    if rules.warns_at_the_write && u64::from(value) >= live.positions() {
-        live.model.status.has_invalid_preset = true;
-    }
-    if rules.presets_while_requested && live.ram.sensor.request().home {
-        live.ram.measuring.offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
-    }
-    None
 }

@@ -5,12 +5,11 @@
 //! Readings: like record 0xBF00 it belongs to the start-up. With a value out of its limits nothing of it is applied,
 //! and an invalid parameter is told. Without it what is so at delivery is in force.
 
-use super::axis;
 use super::axis::{OFF, ON};
-use super::limits;
-use super::{Live, State};
+use super::hooks::Check;
+use super::limits::Stored;
+use super::{Live, State, axis, limits};
 use device_stack::profinet::{Access, RecordRefusal};
-use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::Phase;
 use wire::octets::Reader;
 
@@ -40,6 +39,18 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// What is so without the record: that of delivery, saved by P971.
+    pub const WITHOUT: Fields = Fields {
+        save_mode: 1,
+        transmits: 0,
+        axis: OFF as u8,
+        interval: 2,
+        measurements: 10,
+        nominator: 2048,
+        divisor: 1,
+        preset_value: 0,
+    };
+
     fn parse(octets: &[u8]) -> wire::Result<Fields> {
         let mut reader = Reader::new("vendor specific parameter data", octets);
         let [save_mode, transmits, axis, interval, measurements] = reader.array()?;
@@ -73,31 +84,27 @@ pub fn write_start_record(live: &mut Live<'_, State>, access: Access, octets: &[
     if !access.ar.is_some_and(|ar| live.ram.phase == Phase::Parameters(ar)) {
         return Err(RecordRefusal::StateConflict);
     }
-    let rules = &live.rules.own;
-    if !rules.takes_start_record {
-        return Ok(());
-    }
-    let fields = (rules.understands)(Fields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?);
-    let is_right = fields.is_right() && (!fields.has_axis() || axis::can_have_axis(live));
-    if !(rules.judges_start_record)(is_right, &fields) {
+    let fields = Fields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?;
+    let fields = live.model.hooks.0.apply(fields, |hooks, fields| hooks.start_record(fields));
+    let is_right = fields.is_right() && (!fields.has_axis() || axis::has_axis(live));
+    if live.model.hooks.check(Check::StartRecord(fields), is_right) {
+        apply(live, &fields);
+    } else {
         live.model.record_is_wrong = true;
-        return Ok(());
     }
-    live.model.saves_each_change = fields.save_mode == 0;
-    live.model.transmits = fields.transmits == 1;
-    let is_stored = live.store.preset_value.writes() > 0;
-    if let Some(value) = (rules.start_preset)(live.model.transmits, is_stored, fields.preset_value) {
-        live.set_preset_value(value);
-        if rules.start_presets {
-            live.ram.measuring.offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
-        }
-    }
-    let speed = &mut live.model.limits.speed;
-    (speed.refresh_time, speed.measurements) = (fields.interval.into(), fields.measurements.into());
-    let settled = |at, value: u32| (live.rules.sick.settled)((1009, at), value.into(), &live.hardware) as u32;
-    let axis = &mut live.model.axis;
-    axis.set_mode(fields.has_axis());
-    (axis.nominator, axis.divisor) = (settled(1, fields.nominator), settled(2, fields.divisor));
-    limits::measure_speed(live);
     Ok(())
+}
+
+/// Brings the fields of a right record into force.
+fn apply(live: &mut Live<'_, State>, fields: &Fields) {
+    let is_stored = live.store.preset_value.writes() > 0;
+    if live.model.hooks.check(Check::StartPresetValue { is_stored }, fields.transmits == 1) {
+        live.set_preset_value(fields.preset_value);
+    }
+    let State { saves_each_change, limits: Stored { speed, .. }, axis, .. } = &mut *live.model;
+    *saves_each_change = fields.save_mode == 0;
+    (speed.refresh_time, speed.measurements) = (fields.interval.into(), fields.measurements.into());
+    axis.set_mode(fields.has_axis());
+    (axis.nominator, axis.divisor) = (fields.nominator, fields.divisor);
+    limits::measure_speed(live);
 }

@@ -5,8 +5,9 @@
 //! longer one does nothing but the reset. Steady and flashing are lost in the print: flashing is what the text calls
 //! so.
 
-use super::limits;
-use super::{Live, State};
+use super::hooks::{Check, Hooks};
+use super::{Live, State, limits};
+use crate::models::sick::hooks;
 use core::time::Duration;
 use device_stack::profinet::Seen;
 use encoder_profile::encoder::PresetMode;
@@ -34,8 +35,6 @@ pub struct Surroundings {
     has_power: bool,
     /// Whether the supply has come back from below its limit: then the encoder starts anew. Manual, table 53.
     pub comes_back: bool,
-    /// Whether undervoltage stays although the supply is back.
-    pub stays_low: bool,
     switches: [u32; 3],
     pressed_since: Option<Time>,
     /// Whether the button was found to have been held for long enough: then nothing more is due for it.
@@ -52,7 +51,6 @@ impl Default for Surroundings {
             has_start_up_error: false,
             has_power: true,
             comes_back: false,
-            stays_low: false,
             switches: [0; 3],
             pressed_since: None,
             was_held: false,
@@ -62,9 +60,10 @@ impl Default for Surroundings {
 }
 
 impl Surroundings {
-    /// Whether there is enough supply for the encoder to work.
-    pub fn is_alive(&self) -> bool {
-        self.volts >= LOWEST_SUPPLY && !self.comes_back
+    /// Whether there is enough supply for the encoder to work, and it does not start anew.
+    pub fn is_alive(&self, hooks: &Hooks) -> bool {
+        let check = Check::Works { is_reset_due: self.has_power && self.reset_is_due };
+        hooks.check(check, self.volts >= LOWEST_SUPPLY && !self.comes_back)
     }
 
     /// The supply voltage in whole millivolts.
@@ -77,35 +76,32 @@ impl Surroundings {
         (self.celsius + if self.celsius < 0.0 { -0.5 } else { 0.5 }) as i64
     }
 
-    /// When the button will have been held for so long.
-    fn held(&self, takes: Duration) -> Option<Time> {
-        self.pressed_since.filter(|_| self.has_power && !self.reset_is_due).map(|since| since + takes)
+    /// Since when the button is held, as far as it counts for the reset.
+    fn held_since(&self) -> Option<Time> {
+        self.pressed_since.filter(|_| self.has_power && !self.reset_is_due)
     }
 
     /// When the button will have been held for long enough, until that was found.
     pub fn deadline(&self) -> Option<Time> {
-        self.held(RESET_TAKES).filter(|_| !self.was_held)
+        self.held_since().filter(|_| !self.was_held).map(|since| since + RESET_TAKES)
     }
 
     /// The supply has come or gone.
     pub fn power(&mut self, has_power: bool) {
-        (self.has_power, self.pressed_since, self.comes_back, self.stays_low) = (has_power, None, false, false);
-        self.was_held = false;
+        (self.has_power, self.pressed_since, self.comes_back, self.was_held) = (has_power, None, false, false);
     }
 }
 
 /// Does what the stand does to supply, temperature, switches and button.
 pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
     let [was_low, _] = limits::voltage_is_outside(live);
-    let rules = &live.rules.own;
     let around = &mut live.model.around;
     match *action {
         StandAction::SupplyVoltage(volts) => {
             around.volts = volts;
             let [is_low, _] = limits::voltage_is_outside(live);
-            let around = &mut live.model.around;
-            around.comes_back = around.has_power && was_low && !is_low && rules.restarts;
-            around.stays_low |= was_low && !rules.restarts;
+            let State { around, hooks, .. } = &mut *live.model;
+            around.comes_back = hooks.check(Check::Restarts, around.has_power && was_low && !is_low);
         }
         StandAction::Fault("start_up", present) => around.has_start_up_error = present,
         StandAction::Temperature(celsius) => around.celsius = celsius,
@@ -115,13 +111,8 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
         }
         StandAction::Button("preset", true) => (around.pressed_since, around.was_held) = (Some(live.now), false),
         StandAction::Button("preset", false) => {
-            let pressed = around.pressed_since.take().filter(|_| around.has_power);
-            let asks_for_reset = (rules.asks_for_reset)(around.switches);
-            if let Some(since) = pressed
-                && !asks_for_reset
-                && live.now.since(since) < SHORT_PRESS
-            {
-                press(live);
+            if let Some(since) = around.pressed_since.take().filter(|_| around.has_power) {
+                release(live, live.now.since(since));
             }
         }
         _ => return None,
@@ -129,34 +120,31 @@ pub fn handle(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Ti
     Some(live.now)
 }
 
+/// Whether the address switches stand at 888: manual, 5.5.
+fn request_reset(model: &State) -> bool {
+    let switches = model.around.switches;
+    model.hooks.check(Check::ResetSwitches(switches), switches == [8; 3])
+}
+
 /// Looks at how long the button has been held.
 pub fn watch_button(live: &mut Live<'_, State>) {
-    let rules = &live.rules.own;
-    let around = &mut live.model.around;
-    if around.pressed_since.is_none() {
-        return;
-    }
-    let has_come = |due: Option<Time>| due.is_some_and(|due| due <= live.now);
-    around.was_held |= has_come(around.held(RESET_TAKES));
-    let is_done = has_come(around.held((rules.reset_takes)(RESET_TAKES)));
-    if is_done && (rules.asks_for_reset)(around.switches) {
-        around.reset_is_due = true;
-        // A reset that does not wait for the supply brings a start of its own.
-        around.comes_back = rules.resets_at_once;
+    let Some(since) = live.model.around.held_since() else { return };
+    let held = live.now.since(since);
+    let is_long = held >= RESET_TAKES;
+    live.model.around.was_held |= is_long;
+    if live.model.hooks.check(Check::ResetIsHeld(held), is_long) && request_reset(live.model) {
+        live.model.around.reset_is_due = true;
     }
 }
 
-/// A short press: an absolute preset.
-fn press(live: &mut Live<'_, State>) {
-    let rules = &live.rules.sick;
-    let Some(value) = (rules.button)(live.ram.preset_value) else { return };
-    if !rules.button_needs_class_4 && !live.ram.user.class_4 {
-        let offset = live.ram.measuring.preset(PresetMode::Absolute, value.into());
-        live.ram.measuring.offset = offset;
-        live.ram.measuring.settings.offset_acts = true;
-        return;
+/// The button is let go: a short press is an absolute preset, unless the switches request the reset.
+fn release(live: &mut Live<'_, State>, held: Duration) {
+    let is_preset = held < SHORT_PRESS && !request_reset(live.model);
+    let shared = &live.model.shared;
+    if shared.check(hooks::Check::ButtonPresets(held), is_preset) {
+        let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
+        live.preset(Source::Value(PresetMode::Absolute, value));
     }
-    live.preset(Source::Value(PresetMode::Absolute, value));
 }
 
 /// What an LED shows.

@@ -3,8 +3,8 @@
 //! Readings: a bit follows its cause, whatever of it is latched as an error elsewhere. An invalid preset and an accepted one
 //! are told until the next preset or the next start, an invalid parameter until the next start.
 
-use super::limits;
-use super::{Live, State};
+use super::hooks::Check;
+use super::{Live, State, limits};
 use encoder_profile::encoder::PresetMode;
 use station::Time;
 
@@ -65,8 +65,6 @@ pub struct Status {
     pub has_invalid_preset: bool,
     /// Whether the last preset was accepted.
     pub has_accepted_preset: bool,
-    /// The fault bits that were there since the connection began.
-    pub faults_seen: u64,
     /// The save by P971.
     pub saving: Saving,
     /// The save of the diagnostic data: when it is done.
@@ -90,7 +88,7 @@ pub fn status_b(live: &Live<'_, State>) -> u16 {
     faults_in(live, FAULTS_B)
         | bit(1, status.has_invalid_parameter)
         | bit(4, status.has_invalid_preset)
-        | bit(5, limits::is_too_fast(live) || live.rules.own.tells_low_frequency && limits::is_too_slow(live))
+        | bit(5, limits::is_too_fast(live))
 }
 
 /// S_STAT_C: there is no synchronous operation.
@@ -104,10 +102,9 @@ pub fn status_c(live: &Live<'_, State>) -> u16 {
     1 << 14 | u16::from(status.has_accepted_preset) << 12 | diagnosis.bits() << 2 | status.saving.bits()
 }
 
-/// The three words as they are shown.
+/// The three words, as P1001 has them.
 pub fn status_words(live: &Live<'_, State>) -> [u16; 3] {
-    let right = [status_a(live), status_b(live), status_c(live)];
-    (live.rules.own.words)(right, live.fault_bits().into())
+    [status_a(live), status_b(live), status_c(live)]
 }
 
 fn faults_in(live: &Live<'_, State>, faults: &[(&str, u32)]) -> u16 {
@@ -119,7 +116,9 @@ fn faults_in(live: &Live<'_, State>, faults: &[(&str, u32)]) -> u16 {
 
 /// Whether a preset is carried out with this value: it is in the measuring range.
 pub fn judge_preset(live: &mut Live<'_, State>, _: PresetMode, value: u64) -> bool {
-    let is_right = (live.rules.own.takes_preset)(value, live.positions(), &live.hardware);
+    let range = live.positions();
+    let check = Check::PresetValue { value, range, revolutions: live.hardware.revolutions };
+    let is_right = live.model.hooks.check(check, value < range);
     let status = &mut live.model.status;
     (status.has_invalid_preset, status.has_accepted_preset) = (!is_right, is_right);
     is_right

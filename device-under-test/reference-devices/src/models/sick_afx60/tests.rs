@@ -1,7 +1,6 @@
 //! The AFS60 and AFM60 as applications, driven as a stack drives them. Expected values are printed in the manual, or
 //! follow from the printed ratio; what is read is meant where a comment says so.
 
-use super::knobs::Knobs;
 use super::{FACTS, State, delivered, healthy};
 use ::station::{StandAction, Time};
 use alloc::vec::Vec;
@@ -30,7 +29,8 @@ impl Bench {
     fn alone(variant: usize, shaft: u64) -> Bench {
         let (facts, mac) = (&FACTS.variants[variant], [2, 0, 0, 0, 1, 0]);
         let piece = Piece { mac, shaft, station: delivered(facts.name) };
-        let encoder = EncoderObject::new(&FACTS, State::new(mac), facts, healthy(), Knobs::default(), piece);
+        let state = State::new(mac, Default::default(), Default::default());
+        let encoder = EncoderObject::new(&FACTS, state, facts, healthy(), piece);
         let telegram = *encoder.plugs().iter().find(|plug| plug.submodule_ident == 81).expect("telegram 81");
         Bench { encoder, now: Time::ZERO, telegram, words: [CONTROL, 0] }
     }

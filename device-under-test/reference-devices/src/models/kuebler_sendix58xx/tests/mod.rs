@@ -57,7 +57,7 @@ impl Bench {
     fn alone(variant: usize, shaft: u64) -> Bench {
         let piece = Piece { mac: [2, 0, 0, 0, 1, 0], shaft, ..Piece::default() };
         let variant = &FACTS.variants[variant];
-        let encoder = EncoderObject::new(&FACTS, Sendix, variant, healthy(), (), piece);
+        let encoder = EncoderObject::new(&FACTS, Sendix, variant, healthy(), piece);
         let plugs = encoder.plugs().iter().filter(|plug| plug.module_ident == 0x30).copied().collect();
         Bench { encoder, now: Time::ZERO, plugs, preset: Some(0), words: Some(CONTROL) }
     }

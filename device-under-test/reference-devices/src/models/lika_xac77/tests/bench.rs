@@ -55,7 +55,7 @@ impl Bench {
         let piece = Piece { mac, shaft, ..Piece::default() };
         let variant = &FACTS.variants[variant];
         let encoder =
-            EncoderObject::new(&FACTS, State::default(), variant, behaviour.encoder.clone(), behaviour.web, piece);
+            EncoderObject::new(&FACTS, State::new(behaviour.web.clone()), variant, behaviour.encoder.clone(), piece);
         let telegram = encoder.plugs()[2];
         Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
     }

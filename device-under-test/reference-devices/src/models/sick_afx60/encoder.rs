@@ -1,9 +1,9 @@
-//! What is the own of these encoders: what they keep beside the encoder object, and its hooks into it.
+//! The AFS60 or AFM60 itself: what it keeps beside the encoder object, and what it does of its own.
 
-use super::knobs::Knobs;
-use super::parameters;
-use super::{FREQUENCY, HOT, OVERVOLTAGE, POSITION, TEMPERATURE, UNDERVOLTAGE};
-use super::{axis, limits, log, start, station, status};
+use super::hooks::{Event, Hooks, Kept};
+use super::{FREQUENCY, HOT, OVERVOLTAGE, TEMPERATURE, UNDERVOLTAGE};
+use super::{axis, limits, log, parameters, start, station, status};
+use crate::models::sick;
 use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use device_stack::profinet::{Access, RecordRefusal, Seen};
@@ -14,51 +14,43 @@ use encoder_profile::profidrive::parameters::Parameter;
 use wire::ethernet::Mac;
 use wire::profidrive::ErrorNumber;
 
-/// What is the own of these encoders.
+/// What an AFS60 or AFM60 keeps beside the encoder object.
 #[derive(Clone, Debug)]
 pub struct State {
+    /// The deviations at what the encoders of SICK share, and at what these have of their own.
+    pub(super) shared: sick::hooks::Hooks,
+    pub(super) hooks: Hooks,
     pub(super) mac: Mac,
     pub(super) around: station::Surroundings,
     pub(super) limits: limits::Stored,
     pub(super) status: status::Status,
-    pub(super) service: log::Service,
+    pub(super) service: log::ServiceLog,
     pub(super) axis: axis::Axis,
     /// The save mode: whether P1006, P1007 and P65000 are stored with each change.
     pub(super) saves_each_change: bool,
     /// Whether the record of the vendor of this start had a value out of its limits.
     pub(super) record_is_wrong: bool,
-    /// Whether the start transmitted the preset value.
-    pub(super) transmits: bool,
-    /// What was written to P980 and to the outputs of P1009, where that can be.
-    pub(super) list: Vec<(usize, u64)>,
-    pub(super) outputs: Vec<(usize, u64)>,
-    /// Whether the error of a start is raised.
-    pub(super) begins_with_error: bool,
 }
 
 impl State {
     /// As delivered.
-    pub fn new(mac: [u8; 6]) -> State {
+    pub fn new(mac: [u8; 6], shared: sick::hooks::Hooks, hooks: Hooks) -> State {
         State {
+            shared,
+            hooks,
             mac: Mac(mac),
             around: station::Surroundings::default(),
             limits: limits::Stored::default(),
             status: status::Status::default(),
-            service: log::Service::default(),
+            service: log::ServiceLog::default(),
             axis: axis::Axis::new(),
             saves_each_change: false,
             record_is_wrong: false,
-            transmits: false,
-            list: Vec::new(),
-            outputs: Vec::new(),
-            begins_with_error: false,
         }
     }
 }
 
 impl Model for State {
-    type Rules = Knobs;
-
     fn parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
         parameters::own_parameter(live, number)
     }
@@ -82,9 +74,8 @@ impl Model for State {
 
     fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
         match error.code {
-            Some(UNDERVOLTAGE) => limits::voltage_is_outside(live)[0] || live.model.around.stays_low,
+            Some(UNDERVOLTAGE) => limits::voltage_is_outside(live)[0],
             Some(OVERVOLTAGE) => limits::voltage_is_outside(live)[1],
-            Some(POSITION) => live.model.begins_with_error,
             Some(HOT) => live.model.around.celsius > station::HIGHEST_TEMPERATURE,
             _ => false,
         }
@@ -104,8 +95,6 @@ impl Model for State {
     }
 
     fn advance(live: &mut Live<'_, State>) {
-        live.model.begins_with_error = false;
-        live.model.status.faults_seen |= u64::from(live.fault_bits());
         limits::measure_speed(live);
         log::log(live);
         status::end_saves(live);
@@ -114,13 +103,13 @@ impl Model for State {
     }
 
     fn started(live: &mut Live<'_, State>) {
-        let model = &mut *live.model;
-        (model.saves_each_change, model.record_is_wrong, model.transmits) = (false, false, false);
-        model.axis.begin(&live.rules.sick);
-        model.limits.speed.begin();
-        let status = &mut live.model.status;
-        (status.faults_seen, status.has_invalid_preset, status.has_accepted_preset) = (0, false, false);
-        live.model.begins_with_error = live.rules.own.begins_with_error;
+        let before = Kept::of(live);
+        let State { saves_each_change, record_is_wrong, axis, limits, status, .. } = &mut *live.model;
+        (*saves_each_change, *record_is_wrong) = (false, false);
+        (status.has_invalid_preset, status.has_accepted_preset) = (false, false);
+        axis.begin();
+        limits.speed.begin();
+        before.keep(live, Event::Start);
     }
 
     fn parametrized(live: &mut Live<'_, State>) {
@@ -141,46 +130,31 @@ impl Model for State {
     }
 
     fn power_up(live: &mut Live<'_, State>) {
-        let rules = &live.rules.own;
-        let model = &mut *live.model;
-        model.around.power(true);
-        (model.limits.speed, model.limits.limits) = (limits::Speed::default(), *model.limits.memory.stored());
-        model.status = status::Status::default();
-        model.service.power_up(live.now, &live.rules.sick);
-        model.axis.power_up(&live.rules.sick);
-        (model.saves_each_change, model.record_is_wrong, model.transmits) = (false, false, false);
-        (model.list, model.outputs) = (Vec::new(), Vec::new());
-        if !rules.stores_preset_value {
-            live.ram.preset_value = 0;
-        }
+        let before = Kept::of(live);
+        let State { around, limits, status, service, axis, shared, .. } = &mut *live.model;
+        around.power(true);
+        (limits.speed, limits.limits) = (limits::Speed::default(), *limits.memory.stored());
+        *status = status::Status::default();
+        service.power_up(live.now, shared);
+        axis.begin();
+        (live.model.saves_each_change, live.model.record_is_wrong) = (false, false);
+        before.keep(live, Event::PowerUp);
         axis::recall_laps(live);
     }
 
     fn power_down(live: &mut Live<'_, State>) {
-        if live.rules.own.save_is_torn && live.model.status.saving == status::Saving::Running {
-            live.store.preset_value.replace(live.ram.preset_value);
-        }
+        let before = Kept::of(live);
+        let is_saving = live.model.status.saving == status::Saving::Running;
         live.model.limits.memory.power_down();
         live.model.around.power(false);
+        before.keep(live, Event::PowerDown { is_saving });
     }
 
     fn reset(live: &mut Live<'_, State>) {
-        let model = &mut *live.model;
-        let rules = &live.rules.own;
-        let around = model.around.clone();
-        let mut new = State { around, ..State::new(model.mac.0) };
-        if !rules.reset_clears_log {
-            new.service = model.service.clone();
-        } else {
-            new.service.begin_anew();
-        }
-        if rules.reset_keeps_limits {
-            new.limits = model.limits.clone();
-        }
-        if live.rules.sick.axis_survives {
-            new.axis = model.axis;
-        }
-        *model = new;
+        let before = Kept::of(live);
+        let State { mac, around, service, shared, hooks, .. } = live.model.clone();
+        *live.model = State { around, service, ..State::new(mac.0, shared, hooks) };
+        before.keep(live, Event::Reset);
     }
 
     fn reset_at_power_up(&mut self) -> Option<Reset> {
@@ -189,7 +163,7 @@ impl Model for State {
     }
 
     fn is_alive(&self) -> bool {
-        self.around.is_alive()
+        self.around.is_alive(&self.hooks)
     }
 
     fn deadline(&self) -> Option<Time> {
