@@ -13,6 +13,8 @@ pub enum Need {
     Profibus,
     /// A second port on PROFINET.
     SecondPort,
+    /// A measuring task: every device but the one after no manual.
+    Encoder,
     /// The encoder object of the encoder profile, on either bus.
     EncoderProfile,
     /// I&M0 and no other record of I&M.
@@ -58,6 +60,7 @@ impl Need {
             Need::SecondPort => {
                 Need::Profinet.is_met_by(manual) && manual.facts.is_some_and(|facts| facts.identity.ports > 1)
             }
+            Need::Encoder => manual.facts.is_some() || matches!(manual.bus, Bus::Profibus(_)),
             Need::EncoderProfile => manual.facts.is_some(),
             Need::OnlyIm0 => manual.facts.is_some_and(|facts| facts.identity.im_supported == 0),
             Need::Parameter(number) => manual.facts.is_some_and(|facts| facts.parameters.contains(&number)),

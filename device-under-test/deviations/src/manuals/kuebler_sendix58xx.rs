@@ -6,14 +6,8 @@ use crate::tables::{self, Table};
 pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
     Table::All(tables::handshakes::OTHERS),
-    Table::Only(tables::measuring::BUGS, MEASURING),
-    Table::All(tables::measuring::OTHERS),
-    Table::Only(tables::memory::BUGS, MEMORY),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::All(tables::presets::OTHERS),
-    Table::Only(tables::reset::BUGS, RESET),
-    Table::Only(tables::velocity::BUGS, VELOCITY),
-    Table::All(tables::velocity::OTHERS),
 ];
 
 const HANDSHAKES: &[&str] = &[
@@ -28,23 +22,6 @@ const HANDSHAKES: &[&str] = &[
     "acknowledge-answer-stays",
     "acknowledge-answer-without-request",
     "acknowledge-stops-transfer",
-];
-
-const MEASURING: &[&str] = &[
-    "extended-counter",
-    "code-sequence-on-xist1-only",
-    "range-ignored",
-    "range-one-too-long",
-    "range-below-a-revolution-ignored",
-];
-
-const MEMORY: &[&str] = &[
-    "offset-only-in-ram",
-    "relative-preset-not-stored",
-    "offset-used-up",
-    "position-restored-from-memory",
-    "every-write-is-stored",
-    "name-lost-at-power-off",
 ];
 
 const PRESETS: &[&str] = &[
@@ -71,26 +48,4 @@ const PRESETS: &[&str] = &[
     "position-not-reduced",
     "offset-only-at-standstill",
     "highest-position-wraps",
-];
-
-const RESET: &[&str] = &[
-    "reset-refused-while-connected",
-    "reset-keeps-name",
-    "reset-gives-a-name",
-    "reset-keeps-address",
-    "reset-of-ram-only",
-];
-
-const VELOCITY: &[&str] = &[
-    "speed-per-minute",
-    "speed-units-exchanged",
-    "rpm-from-scaled-steps",
-    "speed-in-hardware-steps",
-    "speed-held-at-standstill",
-    "speed-modulo-a-revolution",
-    "preset-shows-as-speed",
-    "wrap-shows-as-speed",
-    "speed-without-sign",
-    "speed-ignores-code-sequence",
-    "speed-overflows",
 ];

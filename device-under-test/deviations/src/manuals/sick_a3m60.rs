@@ -5,12 +5,9 @@ use crate::tables::{self, Table};
 /// By the seam at which they are switched on.
 pub(super) static BUGS: &[Table] = &[
     Table::Only(tables::handshakes::BUGS, HANDSHAKES),
-    Table::Only(tables::measuring::BUGS, MEASURING),
-    Table::Only(tables::memory::BUGS, MEMORY),
     Table::Only(tables::presets::BUGS, PRESETS),
     Table::Only(tables::presets::OTHERS, PRESETS_OTHERS),
     Table::Only(tables::slave::BUGS, SLAVE),
-    Table::Only(tables::velocity::BUGS, VELOCITY),
 ];
 
 const HANDSHAKES: &[&str] = &[
@@ -30,10 +27,6 @@ const HANDSHAKES: &[&str] = &[
     "stw2-bit-7-acknowledges",
     "error-needs-request",
 ];
-
-const MEASURING: &[&str] = &["range-one-too-long"];
-
-const MEMORY: &[&str] = &["offset-only-in-ram", "position-restored-from-memory"];
 
 const PRESETS: &[&str] = &[
     "relative-preset-assigns",
@@ -70,6 +63,3 @@ const SLAVE: &[&str] = &[
     "own-address-as-master",
     "acyclic-access-without-enable",
 ];
-
-const VELOCITY: &[&str] =
-    &["speed-in-hardware-steps", "speed-held-at-standstill", "speed-without-sign", "speed-ignores-code-sequence"];

@@ -3,14 +3,8 @@
 use crate::tables::{self, Table};
 
 /// By the seam at which they are switched on.
-pub(super) static BUGS: &[Table] = &[
-    Table::Only(tables::handshakes::BUGS, HANDSHAKES),
-    Table::Only(tables::measuring::BUGS, MEASURING),
-    Table::Only(tables::memory::BUGS, MEMORY),
-    Table::Only(tables::presets::BUGS, PRESETS),
-    Table::Only(tables::reset::BUGS, RESET),
-    Table::Only(tables::velocity::BUGS, VELOCITY),
-];
+pub(super) static BUGS: &[Table] =
+    &[Table::Only(tables::handshakes::BUGS, HANDSHAKES), Table::Only(tables::presets::BUGS, PRESETS)];
 
 const HANDSHAKES: &[&str] = &[
     "parking-ignored",
@@ -29,34 +23,6 @@ const HANDSHAKES: &[&str] = &[
     "stw2-bit-7-acknowledges",
     "error-clears-itself",
     "error-needs-request",
-];
-
-const MEASURING: &[&str] = &[
-    "position-counts-from-zero",
-    "revolution-of-13-bits",
-    "extended-counter",
-    "position-before-parking-shown",
-    "only-xist1-scaled",
-    "code-sequence-on-xist1-only",
-    "range-ignored",
-    "range-one-too-long",
-    "unit-of-whole-steps",
-    "jump-at-every-zero",
-];
-
-const MEMORY: &[&str] = &[
-    "offset-only-in-ram",
-    "relative-preset-not-stored",
-    "offset-used-up",
-    "offset-from-preset-value",
-    "position-restored-from-memory",
-    "every-write-is-stored",
-    "p971-takes-any-value",
-    "p971-confirms-too-early",
-    "save-never-ends",
-    "only-first-save",
-    "save-restores-old-offset",
-    "name-lost-at-power-off",
 ];
 
 const PRESETS: &[&str] = &[
@@ -83,21 +49,4 @@ const PRESETS: &[&str] = &[
     "offset-only-at-standstill",
     "highest-position-wraps",
     "offset-sign-reversed",
-];
-
-const RESET: &[&str] =
-    &["reset-keeps-preset-value", "reset-keeps-offset-unseen", "reset-keeps-name", "reset-gives-a-name"];
-
-const VELOCITY: &[&str] = &[
-    "speed-per-minute",
-    "speed-units-exchanged",
-    "rpm-from-scaled-steps",
-    "speed-in-hardware-steps",
-    "speed-held-at-standstill",
-    "speed-modulo-a-revolution",
-    "preset-shows-as-speed",
-    "wrap-shows-as-speed",
-    "speed-without-sign",
-    "speed-ignores-code-sequence",
-    "speed-overflows",
 ];

@@ -1,7 +1,8 @@
 //! Bugs of the velocity.
 
-use super::Deviation;
+use super::Group;
 use super::image::has_position;
+use crate::needs::Need;
 use crate::seams::OfEncoder;
 use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
@@ -12,62 +13,74 @@ use encoder_profile::encoder::measuring::Sampled;
 use encoder_profile::encoder::velocity::MeasuredWay;
 use encoder_profile::encoder::{Direction, Sampling, Scaling, Settings, Unit};
 use encoder_profile::profidrive::telegram::{Before, Image, Signal};
+use reference_devices::manuals;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
-    // Units
-    "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
-        => |b| b.velocity.velocity(speed_per_minute);
-    "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
-        => |b| b.start.velocity_unit(speed_units_exchanged);
-    "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
-        => |b| b.velocity.velocity(rpm_from_scaled_steps);
-    "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
-        => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
-            Signal::NistB => Settings { scaling: Scaling::hardware(hardware), ..settings },
-            _ => settings,
-        });
-
-    // Windows
-    "speed-once-a-second" "The velocity is calculated once a second."
-        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_secs(1), ..right });
-    "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
-        => |b| b.velocity.sampling(speed_window_by_unit);
-    "speed-held-at-standstill" "The last velocity is held when no steps come."
-        => |b| speed_held_at_standstill(b);
-    "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
-        => |b| b.velocity.velocity(speed_modulo_a_revolution);
-    "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
-        => |b| b.at_encoder.image(preset_shows_as_speed);
-    "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
-        => |b| b.at_encoder.image(wrap_shows_as_speed);
-
-    // Sign and limits
-    "speed-without-sign" "The velocity is a magnitude."
-        => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
-    "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
-        => |b| b.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
-    "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
-        => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
-};
-
-/// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Deviation] = encoder_bugs! {
-    "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
-        => |b| b.at_encoder.image(speed_unit_scales_position);
-    "speed-every-100ms" "The velocity is calculated every 100 ms."
-        => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
-    "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
-        => |b| b.at_encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
-    "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
-        => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
-    "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
-        => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
-    "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
-        => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + of.image.velocity_before) / 2)));
-    "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
-        => |b| unused_scaling_in_velocity(b);
-};
+/// The deviations of this topic, by what they need.
+pub static GROUPS: &[Group] = &[
+    Group {
+        needs: &[Need::Encoder],
+        deviations: encoder_bugs! {
+            "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
+                => |b| b.velocity.velocity(rpm_from_scaled_steps);
+            "speed-held-at-standstill" "The last velocity is held when no steps come."
+                => |b| speed_held_at_standstill(b);
+            "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
+                => |b| b.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
+        },
+    },
+    Group {
+        needs: &[Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
+                => |b| b.velocity.velocity(speed_per_minute);
+            "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
+                => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+                    Signal::NistB => Settings { scaling: Scaling::hardware(hardware), ..settings },
+                    _ => settings,
+                });
+            "speed-once-a-second" "The velocity is calculated once a second."
+                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_secs(1), ..right });
+            "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
+                => |b| b.velocity.sampling(speed_window_by_unit);
+            "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
+                => |b| b.velocity.velocity(speed_modulo_a_revolution);
+            "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
+                => |b| b.at_encoder.image(preset_shows_as_speed);
+            "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
+                => |b| b.at_encoder.image(wrap_shows_as_speed);
+            "speed-without-sign" "The velocity is a magnitude."
+                => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
+            "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
+                => |b| b.at_encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
+            "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
+                => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
+        },
+    },
+    Group {
+        needs: &[Need::Profinet, Need::EncoderProfile],
+        deviations: encoder_bugs! {
+            "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
+                => |b| b.start.velocity_unit(speed_units_exchanged);
+        },
+    },
+    Group {
+        needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
+        deviations: encoder_bugs! {
+            "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
+                => |b| b.at_encoder.image(speed_unit_scales_position);
+            "speed-every-100ms" "The velocity is calculated every 100 ms."
+                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
+            "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
+                => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
+            "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
+                => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
+            "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
+                => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + of.image.velocity_before) / 2)));
+            "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
+                => |b| unused_scaling_in_velocity(b);
+        },
+    },
+];
 
 fn speed_unit_scales_position(_: &Before, now: Image) -> Image {
     let by = match now.speed_unit {

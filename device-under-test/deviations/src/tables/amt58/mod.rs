@@ -12,7 +12,7 @@ mod red_zone;
 mod scaling;
 mod values;
 
-use super::{Group, Table, measuring, presets as shared_presets, slave, velocity};
+use super::{Group, Table, presets as shared_presets, slave};
 use crate::needs::Need;
 use reference_devices::manuals::DATALOGIC_AMT58;
 
@@ -32,22 +32,8 @@ pub static GROUPS: &[Group] = &[
 ];
 
 /// Those of the tables that say by name which manuals have them.
-pub static BUGS: &[Table] = &[
-    Table::Only(measuring::BUGS, MEASURING),
-    Table::Only(shared_presets::BUGS, PRESETS),
-    Table::Only(slave::BUGS, SLAVE),
-    Table::All(slave::OTHERS),
-    Table::Only(velocity::BUGS, VELOCITY_BUGS),
-];
-
-const MEASURING: &[&str] = &[
-    "position-counts-from-zero",
-    "revolution-of-13-bits",
-    "range-ignored",
-    "range-one-too-long",
-    "unit-of-whole-steps",
-    "jump-at-every-zero",
-];
+pub static BUGS: &[Table] =
+    &[Table::Only(shared_presets::BUGS, PRESETS), Table::Only(slave::BUGS, SLAVE), Table::All(slave::OTHERS)];
 
 const PRESETS: &[&str] = &["preset-in-hardware-steps", "preset-adds-instead-of-assigns"];
 
@@ -104,5 +90,3 @@ const SLAVE: &[&str] = &[
     "address-after-power-off-only",
     "short-address-telegram-taken",
 ];
-
-const VELOCITY_BUGS: &[&str] = &["speed-held-at-standstill", "rpm-from-scaled-steps", "speed-ignores-code-sequence"];
