@@ -76,9 +76,11 @@ pub mod signals;
 pub mod slave;
 pub mod slave_memory;
 pub mod stack;
+pub mod stack_data;
 mod stack_memory;
 pub mod start;
 pub mod station;
+mod station_memory;
 mod unrequested_presets;
 pub mod variations;
 pub mod velocity;
@@ -147,6 +149,7 @@ pub static GROUPS: &[&[Group]] = &[
     set_prm::GROUPS,
     signals::GROUPS,
     stack::GROUPS,
+    stack_data::GROUPS,
     start::GROUPS,
     station::GROUPS,
     variations::GROUPS,

@@ -1,7 +1,7 @@
 //! Bugs of the web server.
 
 use super::Group;
-use super::stack_memory::PagesStay;
+use super::station_memory::PagesStay;
 use super::unrequested_presets::next_preset;
 use crate::needs::Need;
 use crate::seams::Deviations;

@@ -268,7 +268,7 @@ fn every_bug_leaves_a_trace() {
     let subject = subject("lika-xac77-profinet").expect("it is known");
     let healthy = walk(None);
     assert!(healthy == walk(None), "the walk is the same each time");
-    let groups = || tables::stack::GROUPS.iter().chain(tables::station::GROUPS);
+    let groups = || tables::stack::GROUPS.iter().chain(tables::stack_data::GROUPS).chain(tables::station::GROUPS);
     let of_the_stack = |name: &str| groups().flat_map(|group| group.deviations).any(|bug| bug.name == name);
     let names = subject.bugs().map(|bug| bug.name).filter(|name| !of_the_stack(name));
     let with = |name: &str| walk(Some(&subject.behaviour(&[name]).expect("a bug of its own")));

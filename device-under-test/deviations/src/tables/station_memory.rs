@@ -1,0 +1,172 @@
+//! Deviations of the PROFINET stack that remember something of names, addresses and resets.
+
+use crate::seams::stack::{change_dcp, change_lldp, dcp, rename};
+use alloc::vec;
+use alloc::vec::Vec;
+use core::mem;
+use core::time::Duration;
+use device_stack::profinet::{StackCheck, StackHooks, StackView, Start, StationData};
+use station::Time;
+use wire::datagram::Ipv4;
+use wire::ethernet::{EtherType, FrameHeader, Mac};
+use wire::http;
+use wire::profinet::dcp::{Block, BlockError, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value};
+
+/// Announces by LLDP the name that it had at power-up.
+#[derive(Default)]
+pub struct AnnouncesFirstName {
+    name: Vec<u8>,
+}
+
+impl StackHooks for AnnouncesFirstName {
+    fn load_station(&mut self, start: Start, station: &mut StationData) {
+        if start == Start::PowerUp {
+            self.name.clone_from(&station.name);
+        }
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        change_lldp(frame, |lldp| {
+            rename(lldp, &self.name);
+            true
+        });
+    }
+}
+
+/// Receives nothing between a reset and the next power-up.
+#[derive(Default)]
+pub struct SilentAfterReset {
+    was_reset: bool,
+}
+
+impl StackHooks for SilentAfterReset {
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.was_reset = start == Start::Reset;
+    }
+
+    fn comes(&mut self, _: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        if self.was_reset { Vec::new() } else { frames }
+    }
+}
+
+/// Takes no name between a reset and the next power-up.
+#[derive(Default)]
+pub struct NoNameAfterReset {
+    was_reset: bool,
+}
+
+impl StackHooks for NoNameAfterReset {
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.was_reset = start == Start::Reset;
+    }
+
+    fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
+        verdict && !(self.was_reset && matches!(check, StackCheck::Name(_)))
+    }
+}
+
+/// Answers a reset as if it had taken place: the stack is given an element that it does not know in its place.
+#[derive(Default)]
+pub struct OnlyAnswersReset {
+    asked: Option<Element>,
+}
+
+impl OnlyAnswersReset {
+    const UNKNOWN: Element = Element { option: 0x80, suboption: 1 };
+}
+
+impl StackHooks for OnlyAnswersReset {
+    fn comes(&mut self, _: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        for frame in &mut frames {
+            change_dcp(frame, |of, blocks| {
+                if (of.service_id, of.service_type) != (ServiceId::SET, ServiceType::REQUEST) {
+                    return;
+                }
+                for block in blocks {
+                    if matches!(block.value, Value::FactoryReset | Value::ResetToFactory) {
+                        self.asked = Some(block.value.element());
+                        block.value = Value::Raw { element: OnlyAnswersReset::UNKNOWN, octets: Vec::new() };
+                    }
+                }
+            });
+        }
+        frames
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        let Some(asked) = self.asked else { return };
+        change_dcp(frame, |_, blocks| {
+            for block in blocks {
+                if matches!(block.value, Value::Response { element: OnlyAnswersReset::UNKNOWN, .. }) {
+                    *block = Block::outcome(asked, BlockError::OK);
+                }
+            }
+        });
+    }
+}
+
+/// Gives itself the name from before a reset again, as if a station had set it.
+#[derive(Default)]
+pub struct NameReturns {
+    now: Time,
+    name: Vec<u8>,
+    returns: Option<(Time, Vec<u8>)>,
+}
+
+impl NameReturns {
+    const AFTER: Duration = Duration::from_secs(5);
+    const SETTER: Mac = Mac([2, 0, 0, 0, 0xFF, 0xFE]);
+}
+
+impl StackHooks for NameReturns {
+    fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        self.now = view.now;
+        self.name.clone_from(&view.station.name);
+        let Some((_, name)) = self.returns.take_if(|(due, _)| *due <= view.now) else { return frames };
+        let set = Block::set(BlockQualifier::PERMANENT, Value::NameOfStation(name));
+        let mut frame = Vec::new();
+        Dcp::set(0, vec![set]).write_frame(view.mac, NameReturns::SETTER, &mut frame);
+        [vec![frame], frames].concat()
+    }
+
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        self.returns = (start == Start::Reset).then(|| (self.now + NameReturns::AFTER, mem::take(&mut self.name)));
+    }
+
+    fn goes(&mut self, _: &StackView<'_>, frame: &mut Vec<u8>) {
+        if dcp(frame).is_some_and(|(header, _)| header.destination == NameReturns::SETTER) {
+            frame.clear();
+        }
+    }
+}
+
+/// Answers requests for web pages at the first address since power-up alone.
+#[derive(Default)]
+pub struct PagesStay {
+    first: [u8; 4],
+}
+
+impl StackHooks for PagesStay {
+    fn load_station(&mut self, start: Start, _: &mut StationData) {
+        if start == Start::PowerUp {
+            self.first = [0; 4];
+        }
+    }
+
+    fn comes(&mut self, view: &StackView<'_>, mut frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+        if self.first == [0; 4] {
+            self.first = view.station.ip;
+        }
+        if self.first != view.station.ip {
+            frames.retain(|frame| !is_for_pages(frame));
+        }
+        frames
+    }
+}
+
+/// Whether a frame goes to the web server.
+fn is_for_pages(frame: &[u8]) -> bool {
+    let Ok((header, payload)) = FrameHeader::parse(frame) else { return false };
+    let Some(packet) = Ipv4::parse(payload).ok().filter(|_| header.ether_type == EtherType::IPV4) else { return false };
+    packet.protocol == Ipv4::TCP && packet.payload.get(2..4) == Some(&http::PORT.to_be_bytes())
+}
