@@ -17,6 +17,7 @@ pub mod names;
 mod parameters;
 mod places;
 mod power;
+mod records;
 mod stand;
 mod start;
 

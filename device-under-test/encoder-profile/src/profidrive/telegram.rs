@@ -49,7 +49,7 @@ pub enum Control {
 }
 
 impl Control {
-    /// Its octets.
+    /// How many octets it has.
     pub const fn octets(self) -> usize {
         match self {
             Control::Stw2Enc | Control::G1Stw | Control::SeparateG1Stw => 2,
@@ -211,7 +211,7 @@ pub trait TelegramSteps {
 }
 
 impl Signal {
-    /// Its octets.
+    /// How many octets it has.
     pub const fn octets(self) -> usize {
         match self {
             Zsw2Enc | G1Zsw | SeparateG1Zsw | NistA | TimeStamp => 2,
@@ -251,9 +251,7 @@ impl Telegram {
         }
         rest.fill(0);
     }
-}
 
-impl Telegram {
     /// The octets of its signals.
     pub fn octets(&self, image: &Image) -> Vec<u8> {
         let mut octets = alloc::vec![0; self.inputs.iter().map(|signal| signal.octets()).sum()];
