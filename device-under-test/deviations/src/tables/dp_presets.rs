@@ -38,26 +38,6 @@ pub static GROUPS: &[Group] = &[Group {
             => |b| b.at_encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
         "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
             => |d| d.a3m60.add(StampOfPreset::default());
-        "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each cycle."
-            => |b| b.checks.check(|check, right| match check {
-                Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
-                _ => right,
-            });
-        "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
-            => |b| b.checks.check(|check, right| match check {
-                Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
-                _ => right,
-            });
-        "new-value-triggers" "Another value beside a trigger that stands makes another preset."
-            => |b| b.checks.check(|check, right| match check {
-                Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
-                _ => right,
-            });
-        "value-without-trigger" "Another value sets the position without the trigger."
-            => |b| b.checks.check(|check, right| match check {
-                Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
-                _ => right,
-            });
         "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
             => |b| b.checks.add(RestedTrigger::default());
         "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."

@@ -1,15 +1,23 @@
-//! Bugs of parking, errors and their acknowledgement.
+//! Deviations of parking, errors and their acknowledgement.
 
-use super::Deviation;
 use super::image::{ERROR, EXECUTED, PARKED, POSITION, has_error, is_executed, is_lost, is_parked, without_transfer};
 use super::sensor_memory::{
     ForgottenInPark, KeptAnswer, KeptErrors, NoPresetsAfterParking, OneAcknowledgement, RememberedControl,
 };
+use super::{Deviation, Group};
+use crate::needs::Need;
 use encoder_profile::checks::Check;
-use encoder_profile::profidrive::telegram::{Before, Image};
+use encoder_profile::profidrive::telegram::{Before, Control, Image};
+use reference_devices::manuals;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
+/// The deviations, by what they need of a device.
+pub static GROUPS: &[Group] = &[
+    Group { needs: &[Need::Output(Control::G1Stw)], deviations: HANDSHAKES },
+    Group { needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)], deviations: OF_THE_SENDIX },
+];
+
+/// The deviations of every sensor interface.
+static HANDSHAKES: &[Deviation] = encoder_bugs! {
     // Parking
     "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
         => |b| b.at_encoder.image(park_clears_position_first);
@@ -129,10 +137,8 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now });
 };
 
-/// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Deviation] = encoder_bugs! {
-    "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-        => |b| b.at_encoder.image(xist1_moves_while_parked);
+/// The deviations of one whose errors are a state and whose positions parking fixes.
+static OF_THE_SENDIX: &[Deviation] = encoder_bugs! {
     "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
         => |b| b.at_encoder.image(|_, now| if is_parked(&now) { Image { plain_position: now.position as u32, ..now } } else { now });
     "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
@@ -163,15 +169,6 @@ pub fn presets_while_parked(check: Check, right: bool) -> bool {
 fn park_keeps_preset_bit(before: &Before, now: Image) -> Image {
     match is_executed(&before.sent) && now.request.home && now.next_offset.is_none() {
         true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
-        false => now,
-    }
-}
-
-fn xist1_moves_while_parked(before: &Before, now: Image) -> Image {
-    let positions = now.positions.max(1);
-    let way = now.position % positions + positions - before.truth.position % positions;
-    match is_parked(&now) && is_parked(&before.truth) {
-        true => Image { g1_xist1: ((u64::from(before.sent.g1_xist1) + way) % positions) as u32, ..now },
         false => now,
     }
 }

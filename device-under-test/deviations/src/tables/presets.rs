@@ -1,9 +1,10 @@
-//! Bugs of presets.
+//! Deviations of presets.
 
-use super::Deviation;
 use super::image::{ERROR, EXECUTED, POSITION, is_executed, is_parked, without_transfer};
 use super::parameter_memory::PresetsAtWrite;
 use super::sensor_memory::{HeldRequests, RaisedByPresets};
+use super::{Deviation, Group};
+use crate::needs::Need;
 use crate::seams::OfEncoder;
 use crate::seams::measuring::Step;
 use alloc::rc::Rc;
@@ -14,11 +15,35 @@ use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder::measuring::{self, PresetBasis};
 use encoder_profile::hooks::{EncoderHooks, Held, Retained, View, Write};
 use encoder_profile::profidrive::preset_trigger::TRIGGER;
-use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
+use encoder_profile::profidrive::telegram::{Before, Control, Image, Outputs, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
 
-/// The bugs of this seam.
-pub static BUGS: &[Deviation] = encoder_bugs! {
+/// The deviations, by what they need of a device.
+pub static GROUPS: &[Group] = &[
+    Group { needs: &[Need::Output(Control::G1Stw)], deviations: ANYHOW },
+    Group { needs: &[Need::Output(Control::G1Stw)], deviations: BY_REQUEST },
+    Group {
+        needs: &[Need::Profinet, Need::Output(Control::G1Stw)],
+        deviations: encoder_bugs! {
+            "only-first-preset" "Only the first absolute preset has an effect."
+                => |b| b.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
+            "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
+                => |b| b.at_encoder.image(preset_acknowledged_too_early);
+        },
+    },
+    Group { needs: &[Need::Output(Control::Preset)], deviations: BY_TRIGGER },
+];
+
+/// The deviations of presets by whatever words of whatever telegram.
+pub static ANYHOW: &[Deviation] = encoder_bugs! {
+    "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
+        => |b| b.measuring.preset(preset_in_hardware_steps);
+    "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
+        => |b| b.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
+};
+
+/// The deviations of presets by G1_STW.
+static BY_REQUEST: &[Deviation] = encoder_bugs! {
     // Preset
     "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
         => |b| b.measuring.relative(absolute);
@@ -26,14 +51,8 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.measuring.relative(|preset| preset.value % preset.range);
     "relative-shift-reversed" "A relative preset shifts the position down by its value."
         => |b| b.measuring.relative(relative_shift_reversed);
-    "only-first-preset" "Only the first absolute preset has an effect."
-        => |b| b.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
-    "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
-        => |b| b.measuring.preset(preset_in_hardware_steps);
     "preset-uses-stored-value" "A preset takes P65000 as it was saved and not as it is."
         => |b| b.at_encoder.preset_units(preset_uses_stored_value);
-    "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
-        => |b| b.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
         => |b| b.checks.check(|check, right| match check {
             Check::BeginsPreset { before, now, parked } => before.home && !now.home && !parked,
@@ -53,8 +72,6 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
         => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
-    "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
-        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.next_offset.is_some() && now.request.home { EXECUTED } else { 0 }, ..now });
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
         => |b| b.at_encoder.image(preset_acknowledge_stays);
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
@@ -118,8 +135,8 @@ pub static BUGS: &[Deviation] = encoder_bugs! {
         => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
 };
 
-/// The bugs of this seam that not all manuals have.
-pub static OTHERS: &[Deviation] = encoder_bugs! {
+/// The deviations of encoders that have presets by a trigger too.
+static BY_TRIGGER: &[Deviation] = encoder_bugs! {
     // By G1_STW, or by both
     "preset-takes-100-ms" "A preset takes 100 ms."
         => |b| b.at_encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
@@ -217,19 +234,19 @@ pub static OTHERS: &[Deviation] = encoder_bugs! {
         };
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
         => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before, now } => (before.unwrap_or(0) ^ now) & TRIGGER != 0,
+            Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
             _ => right,
         });
     "new-value-triggers" "Another value beside a trigger that stands makes another preset."
         => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before, now } => now & TRIGGER != 0 && before != Some(now),
+            Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
             _ => right,
         });
     "trigger-works-once" "Only the first trigger in a connection makes a preset."
         => |b| b.checks.check(trigger_works_once());
     "value-without-trigger" "Another value sets the position without the trigger."
         => |b| b.checks.check(|check, right| match check {
-            Check::TriggersPreset { before, now } => right || now & TRIGGER == 0 && (before.unwrap_or(0) ^ now) & VALUE != 0,
+            Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
             _ => right,
         });
     "trigger-limit-one-short" "The value of a preset is limited to the range less 2."
@@ -348,6 +365,13 @@ fn trigger_obeys_mode(view: &View<'_>, _: &Telegram, arrived: Outputs) -> Output
     let shifted = |word: u32| (before.position + u64::from(word & VALUE)) % before.positions.max(1);
     let preset = arrived.preset.map(|word| if is_relative { word & !VALUE | shifted(word) as u32 } else { word });
     Outputs { preset, ..arrived }
+}
+
+fn preset_acknowledged_too_early(before: &Before, now: Image) -> Image {
+    match now.next_offset.is_some() && (now.request.home || is_executed(&before.sent)) {
+        true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
+        false => now,
+    }
 }
 
 fn preset_acknowledge_stays(before: &Before, now: Image) -> Image {

@@ -14,11 +14,6 @@ use encoder_profile::profidrive::telegram::{Before, Image, Outputs, Telegram};
 use encoder_profile::profidrive::user_parameters::UserParameters;
 use station::Time;
 
-/// Whether this is the first cycle of a connection.
-fn is_first(view: &View<'_>) -> bool {
-    !view.before.truth.good
-}
-
 /// A sign of life of the encoder that is made of the right one, step by step.
 pub struct SignOfLife {
     right: u8,
@@ -148,17 +143,15 @@ impl HeldRequests {
 
 impl EncoderHooks for HeldRequests {
     fn ends(&mut self, view: &View<'_>) {
-        match self.over_connections {
-            true => (self.held, self.is_parked) = (self.last, is_parked(&view.before.sent)),
-            false => self.last = (0, 0),
+        let last = core::mem::take(&mut self.last);
+        if self.over_connections {
+            (self.held, self.is_parked) = (last, is_parked(&view.before.sent));
         }
     }
 
-    fn starts(&mut self, _: &View<'_>) {
+    fn powered_up(&mut self) {
         let last = core::mem::take(&mut self.last);
-        if !self.over_connections {
-            self.held = last;
-        }
+        (self.held, self.is_parked) = (if self.over_connections { (0, 0) } else { last }, false);
     }
 
     fn outputs(&mut self, _: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
@@ -196,6 +189,10 @@ fn parked(now: Image) -> Image {
 pub struct KeptAnswer(bool);
 
 impl EncoderHooks for KeptAnswer {
+    fn powered_up(&mut self) {
+        self.0 = false;
+    }
+
     fn ends(&mut self, view: &View<'_>) {
         self.0 |= is_executed(&view.before.truth);
     }
@@ -214,14 +211,19 @@ pub struct KeptErrors {
 }
 
 impl EncoderHooks for KeptErrors {
-    fn starts(&mut self, _: &View<'_>) {
-        self.returning.clone_from(&self.last);
+    fn power_down(&mut self, view: &View<'_>) {
+        self.last = view.errors.to_vec();
     }
 
-    fn causes(&mut self, view: &View<'_>, right: Vec<Error>) -> Vec<Error> {
-        if !is_first(view) {
-            self.last = view.errors.to_vec();
-        }
+    fn powered_up(&mut self) {
+        self.returning = core::mem::take(&mut self.last);
+    }
+
+    fn starts(&mut self, view: &View<'_>) {
+        self.returning = view.errors.to_vec();
+    }
+
+    fn causes(&mut self, _: &View<'_>, right: Vec<Error>) -> Vec<Error> {
         let mut causes = core::mem::take(&mut self.returning);
         causes.extend(right.into_iter().filter(|error| !causes.contains(error)).collect::<Vec<_>>());
         causes

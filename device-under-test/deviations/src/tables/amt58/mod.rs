@@ -26,16 +26,14 @@ pub static GROUPS: &[Group] = &[
     Group { needs: AMT58, deviations: leds::BUGS },
     Group { needs: AMT58, deviations: parameters::BUGS },
     Group { needs: AMT58, deviations: presets::BUGS },
+    Group { needs: AMT58, deviations: shared_presets::ANYHOW },
     Group { needs: AMT58, deviations: red_zone::BUGS },
     Group { needs: AMT58, deviations: scaling::BUGS },
     Group { needs: AMT58, deviations: values::BUGS },
 ];
 
 /// Those of the tables that say by name which manuals have them.
-pub static BUGS: &[Table] =
-    &[Table::Only(shared_presets::BUGS, PRESETS), Table::Only(slave::BUGS, SLAVE), Table::All(slave::OTHERS)];
-
-const PRESETS: &[&str] = &["preset-in-hardware-steps", "preset-adds-instead-of-assigns"];
+pub static BUGS: &[Table] = &[Table::Only(slave::BUGS, SLAVE), Table::All(slave::OTHERS)];
 
 const SLAVE: &[&str] = &[
     "exchange-with-old-parameters",
