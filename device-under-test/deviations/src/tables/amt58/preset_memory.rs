@@ -116,7 +116,8 @@ impl SlaveHooks for Early {
     }
 
     fn starts(&mut self) {
-        (self.count.take(), self.due.take());
+        self.count.set(0);
+        self.due.set(None);
     }
 }
 
@@ -186,7 +187,8 @@ impl Amt58Hooks for Repeated {
     }
 
     fn load(&mut self, _: &View<'_>, offset: i64) -> i64 {
-        (self.last.take(), self.due.take());
+        self.last.set(0);
+        self.due.set(None);
         offset
     }
 }
