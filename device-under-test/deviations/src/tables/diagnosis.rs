@@ -1,7 +1,7 @@
 //! Bugs of faults, diagnoses and alarms.
 
 use super::Group;
-use super::diagnosis_memory::{StayingDiagnoses, StayingWarnings};
+use super::diagnosis_memory::{AlarmStorm, StayingDiagnoses, StayingWarnings, with_error_type};
 use super::image::{ERROR, POSITION, has_error};
 use super::stack_memory::AlarmsBlockInputs;
 use crate::needs::Need;
@@ -95,7 +95,7 @@ pub static GROUPS: &[Group] = &[
             "supported-warnings-5" "The second warning is not among those that are supported."
                 => |d| d.at_encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
             "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
-                => |d| d.at_encoder.diagnoses(alarm_storm);
+                => |d| d.at_encoder.add(AlarmStorm::default());
             "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
                 => |d| d.at_encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
         },
@@ -168,20 +168,4 @@ fn warning_shown_as_error(view: &View<'_>, mut causes: Vec<Error>) -> Vec<Error>
         causes.insert(0, Error { number: 0, code: view.facts.errors[0].code });
     }
     causes
-}
-
-/// A diagnosis of each error and warning that is there, all of the same error type.
-fn with_error_type(view: &View<'_>) -> Vec<(u16, Severity)> {
-    let errors = view.errors.iter().map(|_| (0x9000, Severity::Fault));
-    let warnings = (0..32).filter(|bit| view.warnings >> bit & 1 != 0).map(|_| (0x9000, Severity::MaintenanceRequired));
-    let mut all: Vec<_> = errors.chain(warnings).collect();
-    all.dedup();
-    all
-}
-
-/// The diagnoses come and go in turn.
-fn alarm_storm(view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
-    let is_reported = !view.user.compatible || view.user.alarm_channel;
-    let is_turn = view.now.as_nanos() / 50_000_000 % 2 == 0;
-    if is_reported && is_turn { with_error_type(view) } else { right }
 }

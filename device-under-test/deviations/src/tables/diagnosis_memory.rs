@@ -8,6 +8,39 @@ use device_stack::profinet::Severity;
 use encoder_profile::checks::{Check, EncoderChecks};
 use encoder_profile::hooks::{EncoderHooks, View};
 use encoder_profile::profidrive::telegram::{Before, Image};
+use station::Time;
+
+/// A diagnosis of each error and warning that is there, all of the same error type.
+pub fn with_error_type(view: &View<'_>) -> Vec<(u16, Severity)> {
+    let errors = view.errors.iter().map(|_| (0x9000, Severity::Fault));
+    let warnings = (0..32).filter(|bit| view.warnings >> bit & 1 != 0).map(|_| (0x9000, Severity::MaintenanceRequired));
+    let mut all: Vec<_> = errors.chain(warnings).collect();
+    all.dedup();
+    all
+}
+
+/// While there is an error or a warning, its diagnosis goes and appears anew every 100 ms.
+#[derive(Default)]
+pub struct AlarmStorm {
+    since: Option<Time>,
+}
+
+impl EncoderHooks for AlarmStorm {
+    fn diagnoses(&mut self, view: &View<'_>, right: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
+        let is_reported = !view.user.compatible || view.user.alarm_channel;
+        let all = with_error_type(view);
+        if all.is_empty() || !is_reported {
+            self.since = None;
+            return right;
+        }
+        let since = *self.since.get_or_insert(view.now);
+        if view.now.since(since).as_millis() % 100 < 50 { all } else { right }
+    }
+
+    fn powered_up(&mut self) {
+        self.since = None;
+    }
+}
 
 /// A diagnosis stays when its fault has gone.
 #[derive(Default)]
