@@ -2,15 +2,15 @@
 
 use super::hooks::{Event, Hooks, Kept};
 use super::{FREQUENCY, HOT, OVERVOLTAGE, TEMPERATURE, UNDERVOLTAGE};
-use super::{axis, limits, log, parameters, start, station, status};
+use super::{controls, leds, limits, parameters, round_axis, sensor_status, service_log, start_record};
 use crate::models::sick;
-use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use device_stack::profinet::{Access, RecordRefusal, Seen};
 use encoder_profile::encoder::{PresetMode, Settings};
 use encoder_profile::encoder_object::{Live, Model};
 use encoder_profile::facts::{ErrorFact, Reset};
 use encoder_profile::profidrive::parameters::Parameter;
+use station::{StandAction, Time};
 use wire::ethernet::Mac;
 use wire::profidrive::ErrorNumber;
 
@@ -21,11 +21,11 @@ pub struct State {
     pub(super) shared: sick::hooks::Hooks,
     pub(super) hooks: Hooks,
     pub(super) mac: Mac,
-    pub(super) around: station::Surroundings,
+    pub(super) around: controls::Surroundings,
     pub(super) limits: limits::Stored,
-    pub(super) status: status::Status,
-    pub(super) service: log::ServiceLog,
-    pub(super) axis: axis::Axis,
+    pub(super) status: sensor_status::Status,
+    pub(super) service: service_log::ServiceLog,
+    pub(super) axis: round_axis::Axis,
     /// The save mode: whether P1006, P1007 and P65000 are stored with each change.
     pub(super) saves_each_change: bool,
     /// Whether the record of the vendor of this start had a value out of its limits.
@@ -39,11 +39,11 @@ impl State {
             shared,
             hooks,
             mac: Mac(mac),
-            around: station::Surroundings::default(),
+            around: controls::Surroundings::default(),
             limits: limits::Stored::default(),
-            status: status::Status::default(),
-            service: log::ServiceLog::default(),
-            axis: axis::Axis::new(),
+            status: sensor_status::Status::default(),
+            service: service_log::ServiceLog::default(),
+            axis: round_axis::Axis::new(),
             saves_each_change: false,
             record_is_wrong: false,
         }
@@ -65,18 +65,18 @@ impl Model for State {
     }
 
     fn write_record(live: &mut Live<'_, State>, access: Access, data: &[u8]) -> Option<Result<(), RecordRefusal>> {
-        (access.index == start::RECORD).then(|| start::write_start_record(live, access, data))
+        (access.index == start_record::RECORD).then(|| start_record::write_start_record(live, access, data))
     }
 
     fn read_record(live: &mut Live<'_, State>, access: Access, _: &mut Vec<u8>) -> Option<Result<(), RecordRefusal>> {
-        (access.index == start::RECORD && live.is_here(&access)).then_some(Err(RecordRefusal::AccessDenied))
+        (access.index == start_record::RECORD && live.is_here(&access)).then_some(Err(RecordRefusal::AccessDenied))
     }
 
     fn is_caused(live: &Live<'_, State>, error: &ErrorFact) -> bool {
         match error.code {
             Some(UNDERVOLTAGE) => limits::voltage_is_outside(live)[0],
             Some(OVERVOLTAGE) => limits::voltage_is_outside(live)[1],
-            Some(HOT) => live.model.around.celsius > station::HIGHEST_TEMPERATURE,
+            Some(HOT) => live.model.around.celsius > controls::HIGHEST_TEMPERATURE,
             _ => false,
         }
     }
@@ -87,19 +87,19 @@ impl Model for State {
     }
 
     fn settings(live: &Live<'_, State>, settings: Settings) -> Settings {
-        axis::with_axis(live, settings)
+        round_axis::with_axis(live, settings)
     }
 
     fn takes_preset(live: &mut Live<'_, State>, mode: PresetMode, value: u64) -> bool {
-        status::judge_preset(live, mode, value)
+        sensor_status::judge_preset(live, mode, value)
     }
 
     fn advance(live: &mut Live<'_, State>) {
         limits::measure_speed(live);
-        log::log(live);
-        status::end_saves(live);
-        station::watch_button(live);
-        axis::keep_laps(live);
+        service_log::log(live);
+        sensor_status::end_saves(live);
+        controls::watch_button(live);
+        round_axis::keep_laps(live);
     }
 
     fn started(live: &mut Live<'_, State>) {
@@ -113,20 +113,20 @@ impl Model for State {
     }
 
     fn parametrized(live: &mut Live<'_, State>) {
-        axis::note_axis(live);
+        round_axis::note_axis(live);
         let range_is_wrong = match live.model.axis.is_on {
-            true => !axis::axis_is_right(live) || !live.ram.user.has_unit(&live.encoder()),
+            true => !round_axis::axis_is_right(live) || !live.ram.user.has_unit(&live.encoder()),
             false => live.ram.wrong_parameters,
         };
         live.model.status.has_invalid_parameter = range_is_wrong || live.model.record_is_wrong;
     }
 
     fn act(live: &mut Live<'_, State>, action: &StandAction<'_>) -> Option<Time> {
-        station::handle(live, action)
+        controls::handle(live, action)
     }
 
     fn led(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
-        station::light(live, name, seen)
+        leds::light(live, name, seen)
     }
 
     fn power_up(live: &mut Live<'_, State>) {
@@ -134,17 +134,17 @@ impl Model for State {
         let State { around, limits, status, service, axis, shared, .. } = &mut *live.model;
         around.power(true);
         (limits.speed, limits.limits) = (limits::Speed::default(), *limits.memory.stored());
-        *status = status::Status::default();
+        *status = sensor_status::Status::default();
         service.power_up(live.now, shared);
         axis.begin();
         (live.model.saves_each_change, live.model.record_is_wrong) = (false, false);
         before.keep(live, Event::PowerUp);
-        axis::recall_laps(live);
+        round_axis::recall_laps(live);
     }
 
     fn power_down(live: &mut Live<'_, State>) {
         let before = Kept::of(live);
-        let is_saving = live.model.status.saving == status::Saving::Running;
+        let is_saving = live.model.status.saving == sensor_status::Saving::Running;
         live.model.limits.memory.power_down();
         live.model.around.power(false);
         before.keep(live, Event::PowerDown { is_saving });

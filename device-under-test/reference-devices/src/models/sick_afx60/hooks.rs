@@ -3,10 +3,10 @@
 //!
 //! The encoders themselves are plain. Without the feature `deviations` no hook is ever called.
 
-use super::axis::Axis;
 use super::limits::{Limits, Speeds};
-use super::log::ServiceLog;
-use super::start::Fields;
+use super::round_axis::Axis;
+use super::service_log::ServiceLog;
+use super::start_record::Fields;
 use super::{Live, State};
 use core::time::Duration;
 use device_stack::Attached;

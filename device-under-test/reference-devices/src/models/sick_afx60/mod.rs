@@ -4,25 +4,26 @@
 //!
 //! - Errors are latched until they are acknowledged; warnings follow their cause.
 //! - The reset by DCP is not described; modes 1, 2, 4 and 8 reset the part they name.
-//! - Parameters of the form of the profile are those of the encoder object; what is this encoder's own has a room here.
+//! - Parameters of the form of the profile are those of the encoder object; what only this encoder has is here.
 
-mod axis;
+mod controls;
 mod encoder;
 pub mod hooks;
+mod leds;
 mod limits;
-mod log;
 mod parameters;
-mod start;
-mod station;
-mod status;
+mod round_axis;
+mod sensor_status;
+mod service_log;
+mod start_record;
 #[cfg(test)]
 mod tests;
 
-pub use self::axis::Axis;
 pub use self::encoder::State;
 pub use self::limits::{Limits, Speeds};
-pub use self::log::{Book, ServiceLog};
-pub use self::start::Fields;
+pub use self::round_axis::Axis;
+pub use self::service_log::{Book, ServiceLog};
+pub use self::start_record::Fields;
 
 use self::hooks::Kept;
 

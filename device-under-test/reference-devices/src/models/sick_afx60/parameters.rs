@@ -3,8 +3,8 @@
 //! P971 can be read as PROFIdrive has it; P1010 is reserved and reads 0.
 
 use super::hooks::Check;
-use super::status::Saving;
-use super::{Live, State, axis, limits, log, status};
+use super::sensor_status::Saving;
+use super::{Live, State, limits, round_axis, sensor_status, service_log};
 use device_stack::profinet::port_mac;
 use encoder_profile::encoder_object::{double_word, double_words, octets_of, word, words};
 use encoder_profile::profidrive::parameters::Parameter;
@@ -28,13 +28,13 @@ pub fn own_parameter(live: &Live<'_, State>, number: u16) -> Option<Parameter> {
     Some(match number {
         // 0x3D, and the version in decimal.
         965 => word(if live.ram.user.compatible { 0x3D1F } else { 0x3D29 }),
-        1000 => word(status::status_a(live).into()),
-        1001 => words(status::status_words(live).map(u64::from).to_vec()),
-        1002 | 1003 => log::log_parameter(live, number),
-        1004 => log::counters_parameter(live),
+        1000 => word(sensor_status::status_a(live).into()),
+        1001 => words(sensor_status::status_words(live).map(u64::from).to_vec()),
+        1002 | 1003 => service_log::log_parameter(live, number),
+        1004 => service_log::counters_parameter(live),
         1005 => limits::speed_parameter(live),
         1006 | 1007 => limits::limits_parameter(live, number),
-        1009 => axis::axis_parameter(live),
+        1009 => round_axis::axis_parameter(live),
         1010 => word(0),
         1011 => port(1),
         1012 => port(2),
@@ -75,10 +75,10 @@ pub fn write_own(
             }
             None
         }
-        1003 => Some(log::reset_log(live, values)),
+        1003 => Some(service_log::reset_log(live, values)),
         1005 => Some(limits::write_speed(live, subindex, values)),
         1006 | 1007 => Some(limits::write_limits(live, number, subindex, values)),
-        1009 => Some(axis::write_axis(live, subindex, values)),
+        1009 => Some(round_axis::write_axis(live, subindex, values)),
         65000 => {
             let value = values.first().copied().unwrap_or(0) as u32;
             if live.model.hooks.check(Check::Stores(65000), live.model.saves_each_change) {

@@ -1,15 +1,12 @@
-//! What is under the screw cover and what shines: preset push-button, address switches, LEDs; and supply and
-//! temperature. Manual, 3.7, 4.2, 5.3.1 and 5.5.
+//! What is under the screw cover: preset push-button and address switches; and supply and temperature. Manual, 3.7, 4.2 and 5.5.
 //!
 //! Readings: a short press (below 3 s, invented) is an absolute preset unless the switches ask for the reset; any
-//! longer one does nothing but the reset. Steady and flashing are lost in the print: flashing is what the text calls
-//! so.
+//! longer one does nothing but the reset.
 
 use super::hooks::{Check, Hooks};
 use super::{Live, State, limits};
 use crate::models::sick::hooks;
 use core::time::Duration;
-use device_stack::profinet::Seen;
 use encoder_profile::encoder::PresetMode;
 use encoder_profile::encoder_object::Source;
 use station::{StandAction, Time};
@@ -144,38 +141,5 @@ fn release(live: &mut Live<'_, State>, held: Duration) {
     if shared.check(hooks::Check::ButtonPresets(held), is_preset) {
         let value = shared.seams.apply(live.ram.preset_value, |hooks, value| hooks.button(value));
         live.preset(Source::Value(PresetMode::Absolute, value));
-    }
-}
-
-/// What an LED shows.
-pub fn light(live: &Live<'_, State>, name: &str, seen: &Seen) -> Option<&'static str> {
-    let light = match name {
-        "sf" if seen.is_signalling => "red_flashing",
-        "sf" if live.errors().iter().any(|error| error.code.is_some()) => "red",
-        "sf" => "dark",
-        "bf" if seen.exchanges_data => "dark",
-        "bf" if seen.is_booting || seen.has_connection => "green",
-        "bf" => "red",
-        "encoder" => encoder_light(live, seen),
-        "la1" if !seen.is_linked => "dark",
-        "la1" if seen.exchanges_data => "orange",
-        "la1" => "green",
-        // The bench has no cable for the second port.
-        "la2" => "dark",
-        _ => return None,
-    };
-    Some(if seen.has_supply { light } else { "dark" })
-}
-
-fn encoder_light(live: &Live<'_, State>, seen: &Seen) -> &'static str {
-    let errors = live.errors();
-    let is_wrong = live.model.status.has_invalid_preset || live.model.status.has_invalid_parameter;
-    match () {
-        () if seen.is_booting => "red_green",
-        () if live.model.around.reset_is_due => "green_flashing",
-        () if errors.iter().any(|error| error.fault_bits & super::POSITION_OR_MEMORY != 0) => "red",
-        () if limits::is_beyond_limits(live) => "red_green",
-        () if is_wrong => "orange",
-        () => "green",
     }
 }

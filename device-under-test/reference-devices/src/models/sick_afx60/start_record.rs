@@ -5,10 +5,10 @@
 //! Readings: like record 0xBF00 it belongs to the start-up. With a value out of its limits nothing of it is applied,
 //! and an invalid parameter is told. Without it what is so at delivery is in force.
 
-use super::axis::{OFF, ON};
 use super::hooks::Check;
 use super::limits::Stored;
-use super::{Live, State, axis, limits};
+use super::round_axis::{OFF, ON};
+use super::{Live, State, limits, round_axis};
 use device_stack::profinet::{Access, RecordRefusal};
 use encoder_profile::encoder_object::Phase;
 use wire::octets::Reader;
@@ -86,7 +86,7 @@ pub fn write_start_record(live: &mut Live<'_, State>, access: Access, octets: &[
     }
     let fields = Fields::parse(octets).map_err(|_| RecordRefusal::WriteLength)?;
     let fields = live.model.hooks.0.apply(fields, |hooks, fields| hooks.start_record(fields));
-    let is_right = fields.is_right() && (!fields.has_axis() || axis::has_axis(live));
+    let is_right = fields.is_right() && (!fields.has_axis() || round_axis::has_axis(live));
     if live.model.hooks.check(Check::StartRecord(fields), is_right) {
         apply(live, &fields);
     } else {

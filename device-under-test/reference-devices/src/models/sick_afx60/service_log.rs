@@ -5,7 +5,7 @@
 //! begins and with each full revolution. Counters stop at 255. All of it survives without power, the factory reset too.
 
 use super::hooks::{Check, Event};
-use super::{Kept, Live, State, status};
+use super::{Kept, Live, State, sensor_status};
 use crate::models::sick::hooks::Hooks;
 use crate::models::sick::log::{Log, LogReading, Look, Recorder};
 use core::time::Duration;
@@ -123,7 +123,7 @@ fn log_motion(live: &mut Live<'_, State>) {
 }
 
 fn count(live: &mut Live<'_, State>) {
-    let status = status::status_a(live);
+    let status = sensor_status::status_a(live);
     let State { service, hooks, .. } = &mut *live.model;
     let came = status & !core::mem::replace(&mut service.status, status);
     for (bit, counter) in service.counters.iter_mut().enumerate().skip(1) {
