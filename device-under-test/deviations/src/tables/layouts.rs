@@ -91,12 +91,6 @@ pub static GROUPS: &[Group] = &[
                 => |b| b.at_encoder.image(|_, now| shows_position(now, now.request.home));
             "revolution-missing" "Of all revolutions the last one is not counted."
                 => |b| b.measuring.range(revolution_missing);
-        },
-    },
-    // G1_XIST1 while parked, where it is 0 otherwise
-    Group {
-        needs: &[Need::OfEither(&manuals::SICK_AFX60, &manuals::SICK_A3M60)],
-        deviations: encoder_bugs! {
             "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
                 => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
         },

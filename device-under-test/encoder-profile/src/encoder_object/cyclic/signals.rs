@@ -47,6 +47,11 @@ impl<M: Model> Live<'_, M> {
             speed_unit: ram.user.speed_unit,
             positions: self.positions(),
             good: true,
+            g1_xist2: match ram.sensor.xist2() {
+                Xist2::Nothing => 0,
+                Xist2::Position => position as u32,
+                Xist2::Error(code) => code.into(),
+            },
             position,
             offset: ram.measuring.offset,
             next_offset: ram.next_preset.map(|next| next.offset),
@@ -57,21 +62,13 @@ impl<M: Model> Live<'_, M> {
             request: ram.sensor.request(),
             ..Image::default()
         };
+        // XAC77, 16.3: parking makes the positions 0.
         if ram.sensor.is_zeroed() {
-            let g1_xist2 = match ram.sensor.xist2() {
-                Xist2::Error(code) => code.into(),
-                Xist2::Nothing | Xist2::Position => 0,
-            };
-            return Image { g1_xist2, ..status };
+            return status;
         }
         Image {
             g1_xist1: shown(Signal::G1Xist1) as u32,
             shift: self.variant.shift,
-            g1_xist2: match ram.sensor.xist2() {
-                Xist2::Nothing => 0,
-                Xist2::Position => position as u32,
-                Xist2::Error(code) => code.into(),
-            },
             g1_xist3: shown(Signal::G1Xist3),
             ..status
         }
