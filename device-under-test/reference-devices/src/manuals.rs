@@ -71,7 +71,7 @@ pub static SICK_A3M60: Manual = Manual {
     title: "SICK A3M60 Advanced PROFIBUS absolute encoder",
     variants: &[sick_a3m60::FACTS.variants[0].name],
     facts: Some(&sick_a3m60::FACTS),
-    healthy: sick_a3m60::healthy,
+    healthy: Behaviour::default,
     bus: Bus::Profibus(Profibus {
         delivered: sick_a3m60::ADDRESS,
         build: |variant, behaviour, shaft, line| {

@@ -150,6 +150,7 @@ pub static GROUPS: &[&[Group]] = &[
     service::GROUPS,
     set_prm::GROUPS,
     signals::GROUPS,
+    slave::GROUPS,
     stack::GROUPS,
     stack_data::GROUPS,
     start::GROUPS,

@@ -10,7 +10,7 @@ mod toy;
 use self::bench::{Answer, Bench};
 use self::toy::{CFG, PRM, Toy, bench};
 use crate::seams::Deviations;
-use crate::tables::slave::BUGS;
+use crate::tables::slave::GROUPS;
 use core::time::Duration;
 use device_stack::profibus::Device;
 use rstest::rstest;
@@ -18,7 +18,7 @@ use rstest::rstest;
 /// A slave with this bug, in exchange.
 fn with(name: &str) -> Bench<Device<Toy>> {
     let mut deviations = Deviations::default();
-    let bug = BUGS.iter().find(|bug| bug.name == name).expect("the bug is known");
+    let bug = GROUPS.iter().flat_map(|group| group.deviations).find(|bug| bug.name == name).expect("the bug is known");
     (bug.attach)(&mut deviations);
     let mut bench = bench(deviations.behaviour().slave);
     bench.ask(Some((61, 62)), &PRM);

@@ -30,7 +30,6 @@ pub use slave::Encoder;
 use crate::models::sick::settings;
 use core::time::Duration;
 use device_stack::profinet::Severity;
-use encoder_profile::behaviour::Behaviour;
 use encoder_profile::encoder::Hardware;
 use encoder_profile::encoder_object::Live;
 use encoder_profile::facts::{
@@ -46,11 +45,6 @@ use encoder_profile::profidrive::user_parameters::StartLimits;
 
 /// The address at delivery: manual, 4.3.
 pub const ADDRESS: u8 = 2;
-
-/// What is right in this manual where it says otherwise than the profile.
-pub fn healthy() -> Behaviour {
-    Behaviour::default()
-}
 
 /// What the sensor tells apart.
 const HARDWARE: Hardware = Hardware { steps_per_revolution: 1 << 14, revolutions: 1 << 17 };
