@@ -49,6 +49,16 @@ const EXPLAINED: &[(&str, &str, &str)] = &[
         "speed-unit-refused-without-velocity",
         "it no longer takes a tolerance of 0, of which its sentence says nothing",
     ),
+    (
+        "sick-a3m60-profibus",
+        "written-before-checked",
+        "the device has no way to write P1009, so that a write of it changes nothing whatever the checks say",
+    ),
+    (
+        "sick-afx60-profinet",
+        "written-before-checked",
+        "the device has no way to write the elements of P1009 that are read only, whatever the checks say",
+    ),
 ];
 
 /// What is written of a bug with which the device once could not run every trial.
