@@ -214,8 +214,6 @@ pub struct View<'a> {
     pub data_since: Option<Time>,
     /// Name and addresses in use.
     pub station: &'a StationData,
-    /// The IP address before the last assignment.
-    pub address_before: [u8; 4],
 }
 
 /// What the working memory holds of a preset.

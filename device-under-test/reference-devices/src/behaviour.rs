@@ -6,7 +6,7 @@ use crate::models::{datalogic_amt58, lika_xac77, sick, sick_a3m60, sick_afx60};
 use device_stack::{Attached, profibus, profinet};
 use encoder_profile::behaviour;
 
-/// How a reference device behaves; the default is the profile, and healthy where a manual says nothing else.
+/// The deviations of a reference device; none by default.
 #[derive(Clone, Default)]
 pub struct Behaviour {
     /// The encoder.

@@ -4,7 +4,6 @@ use crate::behaviour::Behaviour;
 use alloc::boxed::Box;
 use core::fmt;
 use device_stack::profinet::{Device, StationData};
-use encoder_profile::behaviour;
 use encoder_profile::encoder_object::{EncoderObject, Model, Piece};
 use encoder_profile::facts::Facts;
 use wire::ethernet::Mac;
@@ -25,8 +24,6 @@ pub struct Manual {
     pub variants: &'static [&'static str],
     /// What it says of its encoders, where they are of the encoder profile.
     pub facts: Option<&'static Facts>,
-    /// How its encoders behave: the profile, and what is right in this manual where it says otherwise.
-    pub healthy: fn() -> behaviour::Behaviour,
     /// The bus that its devices speak.
     pub bus: Bus,
 }
@@ -91,7 +88,7 @@ impl fmt::Debug for Manual {
 impl Manual {
     /// How its devices behave.
     pub fn behaviour(&self) -> Behaviour {
-        Behaviour { encoder: (self.healthy)(), ..Behaviour::default() }
+        Behaviour::default()
     }
 
     /// A device of a variant that behaves like this, with power and plugged in; `None` if there is no such variant.

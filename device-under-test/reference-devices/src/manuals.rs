@@ -7,7 +7,6 @@ use crate::models::{datalogic_amt58, kuebler_sendix58xx, lika_xac77, plain, sick
 use alloc::boxed::Box;
 use device_stack::profinet::StationData;
 use device_stack::{profibus, profinet};
-use encoder_profile::behaviour::Behaviour;
 use wire::ethernet::Mac;
 
 /// The manuals that there is a reference device for.
@@ -20,7 +19,6 @@ pub static LIKA_XAC77: Manual = Manual {
     title: "Lika XAC77 absolute encoder",
     variants: &[lika_xac77::FACTS.variants[0].name, lika_xac77::FACTS.variants[1].name],
     facts: Some(&lika_xac77::FACTS),
-    healthy: Behaviour::default,
     bus: Bus::Profinet(Profinet {
         // Manual, 7.3.
         oui: Some([0x10, 0xB9, 0xFE]),
@@ -38,7 +36,6 @@ pub static KUEBLER_SENDIX58XX: Manual = Manual {
     title: "Kübler Sendix 58xx absolute encoder",
     variants: &[kuebler_sendix58xx::FACTS.variants[0].name, kuebler_sendix58xx::FACTS.variants[1].name],
     facts: Some(&kuebler_sendix58xx::FACTS),
-    healthy: kuebler_sendix58xx::healthy,
     bus: Bus::Profinet(Profinet {
         oui: None,
         delivered: |_| StationData::default(),
@@ -54,7 +51,6 @@ pub static SICK_AFX60: Manual = Manual {
     title: "SICK AFS60/AFM60 absolute encoders",
     variants: &[sick_afx60::FACTS.variants[0].name, sick_afx60::FACTS.variants[1].name],
     facts: Some(&sick_afx60::FACTS),
-    healthy: sick_afx60::healthy,
     bus: Bus::Profinet(Profinet {
         oui: None,
         delivered: sick_afx60::delivered,
@@ -71,7 +67,6 @@ pub static SICK_A3M60: Manual = Manual {
     title: "SICK A3M60 Advanced PROFIBUS absolute encoder",
     variants: &[sick_a3m60::FACTS.variants[0].name],
     facts: Some(&sick_a3m60::FACTS),
-    healthy: Behaviour::default,
     bus: Bus::Profibus(Profibus {
         delivered: sick_a3m60::ADDRESS,
         build: |variant, behaviour, shaft, line| {
@@ -90,7 +85,6 @@ pub static DATALOGIC_AMT58: Manual = Manual {
     title: "Datalogic AMT58 PROFIBUS-DP absolute encoder",
     variants: &[datalogic_amt58::VARIANTS[0].0, datalogic_amt58::VARIANTS[1].0],
     facts: None,
-    healthy: Behaviour::default,
     bus: Bus::Profibus(Profibus {
         delivered: datalogic_amt58::ADDRESS,
         build: |variant, behaviour, shaft, line| {
@@ -108,7 +102,6 @@ pub static PROFINET_IO: Manual = Manual {
     title: "Any PROFINET IO device",
     variants: &["plain"],
     facts: None,
-    healthy: Behaviour::default,
     bus: Bus::Profinet(Profinet {
         oui: None,
         delivered: |_| StationData::default(),

@@ -110,7 +110,7 @@ pub static GROUPS: &[Group] = &[
             "ip-octets-reversed" "P61001 gives the octets of the address in the opposite order."
                 => |d| d.at_encoder.element(|_, at, right| if at == (61001, 0) { u64::from((right as u32).swap_bytes()) } else { right });
             "old-address-shown" "P61001 gives the address from before the last assignment."
-                => |d| d.at_encoder.element(|view, at, right| if at == (61001, 0) { u32::from_be_bytes(view.address_before).into() } else { right });
+                => |d| d.at_encoder.add(AddressBefore::default());
         },
     },
     // Preset value, P65000, and the operating status, P65001
@@ -223,5 +223,36 @@ impl EncoderHooks for OffsetOfPowerUp {
 
     fn element(&mut self, _: &View<'_>, at: (u16, usize), right: u64) -> u64 {
         if at == (65001, 8) { self.offset } else { right }
+    }
+}
+
+/// Shows the IP address before the last assignment since power-up.
+#[derive(Default)]
+struct AddressBefore {
+    current: [u8; 4],
+    before: [u8; 4],
+}
+
+impl AddressBefore {
+    fn note(&mut self, ip: [u8; 4]) {
+        if ip != self.current {
+            self.before = core::mem::replace(&mut self.current, ip);
+        }
+    }
+}
+
+impl EncoderHooks for AddressBefore {
+    fn load(&mut self, _: &View<'_>, retained: Retained) -> Retained {
+        (self.current, self.before) = (retained.station.ip, [0; 4]);
+        retained
+    }
+
+    fn starts(&mut self, view: &View<'_>) {
+        self.note(view.station.ip);
+    }
+
+    fn element(&mut self, view: &View<'_>, at: (u16, usize), right: u64) -> u64 {
+        self.note(view.station.ip);
+        if at == (61001, 0) { u32::from_be_bytes(self.before).into() } else { right }
     }
 }

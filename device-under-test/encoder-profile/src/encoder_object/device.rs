@@ -115,9 +115,6 @@ impl<M: Model> Application for EncoderObject<M> {
     fn set_station(&mut self, now: Time, current: &StationData, stored: &StationData) {
         self.advance(now);
         self.ram.station.clone_from(current);
-        if current.ip != self.ram.address {
-            self.ram.address_before = core::mem::replace(&mut self.ram.address, current.ip);
-        }
         if self.store.station.stored() != stored {
             self.store.station.replace(stored.clone());
         }

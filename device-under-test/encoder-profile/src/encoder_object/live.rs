@@ -99,10 +99,6 @@ pub struct Ram {
     pub(super) without_fault: Vec<Unprovoked>,
     /// P65000.
     pub preset_value: u32,
-    /// The IP address in use.
-    pub address: [u8; 4],
-    /// The address before the last assignment.
-    pub address_before: [u8; 4],
     /// Name and addresses in use.
     pub station: StationData,
     /// Whether no velocity is calculated.
@@ -183,8 +179,6 @@ impl Ram {
             warnings: 0,
             without_fault: without_fault(facts),
             preset_value: if is_unreadable { 0 } else { *store.preset_value.stored() },
-            address: store.station.stored().ip,
-            address_before: [0; 4],
             station: store.station.stored().clone(),
             velocity_is_off: false,
             measuring,

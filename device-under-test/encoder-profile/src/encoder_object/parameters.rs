@@ -64,7 +64,7 @@ impl<M: Model> Live<'_, M> {
             // List of the defined parameters.
             980 => words(self.facts.listed.iter().copied().map(u64::from).collect()),
             // IP of the station, first octet uppermost.
-            61001 => double_word(u32::from_be_bytes(self.ram.address).into()),
+            61001 => double_word(u32::from_be_bytes(self.ram.station.ip).into()),
             // Preset value.
             65000 => double_word(self.ram.preset_value.into()).writable(),
             OPERATING_STATUS => double_words(self.operating_status().to_vec()),
@@ -124,7 +124,6 @@ impl<M: Model> Live<'_, M> {
             outputs: &self.ram.outputs,
             store: self.store,
             data_since: self.ram.data_since,
-            address_before: self.ram.address_before,
         }
     }
 }

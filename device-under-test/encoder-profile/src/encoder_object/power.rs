@@ -91,7 +91,6 @@ impl<M: Model> EncoderObject<M> {
 
     /// Gives the encoder name and addresses, in memory too.
     fn set_station_of(&mut self, station: StationData) {
-        self.ram.address = station.ip;
         self.ram.station.clone_from(&station);
         self.store.station.replace(station);
     }

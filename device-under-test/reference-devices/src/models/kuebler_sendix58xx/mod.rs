@@ -27,7 +27,6 @@ mod tests;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Access, RecordRefusal, ResetScope, Seen, Severity};
-use encoder_profile::behaviour::Behaviour;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::{Hardware, Scaling, Settings};
 use encoder_profile::encoder_object::{Live, Model};
@@ -178,11 +177,6 @@ const fn warning(cause: Option<&'static str>, bit: u32) -> WarningFact {
 /// Singleturn with 8192 units, as the manual prints it; the rest is its example 0x2A, and the velocity unit is invented.
 fn default_record(_: &Hardware) -> UserParameters {
     UserParameters::of(0x2A, Scaling { units_per_revolution: 8192, range: 8192 }, 1, 0)
-}
-
-/// The profile, and what is right in this manual where it says otherwise.
-pub fn healthy() -> Behaviour {
-    Behaviour::default()
 }
 
 /// Whether the hardware can serve a scaling: chapter 7.

@@ -31,7 +31,6 @@ use crate::models::sick::settings::serves;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Severity, StationData};
-use encoder_profile::behaviour::Behaviour;
 use encoder_profile::encoder::{Hardware, Scaling};
 use encoder_profile::encoder_object::Live;
 use encoder_profile::facts::{
@@ -51,11 +50,6 @@ pub fn delivered(variant: &str) -> StationData {
         _ => "afm60a",
     };
     StationData { name: Vec::from(name), ..StationData::default() }
-}
-
-/// What is right in this manual where it says otherwise than the profile.
-pub fn healthy() -> Behaviour {
-    Behaviour::default()
 }
 
 /// What the manual says in words and numbers.
