@@ -55,8 +55,6 @@ pub static GROUPS: &[Group] = &[
                 };
             "position-stays-after-parking" "After parking the position goes on from the one before it."
                 => |b| b.at_encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
-            "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
-                => |b| b.checks.set(Check::Acknowledges { parked: true }, false);
             "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
                 => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
             "error-codes-combined" "The codes of several errors are combined bit by bit."
@@ -81,8 +79,6 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Input(Signal::G1Xist2)],
         deviations: encoder_bugs! {
-            "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
-                => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
             "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
                 => |b| b.at_encoder.image(xist2_freezes_without_control);
             "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
@@ -99,6 +95,8 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::ShiftedXist1],
         deviations: encoder_bugs! {
+            "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
+                => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
             "xist1-right-aligned" "G1_XIST1 is not shifted."
                 => |b| b.at_encoder.image(|_, now| Image { shift: 0, ..now });
             "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
@@ -125,8 +123,6 @@ pub static GROUPS: &[Group] = &[
                 => |b| b.at_encoder.signal(|_, octets| swap_words(octets));
             "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
                 => |b| b.at_encoder.signal(velocity_left_aligned);
-            "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
-                => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
         },
     },
     // Telegrams of the profile with a velocity
@@ -154,6 +150,10 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: encoder_bugs! {
+            "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
+                => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
+            "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
+                => |b| b.checks.set(Check::Acknowledges { parked: true }, false);
             "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
                 => |b| b.checks.check(|check, right| match check {
                     Check::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,

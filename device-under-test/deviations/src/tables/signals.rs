@@ -11,6 +11,7 @@ use encoder_profile::encoder::{Scaling, Settings};
 use encoder_profile::hooks::{SubmoduleInputs, View};
 use encoder_profile::profidrive::sensor::Error;
 use encoder_profile::profidrive::telegram::{self, Before, Control, Image, Outputs, Signal, Telegram};
+use reference_devices::manuals;
 
 /// The deviations of this topic, by what they need.
 pub static GROUPS: &[Group] = &[
@@ -101,23 +102,31 @@ pub static GROUPS: &[Group] = &[
                 => |b| b.at_encoder.add(SignOfLife::while_so(|now| !has_error(now)));
             "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
                 => |b| b.at_encoder.add(SignOfLife::while_so(|now| now.next_offset.is_none()));
-            "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
-                => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
+        },
+    },
+    // Where the manual of the Sendix says otherwise than the profile
+    Group {
+        needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
+        deviations: encoder_bugs! {
+            "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
+                => |b| b.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
+            "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
+                => |b| b.life_sign.count(|_, frames, _| frames);
+            "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
+                => |b| b.at_encoder.image(|_, now| if now.request.absolute { now } else { without_transfer(now) });
             "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
                 => |b| b.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, set } => compatible || set,
                     _ => right,
                 });
+            "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
+                => |b| b.at_encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
         },
     },
     // The same, of which the manual of the A3M60 has bugs of its own
     Group {
         needs: &[Need::Profinet, Need::Output(Control::Stw2Enc)],
         deviations: encoder_bugs! {
-            "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
-                => |b| b.life_sign.count(|_, frames, _| frames);
-            "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
-                => |b| b.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
                 => |b| b.at_encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
@@ -227,8 +236,6 @@ pub static GROUPS: &[Group] = &[
                 => |b| b.at_encoder.image(position_bit_lost_after_error);
             "position-unrequested-after-error" "After an error the position is shown although it is not requested."
                 => |b| b.at_encoder.image(position_unrequested_after_error);
-            "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
-                => |b| b.at_encoder.image(|_, now| if now.request.absolute { now } else { without_transfer(now) });
         },
     },
     // G1_XIST3

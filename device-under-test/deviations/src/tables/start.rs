@@ -142,13 +142,6 @@ pub static GROUPS: &[Group] = &[
                 });
             "class-4-inverted" "Class 4 is on while its bit is 0."
                 => |b| b.start.understand(|_, user| UserParameters { class_4: !user.class_4, ..user });
-            "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
-                => |b| b.start.understand(|view, user| match (user.units_per_revolution, user.range) {
-                    (0, 0) => *view.user,
-                    _ => user,
-                });
-            "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
-                => |b| parameter_error_latched(b);
             "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
                 => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
             "range-of-24-bits" "Only the lower 24 bits of the total range count."
@@ -173,6 +166,13 @@ pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::RecordInExchange],
         deviations: encoder_bugs! {
+            "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
+                => |b| parameter_error_latched(b);
+            "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
+                => |b| b.start.understand(|view, user| match (user.units_per_revolution, user.range) {
+                    (0, 0) => *view.user,
+                    _ => user,
+                });
             "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
                 => |b| b.checks.set(Check::RecordActsAtOnce, false);
             "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."

@@ -92,6 +92,9 @@ fn handshakes(walk: &mut Walk, bench: &mut Bench) {
         walk.parameters(bench);
     }
     walk.frames(bench, HOME, 30);
+    walk.frames(bench, 0, 1);
+    walk.write(bench, 0);
+    walk.frames(bench, HOME, 30);
     for word in [PARK | HOME | ABSOLUTE, PARK | ABSOLUTE, PARK | ABSOLUTE | HOME, ABSOLUTE] {
         walk.frames(bench, word, 30);
     }
