@@ -113,8 +113,6 @@ pub struct Ram {
     pub before: Before,
     /// What was taken from the controller; of each submodule none while its outputs are bad or missing.
     pub outputs: Outputs,
-    /// Until when a page of the web server holds up the signals of the telegram.
-    pub held_up_until: Time,
     /// The watch over the controller.
     pub watch: Watch,
     /// The preset without a handshake.
@@ -186,7 +184,6 @@ impl Ram {
             sensor: Sensor::new(facts.sensor, behaviour.checks.clone()),
             before: Before::default(),
             outputs: Outputs::default(),
-            held_up_until: now,
             watch: Watch::default(),
             trigger: Trigger::new(behaviour.checks.clone(), behaviour.trigger.clone()),
             frozen: None,

@@ -31,8 +31,7 @@ impl<M: Model> Live<'_, M> {
             | bit(9, is_requested)
             | bit(3, self.facts.control.shows_fault && self.fault_bits() != 0);
         let trigger = self.ram.outputs.preset.unwrap_or(0);
-        let is_held_up = self.now < self.ram.held_up_until;
-        let signals = if is_held_up { self.ram.before.sent } else { self.image() };
+        let signals = self.image();
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
         let before = &self.ram.before;
         let sent = self.behaviour.hooks.apply(image, |hooks, image| hooks.image(before, image));
