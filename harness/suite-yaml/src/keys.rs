@@ -175,6 +175,42 @@ key_sets! {
         "rpm" may Number, "How fast, 60 by default.";
     }
 
+    REQUIREMENTS "a file of requirements" {
+        "requirements" must List(&Keys(&REQUIREMENT)), "The requirements of one topic of the manual.";
+    }
+    REQUIREMENT "a requirement" {
+        "id" must Label, "Its id, unique in the manual; it stays when the requirement moves.";
+        "cites" must Text, "The clause: section, table, page.";
+        "statement" must Text, "What the clause says of the device, in one sentence of our own.";
+        "level" must Word(LEVELS), "How strict it is; `must` only where the manual says it without ambiguity.";
+        "source" must Word(SOURCES), "Who says it: the manual, a profile that it refers to, or common practice.";
+        "channel" must Word(CHANNELS), "Where it can be observed.";
+        "variants" may List(&Name), "The variants that it applies to, all by default.";
+        "ambiguity" may Text, "What the manual leaves open, and the reading that was chosen.";
+        "class" may Word(CLASSES), "Why no case can cover it; without a class it can be tested.";
+        "reason" may Text, "The reason of its class.";
+        "reading" may Text, "With `class: contradictory`: the reading that was chosen.";
+    }
+    BUGS "a list of bugs" {
+        "bugs" must Map(&List(&Name)), "For each bug of the reference device the requirements that it breaks.";
+    }
+    LEDGER "a ledger of known failures" {
+        "known_failures" must List(&Keys(&KNOWN_FAILURE)), "The failures that are known and followed.";
+    }
+    KNOWN_FAILURE "a known failure" {
+        "test" must Text, "The test, `SUITE/CASE[ROW]` with or without the manual in front; `*` stands for any letters.";
+        "device" must Name, "The manual.";
+        "variant" may Name, "The variant, every one by default.";
+        "firmware" may Keys(&FIRMWARE), "The firmware that has the failure, every one by default.";
+        "reason" must Text, "Why it fails, in one sentence.";
+        "ticket" must Text, "Where the failure is followed.";
+        "expires" must Text, "The last day on which the entry excuses anything, as YYYY-MM-DD.";
+        "signature" must Text, "How it fails, as the JSON report has it under `signature`; `*` stands for any letters.";
+    }
+    FIRMWARE "a range of firmware" {
+        "from" may Text, "The first firmware that has the failure.";
+        "to" may Text, "The last one.";
+    }
     MASKS "masks.yaml" {
         "masks" must Map(&Text), "Names that are not compared with a capture, each with the reason.";
         "tolerance" may Number, "By how many cycles a value may come earlier or later than recorded, 5 by default.";
@@ -550,6 +586,14 @@ pub const TAKEN: &[&str] = &[
     "requirements",
     "any",
 ];
+/// How strict a requirement is.
+pub const LEVELS: &[&str] = &["must", "should", "info"];
+/// Who says what is required.
+pub const SOURCES: &[&str] = &["manual", "profile", "convention"];
+/// Where a requirement can be observed.
+pub const CHANNELS: &[&str] = &["cyclic", "acyclic", "startup", "record", "dcp", "alarm", "web", "model", "diagnosis"];
+/// Why no case can cover a requirement.
+pub const CLASSES: &[&str] = &["implicit", "untestable", "out-of-scope", "contradictory"];
 /// Where a datum can come from that the manual does not print.
 pub const ORIGINS: &[&str] = &["description", "invented"];
 /// How values are written on web pages.

@@ -38,4 +38,4 @@ pub use load::{Checker, load, load_some};
 pub use masks::MaskList;
 pub use schema::schema;
 pub use source::{ANY_DEVICE, BenchTimes, Sources};
-pub use yaml::read_plain;
+pub use yaml::read_file;

@@ -14,15 +14,13 @@ use suite::device::PerBus;
 
 /// The JSON Schema (draft 2020-12) of all suite files and of bench files.
 ///
-/// `$defs` has one entry for each kind of mapping; the file kinds are `TOPIC`, `USE`, `COMMON`, `PROCEDURES`, `DEVICE`,
-/// `SLAVE` (a `device.yaml` of PROFIBUS), `BENCH` and `PERSONA`.
+/// `$defs` has one entry for each kind of mapping; those of whole files are [`FILES`].
 /// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
 /// services, codes of refusals, damaged frames.
 pub fn schema() -> Value {
     let mut defs: Map<String, Value> = ALL.iter().map(|(name, set)| ((*name).to_owned(), key_set(set))).collect();
     defs.insert("STEP".to_owned(), step());
-    let files = ["TOPIC", "USE", "COMMON", "PROCEDURES", "DEVICE", "SLAVE", "BENCH", "PERSONA"]
-        .map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
+    let files = FILES.map(|name| json!({ "$ref": format!("#/$defs/{name}") }));
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "encspec suite files and bench files",
@@ -31,6 +29,22 @@ pub fn schema() -> Value {
         "x-encspec": words(),
     })
 }
+
+/// The mappings that are whole files; `SLAVE` is a `device.yaml` of PROFIBUS.
+const FILES: [&str; 12] = [
+    "TOPIC",
+    "USE",
+    "COMMON",
+    "PROCEDURES",
+    "DEVICE",
+    "SLAVE",
+    "REQUIREMENTS",
+    "BUGS",
+    "MASKS",
+    "PERSONA",
+    "BENCH",
+    "LEDGER",
+];
 
 fn key_set(set: &'static KeySet) -> Value {
     let properties: Map<String, Value> = set

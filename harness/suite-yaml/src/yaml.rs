@@ -1,12 +1,10 @@
-//! YAML text to a tree whose every node knows its line and column; the only room that names YAML libraries.
+//! YAML text to a tree whose every node knows its line and column; the only file that names a YAML library.
 //!
-//! Suites are read through [`parse`], because every word in them may have to be pointed at. Plain lists (requirements,
-//! bugs) go through [`from_yaml`] into their types. Duplicate keys, anchors, aliases and tags are mistakes in suites.
+//! Every file goes through [`parse`], because any word may have to be pointed at. Duplicate keys, anchors, aliases and tags are
+//! errors.
 
 use super::error::{LoadError, Mistake, Read, Spot};
-use plain_text::nearest;
 use saphyr_parser::{Event, Parser, ScalarStyle, ScanError, Span};
-use serde::de::DeserializeOwned;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -264,37 +262,11 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// Reads a plain list or table into its type.
-///
-/// `serde_yaml` is archived and named only here. Once it has to go, a `serde::Deserializer` over [`Node`] replaces it: the parser of
-/// suites then reads these lists too.
-pub fn from_yaml<T: DeserializeOwned>(file: u16, text: &str) -> Read<T> {
-    serde_yaml::from_str(text).map_err(|error| {
-        let place = error.location();
-        let (line, column) = place.map_or((1, 1), |place| (place.line() as u32, place.column() as u32));
-        let mut message = error.to_string();
-        if let Some(end) = message.rfind(" at line ") {
-            message.truncate(end);
-        }
-        let mistake = Mistake::new(Spot { file, line, column, width: 0 }, message);
-        match meant(&mistake.message) {
-            Some(word) => mistake.help(format!("did you mean `{word}`?")),
-            None => mistake,
-        }
-    })
-}
-
-/// The word nearest to the unknown one in a message like: unknown field `a`, expected one of `b`, `c`.
-fn meant(message: &str) -> Option<String> {
-    let mut words = message[message.find("unknown ")?..].split('`').skip(1).step_by(2);
-    nearest(words.next()?, words)
-}
-
-/// Reads a list that is no part of a suite into its type; `path` is how its file is shown.
-pub fn read_plain<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, LoadError> {
-    from_yaml(0, text).map_err(|mistake| {
+/// Reads a file that is no part of a suite by `read`; `path` is how the file is shown.
+pub fn read_file<T>(path: &Path, text: &str, read: impl FnOnce(&Node) -> Read<T>) -> Result<T, LoadError> {
+    parse(0, text).and_then(|node| read(&node)).map_err(|mistake| {
         let line = text.lines().nth((mistake.spot.line as usize).saturating_sub(1)).unwrap_or_default().to_owned();
         let at = Location { file: Arc::new(path.to_owned()), line: mistake.spot.line, column: mistake.spot.column };
-        LoadError { at, width: 1, line, message: mistake.message, help: mistake.help }
+        LoadError { at, width: mistake.spot.width.max(1) as usize, line, message: mistake.message, help: mistake.help }
     })
 }

@@ -209,9 +209,9 @@ fn in_tests(line: &str) -> bool {
 }
 
 #[test]
-fn one_file_names_the_archived_yaml_library() {
+fn one_file_names_the_yaml_library() {
     let sources = files("harness", "rs");
-    let found: Vec<_> = lines_with(&sources, &["serde_yaml"])
+    let found: Vec<_> = lines_with(&sources, &["saphyr_parser"])
         .into_iter()
         .filter(|line| !line.starts_with("harness/suite-yaml/src/yaml.rs:"))
         .filter(|line| !line.contains("tests/integration/house.rs:"))

@@ -2,11 +2,13 @@
 
 use super::date::Date;
 use plain_text::nearest;
-use serde::{Deserialize, Deserializer, de::Error as _};
 use std::fs;
 use std::path::{Path, PathBuf};
 use suite::model::Manual;
-use suite_yaml::{LoadError, read_plain};
+use suite_yaml::error::Read;
+use suite_yaml::keys::{self, Keyed};
+use suite_yaml::yaml::Node;
+use suite_yaml::{LoadError, read_file};
 
 /// The known failures of a device or of several.
 #[derive(Clone, Debug, Default)]
@@ -16,11 +18,9 @@ pub struct Ledger {
 }
 
 /// A known failure.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug)]
 pub struct Entry {
     /// The test, `<suite>/<case>[row]` with or without the manual in front; `*` stands for any letters.
-    #[serde(deserialize_with = "filled")]
     pub test: String,
     /// The manual.
     pub device: String,
@@ -29,42 +29,22 @@ pub struct Entry {
     /// The firmware that has the failure; every one if it is left out.
     pub firmware: Option<Firmware>,
     /// Why it fails, in a sentence.
-    #[serde(deserialize_with = "filled")]
     pub reason: String,
     /// Where the failure is followed.
-    #[serde(deserialize_with = "filled")]
     pub ticket: String,
     /// The last day on which the entry excuses anything.
-    #[serde(deserialize_with = "day")]
     pub expires: Date,
     /// How it fails, as the JSON report says under `signature`; `*` stands for any letters.
-    #[serde(deserialize_with = "filled")]
     pub signature: String,
 }
 
 /// A range of firmware, both ends inclusive; one may be left out.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug)]
 pub struct Firmware {
     /// The first firmware that has the failure, for instance `"1.0"`.
     pub from: Option<String>,
     /// The last one.
     pub to: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    known_failures: Vec<Entry>,
-}
-
-fn filled<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
-    let text = String::deserialize(deserializer)?;
-    if text.trim().is_empty() { Err(D::Error::custom("a text is missing here")) } else { Ok(text) }
-}
-
-fn day<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Date, D::Error> {
-    String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
 }
 
 /// Why a ledger cannot be used.
@@ -106,12 +86,38 @@ impl Ledger {
 
     /// Reads a ledger from text; `path` is how it is shown.
     pub fn parse(path: &Path, text: &str) -> Result<Ledger, LedgerError> {
-        let file: File = read_plain(path, text).map_err(|error| LedgerError::Text(Box::new(error)))?;
-        Ok(Ledger { entries: file.known_failures })
+        let entries = |node: &Node| {
+            let list = Keyed::new(node, &keys::LEDGER)?.must("known_failures")?;
+            list.items("known_failures")?.iter().map(Entry::read).collect()
+        };
+        let entries = read_file(path, text, entries).map_err(|error| LedgerError::Text(Box::new(error)))?;
+        Ok(Ledger { entries })
     }
 }
 
+/// A text that says something.
+fn filled(node: &Node, what: &str) -> Read<String> {
+    let text = node.text(what)?;
+    if text.trim().is_empty() { Err(node.wrong("a text is missing here")) } else { Ok(text.to_owned()) }
+}
+
 impl Entry {
+    fn read(node: &Node) -> Read<Entry> {
+        let keyed = Keyed::new(node, &keys::KNOWN_FAILURE)?;
+        let text = |key: &str| filled(keyed.must(key)?, key);
+        let expires = keyed.must("expires")?;
+        Ok(Entry {
+            test: text("test")?,
+            device: text("device")?,
+            variant: keyed.get("variant").map(|node| filled(node, "a variant")).transpose()?,
+            firmware: keyed.get("firmware").map(Firmware::read).transpose()?,
+            reason: text("reason")?,
+            ticket: text("ticket")?,
+            expires: expires.text("a day")?.parse().map_err(|error: String| expires.wrong(error))?,
+            signature: text("signature")?,
+        })
+    }
+
     /// What notes call this entry.
     pub fn name(&self) -> String {
         format!("the ledger's entry {} for {}", self.ticket, self.test)
@@ -151,6 +157,12 @@ impl Entry {
 }
 
 impl Firmware {
+    fn read(node: &Node) -> Read<Firmware> {
+        let keyed = Keyed::new(node, &keys::FIRMWARE)?;
+        let end = |key: &str| keyed.get(key).map(|node| filled(node, "a version")).transpose();
+        Ok(Firmware { from: end("from")?, to: end("to")? })
+    }
+
     /// Whether the firmware lies in the range; versions are compared number by number.
     pub fn contains(&self, firmware: &str) -> bool {
         let seen = version(firmware);
@@ -238,13 +250,13 @@ mod tests {
     }
 
     #[rstest]
-    #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "unknown field `tickt`")]
+    #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "unknown key of a known failure `tickt`")]
     #[case("  ticket: FW-1\n", "  tickt: FW-1\n", "did you mean `ticket`?")]
-    #[case("  ticket: FW-1\n", "", "missing field `ticket`")]
+    #[case("  ticket: FW-1\n", "", "a known failure needs the key `ticket`")]
     #[case("  ticket: FW-1\n", "  ticket: ''\n", "a text is missing here")]
     #[case("  ticket: FW-1\n", "  ticket: FW-1\n  ticket: FW-2\n", "duplicate")]
     #[case("2027-01-31", "2027-02-31", "`2027-02-31` is no day")]
-    #[case("known_failures", "known_failure", "unknown field `known_failure`")]
+    #[case("known_failures", "known_failure", "unknown key of a ledger of known failures `known_failure`")]
     fn what_is_wrong_is_said_with_its_line(#[case] good: &str, #[case] bad: &str, #[case] said: &str) {
         let text = GOOD.replacen(good, bad, 1);
         assert_ne!(text, GOOD, "the table of this test has to change something");
