@@ -1,22 +1,20 @@
-//! A manual with the bugs that its devices can be told to have, and the devices built from both.
+//! A manual with the deviations that its devices can have, and the devices built from both.
 
 use crate::seams::Deviations;
-use crate::tables::{self, Deviation, Kind, Table};
+use crate::tables::{self, Deviation, Kind};
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 use device_stack::profinet::StationData;
 use encoder_profile::encoder_object::Piece;
-use reference_devices::behaviour::Behaviour;
+use reference_devices::deviations::DeviceDeviations;
 use reference_devices::{Bus, Line, Manual, ReferenceDevice};
 
-/// A manual that a reference device was written from, and the bugs that its devices can be told to have.
+/// A manual that a reference device was written from, with the deviations that its devices can have.
 pub struct Subject {
     /// The manual.
     pub manual: &'static Manual,
-    /// The bugs, by the seam at which they are switched on.
-    pub tables: &'static [Table],
 }
 
 impl fmt::Debug for Subject {
@@ -37,7 +35,7 @@ impl Eq for Subject {}
 impl Subject {
     /// The deviations that its devices can have.
     pub fn deviations(&self) -> impl Iterator<Item = &'static Deviation> + Clone {
-        self.tables.iter().flat_map(Table::bugs).chain(tables::of(self.manual))
+        tables::of(self.manual)
     }
 
     /// Those of them that are bugs.
@@ -50,15 +48,15 @@ impl Subject {
         self.deviations().filter(|deviation| deviation.kind != Kind::Bug)
     }
 
-    /// How a device behaves that has these bugs and no others.
-    pub fn behaviour(&self, bugs: &[&str]) -> Result<Behaviour, BuildError> {
-        let mut deviations = Deviations { behaviour: self.manual.behaviour(), ..Deviations::default() };
-        for name in bugs {
+    /// What a device is built with that has these deviations and no others.
+    pub fn attached(&self, names: &[&str]) -> Result<DeviceDeviations, BuildError> {
+        let mut deviations = Deviations::default();
+        for name in names {
             let bug = self.deviations().chain(bugs_of_the_field()).find(|known| known.name == *name);
             let bug = bug.ok_or_else(|| BuildError::UnknownBug { manual: self.manual.name, bug: name.to_string() })?;
             (bug.attach)(&mut deviations);
         }
-        Ok(deviations.behaviour())
+        Ok(deviations.attached())
     }
 
     /// A device of this variant, with power and plugged in.
@@ -83,9 +81,9 @@ impl Subject {
         station: StationData,
         line: Line,
     ) -> Result<Box<dyn ReferenceDevice>, BuildError> {
-        let behaviour = self.behaviour(setup.bugs)?;
+        let deviations = self.attached(setup.bugs)?;
         let piece = Piece { mac: setup.mac, shaft: setup.shaft, station };
-        let built = self.manual.build(variant, &behaviour, piece, line);
+        let built = self.manual.build(variant, &deviations, piece, line);
         built.ok_or_else(|| BuildError::UnknownVariant { manual: self.manual.name, variant: variant.to_string() })
     }
 }

@@ -1,8 +1,9 @@
 //! What encoders of the encoder profile share, whatever their manual and whichever their bus.
 //!
 //! From the shaft outwards: [`encoder`] measures, [`profidrive`] speaks the encoder profile, [`facts`] are what a manual says
-//! in words and numbers, [`behaviour`] is what an encoder does where manuals or bugs differ, and [`encoder_object`] is the
-//! measuring task as a device stack sees it. A model gives its facts, and hooks for what no other has.
+//! in words and numbers, and [`encoder_object`] is the measuring task as a device stack sees it. A model gives its facts, and
+//! functions for what no other has. Whatever an encoder decides can be flipped ([`checks`]) and whatever enters or leaves it changed
+//! ([`hooks`]) by the [`deviations`] attached to it; a conforming encoder has none.
 //!
 //! This crate must not know any model, and of the stacks only the traits behind which an application stands.
 #![no_std]
@@ -11,8 +12,8 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-pub mod behaviour;
 pub mod checks;
+pub mod deviations;
 pub mod encoder;
 pub mod encoder_object;
 pub mod facts;

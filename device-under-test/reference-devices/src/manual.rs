@@ -1,6 +1,6 @@
-//! What a manual is here: its name, its variants, how its devices behave, and how one of them is built.
+//! What a manual is here: its name, its variants, its facts, and how one of its devices is built.
 
-use crate::behaviour::Behaviour;
+use crate::deviations::DeviceDeviations;
 use alloc::boxed::Box;
 use core::fmt;
 use device_stack::profinet::{Device, StationData};
@@ -48,8 +48,8 @@ pub struct Profinet {
     pub build: BuildProfinet,
 }
 
-/// Builds a device from its variant, its behaviour and what this piece has of its own.
-pub type BuildProfinet = fn(&str, &Behaviour, Piece) -> Option<Box<dyn ReferenceDevice>>;
+/// Builds a device from its variant, its deviations and the data of this piece.
+pub type BuildProfinet = fn(&str, &DeviceDeviations, Piece) -> Option<Box<dyn ReferenceDevice>>;
 
 /// The devices of a manual on PROFIBUS DP.
 #[derive(Clone, Copy, Debug)]
@@ -60,8 +60,8 @@ pub struct Profibus {
     pub build: BuildProfibus,
 }
 
-/// Builds a device from its variant, its behaviour, the place of its shaft and its line.
-pub type BuildProfibus = fn(&str, &Behaviour, u64, Line) -> Option<Box<dyn ReferenceDevice>>;
+/// Builds a device from its variant, its deviations, the place of its shaft and its line.
+pub type BuildProfibus = fn(&str, &DeviceDeviations, u64, Line) -> Option<Box<dyn ReferenceDevice>>;
 
 /// Where a device stands on a PROFIBUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,22 +86,17 @@ impl fmt::Debug for Manual {
 }
 
 impl Manual {
-    /// How its devices behave.
-    pub fn behaviour(&self) -> Behaviour {
-        Behaviour::default()
-    }
-
-    /// A device of a variant that behaves like this, with power and plugged in; `None` if there is no such variant.
+    /// A device of a variant with these deviations, with power and plugged in; `None` if there is no such variant.
     pub fn build(
         &self,
         variant: &str,
-        behaviour: &Behaviour,
+        deviations: &DeviceDeviations,
         piece: Piece,
         line: Line,
     ) -> Option<Box<dyn ReferenceDevice>> {
         match self.bus {
-            Bus::Profinet(profinet) => (profinet.build)(variant, behaviour, piece),
-            Bus::Profibus(profibus) => (profibus.build)(variant, behaviour, piece.shaft, line),
+            Bus::Profinet(profinet) => (profinet.build)(variant, deviations, piece),
+            Bus::Profibus(profibus) => (profibus.build)(variant, deviations, piece.shaft, line),
         }
     }
 
@@ -122,11 +117,11 @@ pub fn encoder<M: Model + 'static>(
     facts: &'static Facts,
     model: M,
     variant: &str,
-    behaviour: &Behaviour,
+    deviations: &DeviceDeviations,
     piece: Piece,
 ) -> Option<Box<dyn ReferenceDevice>> {
     let variant = facts.variants.iter().find(|known| known.name == variant)?;
     let mac = Mac(piece.mac);
-    let encoder = EncoderObject::new(facts, model, variant, behaviour.encoder.clone(), piece);
-    Some(Box::new(Device::new(encoder, mac, behaviour.stack.clone())))
+    let encoder = EncoderObject::new(facts, model, variant, deviations.encoder.clone(), piece);
+    Some(Box::new(Device::new(encoder, mac, deviations.stack.clone())))
 }

@@ -1,6 +1,6 @@
 //! Which manuals there are, and how the devices of each are put together.
 //!
-//! What a manual says stands with its model; here a model meets its stack, and its own part of a behaviour is given to it.
+//! What a manual says stands with its model; here a model meets its stack, and its own part of a deviations is given to it.
 
 use crate::manual::{Bus, Manual, Profibus, Profinet, encoder};
 use crate::models::{datalogic_amt58, kuebler_sendix58xx, lika_xac77, plain, sick_a3m60, sick_afx60};
@@ -23,9 +23,9 @@ pub static LIKA_XAC77: Manual = Manual {
         // Manual, 7.3.
         oui: Some([0x10, 0xB9, 0xFE]),
         delivered: |_| StationData::default(),
-        build: |variant, behaviour, piece| {
-            let model = lika_xac77::State::new(behaviour.web.clone());
-            encoder(&lika_xac77::FACTS, model, variant, behaviour, piece)
+        build: |variant, deviations, piece| {
+            let model = lika_xac77::State::new(deviations.web.clone());
+            encoder(&lika_xac77::FACTS, model, variant, deviations, piece)
         },
     }),
 };
@@ -39,8 +39,8 @@ pub static KUEBLER_SENDIX58XX: Manual = Manual {
     bus: Bus::Profinet(Profinet {
         oui: None,
         delivered: |_| StationData::default(),
-        build: |variant, behaviour, piece| {
-            encoder(&kuebler_sendix58xx::FACTS, kuebler_sendix58xx::Sendix, variant, behaviour, piece)
+        build: |variant, deviations, piece| {
+            encoder(&kuebler_sendix58xx::FACTS, kuebler_sendix58xx::Sendix, variant, deviations, piece)
         },
     }),
 };
@@ -54,9 +54,9 @@ pub static SICK_AFX60: Manual = Manual {
     bus: Bus::Profinet(Profinet {
         oui: None,
         delivered: sick_afx60::delivered,
-        build: |variant, behaviour, piece| {
-            let model = sick_afx60::State::new(piece.mac, behaviour.sick.clone(), behaviour.afx60.clone());
-            encoder(&sick_afx60::FACTS, model, variant, behaviour, piece)
+        build: |variant, deviations, piece| {
+            let model = sick_afx60::State::new(piece.mac, deviations.sick.clone(), deviations.afx60.clone());
+            encoder(&sick_afx60::FACTS, model, variant, deviations, piece)
         },
     }),
 };
@@ -69,12 +69,12 @@ pub static SICK_A3M60: Manual = Manual {
     facts: Some(&sick_a3m60::FACTS),
     bus: Bus::Profibus(Profibus {
         delivered: sick_a3m60::ADDRESS,
-        build: |variant, behaviour, shaft, line| {
+        build: |variant, deviations, shaft, line| {
             let variant = sick_a3m60::FACTS.variants.iter().find(|known| known.name == variant)?;
-            let (shared, hooks) = (behaviour.sick.clone(), behaviour.a3m60.clone());
-            let encoder = behaviour.encoder.clone();
+            let (shared, hooks) = (deviations.sick.clone(), deviations.a3m60.clone());
+            let encoder = deviations.encoder.clone();
             let encoder = sick_a3m60::Encoder::new(variant, encoder, shared, hooks, shaft, line.address);
-            Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
+            Some(Box::new(profibus::Device::new(encoder, line.baud, deviations.slave.clone())))
         },
     }),
 };
@@ -87,11 +87,11 @@ pub static DATALOGIC_AMT58: Manual = Manual {
     facts: None,
     bus: Bus::Profibus(Profibus {
         delivered: datalogic_amt58::ADDRESS,
-        build: |variant, behaviour, shaft, line| {
+        build: |variant, deviations, shaft, line| {
             let (_, hardware) = datalogic_amt58::VARIANTS.iter().find(|(name, _)| *name == variant)?;
-            let (shared, hooks) = (behaviour.encoder.clone(), behaviour.amt58.clone());
+            let (shared, hooks) = (deviations.encoder.clone(), deviations.amt58.clone());
             let encoder = datalogic_amt58::Amt58::new(*hardware, shared, hooks, shaft, line.address);
-            Some(Box::new(profibus::Device::new(encoder, line.baud, behaviour.slave.clone())))
+            Some(Box::new(profibus::Device::new(encoder, line.baud, deviations.slave.clone())))
         },
     }),
 };
@@ -105,13 +105,13 @@ pub static PROFINET_IO: Manual = Manual {
     bus: Bus::Profinet(Profinet {
         oui: None,
         delivered: |_| StationData::default(),
-        build: |variant, behaviour, piece| {
+        build: |variant, deviations, piece| {
             let mac = Mac(piece.mac);
             let device = plain::Plain::new(piece.mac, piece.station);
             PROFINET_IO
                 .variants
                 .contains(&variant)
-                .then(|| Box::new(profinet::Device::new(device, mac, behaviour.stack.clone())) as _)
+                .then(|| Box::new(profinet::Device::new(device, mac, deviations.stack.clone())) as _)
         },
     }),
 };

@@ -6,6 +6,7 @@ use profirust::dp::{DpMaster, Peripheral, PeripheralOptions};
 use profirust::fdl::{FdlActiveStation, ParametersBuilder};
 use profirust::phy::ProfibusPhy;
 use profirust::time::Instant;
+use reference_devices::deviations::DeviceDeviations;
 use reference_devices::manuals::DATALOGIC_AMT58;
 use reference_devices::{Line, ReferenceDevice};
 use station::{Duration, Outbox, Time};
@@ -82,8 +83,8 @@ impl ProfibusPhy for Wire {
 fn a_strangers_master_reads_positions_and_makes_a_preset() {
     let piece = Piece { mac: [2, 0, 0, 0, 1, 0], shaft: 0x55000, ..Piece::default() };
     let line = Line { address: ENCODER, baud: BAUD };
-    let healthy = DATALOGIC_AMT58.behaviour();
-    let encoder = DATALOGIC_AMT58.build("hm5816-16384", &healthy, piece, line).unwrap();
+    let none = DeviceDeviations::default();
+    let encoder = DATALOGIC_AMT58.build("hm5816-16384", &none, piece, line).unwrap();
     let mut wire = Wire { encoder, sent: None, coming: None, arrived: Vec::new() };
 
     let user = [0, 0, 0, 0x0A, 0, 1, 0, 0, 0x40, 0, 0, 0, 0, 0];

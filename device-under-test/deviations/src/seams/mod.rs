@@ -1,7 +1,7 @@
 //! The hooks of a device, as the rows of the tables attach to them.
 //!
-//! A deviation without state is a closure at one hook: `d.at_encoder.image(|before, image| ..)`. One that remembers something
-//! implements the trait of the hooks itself and is added: `d.at_encoder.add(..)`. Several at one hook act one after the other.
+//! A deviation without state is a closure at one hook: `d.encoder.image(|before, image| ..)`. One that remembers something
+//! implements the trait of the hooks itself and is added: `d.encoder.add(..)`. Several at one hook act one after the other.
 
 /// A list of deviations that is itself the hooks of one part of a device, with a method for each hook.
 ///
@@ -85,22 +85,18 @@ pub mod slave;
 pub mod stack;
 pub mod web;
 
-use alloc::rc::Rc;
-use core::cell::RefCell;
-use device_stack::Attached;
 use encoder_profile::checks::Checks;
-use reference_devices::behaviour::Behaviour;
+use encoder_profile::deviations::EncoderDeviations;
+use reference_devices::deviations::DeviceDeviations;
 use reference_devices::models::{lika_xac77, sick as of_sick, sick_a3m60, sick_afx60};
 
 /// Everything by which one device deviates.
 #[derive(Default)]
 pub struct Deviations {
-    /// What the device is built with.
-    pub behaviour: Behaviour,
     /// At the decisions of its encoder.
     pub checks: encoder::Decisions,
     /// At the seams of its encoder.
-    pub at_encoder: encoder::Encoder,
+    pub encoder: encoder::Encoder,
     /// At the steps of its positions and presets.
     pub measuring: measuring::Positions,
     /// At the steps of its velocity.
@@ -131,109 +127,27 @@ pub struct Deviations {
     pub afx60: sick::Afx60,
 }
 
-impl core::ops::Deref for Deviations {
-    type Target = Behaviour;
-
-    fn deref(&self) -> &Behaviour {
-        &self.behaviour
-    }
-}
-
-impl core::ops::DerefMut for Deviations {
-    fn deref_mut(&mut self) -> &mut Behaviour {
-        &mut self.behaviour
-    }
-}
-
-/// The deviations at an encoder, with those that are still knobs.
-pub struct OfEncoder<'a> {
-    /// At its decisions.
-    pub checks: &'a mut encoder::Decisions,
-    /// At its seams.
-    pub at_encoder: &'a mut encoder::Encoder,
-    /// At the steps of its positions and presets.
-    pub measuring: &'a mut measuring::Positions,
-    /// At the steps of its velocity.
-    pub velocity: &'a mut measuring::Speeds,
-    /// At the steps of its telegrams.
-    pub telegram: &'a mut encoder::Telegrams,
-    /// At the steps of its start.
-    pub start: &'a mut encoder::Start,
-    /// At the steps of its signs of life.
-    pub life_sign: &'a mut encoder::LifeSign,
-    /// At the steps of its preset by a trigger.
-    pub trigger: &'a mut encoder::Trigger,
-    knobs: &'a mut encoder_profile::behaviour::Behaviour,
-}
-
-impl core::ops::Deref for OfEncoder<'_> {
-    type Target = encoder_profile::behaviour::Behaviour;
-
-    fn deref(&self) -> &encoder_profile::behaviour::Behaviour {
-        self.knobs
-    }
-}
-
-impl core::ops::DerefMut for OfEncoder<'_> {
-    fn deref_mut(&mut self) -> &mut encoder_profile::behaviour::Behaviour {
-        self.knobs
-    }
-}
-
 impl Deviations {
-    /// The part of them that is about the encoder.
-    pub fn of_encoder(&mut self) -> OfEncoder<'_> {
-        OfEncoder {
-            checks: &mut self.checks,
-            at_encoder: &mut self.at_encoder,
-            measuring: &mut self.measuring,
-            velocity: &mut self.velocity,
-            telegram: &mut self.telegram,
-            start: &mut self.start,
-            life_sign: &mut self.life_sign,
-            trigger: &mut self.trigger,
-            knobs: &mut self.behaviour.encoder,
+    /// What a device is built with that has them all.
+    pub fn attached(self) -> DeviceDeviations {
+        DeviceDeviations {
+            encoder: EncoderDeviations {
+                checks: Checks(self.checks.attached()),
+                hooks: self.encoder.attached(),
+                measuring: self.measuring.attached(),
+                velocity: self.velocity.attached(),
+                telegram: self.telegram.attached(),
+                trigger: self.trigger.attached(),
+                life_sign: self.life_sign.attached(),
+                start: self.start.attached(),
+            },
+            stack: self.stack.attached(),
+            slave: self.slave.attached(),
+            web: lika_xac77::hooks::Hooks(self.web.attached()),
+            sick: of_sick::hooks::Hooks { seams: self.sick.attached(), steps: self.sick_axis.attached() },
+            a3m60: sick_a3m60::hooks::Hooks(self.a3m60.attached()),
+            afx60: sick_afx60::hooks::Hooks(self.afx60.attached()),
+            amt58: self.amt58.attached(),
         }
-    }
-
-    /// How a device behaves that has them all.
-    pub fn behaviour(self) -> Behaviour {
-        let Deviations {
-            mut behaviour,
-            checks,
-            at_encoder,
-            measuring,
-            velocity,
-            telegram,
-            start,
-            life_sign,
-            trigger,
-            slave,
-            stack,
-            amt58,
-            a3m60,
-            web,
-            sick,
-            sick_axis,
-            afx60,
-        } = self;
-        behaviour.encoder.checks = Checks(checks.attached());
-        behaviour.encoder.hooks = at_encoder.attached();
-        behaviour.encoder.measuring = measuring.attached();
-        behaviour.encoder.velocity = velocity.attached();
-        behaviour.amt58 = amt58.attached();
-        behaviour.a3m60 = sick_a3m60::hooks::Hooks(a3m60.attached());
-        behaviour.web = lika_xac77::hooks::Hooks(web.attached());
-        behaviour.sick = of_sick::hooks::Hooks { seams: sick.attached(), steps: sick_axis.attached() };
-        behaviour.afx60 = sick_afx60::hooks::Hooks(afx60.attached());
-        behaviour.encoder.telegram = telegram.attached();
-        behaviour.encoder.start = start.attached();
-        behaviour.encoder.life_sign = life_sign.attached();
-        behaviour.encoder.trigger = trigger.attached();
-        if !slave.is_empty() {
-            behaviour.slave = Attached::new(Rc::new(RefCell::new(slave)));
-        }
-        behaviour.stack = stack.attached();
-        behaviour
     }
 }

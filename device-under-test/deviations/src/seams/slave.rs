@@ -4,9 +4,12 @@
 //! [`add`](Slave::add)ed.
 
 use alloc::boxed::Box;
+use alloc::rc::Rc;
 use alloc::vec;
 use alloc::vec::Vec;
+use core::cell::RefCell;
 use core::time::Duration;
+use device_stack::Attached;
 use device_stack::profibus::{Application, Check, SlaveHooks};
 use station::StandAction;
 use wire::profibus::address::SetSlaveAddress;
@@ -28,9 +31,12 @@ impl Slave {
         self.0.push(Box::new(deviation));
     }
 
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+    /// The handle that a device is built with.
+    pub fn attached(self) -> Attached<dyn SlaveHooks> {
+        match self.0.is_empty() {
+            true => Attached::NONE,
+            false => Attached::new(Rc::new(RefCell::new(self))),
+        }
     }
 
     /// Decides otherwise than the slave: from what it is about and what the slave has decided.

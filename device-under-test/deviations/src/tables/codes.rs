@@ -21,37 +21,37 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
             "alarm-codes-exchanged" "The error types of errors change places."
-                => |d| d.at_encoder.error_type(|right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right }));
+                => |d| d.encoder.error_type(|right| Some(match right { 0x9000 => 0x9011, 0x9011 => 0x9000, 0x9001 => 0x9002, 0x9002 => 0x9001, 0x900A => 0x900B, _ => right }));
             "warning-codes-exchanged" "The error types of warnings go round."
-                => |d| d.at_encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
+                => |d| d.encoder.error_type(|right| Some(match right { 0x9005 => 0x9010, 0x9006 => 0x9005, 0x9010 => 0x9006, _ => right }));
             "warnings-reported-as-faults" "Warnings are reported as faults."
-                => |d| d.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::Fault)).collect());
+                => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::Fault)).collect());
             "alarm-switch-silences-codes" "In compatibility mode without the alarm channel there are no error codes either."
                 => |d| {
                     let silence = Silence::default();
                     d.checks.add(silence.clone());
-                    d.at_encoder.add(silence);
+                    d.encoder.add(silence);
                 };
             "no-alarm-in-compatibility-mode" "In compatibility mode nothing is reported."
                 => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { compatible, .. } => !compatible, _ => right });
             "no-alarm-for-a-position-error" "An error of the position is not reported."
-                => |d| d.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
+                => |d| d.encoder.error_type(|right| Some(right).filter(|right| *right != 0x900A));
             "sensor-bits-without-error" "Faults of sensor and memory are told by the sensor status alone."
-                => |d| d.at_encoder.raise(|error| !matches!(error.code, Some(0x0001 | 0x1001)));
+                => |d| d.encoder.raise(|error| !matches!(error.code, Some(0x0001 | 0x1001)));
             "voltage-is-a-warning-only" "A supply beyond its limits is told by the sensor status alone."
-                => |d| d.at_encoder.raise(|error| !matches!(error.code, Some(0x1003 | 0x1004)));
+                => |d| d.encoder.raise(|error| !matches!(error.code, Some(0x1003 | 0x1004)));
             "code-of-the-sensor-missing" "An error of the sensor has no code."
-                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x0001));
+                => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x0001));
             "code-of-a-command-missing" "A command that is not supported has no code."
-                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F01));
+                => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x0F01));
             "code-of-the-temperature-missing" "The highest temperature has no code."
-                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x0F05));
+                => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x0F05));
             "code-of-undervoltage-missing" "Undervoltage has no code."
-                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x1003));
+                => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x1003));
             "code-of-overvoltage-missing" "Overvoltage has no code."
-                => |d| d.at_encoder.code(|error| error.code.filter(|code| *code != 0x1004));
+                => |d| d.encoder.code(|error| error.code.filter(|code| *code != 0x1004));
             "commissioning-with-own-code" "The diagnosis during commissioning has the code 1002h."
-                => |d| d.at_encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
+                => |d| d.encoder.code(|error| if error.fault_bits == 1 << 4 { Some(0x1002) } else { error.code });
             "error-after-start" "Each connection begins with an error of the position."
                 => |d| error_after_start(d);
             "faults-stay-after-acknowledgement" "Faults stay in P65001 when they were acknowledged."
@@ -62,34 +62,34 @@ pub static GROUPS: &[Group] = &[
                     status_words(d, |_, [a, b, c]| [a, b & !0x0002, c]);
                 };
             "vendor-is-device-id" "P964 gives the number of the device for the vendor."
-                => |d| d.at_encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (964, 0) { 0x7701 } else { right });
             "type-is-device-id" "P964 gives the number of the device for the type."
-                => |d| d.at_encoder.element(|_, at, right| if at == (964, 1) { 0x7701 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (964, 1) { 0x7701 } else { right });
             "subclass-of-class-4" "P975 announces class 4 too."
-                => |d| d.at_encoder.element(|_, at, right| if at == (975, 6) { 0xC000 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (975, 6) { 0xC000 } else { right });
             "resolution-in-bits" "P979 gives the resolution as a number of bits."
-                => |d| d.at_encoder.element(|_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (979, 2) { right.trailing_zeros().into() } else { right });
             "gateway-and-mask-exchanged" "P61003 gives the mask and P61004 the gateway."
-                => |d| d.at_encoder.element(|view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right });
+                => |d| d.encoder.element(|view, at, right| match at { (61003, 0) => number(view.station.mask), (61004, 0) => number(view.station.gateway), _ => right });
             "mask-as-prefix-length" "P61004 gives the number of bits of the mask."
-                => |d| d.at_encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (61004, 0) { right.count_ones().into() } else { right });
             "name-of-delivery-shown" "P61000 gives the name of delivery."
                 => |d| {
-                    d.at_encoder.cut(61000, 6);
-                    d.at_encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
+                    d.encoder.cut(61000, 6);
+                    d.encoder.element(|_, at, right| if let (61000, n @ 0..=5) = at { b"afx60a"[n].into() } else { right });
                 };
             "port-1-mac-for-station" "P61002 gives the address of port 1."
-                => |d| d.at_encoder.element(|_, at, right| if at == (61002, 5) { right + 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (61002, 5) { right + 1 } else { right });
             "port-macs-exchanged" "P1011 gives the address of port 2 and P1012 that of port 1."
-                => |d| d.at_encoder.element(|_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right });
+                => |d| d.encoder.element(|_, at, right| match at { (1011, 5) => right + 1, (1012, 5) => right - 1, _ => right });
             "port-1-mac-twice" "P1012 gives the address of port 1."
-                => |d| d.at_encoder.element(|_, at, right| if at == (1012, 5) { right - 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1012, 5) { right - 1 } else { right });
             "temperature-as-magnitude" "A temperature below 0 is given without its sign."
-                => |d| d.at_encoder.element(|_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1014, 0) { (right as u16 as i16).unsigned_abs().into() } else { right });
             "fpga-version-reversed" "P1013 gives its octets in the opposite order."
-                => |d| d.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1013, 0) { 0x0302_0100 } else { right });
             "fpga-version-packed" "P1013 has four bits for each part of the version."
-                => |d| d.at_encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1013, 0) { 0x0000_0120 } else { right });
             "constants-can-be-written" "P980 can be written."
                 => |d| takes_writes(d, 980, 0);
         },
@@ -99,33 +99,33 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "fault-bits-one-too-high" "The faults stand one place too high."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { right << 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right << 1 } else { right });
             "short-circuit-shown" "The short-circuit is always among the faults."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { right | 8 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | 8 } else { right });
             "short-circuit-supported" "The short-circuit is among the supported faults."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 3) { right | 8 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 3) { right | 8 } else { right });
             "warnings-never-set" "The warnings are always 0."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 4) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { 0 } else { right });
             "warning-bits-exchanged" "The bits of the warnings go round."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { right << 1 & 6 | right >> 2 & 1 } else { right });
             "unsupported-warnings-shown" "The warning of the operating time is always set."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { right | 1 << 4 } else { right });
             "battery-warning-supported" "The warning of the battery is among the supported ones."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 5) { right | 1 << 5 } else { right });
             "offset-never-shown" "The offset is always shown as 0."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
             "range-less-one" "The highest position is shown for the total range."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 10) { right.saturating_sub(1) } else { right });
             "profile-version-as-in-p965" "The version of the profile is given as in P965."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x29 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x29 } else { right });
             "operating-time-in-seconds" "The operating time is given in seconds."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 7) { right * 360 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { right * 360 } else { right });
             "operating-time-0" "The operating time is 0."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 7) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { 0 } else { right });
             "speed-unit-codes-shifted" "The number of the velocity unit is one too high."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 11) { right + 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 11) { right + 1 } else { right });
             "preset-value-reduced" "A preset value beyond the range is reduced to it."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65000, 0) { right % view.measuring.range().max(1) } else { right });
         },
     },
 ];
@@ -139,7 +139,7 @@ fn error_after_start(d: &mut Deviations) {
     });
     // The cause is there at the instant of the start alone.
     let mut start = None;
-    d.at_encoder.causes(move |view, causes| {
+    d.encoder.causes(move |view, causes| {
         if has_started.take() {
             start = Some(view.now);
         }
@@ -150,7 +150,7 @@ fn error_after_start(d: &mut Deviations) {
 fn faults_stay_after_acknowledgement(d: &mut Deviations) {
     let faults = Rc::new(Cell::new(0));
     let (seen, forgotten) = (faults.clone(), faults.clone());
-    d.at_encoder.causes(move |view, causes| {
+    d.encoder.causes(move |view, causes| {
         seen.set(seen.get() | view.faults);
         causes
     });
@@ -160,7 +160,7 @@ fn faults_stay_after_acknowledgement(d: &mut Deviations) {
         }
         kept
     });
-    d.at_encoder.element(move |_, at, right| if at == (65001, 2) { right | u64::from(faults.get()) } else { right });
+    d.encoder.element(move |_, at, right| if at == (65001, 2) { right | u64::from(faults.get()) } else { right });
 }
 
 fn number(address: [u8; 4]) -> u64 {

@@ -26,11 +26,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "faults-never-set" "The faults in P65001 are always 0."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { 0 } else { right });
             "faults-show-supported" "The faults in P65001 are those that are supported."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 2) { view.facts.supported_faults.into() } else { right });
             "supported-faults-are-the-present" "The supported faults are those that are there."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 3) { view.faults.into() } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 3) { view.faults.into() } else { right });
         },
     },
     // Fault bits of memory and commissioning
@@ -38,11 +38,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::LIKA_XAC77)],
         deviations: bugs! {
             "fault-bits-exchanged" "Memory and commissioning change places in P65001."
-                => |d| d.at_encoder.element(fault_bits_exchanged);
+                => |d| d.encoder.element(fault_bits_exchanged);
             "one-error-type-for-all" "Every fault is reported with the error type of wrong user parameters."
-                => |d| d.at_encoder.error_type(|_| Some(0x9011));
+                => |d| d.encoder.error_type(|_| Some(0x9011));
             "no-alarm-for-parameters" "Wrong user parameters are not reported over the alarm channel."
-                => |d| d.at_encoder.error_type(|right| Some(right).filter(|right| *right != 0x9011));
+                => |d| d.encoder.error_type(|right| Some(right).filter(|right| *right != 0x9011));
         },
     },
     // Diagnoses in the alarm channel
@@ -50,9 +50,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Diagnosis],
         deviations: bugs! {
             "one-alarm-for-all" "A second fault replaces the first one in the alarm channel."
-                => |d| d.at_encoder.diagnoses(|_, all| all.into_iter().next_back().into_iter().collect());
+                => |d| d.encoder.diagnoses(|_, all| all.into_iter().next_back().into_iter().collect());
             "alarm-never-disappears" "A channel diagnosis stays when its fault has gone."
-                => |d| d.at_encoder.add(StayingDiagnoses::default());
+                => |d| d.encoder.add(StayingDiagnoses::default());
             "alarm-switch-in-v41-mode" "Alarm channel control acts without compatibility mode too."
                 => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
             "alarm-switch-inverted" "Alarm channel control has the opposite polarity: 1 is off."
@@ -69,7 +69,7 @@ pub static GROUPS: &[Group] = &[
             "diagnosis-record-empty" "The records of diagnosis are empty while a diagnosis is pending."
                 => |d| d.stack.record(|index, data| if is_diagnosis(index) { data.clear() });
             "fault-reported-as-maintenance" "A fault is reported as a need for maintenance."
-                => |d| d.at_encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
+                => |d| d.encoder.diagnoses(|_, all| all.into_iter().map(|(error_type, _)| (error_type, Severity::MaintenanceRequired)).collect());
         },
     },
     // Errors and codes of the Sendix, which reports no diagnosis
@@ -82,22 +82,22 @@ pub static GROUPS: &[Group] = &[
                     _ => right,
                 });
             "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
-                => |d| d.at_encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
             "memory-error-not-cyclic" "A memory error is shown in the status only."
-                => |d| d.at_encoder.image(memory_error_not_cyclic);
+                => |d| d.encoder.image(memory_error_not_cyclic);
             "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
-                => |d| d.at_encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
+                => |d| d.encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
             "errors-latched-for-ever" "An error stays when its cause has gone."
                 => |d| d.checks.check(|check, right| match check {
                     Check::LatchesError { .. } => true,
                     _ => right,
                 });
             "supported-warnings-5" "The second warning is not among those that are supported."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 5) { right & !2 } else { right });
             "alarm-storm" "While there is an error a diagnosis alarm is sent every 100 ms."
-                => |d| d.at_encoder.add(AlarmStorm::default());
+                => |d| d.encoder.add(AlarmStorm::default());
             "alarm-channel-works" "With the bit of the alarm channel a fault is reported over it."
-                => |d| d.at_encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
+                => |d| d.encoder.diagnoses(|view, right| if view.user.alarm_channel { with_error_type(view) } else { right });
         },
     },
     // Warnings
@@ -105,13 +105,13 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Warning],
         deviations: bugs! {
             "warnings-show-supported" "The warnings are those that are supported."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 4) { view.facts.supported_warnings.into() } else { right });
             "one-warning-only" "Of several warnings only the lowest bit is set."
-                => |d| d.at_encoder.warnings(|_, right| right & right.wrapping_neg());
+                => |d| d.encoder.warnings(|_, right| right & right.wrapping_neg());
             "warnings-latched" "A warning stays when its cause has gone, until the next connection."
-                => |d| d.at_encoder.add(StayingWarnings::default());
+                => |d| d.encoder.add(StayingWarnings::default());
             "warning-shown-as-error" "A warning raises the error of the position as well."
-                => |d| d.at_encoder.causes(warning_shown_as_error);
+                => |d| d.encoder.causes(warning_shown_as_error);
         },
     },
     // A speed that is too high

@@ -50,9 +50,9 @@ pub static GROUPS: &[Group] = &[Group {
                 numbers
             });
         "position-error-as-memory-error" "An error of the position has the number of one of the memory."
-            => |b| b.at_encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
+            => |b| b.encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
         "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
-            => |b| b.at_encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
+            => |b| b.encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
         "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
             => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::MEMORY_ERROR, status::words(encoder).a & 0x8080 == EEPROM));
         "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
@@ -71,7 +71,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
         "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
             => |d| {
-                d.at_encoder.element(|view, at, right| match at {
+                d.encoder.element(|view, at, right| match at {
                     (1000 | 1001, 0) if view.user.compatible && !view.user.alarm_channel => 0,
                     _ => right,
                 });
@@ -89,7 +89,7 @@ pub static GROUPS: &[Group] = &[Group {
         "flash-only-checked" "The checksum of the EEPROM is not looked at."
             => |d| {
                 unnoticed(d, &["eeprom_checksum"]);
-                d.at_encoder.raise(|error| !is_of(error, "eeprom_checksum"));
+                d.encoder.raise(|error| !is_of(error, "eeprom_checksum"));
             };
         "fram-in-bit-7" "An FRAM that does not answer sets bit 7."
             => |d| d.a3m60.status(|_, words| Words { a: if words.a & 0x4000 == 0 { words.a } else { words.a & !0x4000 | 1 << 7 }, ..words });
@@ -98,47 +98,47 @@ pub static GROUPS: &[Group] = &[Group {
         "synchronization-corrected-silently" "Deviations of the counters are not told."
             => |d| {
                 unnoticed(d, &SYNCHRONIZATION);
-                d.at_encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
+                d.encoder.raise(|error| !SYNCHRONIZATION.iter().any(|name| is_of(error, name)));
             };
         "linearization-not-watched" "A wrong linearization is not noticed."
             => |d| {
                 unnoticed(d, &["linearization"]);
-                d.at_encoder.raise(|error| !is_of(error, "linearization"));
+                d.encoder.raise(|error| !is_of(error, "linearization"));
             };
         "vector-length-low-not-checked" "A vector that is too short is not noticed."
             => |d| {
                 unnoticed(d, &["vector_length"]);
-                d.at_encoder.raise(|error| !is_of(error, "vector_length"));
+                d.encoder.raise(|error| !is_of(error, "vector_length"));
             };
         "vector-length-high-not-checked" "A vector that is too long is not noticed."
             => |d| {
                 unnoticed(d, &["vector_length_long"]);
-                d.at_encoder.raise(|error| !is_of(error, "vector_length_long"));
+                d.encoder.raise(|error| !is_of(error, "vector_length_long"));
             };
         "sine-only-watched" "The amplitude of the cosine is not looked at."
             => |d| {
                 unnoticed(d, &["amplitude_cosine"]);
-                d.at_encoder.raise(|error| !is_of(error, "amplitude_cosine"));
+                d.encoder.raise(|error| !is_of(error, "amplitude_cosine"));
             };
         "eeprom-noticed-at-start-only" "An EEPROM that does not answer is noticed when the supply comes."
             => |d| d.a3m60.add(NoticedAtStart::default());
         "bit-12-set-with-errors" "Bit 12 is set with each error."
-            => |d| d.at_encoder.element(|_, at, right| if at == (1000, 0) && right != 0 { right | 1 << 12 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (1000, 0) && right != 0 { right | 1 << 12 } else { right });
 
         // P65001
         "memory-error-in-bit-0" "A fault of the memory is shown as one of the position."
-            => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { u64::from(right != 0) } else { right });
         "position-error-for-bit-6-only" "Only a wrong amplitude is a fault of the position."
             => |d| {
                 let words = d.noted_words();
-                d.at_encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
+                d.encoder.element(move |_, at, right| if at == (65001, 2) && words.get().a & 1 << 6 == 0 { right & !1 } else { right });
             };
         "unsupported-fault-bits-set" "Bit 1 of the faults is set with each of them."
-            => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (65001, 2) && right != 0 { right | 2 } else { right });
         "overspeed-as-fault" "A speed that is too high is a fault and no warning."
             => |d| {
                 let words = d.noted_words();
-                d.at_encoder.element(move |_, at, right| match at {
+                d.encoder.element(move |_, at, right| match at {
                     (65001, 2) => right | u64::from(words.get().a & status::OVERSPEED != 0) << 1,
                     (65001, 4) => 0,
                     _ => right,
@@ -147,10 +147,10 @@ pub static GROUPS: &[Group] = &[Group {
         "announced-warning-bit-used" "Bit 1 of the warnings is set while there is a fault."
             => |d| {
                 let words = d.noted_words();
-                d.at_encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
+                d.encoder.element(move |_, at, right| if at == (65001, 4) && words.get().a & !status::OVERSPEED != 0 { right | 2 } else { right });
             };
         "other-fault-bits-in-compatibility-mode" "In compatibility mode a fault of the position stands in bit 4."
-            => |d| d.at_encoder.element(|view, at, right| match at {
+            => |d| d.encoder.element(|view, at, right| match at {
                 (65001, 2) if view.user.compatible => right & !1 | (right & 1) << 4,
                 _ => right,
             });

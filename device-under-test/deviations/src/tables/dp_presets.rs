@@ -35,7 +35,7 @@ pub static GROUPS: &[Group] = &[Group {
                 b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
             };
         "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
-            => |b| b.at_encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
+            => |b| b.encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
         "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
             => |d| d.a3m60.add(StampOfPreset::default());
         "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
@@ -46,7 +46,7 @@ pub static GROUPS: &[Group] = &[Group {
                 _ => right,
             });
         "preset-of-26-bits" "The value of a preset has 26 bits."
-            => |b| b.at_encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
+            => |b| b.encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
         "highest-preset-is-an-error" "A preset to 7FFFFFFFh is not carried out."
             => |b| b.checks.check(|check, right| match check {
                 Check::TriggersPreset { now: u32::MAX, .. } => false,
@@ -64,7 +64,7 @@ pub static GROUPS: &[Group] = &[Group {
         "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
             => |d| undone_by_the_falling_edge(d);
         "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
-            => |b| b.at_encoder.add(KeptTrigger::default());
+            => |b| b.encoder.add(KeptTrigger::default());
         "inputs-0-in-clear" "During Clear the inputs are 0."
             => |b| b.slave.add(Zeroes::default());
 
@@ -78,28 +78,28 @@ pub static GROUPS: &[Group] = &[Group {
 
         // By G1_STW
         "absolute-preset-is-relative" "Each preset is relative."
-            => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
+            => |b| b.encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
         "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
             => |d| d.a3m60.add(NotShifted::default());
         "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
-            => |b| b.at_encoder.preset_units(|view, mode, right| match view.preset_value {
+            => |b| b.encoder.preset_units(|view, mode, right| match view.preset_value {
                 0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
                 _ => right,
             });
         "relative-preset-unsigned" "The value of a relative preset has no sign, and goes to the end of the range at most."
-            => |b| b.at_encoder.preset_units(|view, mode, right| match mode {
+            => |b| b.encoder.preset_units(|view, mode, right| match mode {
                 PresetMode::Absolute => right,
                 PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
             });
         "only-first-preset" "After power-up two presets by G1_STW are carried out."
-            => |d| d.at_encoder.add(FirstTwo::default());
+            => |d| d.encoder.add(FirstTwo::default());
         "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
             => |b| b.checks.check(|check, right| match check {
                 Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
                 _ => right,
             });
         "preset-needs-the-absolute-value" "A preset by G1_STW is not carried out while the position is not asked for."
-            => |d| d.at_encoder.outputs(|_, _, arrived| {
+            => |d| d.encoder.outputs(|_, _, arrived| {
                 let words = arrived.words.map(|[a, b]| [a, if b & TRANSFER == 0 { b & !PRESET } else { b }]);
                 Outputs { words, ..arrived }
             });
@@ -145,7 +145,7 @@ impl Waiting {
 fn delayed(d: &mut Deviations, by: Duration) {
     let waiting = Rc::new(RefCell::new(Waiting { by, word: None, queue: VecDeque::new() }));
     let commands = waiting.clone();
-    d.at_encoder.outputs(move |view, telegram, arrived| {
+    d.encoder.outputs(move |view, telegram, arrived| {
         if !telegram.outputs.contains(&Control::Preset) {
             return arrived;
         }
@@ -243,7 +243,7 @@ fn undone_by_the_falling_edge(d: &mut Deviations) {
     let undone: Rc<Cell<Option<u64>>> = Rc::default();
     let falls = undone.clone();
     let (mut word, mut before) = (0, 0);
-    d.at_encoder.outputs(move |view, _, arrived| {
+    d.encoder.outputs(move |view, _, arrived| {
         let last = mem::replace(&mut word, arrived.preset.unwrap_or(0));
         match (last & TRIGGER != 0, word & TRIGGER != 0) {
             (false, true) => before = view.measuring.offset,

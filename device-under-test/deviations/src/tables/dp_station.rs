@@ -21,26 +21,26 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // LEDs
         "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
-            => |b| b.at_encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
+            => |b| b.encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
         "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
             => |d| {
                 let fails = d.noted_fault("initialization");
-                d.at_encoder.led(move |_, right| if fails.get() { "dark" } else { right });
+                d.encoder.led(move |_, right| if fails.get() { "dark" } else { right });
             };
         "undervoltage-not-on-leds" "A supply that is too low is not shown."
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Supply(_)));
         "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
-            => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
+            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
         "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
-            => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
+            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
         "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
-            => |b| b.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
+            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
         "sensor-error-not-on-led" "Errors of the sensor are not shown."
-            => |d| d.at_encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
         "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."
             => |d| {
                 let words = d.noted_words();
-                d.at_encoder.led(move |lit, right| match (lit.name, right) {
+                d.encoder.led(move |lit, right| match (lit.name, right) {
                     ("encoder", "green") if words.get().a & OVERSPEED != 0 => "orange",
                     _ => right,
                 });
@@ -65,7 +65,7 @@ pub static GROUPS: &[Group] = &[Group {
             => |d| {
                 let address = Rc::default();
                 d.slave.add(FollowsSwitches { switches: [0; 2], address: Rc::clone(&address) });
-                d.at_encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
+                d.encoder.element(move |_, at, right| if at == (918, 0) { address.get().map_or(right, u64::from) } else { right });
             };
         "one-switch-terminates" "One switch is enough for the termination."
             => |d| d.a3m60.check(|check, right| match check { A3m60Check::Terminated(switches) => switches != [0; 2], _ => right });

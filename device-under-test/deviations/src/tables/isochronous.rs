@@ -35,17 +35,17 @@ pub static GROUPS: &[Group] = &[Group {
         "free-runs-without-notice" "A missing clock is not noticed."
             => |d| d.a3m60.check(|check, right| right && check != A3m60Check::ClockMissing);
         "missing-clock-never-told" "Bit 5 of P1001 is never set."
-            => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x20 } else { right });
         "deviating-clock-as-missing" "A deviating clock is told as a missing one."
             => |d| d.a3m60.status(|_, words| Words { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
         "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
-            => |b| b.at_encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
+            => |b| b.encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
         "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
-            => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
         "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
             => |d| {
                 let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
-                d.at_encoder.element(move |_, at, right| if at == S_STAT_B { right | u64::from(is_isochronous.get()) } else { right });
+                d.encoder.element(move |_, at, right| if at == S_STAT_B { right | u64::from(is_isochronous.get()) } else { right });
             };
         "only-power-off-helps" "Errors of the clock and of the sign of life never go."
             => |d| {
@@ -74,7 +74,7 @@ pub static GROUPS: &[Group] = &[Group {
 
         // Sign of life of the master
         "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
-            => |b| b.at_encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
+            => |b| b.encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
         "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
             => |b| b.checks.check(|check, right| match check {
                 Check::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
@@ -93,12 +93,12 @@ pub static GROUPS: &[Group] = &[Group {
         "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
             => |b| {
                 b.life_sign.tolerated(as_set);
-                b.at_encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
+                b.encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
             };
         "single-failure-is-error" "Without compatibility mode no failure is tolerated."
             => |b| {
                 b.life_sign.tolerated(|user, right| if user.compatible { right } else { 0 });
-                b.at_encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
+                b.encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
             };
         "life-sign-tolerance-ignored" "One failure is tolerated, whatever is set."
             => |b| b.life_sign.tolerated(|_, _| 1);
@@ -108,9 +108,9 @@ pub static GROUPS: &[Group] = &[Group {
                 b.life_sign.tolerated(|_, right| right & 15);
             };
         "life-sign-error-not-told" "Bit 4 of P1001 is never set."
-            => |d| d.at_encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
         "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
-            => |b| b.at_encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
+            => |b| b.encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
 
         // Sign of life of the encoder
         "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."

@@ -7,7 +7,7 @@ use super::presets::after_parking;
 use super::sensor_memory::{CombinedCodes, preset_lost_with_its_request};
 use super::signals::{hide_error, put};
 use crate::needs::Need;
-use crate::seams::OfEncoder;
+use crate::seams::Deviations;
 use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
@@ -26,15 +26,15 @@ pub static GROUPS: &[Group] = &[
     // The sensor interface
     Group {
         needs: &[Need::Output(Control::Stw2Enc)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
-                => |b| b.at_encoder.order(status_words_swapped);
+                => |b| b.encoder.order(status_words_swapped);
             "telegram-latched" "The telegram of the first connection after power-up stays in use."
-                => |b| b.at_encoder.add(Latched::default());
+                => |b| b.encoder.add(Latched::default());
             "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
-                => |b| b.at_encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
+                => |b| b.encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
             "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
-                => |b| b.at_encoder.image(sign_of_life_carries);
+                => |b| b.encoder.image(sign_of_life_carries);
             "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
                 => |b| b.checks.check(control_edge_in_compatibility_mode());
             "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
@@ -43,9 +43,9 @@ pub static GROUPS: &[Group] = &[
                     _ => right,
                 });
             "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
-                => |b| b.at_encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
+                => |b| b.encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
             "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
-                => |b| b.at_encoder.held(preset_lost_with_its_request());
+                => |b| b.encoder.held(preset_lost_with_its_request());
             "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
                 => |b| b.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
             "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
@@ -54,17 +54,17 @@ pub static GROUPS: &[Group] = &[
                     preset_on_zero_while_parked(b);
                 };
             "position-stays-after-parking" "After parking the position goes on from the one before it."
-                => |b| b.at_encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
+                => |b| b.encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
             "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
-                => |b| b.at_encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
+                => |b| b.encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
             "error-codes-combined" "The codes of several errors are combined bit by bit."
-                => |b| b.at_encoder.add(CombinedCodes::default());
+                => |b| b.encoder.add(CombinedCodes::default());
         },
     },
     // The sign of life of the controller, where it is not watched or only in time with the bus
     Group {
         needs: &[Need::Output(Control::Stw2Enc)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
                 => |b| {
                     b.checks.check(|check, right| match check {
@@ -78,78 +78,78 @@ pub static GROUPS: &[Group] = &[
     // Positions and their signals
     Group {
         needs: &[Need::Input(Signal::G1Xist2)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
-                => |b| b.at_encoder.image(xist2_freezes_without_control);
+                => |b| b.encoder.image(xist2_freezes_without_control);
             "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
-                => |b| b.at_encoder.image(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
+                => |b| b.encoder.image(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
             "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
-                => |b| b.at_encoder.image(|_, now| shows_position(now, now.request.home));
+                => |b| b.encoder.image(|_, now| shows_position(now, now.request.home));
             "revolution-missing" "Of all revolutions the last one is not counted."
                 => |b| b.measuring.range(revolution_missing);
             "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-                => |b| b.at_encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
+                => |b| b.encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
         },
     },
     // G1_XIST1 shifted to the left
     Group {
         needs: &[Need::ShiftedXist1],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
-                => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
+                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
             "xist1-right-aligned" "G1_XIST1 is not shifted."
-                => |b| b.at_encoder.image(|_, now| Image { shift: 0, ..now });
+                => |b| b.encoder.image(|_, now| Image { shift: 0, ..now });
             "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
-                => |b| b.at_encoder.image(|_, now| Image { shift: (now.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
+                => |b| b.encoder.image(|_, now| Image { shift: (now.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
         },
     },
     Group {
         needs: &[Need::Profinet, Need::ShiftedXist1],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
                 => |b| {
-                    b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
-                    b.at_encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
+                    b.encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
+                    b.encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
                 };
             "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
-                => |b| b.at_encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
+                => |b| b.encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
         },
     },
     // Signals of 32 bits and velocities
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "signal-words-swapped" "Each signal of 32 bits is sent with its two words exchanged."
-                => |b| b.at_encoder.signal(|_, octets| swap_words(octets));
+                => |b| b.encoder.signal(|_, octets| swap_words(octets));
             "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
-                => |b| b.at_encoder.signal(velocity_left_aligned);
+                => |b| b.encoder.signal(velocity_left_aligned);
         },
     },
     // Telegrams of the profile with a velocity
     Group {
         needs: &[Need::Telegram(82)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "nist-a-before-positions" "In telegram 82 NIST_A stands before G1_XIST1."
-                => |b| b.at_encoder.order(nist_a_before_positions);
+                => |b| b.encoder.order(nist_a_before_positions);
             "codes-in-two-telegrams-only" "In the telegrams 82 and 84 G1_XIST2 has no error codes."
-                => |b| b.at_encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
+                => |b| b.encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
         },
     },
     Group {
         needs: &[Need::Telegram(84)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "xist2-before-xist3" "In telegram 84 G1_XIST2 stands before G1_XIST3."
-                => |b| b.at_encoder.order(xist2_before_xist3);
+                => |b| b.encoder.order(xist2_before_xist3);
             "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
-                => |b| (b.at_encoder.order(without_velocity), b.at_encoder.input_octets(without_velocity_octets));
+                => |b| (b.encoder.order(without_velocity), b.encoder.input_octets(without_velocity_octets));
             "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
-                => |b| b.at_encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
+                => |b| b.encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
         },
     },
     // Errors of the supply
     Group {
         needs: &[Need::Of(&manuals::SICK_AFX60)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
                 => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
             "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
@@ -175,10 +175,10 @@ fn control_edge_in_compatibility_mode() -> impl FnMut(Check, bool) -> bool {
     }
 }
 
-fn preset_on_zero_while_parked(b: &mut OfEncoder<'_>) {
+fn preset_on_zero_while_parked(b: &mut Deviations) {
     let is_parked = Rc::new(Cell::new(false));
     let known = is_parked.clone();
-    b.at_encoder.held(move |view, held| {
+    b.encoder.held(move |view, held| {
         known.set(view.sensor.is_parked());
         held
     });

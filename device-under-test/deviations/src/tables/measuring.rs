@@ -15,7 +15,7 @@ use reference_devices::manuals;
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Encoder],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "position-counts-from-zero" "After power-up the position counts from 0."
                 => |b| b.measuring.slip(|step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip });
             "revolution-of-13-bits" "A revolution without scaling takes 13 bits of the position."
@@ -32,14 +32,14 @@ pub static GROUPS: &[Group] = &[
     },
     Group {
         needs: &[Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "extended-counter" "Beyond its range the position goes on counting in the unused bits."
                 => |b| {
                     b.measuring.range(|_, _, _| 1 << 32);
                     b.measuring.slip(|step| step.slip + step.crossing() * step.units());
                 };
             "position-before-parking-shown" "The first frame after parking shows the position from before parking."
-                => |b| b.at_encoder.image(position_before_parking_shown);
+                => |b| b.encoder.image(position_before_parking_shown);
             "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
                 => |b| b.telegram.acts_on(only_xist1_scaled);
             "code-sequence-on-xist1-only" "The code sequence acts on G1_XIST1 and on no other position."
@@ -67,23 +67,23 @@ pub static GROUPS: &[Group] = &[
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "rounding-errors-add-up" "Each movement is scaled and rounded by itself."
                 => |b| b.measuring.slip(rounding_errors_add_up);
         },
     },
     Group {
         needs: &[Need::Input(Signal::G1Xist3)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "class-4-without-xist3" "Code sequence, preset and scaling do not act on G1_XIST3."
                 => |b| b.telegram.acts_on(class_4_without_xist3);
         },
     },
     Group {
         needs: &[Need::Input(Signal::SingleTurn)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
-                => |b| b.at_encoder.signal(|of, octets| if of.signal == Signal::SingleTurn {
+                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn {
                     let Settings { scaling, .. } = of.view.measuring.settings;
                     let place = of.view.measuring.under(Settings::hardware(&of.view.hardware)).position();
                     put(octets, (scaling.position(&of.view.hardware, place) % scaling.units_per_revolution.max(1)) as u32);
@@ -92,17 +92,17 @@ pub static GROUPS: &[Group] = &[
     },
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
                 => |b| b.measuring.shifted(|sum, right| sum.saturates_at.map_or(right, |range| signed(sum).rem_euclid(range as i64) as u64));
             "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
                 => |b| b.measuring.shifted(second_position_runs_below_0);
             "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
-                => |b| b.at_encoder.image(first_position_limited);
+                => |b| b.encoder.image(first_position_limited);
             "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
                 => |b| b.checks.check(|check, right| right || matches!(check, Check::PositionStands(_)));
             "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
-                => |b| b.at_encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
+                => |b| b.encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
         },
     },
 ];

@@ -31,18 +31,6 @@ macro_rules! permitted {
     };
 }
 
-/// The same for knobs that are all the encoder's.
-macro_rules! encoder_bugs {
-    ($($name:literal $sentence:literal => |$behaviour:ident| $turn:expr;)*) => {
-        bugs! {$(
-            $name $sentence => |behaviour| {
-                let $behaviour = &mut behaviour.of_encoder();
-                $turn;
-            };
-        )*}
-    };
-}
-
 pub mod amt58;
 pub mod codes;
 pub mod diagnosis;
@@ -167,24 +155,4 @@ pub static GROUPS: &[&[Group]] = &[
 pub fn of(manual: &'static Manual) -> impl Iterator<Item = &'static Deviation> + Clone {
     let groups = GROUPS.iter().copied().flatten();
     groups.filter(|group| group.needs.iter().all(|need| need.is_met_by(manual))).flat_map(|group| group.deviations)
-}
-
-/// Bugs of one seam that a model can be told to have.
-#[derive(Clone, Copy, Debug)]
-pub enum Table {
-    /// All of them.
-    All(&'static [Deviation]),
-    /// Those of these names.
-    Only(&'static [Deviation], &'static [&'static str]),
-}
-
-impl Table {
-    /// The bugs that it names, in the order of the seam.
-    pub fn bugs(&self) -> impl Iterator<Item = &'static Deviation> + Clone + use<> {
-        let (all, only) = match *self {
-            Table::All(all) => (all, None),
-            Table::Only(all, only) => (all, Some(only)),
-        };
-        all.iter().filter(move |bug| only.is_none_or(|only| only.contains(&bug.name)))
-    }
 }

@@ -119,7 +119,7 @@ fn preset_warning_at_the_write(d: &mut Deviations) {
     let is_invalid = Rc::new(Cell::new(false));
     let (written, preset, started, lit) =
         (is_invalid.clone(), is_invalid.clone(), is_invalid.clone(), is_invalid.clone());
-    d.at_encoder.written(move |view, (number, _), values| {
+    d.encoder.written(move |view, (number, _), values| {
         let value = values.iter().flatten().next().filter(|_| number == 65000);
         written.set(written.get() || value.is_some_and(|value| *value >= view.positions));
         values
@@ -132,17 +132,17 @@ fn preset_warning_at_the_write(d: &mut Deviations) {
         started.set(started.get() && !matches!(event, Event::Start | Event::PowerUp));
         kept
     });
-    d.at_encoder.element(move |_, at, right| match at {
+    d.encoder.element(move |_, at, right| match at {
         (1001, 1) if is_invalid.get() => right | INVALID_PRESET,
         _ => right,
     });
-    d.at_encoder
+    d.encoder
         .led(move |of, right| if (of.name, right) == ("encoder", "green") && lit.get() { "orange" } else { right });
 }
 
 fn writing_while_requested_presets(d: &mut Deviations) {
     let next = next_preset(d);
-    d.at_encoder.written(move |view, (number, _), values| {
+    d.encoder.written(move |view, (number, _), values| {
         if number == 65000 && view.sensor.request().home {
             next.set(values.iter().flatten().next().copied());
         }
@@ -161,7 +161,7 @@ fn start_preset_locks_value(d: &mut Deviations) {
         ends.set(ends.get() && !matches!(event, Event::Start | Event::PowerUp));
         kept
     });
-    d.at_encoder.written(move |_, (number, _), values| values.filter(|_| number != 65000 || !is_locked.get()));
+    d.encoder.written(move |_, (number, _), values| values.filter(|_| number != 65000 || !is_locked.get()));
 }
 
 fn start_preset_moves_position(d: &mut Deviations) {
@@ -175,7 +175,7 @@ fn start_preset_moves_position(d: &mut Deviations) {
 fn second_save_spoils_memory(d: &mut Deviations) {
     let is_spoiled = Rc::new(Cell::new(false));
     let spoiled = is_spoiled.clone();
-    d.at_encoder.written(move |view, (number, _), values| {
+    d.encoder.written(move |view, (number, _), values| {
         if number != 971 {
             return values;
         }

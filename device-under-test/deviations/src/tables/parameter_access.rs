@@ -18,11 +18,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "number-octets-swapped" "The octets of a parameter number are exchanged."
-                => |d| d.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
+                => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { number: at.number.swap_bytes(), ..at }));
             "unknown-request-read" "An unknown request is taken for one that reads."
-                => |d| d.at_encoder.understand(unknown_request_read);
+                => |d| d.encoder.understand(unknown_request_read);
             "unknown-format-taken" "A value of an unknown format is taken for a double word."
-                => |d| d.at_encoder.understand(unknown_format_taken);
+                => |d| d.encoder.understand(unknown_format_taken);
             "attribute-not-checked" "Any attribute reads the value."
                 => |d| d.checks.check(|check, right| right || matches!(check, Check::Attribute(_)));
             "zero-elements-refused" "A parameter that is no array is refused with 0 elements."
@@ -30,20 +30,20 @@ pub static GROUPS: &[Group] = &[
             "short-request-reads-old-buffer" "Missing octets are taken from the request before."
                 => |d| {
                     d.checks.check(|check, right| right || matches!(check, Check::SurplusOctets(_)));
-                    d.at_encoder.add(OldOctets::default());
+                    d.encoder.add(OldOctets::default());
                 };
             "hangs-after-malformed-request" "After a request with a wrong number of parameters none is answered."
-                => |d| d.at_encoder.add(Hangs::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
+                => |d| d.encoder.add(Hangs::after(|octets| octets.get(3).is_some_and(|count| *count == 0 || *count > MAX_PARAMETERS)));
             "hangs-after-reference-0" "After a request with reference 0 none is answered."
-                => |d| d.at_encoder.add(Hangs::after(|octets| octets.first() == Some(&0)));
+                => |d| d.encoder.add(Hangs::after(|octets| octets.first() == Some(&0)));
             "unknown-parameter-reads-zero" "Unknown parameters read as 0."
-                => |d| d.at_encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::REQUEST || error.number != ErrorNumber::UNKNOWN_PARAMETER));
+                => |d| d.encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::REQUEST || error.number != ErrorNumber::UNKNOWN_PARAMETER));
             "unknown-write-acknowledged" "Writing an unknown parameter is answered positively."
-                => |d| d.at_encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::CHANGE || error.number != ErrorNumber::UNKNOWN_PARAMETER));
+                => |d| d.encoder.refuse(|id, _, found| found.filter(|error| id != RequestId::CHANGE || error.number != ErrorNumber::UNKNOWN_PARAMETER));
             "read-only-write-acknowledged" "Writing a read-only parameter is answered positively."
-                => |d| d.at_encoder.refuse(|_, _, found| found.filter(|error| error.number != ErrorNumber::READ_ONLY));
+                => |d| d.encoder.refuse(|_, _, found| found.filter(|error| error.number != ErrorNumber::READ_ONLY));
             "limit-called-wrong-type" "A value that is not allowed is refused as one of a wrong type."
-                => |d| d.at_encoder.refuse(limit_called_wrong_type);
+                => |d| d.encoder.refuse(limit_called_wrong_type);
             "subindex-ignored-without-array" "The subindex is not looked at if the parameter is no array."
                 => |d| d.checks.check(|check, right| right || matches!(check, Check::WholeValue { .. }));
             "wrong-type-taken" "A value of another width is taken as it comes."
@@ -56,47 +56,47 @@ pub static GROUPS: &[Group] = &[
                 => |d| {
                     let written = WrittenBeforeChecked::default();
                     d.checks.add(written.clone());
-                    d.at_encoder.add(written);
+                    d.encoder.add(written);
                 };
             "multi-read-answers-first-only" "Of several parameters in a request only the first is answered."
-                => |d| d.at_encoder.respond(multi_read_answers_first_only);
+                => |d| d.encoder.respond(multi_read_answers_first_only);
             "multi-write-stops-at-first-error" "After a refused parameter the others are not written."
                 => |d| {
                     let stops = StopsAtFirstError::default();
                     d.checks.add(stops.clone());
-                    d.at_encoder.add(stops);
+                    d.encoder.add(stops);
                 };
             "one-error-drops-all" "One refused parameter takes the values of the others out of the response."
-                => |d| d.at_encoder.respond(one_error_drops_all);
+                => |d| d.encoder.respond(one_error_drops_all);
             "reference-always-one" "The response always carries the reference 1."
-                => |d| d.at_encoder.respond(|_, right| Response { header: ResponseHeader { reference: 1, ..right.header }, ..right });
+                => |d| d.encoder.respond(|_, right| Response { header: ResponseHeader { reference: 1, ..right.header }, ..right });
             "response-without-format" "The values of a response stand without their format."
-                => |d| d.at_encoder.parameter_response(response_without_format);
+                => |d| d.encoder.parameter_response(response_without_format);
             "write-answered-with-values" "The response to a write repeats the values."
-                => |d| d.at_encoder.respond(write_answered_with_values);
+                => |d| d.encoder.respond(write_answered_with_values);
             "error-of-one-octet" "The number of an error has one octet."
-                => |d| d.at_encoder.respond(error_of_one_octet);
+                => |d| d.encoder.respond(error_of_one_octet);
             "response-of-the-request-before" "A request is answered with its reference and the values of the one before."
-                => |d| d.at_encoder.add(ResponseBefore::default());
+                => |d| d.encoder.add(ResponseBefore::default());
             "old-response-repeated" "A response can be read again and again."
-                => |d| d.at_encoder.add(OldResponse::default());
+                => |d| d.encoder.add(OldResponse::default());
             "request-octets-exchanged" "Requests are expected with the octets of their pairs exchanged."
-                => |d| d.at_encoder.parameter_request(|_, octets| swapped(&octets));
+                => |d| d.encoder.parameter_request(|_, octets| swapped(&octets));
             "both-orders-understood" "Requests with the octets of their pairs exchanged are understood too."
-                => |d| d.at_encoder.parameter_request(|_, octets| match octets[..] {
+                => |d| d.encoder.parameter_request(|_, octets| match octets[..] {
                     [1 | 2, id, ..] if !matches!(id, 1 | 2) => swapped(&octets),
                     _ => octets,
                 });
             "request-of-14-octets" "A write has no format and no number of values."
-                => |d| d.at_encoder.parameter_request(|_, octets| match octets[..] {
+                => |d| d.encoder.parameter_request(|_, octets| match octets[..] {
                     [_, 2, ..] if octets.len() == 14 => [&octets[..10], &[0x43, 1], &octets[10..]].concat(),
                     [_, 2, ..] => Vec::new(),
                     _ => octets,
                 });
             "elements-of-a-single-value-ignored" "The number of elements is not looked at if the parameter is no array."
-                => |d| d.at_encoder.understand(elements_of_a_single_value_ignored);
+                => |d| d.encoder.understand(elements_of_a_single_value_ignored);
             "subindex-0-refused" "P65000 is refused as an element that does not exist."
-                => |d| d.at_encoder.refuse(|_, number, found| match number {
+                => |d| d.encoder.refuse(|_, number, found| match number {
                     65000 => Some(ParameterError { number: ErrorNumber::NO_SUCH_SUBINDEX, subindex: None }),
                     _ => found,
                 });
@@ -115,13 +115,13 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
             "array-read-from-zero" "A run of elements always begins with subindex 0."
-                => |d| d.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
+                => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { subindex: if at.element_count > 1 { 0 } else { at.subindex }, ..at }));
             "subindex-past-end-reads-zero" "Elements behind the end of an array read as 0."
                 => |d| d.checks.check(|check, right| right || matches!(check, Check::Elements { .. }));
             "response-cut-off" "A response that is too long is cut off."
                 => |d| {
                     d.checks.check(|check, right| right || matches!(check, Check::ValueFits(_)));
-                    d.at_encoder.parameter_response(|_, octets| octets.into_iter().take(MAX_OCTETS).collect());
+                    d.encoder.parameter_response(|_, octets| octets.into_iter().take(MAX_OCTETS).collect());
                 };
         },
     },
@@ -130,7 +130,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
             "p971-cannot-be-read" "P971 can be written and not read."
-                => |d| d.at_encoder.refuse(p971_cannot_be_read);
+                => |d| d.encoder.refuse(p971_cannot_be_read);
         },
     },
 ];

@@ -12,9 +12,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(922)],
         deviations: bugs! {
             "p922-always-81" "P922 reads 81 whatever telegram is in use."
-                => |d| d.at_encoder.element(|_, at, right| if at == (922, 0) { 81 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (922, 0) { 81 } else { right });
             "p922-as-bcd" "P922 gives the number of the telegram in binary coded decimals."
-                => |d| d.at_encoder.element(|_, at, right| if at == (922, 0) { ((right / 10) << 4) | (right % 10) } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (922, 0) { ((right / 10) << 4) | (right % 10) } else { right });
         },
     },
     // Identification: P964, P975
@@ -22,16 +22,16 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
             "software-versions-differ" "Version, year and day of the software in P975 are those of an older one."
-                => |d| d.at_encoder.element(|_, at, right| if let (975, 2..=4) = at { right - 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if let (975, 2..=4) = at { right - 1 } else { right });
             "month-before-day" "The month of the software stands before its day."
-                => |d| d.at_encoder.element(|_, at, right| if let (964 | 975, 4) = at { right % 100 * 100 + right / 100 } else { right });
+                => |d| d.encoder.element(|_, at, right| if let (964 | 975, 4) = at { right % 100 * 100 + right / 100 } else { right });
             "identification-cut-short" "P964 ends after five elements, P975 after six."
                 => |d| {
-                    d.at_encoder.cut(964, 5);
-                    d.at_encoder.cut(975, 6);
+                    d.encoder.cut(964, 5);
+                    d.encoder.cut(975, 6);
                 };
             "type-class-axis" "P975 gives the type class of an axis."
-                => |d| d.at_encoder.element(|_, at, right| if at == (975, 5) { 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (975, 5) { 1 } else { right });
         },
     },
     // Identification that is another one on PROFINET, and P965
@@ -39,23 +39,23 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::Parameter(964)],
         deviations: bugs! {
             "vendor-id-swapped" "The octets of the vendor ID are exchanged in P964 and P975."
-                => |d| d.at_encoder.element(|_, at, right| if let (964 | 975, 0) = at { u64::from((right as u16).swap_bytes()) } else { right });
+                => |d| d.encoder.element(|_, at, right| if let (964 | 975, 0) = at { u64::from((right as u16).swap_bytes()) } else { right });
             "vendor-of-the-stack" "P975 names the vendor of the PROFINET stack."
-                => |d| d.at_encoder.element(|_, at, right| if at == (975, 0) { 0x0106 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (975, 0) { 0x0106 } else { right });
             "unit-types-wrong" "P964 gives 0 as type and P975 the number of the encoder interface."
-                => |d| d.at_encoder.element(|_, at, right| match at { (964, 1) => 0, (975, 1) => 5, _ => right });
+                => |d| d.encoder.element(|_, at, right| match at { (964, 1) => 0, (975, 1) => 5, _ => right });
             "year-of-two-digits" "The year of the software has two digits."
-                => |d| d.at_encoder.element(|_, at, right| if let (964 | 975, 3) = at { right % 100 } else { right });
+                => |d| d.encoder.element(|_, at, right| if let (964 | 975, 3) = at { right % 100 } else { right });
             "no-drive-objects" "P964 counts no drive object."
-                => |d| d.at_encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
             "profile-number-3" "P965 names the profile for drives."
-                => |d| d.at_encoder.element(|_, at, right| if at == (965, 0) { upper_octet(right, 3) } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (965, 0) { upper_octet(right, 3) } else { right });
             "profile-version-constant" "P965 says version 41 in compatibility mode too."
-                => |d| d.at_encoder.element(profile_version_constant);
+                => |d| d.encoder.element(profile_version_constant);
             "subclass-follows-class-4" "P975 announces class 3 while class 4 is off."
-                => |d| d.at_encoder.element(|view, at, right| if at == (975, 6) && !view.user.class_4 { 0x4000 } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (975, 6) && !view.user.class_4 { 0x4000 } else { right });
             "drive-object-0" "P975 gives 0 as number of the drive object."
-                => |d| d.at_encoder.element(|_, at, right| if at == (975, 7) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (975, 7) { 0 } else { right });
         },
     },
     // Sensor format: P979
@@ -63,13 +63,13 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(979)],
         deviations: bugs! {
             "p979-of-16-bits" "The elements of P979 have 16 bits."
-                => |d| d.at_encoder.format(979, Format::WORD);
+                => |d| d.encoder.format(979, Format::WORD);
             "p979-header-0" "The header of P979 is 0."
-                => |d| d.at_encoder.element(|_, at, right| if at == (979, 0) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (979, 0) { 0 } else { right });
             "linear-scale" "P979 describes a linear scale."
-                => |d| d.at_encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
             "steps-for-revolutions" "P979 gives the steps in all revolutions for the number of revolutions."
-                => |d| d.at_encoder.element(|view, at, right| if at == (979, 5) { view.hardware.range() } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (979, 5) { view.hardware.range() } else { right });
         },
     },
     // Sensor format where there are several variants
@@ -77,9 +77,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::Parameter(979)],
         deviations: bugs! {
             "sensor-format-of-the-other-variant" "P979 gives resolution and revolutions of the other variant."
-                => |d| d.at_encoder.element(sensor_format_of_the_other_variant);
+                => |d| d.encoder.element(sensor_format_of_the_other_variant);
             "shift-factors-11" "P979 gives shift factors of 11 bits."
-                => |d| d.at_encoder.element(|_, at, right| if let (979, 3 | 4) = at { 11 } else { right });
+                => |d| d.encoder.element(|_, at, right| if let (979, 3 | 4) = at { 11 } else { right });
         },
     },
     // List of numbers: P980
@@ -87,12 +87,12 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(980)],
         deviations: bugs! {
             "number-list-misses-one" "P980 leaves out P65001."
-                => |d| d.at_encoder.parameter(|_, number, mut parameter| {
+                => |d| d.encoder.parameter(|_, number, mut parameter| {
                     parameter.values.truncate(parameter.values.len() - usize::from(number == 980));
                     parameter
                 });
             "number-list-of-another-device" "P980 lists the parameters of an encoder that has others."
-                => |d| d.at_encoder.element(|_, at, right| if at.0 == 980 { right + 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at.0 == 980 { right + 1 } else { right });
         },
     },
     // Transfer to memory: P971
@@ -100,7 +100,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
             "p971-wants-ffff" "A save starts with FFFFh, and with 1 nothing happens."
-                => |d| d.at_encoder.value(971, |value| u64::from(value == 0xFFFF));
+                => |d| d.encoder.value(971, |value| u64::from(value == 0xFFFF));
         },
     },
     // IP address: P61001
@@ -108,9 +108,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(61001)],
         deviations: bugs! {
             "ip-octets-reversed" "P61001 gives the octets of the address in the opposite order."
-                => |d| d.at_encoder.element(|_, at, right| if at == (61001, 0) { u64::from((right as u32).swap_bytes()) } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (61001, 0) { u64::from((right as u32).swap_bytes()) } else { right });
             "old-address-shown" "P61001 gives the address from before the last assignment."
-                => |d| d.at_encoder.add(AddressBefore::default());
+                => |d| d.encoder.add(AddressBefore::default());
         },
     },
     // Preset value, P65000, and the operating status, P65001
@@ -118,15 +118,15 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "parameter-of-16-bits" "Only the lower 16 bits of P65000 are taken."
-                => |d| d.at_encoder.value(65000, |value| value & 0xFFFF);
+                => |d| d.encoder.value(65000, |value| value & 0xFFFF);
             "operating-status-header-wrong" "The header of P65001 gives a number of elements that is not its own."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 0) { right ^ 0x0007_0000 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 0) { right ^ 0x0007_0000 } else { right });
             "preset-value-for-offset" "P65001 shows the preset value in place of the offset."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 8) { view.preset_value.into() } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 8) { view.preset_value.into() } else { right });
             "configured-scaling-always-shown" "P65001 shows the scaling of the user although scaling is off."
-                => |d| d.at_encoder.element(configured_scaling_always_shown);
+                => |d| d.encoder.element(configured_scaling_always_shown);
             "speed-unit-shown-0" "P65001 shows the velocity unit as 0, whatever it is."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 11) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 11) { 0 } else { right });
         },
     },
     // Operating status as the encoder profile has it: P65001
@@ -134,41 +134,41 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(65001)],
         deviations: bugs! {
             "operating-status-cut-short" "P65001 has no velocity unit."
-                => |d| d.at_encoder.cut(65001, 11);
+                => |d| d.encoder.cut(65001, 11);
             "operating-status-0" "P65001 shows all settings as 0."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { 0 } else { right });
             "code-sequence-not-shown" "P65001 shows the code sequence as clockwise, whatever it is."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { right & !0x01 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right & !0x01 } else { right });
             "class-4-always-shown" "P65001 shows class 4 as on, whether it is or not."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { right | 0x02 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right | 0x02 } else { right });
             "preset-control-shown-inverted" "P65001 shows G1_XIST1 preset control with the opposite sign."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { right ^ 0x04 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right ^ 0x04 } else { right });
             "scaling-always-shown" "P65001 shows scaling as on, whether it is or not."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { right | 0x08 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right | 0x08 } else { right });
             "alarm-channel-not-shown" "P65001 shows the alarm channel as off, whether it is or not."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { right & !0x10 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right & !0x10 } else { right });
             "compatibility-shown-inverted" "P65001 shows compatibility mode with the opposite sign."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 1) { right ^ 0x20 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { right ^ 0x20 } else { right });
             "unused-status-bits-random" "Bits 6 and 7 of the operating status are different each time."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 1) { right | (((view.now.as_nanos() / 1_000_000) & 3) << 6) } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 1) { right | (((view.now.as_nanos() / 1_000_000) & 3) << 6) } else { right });
             "speed-unit-in-status" "The velocity unit stands in the reserved bits of the operating status."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 1) { right | u64::from(view.user.speed_unit) << 8 } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 1) { right | u64::from(view.user.speed_unit) << 8 } else { right });
             "internal-fault-numbers" "A fault in P65001 comes with an internal number in the upper octet."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 2) { right | right << 20 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | right << 20 } else { right });
             "supported-faults-0" "P65001 announces no fault."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 3) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 3) { 0 } else { right });
             "supported-faults-of-the-profile" "P65001 announces the faults that the profile knows."
-                => |d| d.at_encoder.element(|_, at, right| if at == (65001, 3) { right | 0x0F } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 3) { right | 0x0F } else { right });
             "warnings-of-another-family" "P65001 announces warnings and shows that of the temperature."
-                => |d| d.at_encoder.element(|_, at, right| match at { (65001, 4) => 0x02, (65001, 5) => 0x3F, _ => right });
+                => |d| d.encoder.element(|_, at, right| match at { (65001, 4) => 0x02, (65001, 5) => 0x3F, _ => right });
             "status-version-follows-mode" "P65001 says profile version 3.1 in compatibility mode."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
             "operating-time-counts" "P65001 counts the operating time in tenths of an hour."
-                => |d| d.at_encoder.element(|view, at, right| if at == (65001, 7) { view.now.as_nanos() / 360_000_000_000 } else { right });
+                => |d| d.encoder.element(|view, at, right| if at == (65001, 7) { view.now.as_nanos() / 360_000_000_000 } else { right });
             "offset-shown-from-power-up" "P65001 shows the offset that was in memory at power-up."
-                => |d| d.at_encoder.add(OffsetOfPowerUp::default());
+                => |d| d.encoder.add(OffsetOfPowerUp::default());
             "range-in-revolutions" "P65001 shows the total range as a number of revolutions."
-                => |d| d.at_encoder.element(range_in_revolutions);
+                => |d| d.encoder.element(range_in_revolutions);
         },
     },
 ];

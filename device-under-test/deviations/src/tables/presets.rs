@@ -5,7 +5,7 @@ use super::parameter_memory::PresetsAtWrite;
 use super::sensor_memory::{HeldRequests, RaisedByPresets};
 use super::{Deviation, Group};
 use crate::needs::Need;
-use crate::seams::OfEncoder;
+use crate::seams::Deviations;
 use crate::seams::measuring::Step;
 use alloc::rc::Rc;
 use core::cell::Cell;
@@ -24,18 +24,18 @@ pub static GROUPS: &[Group] = &[
     Group { needs: &[Need::Output(Control::G1Stw)], deviations: BY_REQUEST },
     Group {
         needs: &[Need::Profinet, Need::Output(Control::G1Stw)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "only-first-preset" "Only the first absolute preset has an effect."
                 => |b| b.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
             "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
-                => |b| b.at_encoder.image(preset_acknowledged_too_early);
+                => |b| b.encoder.image(preset_acknowledged_too_early);
         },
     },
     Group { needs: &[Need::Output(Control::Preset)], deviations: BY_TRIGGER },
 ];
 
 /// The deviations of presets by whatever words of whatever telegram.
-pub static ANYHOW: &[Deviation] = encoder_bugs! {
+pub static ANYHOW: &[Deviation] = bugs! {
     "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
         => |b| b.measuring.preset(preset_in_hardware_steps);
     "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
@@ -43,7 +43,7 @@ pub static ANYHOW: &[Deviation] = encoder_bugs! {
 };
 
 /// The deviations of presets by G1_STW.
-static BY_REQUEST: &[Deviation] = encoder_bugs! {
+static BY_REQUEST: &[Deviation] = bugs! {
     // Preset
     "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
         => |b| b.measuring.relative(absolute);
@@ -52,7 +52,7 @@ static BY_REQUEST: &[Deviation] = encoder_bugs! {
     "relative-shift-reversed" "A relative preset shifts the position down by its value."
         => |b| b.measuring.relative(relative_shift_reversed);
     "preset-uses-stored-value" "A preset takes P65000 as it was saved and not as it is."
-        => |b| b.at_encoder.preset_units(preset_uses_stored_value);
+        => |b| b.encoder.preset_units(preset_uses_stored_value);
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
         => |b| b.checks.check(|check, right| match check {
             Check::BeginsPreset { before, now, parked } => before.home && !now.home && !parked,
@@ -69,32 +69,32 @@ static BY_REQUEST: &[Deviation] = encoder_bugs! {
             _ => right,
         });
     "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
-        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
+        => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
-        => |b| b.at_encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
+        => |b| b.encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
-        => |b| b.at_encoder.image(preset_acknowledge_stays);
+        => |b| b.encoder.image(preset_acknowledge_stays);
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (b & 0x0800) << 1]);
+        => |b| b.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0800) << 1]);
     "writing-preset-value-presets" "Writing P65000 sets the position at once."
-        => |b| b.at_encoder.add(PresetsAtWrite::default());
+        => |b| b.encoder.add(PresetsAtWrite::default());
     "preset-on-both-edges" "The preset is carried out once more when the request is taken back."
         => |b| b.checks.check(|check, right| match check {
             Check::BeginsPreset { before, now, parked } => before.home != now.home && !parked,
             _ => right,
         });
     "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
-        => |b| b.at_encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
+        => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
         => |b| {
             let raised = RaisedByPresets::default();
             b.checks.add(raised.clone());
-            b.at_encoder.add(raised);
+            b.encoder.add(raised);
         };
     "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
-        => |b| b.at_encoder.image(preset_flashes_error);
+        => |b| b.encoder.image(preset_flashes_error);
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
-        => |b| b.at_encoder.image(preset_interrupts_transfer);
+        => |b| b.encoder.image(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
         => |b| b.start.understand(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
@@ -110,7 +110,7 @@ static BY_REQUEST: &[Deviation] = encoder_bugs! {
             b.measuring.relative(relative_beyond_the_range);
             b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
             b.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
-            b.at_encoder.preset_units(|view, mode, _| match mode {
+            b.encoder.preset_units(|view, mode, _| match mode {
                 PresetMode::Absolute => view.preset_value.into(),
                 PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
             });
@@ -130,36 +130,36 @@ static BY_REQUEST: &[Deviation] = encoder_bugs! {
             _ => right,
         });
     "parking-clears-offset" "The offset is 0 after parking."
-        => |b| b.at_encoder.held(after_parking(|_, _| 0));
+        => |b| b.encoder.held(after_parking(|_, _| 0));
     "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
+        => |b| b.encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
 };
 
 /// The deviations of encoders that have presets by a trigger too.
-static BY_TRIGGER: &[Deviation] = encoder_bugs! {
+static BY_TRIGGER: &[Deviation] = bugs! {
     // By G1_STW, or by both
     "preset-takes-100-ms" "A preset takes 100 ms."
-        => |b| b.at_encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
+        => |b| b.encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
         => |b| b.checks.set(Check::PositionStandsStill, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
         => |b| b.start.understand(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
-        => |b| b.at_encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
+        => |b| b.encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
     "highest-position-refused" "The highest position of the range is refused as a preset value."
         => |b| b.checks.check(|check, right| match check {
             Check::PresetValue { value, range } => u64::from((value as i32).unsigned_abs()) + 1 < range,
             _ => right,
         });
     "start-preset-ignored" "The preset value that comes with the start is acknowledged and not taken."
-        => |b| b.at_encoder.written(|view, (number, _), values| values.filter(|_| number != 65000 || !view.is_starting));
+        => |b| b.encoder.written(|view, (number, _), values| values.filter(|_| number != 65000 || !view.is_starting));
     "first-preset-value-stays" "After the first preset value in data exchange each further one is acknowledged and not taken."
-        => |b| b.at_encoder.written(|view, (number, _), values| {
+        => |b| b.encoder.written(|view, (number, _), values| {
             values.filter(|_| number != 65000 || view.is_starting || view.preset_value == 0)
         });
 
     "offset-written-while-requested" "While a preset is requested the offset is written again in each cycle."
-        => |b| b.at_encoder.add(WrittenWhileRequested::default());
+        => |b| b.encoder.add(WrittenWhileRequested::default());
     "preset-value-not-limited" "A preset value beyond the range is taken as it is, and the position shows it."
         => |b| {
             b.measuring.absolute(absolute_beyond_the_range);
@@ -169,30 +169,30 @@ static BY_TRIGGER: &[Deviation] = encoder_bugs! {
                 false => position.wrapping_add(offset),
             });
             b.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
-            b.at_encoder.preset_units(|view, mode, _| match mode {
+            b.encoder.preset_units(|view, mode, _| match mode {
                 PresetMode::Absolute => view.preset_value.into(),
                 PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
             });
         };
     "preset-mode-inverted" "Bit 11 of G1_STW is taken the other way round."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b ^ 0x0800]);
+        => |b| b.encoder.control_words(|_, [a, b]| [a, b ^ 0x0800]);
     "request-for-position-presets" "Bit 13 of G1_STW carries out a preset as bit 12 does."
-        => |b| b.at_encoder.control_words(|_, [a, b]| [a, b | (b & POSITION) >> 1]);
+        => |b| b.encoder.control_words(|_, [a, b]| [a, b | (b & POSITION) >> 1]);
     "read-gives-the-offset" "P65000 reads the offset."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right });
+        => |b| b.encoder.element(|view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right });
     "position-for-offset" "The position stands in the place of the offset."
-        => |b| b.at_encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
+        => |b| b.encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
     "preset-value-random" "P65000 is 5A5A5A5Ah until it is written."
-        => |b| b.at_encoder.load(|_, retained| Retained { preset_value: 0x5A5A_5A5A, ..retained });
+        => |b| b.encoder.load(|_, retained| Retained { preset_value: 0x5A5A_5A5A, ..retained });
     "preset-value-used-up" "The first preset leaves 0 in P65000."
         => |b| preset_value_used_up(b);
     "start-preset-taken-once" "The preset value of the start is taken in the first connection after power-up only."
-        => |b| b.at_encoder.written(|view, (number, _), values| {
+        => |b| b.encoder.written(|view, (number, _), values| {
             values.filter(|_| number != 65000 || !view.is_starting || view.preset_value == 0)
         });
     "value-little-endian" "The value written to P65000 is taken least significant octet first."
         => |b| {
-            b.at_encoder.value(65000, |value| (value as u32).swap_bytes().into());
+            b.encoder.value(65000, |value| (value as u32).swap_bytes().into());
             // Whether it is in the range is looked at before.
             b.checks.check(|check, right| match check {
                 Check::PresetValue { value, range } => u64::from((value.swap_bytes() as i32).unsigned_abs()) < range,
@@ -200,7 +200,7 @@ static BY_TRIGGER: &[Deviation] = encoder_bugs! {
             });
         };
     "reset-erases-offset" "The factory reset erases the offset too."
-        => |b| b.at_encoder.reset(|_, _, left| Retained { offset: 0, ..left });
+        => |b| b.encoder.reset(|_, _, left| Retained { offset: 0, ..left });
 
     // By a word with value and trigger
     "trigger-ignored" "The trigger has no effect."
@@ -221,16 +221,16 @@ static BY_TRIGGER: &[Deviation] = encoder_bugs! {
             _ => right,
         });
     "outputs-kept-without-power" "A request from before a loss of power that is held is no new one."
-        => |b| b.at_encoder.add(HeldRequests::over_power());
+        => |b| b.encoder.add(HeldRequests::over_power());
     "trigger-takes-value-before" "A preset takes the value of the frame before the one in which the trigger rises."
-        => |b| b.at_encoder.outputs(trigger_takes_value_before);
+        => |b| b.encoder.outputs(trigger_takes_value_before);
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each frame."
         => |b| {
             b.checks.check(|check, right| match check {
                 Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
                 _ => right,
             });
-            b.at_encoder.store(|_, write| preset_takes(write, Duration::ZERO));
+            b.encoder.store(|_, write| preset_takes(write, Duration::ZERO));
         };
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
         => |b| b.checks.check(|check, right| match check {
@@ -254,21 +254,21 @@ static BY_TRIGGER: &[Deviation] = encoder_bugs! {
     "trigger-value-wraps" "The value of a preset beyond the range is reduced to a remainder and not limited."
         => |b| b.trigger.value(|word, range, _| u64::from(word & VALUE) % range);
     "preset-of-27-bits" "Bit 27 of the value is dropped."
-        => |b| b.at_encoder.preset_word(|word, _| word & !(1 << 27));
+        => |b| b.encoder.preset_word(|word, _| word & !(1 << 27));
     "reserved-preset-bits-double" "The value is doubled if any of the bits 28 to 30 is set."
-        => |b| b.at_encoder.preset_word(|word, _| match word & !VALUE & !TRIGGER {
+        => |b| b.encoder.preset_word(|word, _| match word & !VALUE & !TRIGGER {
             0 => word,
             _ => word & !VALUE | word << 1 & VALUE,
         });
     "trigger-uses-parameter" "A preset by the trigger takes P65000 and not the value beside it."
-        => |b| b.at_encoder.outputs(|view, _, arrived| Outputs {
+        => |b| b.encoder.outputs(|view, _, arrived| Outputs {
             preset: arrived.preset.map(|word| word & !VALUE | view.preset_value & VALUE),
             ..arrived
         });
     "trigger-obeys-mode" "A preset by the trigger is relative while bit 11 of G1_STW is set."
-        => |b| b.at_encoder.outputs(trigger_obeys_mode);
+        => |b| b.encoder.outputs(trigger_obeys_mode);
     "request-takes-cyclic-value" "A preset by G1_STW takes the value beside the trigger and not P65000."
-        => |b| b.at_encoder.preset_units(|view, mode, right| match view.outputs.preset {
+        => |b| b.encoder.preset_units(|view, mode, right| match view.outputs.preset {
             Some(word) => view.facts.preset_values.units(mode, word & VALUE, view.positions),
             None => right,
         });
@@ -430,25 +430,25 @@ impl EncoderHooks for WrittenWhileRequested {
     }
 }
 
-fn preset_value_used_up(b: &mut OfEncoder<'_>) {
+fn preset_value_used_up(b: &mut Deviations) {
     let is_used = Rc::new(Cell::new(false));
     let (uses, used) = (is_used.clone(), is_used.clone());
     b.measuring.preset(move |_, right| {
         uses.set(true);
         right
     });
-    b.at_encoder.preset_units(move |_, _, value| if used.get() { 0 } else { value });
-    b.at_encoder.held(move |_, held| match is_used.take() {
+    b.encoder.preset_units(move |_, _, value| if used.get() { 0 } else { value });
+    b.encoder.held(move |_, held| match is_used.take() {
         true => Held { preset_value: 0, ..held },
         false => held,
     });
 }
 
-fn trigger_blocks_request(b: &mut OfEncoder<'_>) {
+fn trigger_blocks_request(b: &mut Deviations) {
     let is_blocked = Rc::new(Cell::new(false));
     let blocked = is_blocked.clone();
     let mut since = None;
-    b.at_encoder.outputs(move |view, _, arrived| {
+    b.encoder.outputs(move |view, _, arrived| {
         if since != view.data_since {
             blocked.set(false);
         }

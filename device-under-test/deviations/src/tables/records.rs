@@ -3,7 +3,7 @@
 use super::Group;
 use super::start::{PARAMETER_ACCESS, USER_PARAMETERS};
 use crate::needs::Need;
-use crate::seams::OfEncoder;
+use crate::seams::Deviations;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -21,7 +21,7 @@ pub static GROUPS: &[Group] = &[
     // Where records answer
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
                 => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
             "parameters-in-slot-0" "Records answer at the device access point only."
@@ -38,29 +38,29 @@ pub static GROUPS: &[Group] = &[
     // What they hold up
     Group {
         needs: &[Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "record-read-freezes-position" "The signals of the telegram stand still while a parameter request is handled."
-                => |b| b.at_encoder.add(ReadFreezesPosition::default());
+                => |b| b.encoder.add(ReadFreezesPosition::default());
         },
     },
     // User parameters that go with a telegram
     Group {
         needs: &[Need::Profinet, Need::Telegram(84)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "telegram-84-needs-class-4" "Telegram 84 is refused where class 4 is off."
-                => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
+                => |b| b.encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
         },
     },
     Group {
         needs: &[Need::Profinet, Need::Telegram(82)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "telegram-82-not-offered" "Telegram 82 is refused."
-                => |b| b.at_encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
+                => |b| b.encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
         },
     },
 ];
 
-fn answer_at(b: &mut OfEncoder<'_>, at: fn(u32, u16, u16) -> bool) {
+fn answer_at(b: &mut Deviations, at: fn(u32, u16, u16) -> bool) {
     b.checks.check(move |check, right| match check {
         Check::RecordAnswersAt(api, slot, subslot) => at(api, slot, subslot),
         _ => right,

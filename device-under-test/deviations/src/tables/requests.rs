@@ -20,15 +20,15 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "octets-swapped-in-pairs" "The octets of pairs are exchanged in requests and responses."
                 => |d| {
-                    d.at_encoder.parameter_request(|_, octets| swapped_request(octets));
-                    d.at_encoder.parameter_response(swapped_response);
+                    d.encoder.parameter_request(|_, octets| swapped_request(octets));
+                    d.encoder.parameter_response(swapped_response);
                 };
             "values-read-too-early" "The value of a write is read one octet too early."
-                => |d| d.at_encoder.understand(values_read_too_early);
+                => |d| d.encoder.understand(values_read_too_early);
             "values-behind-each-address" "In a write with several parameters a value is expected behind each address."
-                => |d| d.at_encoder.understand(values_behind_each_address);
+                => |d| d.encoder.understand(values_behind_each_address);
             "more-parameters-than-39-answered" "A request for 40 parameters is answered."
-                => |d| d.at_encoder.parameter_request(|_, octets| more_parameters(octets));
+                => |d| d.encoder.parameter_request(|_, octets| more_parameters(octets));
             "word-format-refused" "A parameter of 16 bits refuses the format of its size."
                 => |d| d.checks.check(|check, right| match check {
                     Check::ValueFormat { format, parameter } => parameter != Format::WORD && format == parameter,
@@ -39,23 +39,23 @@ pub static GROUPS: &[Group] = &[
             "only-axis-1-served" "Another axis than 1 is refused."
                 => |d| d.checks.check(|check, right| match check { Check::Axis(axis) => axis == 1, _ => right });
             "response-outlives-connection" "A response that was not fetched can be read in the next connection."
-                => |d| d.at_encoder.add(ResponseOfEarlierConnection::default());
+                => |d| d.encoder.add(ResponseOfEarlierConnection::default());
             "response-padded" "A response is filled up with zeros."
-                => |d| d.at_encoder.parameter_response(response_padded);
+                => |d| d.encoder.parameter_response(response_padded);
             "p65000-as-word" "P65000 is answered as a word."
-                => |d| d.at_encoder.format(65000, Format::WORD);
+                => |d| d.encoder.format(65000, Format::WORD);
             "reference-with-a-sign" "A reference above 7Fh comes back as 7Fh."
-                => |d| d.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header }));
+                => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { reference: header.reference.min(0x7F), ..header }));
             "response-id-always-read" "A write that was carried out is answered as a read."
-                => |d| d.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: if header.id == ResponseId::CHANGE { ResponseId::REQUEST } else { header.id }, ..header }));
+                => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: if header.id == ResponseId::CHANGE { ResponseId::REQUEST } else { header.id }, ..header }));
             "errors-with-positive-id" "A refused request is answered with the ID of the request."
-                => |d| d.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: ResponseId(header.id.0 & 0x7F), ..header }));
+                => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { id: ResponseId(header.id.0 & 0x7F), ..header }));
             "axis-always-one" "The response always carries the axis 1."
-                => |d| d.at_encoder.respond(|_, right| with_header(right, |header| ResponseHeader { do_id: 1, ..header }));
+                => |d| d.encoder.respond(|_, right| with_header(right, |header| ResponseHeader { do_id: 1, ..header }));
             "types-for-sizes" "Values come with the codes of their types."
-                => |d| d.at_encoder.respond(|_, right| with_formats(right, types_for_sizes));
+                => |d| d.encoder.respond(|_, right| with_formats(right, types_for_sizes));
             "error-as-word" "An error comes with the format of a word."
-                => |d| d.at_encoder.respond(|_, right| with_formats(right, |format| if format == Format::ERROR { Format::WORD } else { format }));
+                => |d| d.encoder.respond(|_, right| with_formats(right, |format| if format == Format::ERROR { Format::WORD } else { format }));
         },
     },
     // Arrays
@@ -63,13 +63,13 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(964)],
         deviations: bugs! {
             "zero-elements-give-the-array" "An array is read whole where 0 elements of it are asked for."
-                => |d| d.at_encoder.understand(|request| each_address(request, whole_array));
+                => |d| d.encoder.understand(|request| each_address(request, whole_array));
             "parameter-0-is-the-first" "The parameter 0 reads as P922."
-                => |d| d.at_encoder.understand(|request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at }));
+                => |d| d.encoder.understand(|request| each_address(request, |at| ParameterAddress { number: if at.number == 0 { 922 } else { at.number }, ..at }));
             "array-write-first-only" "Of several elements in a write only the first is stored."
-                => |d| d.at_encoder.written(|_, _, values| values.map(|values| values.into_iter().take(1).collect()));
+                => |d| d.encoder.written(|_, _, values| values.map(|values| values.into_iter().take(1).collect()));
             "answers-in-order-of-number" "The values of several parameters come in the order of their numbers."
-                => |d| d.at_encoder.respond(answers_in_order_of_number);
+                => |d| d.encoder.respond(answers_in_order_of_number);
         },
     },
     // P971
@@ -77,7 +77,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
             "p971-read-without-value" "A read of P971 is answered without a value."
-                => |d| d.at_encoder.respond(p971_read_without_value);
+                => |d| d.encoder.respond(p971_read_without_value);
         },
     },
     // Parameters of the AFS60 and AFM60
@@ -85,15 +85,15 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
             "hangs-after-reserved-parameter" "After a request for P1010 none is answered."
-                => |d| d.at_encoder.add(Hangs::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
+                => |d| d.encoder.add(Hangs::after(|octets| octets.get(6..8) == Some(&[0x03, 0xF2])));
             "internal-shift-refused" "A read of P1009.5 is refused."
-                => |d| d.at_encoder.respond(internal_shift_refused);
+                => |d| d.encoder.respond(internal_shift_refused);
             "double-words-behind-p1005" "The elements behind the last one of P1005 are answered with double words."
-                => |d| d.at_encoder.respond(double_words_behind);
+                => |d| d.encoder.respond(double_words_behind);
             "name-of-240-octets" "P61000 is answered with 240 octets."
-                => |d| d.at_encoder.respond(|request, right| name_of(request, right, true));
+                => |d| d.encoder.respond(|request, right| name_of(request, right, true));
             "name-shorter-than-its-count" "A read of 240 elements of P61000 is answered with fewer octets than are counted."
-                => |d| d.at_encoder.respond(|request, right| name_of(request, right, false));
+                => |d| d.encoder.respond(|request, right| name_of(request, right, false));
         },
     },
 ];

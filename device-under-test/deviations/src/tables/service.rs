@@ -17,8 +17,8 @@ pub static GROUPS: &[Group] = &[
             // P1002 and P1003
             "service-log-cut-short" "The logs have twelve elements."
                 => |b| {
-                    b.at_encoder.cut(1002, 12);
-                    b.at_encoder.cut(1003, 12);
+                    b.encoder.cut(1002, 12);
+                    b.encoder.cut(1003, 12);
                 };
             "power-ups-not-counted" "A power-up is not counted."
                 => |d| d.sick.log_loaded(|log| log.power_ups -= 1);
@@ -74,7 +74,7 @@ pub static GROUPS: &[Group] = &[
 
             // P1000 and P1001
             "p1000-always-0" "P1000 is always 0."
-                => |b| b.at_encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
+                => |b| b.encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
             "sensor-words-exchanged" "The words B and C are exchanged."
                 => |d| status_words(d, |_, [a, b, c]| [a, c, b]);
             "sensor-bits-one-too-high" "The bits of the word A stand one place too high."
@@ -138,7 +138,7 @@ pub static GROUPS: &[Group] = &[
 
 /// Changes the words of the sensor status that are read, from the fault bits of the errors; P1000 is the first of them alone.
 pub(super) fn status_words(d: &mut Deviations, change: fn(u32, [u16; 3]) -> [u16; 3]) {
-    d.at_encoder.parameter(move |view, number, mut parameter| {
+    d.encoder.parameter(move |view, number, mut parameter| {
         if let 1000 | 1001 = number {
             let mut words = [0; 3];
             words.iter_mut().zip(&parameter.values).for_each(|(word, value)| *word = *value as u16);
@@ -151,7 +151,7 @@ pub(super) fn status_words(d: &mut Deviations, change: fn(u32, [u16; 3]) -> [u16
 
 /// Changes the counters of P1004 that are read.
 fn counters(d: &mut Deviations, change: fn([u16; 16]) -> [u16; 16]) {
-    d.at_encoder.parameter(move |_, number, mut parameter| {
+    d.encoder.parameter(move |_, number, mut parameter| {
         if number == 1004 {
             let mut counters = [0; 16];
             counters.iter_mut().zip(&parameter.values).for_each(|(counter, value)| *counter = *value as u16);

@@ -41,7 +41,7 @@ pub static GROUPS: &[Group] = &[Group {
         "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
             => |d| d.fields(|fields| switched(fields, 1, 8));
         "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
-            => |b| b.at_encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
+            => |b| b.encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
         "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
             => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
         "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."
@@ -49,11 +49,11 @@ pub static GROUPS: &[Group] = &[Group {
         "default-samples-1" "The position is always a single sample."
             => |d| d.fields(|fields| Fields { samples: if matches!(fields.samples, 1 | 2 | 4 | 8) { 1 } else { fields.samples }, ..fields });
         "default-round-axis-on" "P1009 reads 1 for the mode, whatever it is."
-            => |d| d.at_encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { 1 } else { right });
         "default-fraction-wrong" "P1009 reads 1 and 0 for nominator and divisor while the function is off."
             => |d| {
                 let has_axis = d.note(false, |encoder, _, _| encoder.model.fields.has_axis());
-                d.at_encoder.element(move |_, at, right| match at {
+                d.encoder.element(move |_, at, right| match at {
                     (1009, 1) if !has_axis.get() => 1,
                     (1009, 2) if !has_axis.get() => 0,
                     _ => right,
@@ -62,7 +62,7 @@ pub static GROUPS: &[Group] = &[Group {
         "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
             => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
         "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
-            => |b| b.at_encoder.load(|_, retained| match retained.preset_value {
+            => |b| b.encoder.load(|_, retained| match retained.preset_value {
                 0 => Retained { preset_value: u32::MAX, ..retained },
                 _ => retained,
             });

@@ -156,7 +156,7 @@ pub static GROUPS: &[Group] = &[
             "outputs-held-after-loss" "The encoder goes on with the last outputs when its connection has ended."
                 => |b| {
                 b.stack.set(StackCheck::OutputsEnd, false);
-                b.at_encoder.add(HeldRequests::over_connections());
+                b.encoder.add(HeldRequests::over_connections());
             };
             "im0-without-profile" "I&M0 names no profile."
                 => |d| d.stack.im0(|im0| im0.profile_id = 0);

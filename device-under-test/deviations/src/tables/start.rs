@@ -3,7 +3,7 @@
 use super::Group;
 use super::sensor_memory::as_set;
 use crate::needs::Need;
-use crate::seams::OfEncoder;
+use crate::seams::Deviations;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cell::Cell;
@@ -31,7 +31,7 @@ pub static GROUPS: &[Group] = &[
     // User parameters, however they are brought
     Group {
         needs: &[Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "code-sequence-ignored" "The position rises clockwise whatever the record says."
                 => |b| b.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
             "scaling-without-class-4" "Scaling acts although class 4 is off."
@@ -60,7 +60,7 @@ pub static GROUPS: &[Group] = &[
     // The record of user parameters
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "record-length-not-checked" "A record 0xBF00 of another length is accepted."
                 => |b| change_record(b, |octets| octets.resize(OCTETS, 0));
             "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
@@ -78,7 +78,7 @@ pub static GROUPS: &[Group] = &[
             "unit-from-octet-19" "The velocity unit is read from octet 19."
                 => |b| read_octets(b, |octets| octets[18] = octets[19]);
             "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
-                => |b| b.at_encoder.add(ReservedOctetsAct::default());
+                => |b| b.encoder.add(ReservedOctetsAct::default());
             "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
                 => |b| b.start.understand(upper_scaling_octets_ignored);
             "units-and-range-exchanged" "Units per revolution and total range change places."
@@ -104,7 +104,7 @@ pub static GROUPS: &[Group] = &[
             "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
                 => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
             "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
-                => |b| b.at_encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
+                => |b| b.encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
             "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
                 => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
             "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
@@ -134,7 +134,7 @@ pub static GROUPS: &[Group] = &[
             "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
                 => |b| read_octets(b, scaling_of_32_bits);
             "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
-                => |b| b.at_encoder.write_record(record_of_30_octets);
+                => |b| b.encoder.write_record(record_of_30_octets);
             "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
                 => |b| b.checks.check(|check, right| match check {
                     Check::ToleranceIsRight(user) => user.life_sign_failures == 0,
@@ -149,15 +149,15 @@ pub static GROUPS: &[Group] = &[
             "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
                 => |b| b.checks.serves(|user, _, right| right && user.range <= 1 << 25);
             "profile-version-in-one-octet" "The version of the profile has one octet."
-                => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
+                => |b| b.encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
             "profile-version-3-1" "The status tells version 3.1 of the profile."
-                => |b| b.at_encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
+                => |b| b.encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
         },
     },
     // A record that is missing
     Group {
         needs: &[Need::RequiredRecord],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "missing-record-ignored" "A start without a record is no error."
                 => |b| b.checks.set(Check::StartsWithoutRecord, true);
         },
@@ -165,7 +165,7 @@ pub static GROUPS: &[Group] = &[
     // A record in data exchange
     Group {
         needs: &[Need::RecordInExchange],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
                 => |b| parameter_error_latched(b);
             "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
@@ -182,9 +182,9 @@ pub static GROUPS: &[Group] = &[
     // A telegram beside that of the profile
     Group {
         needs: &[Need::Telegram(860)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
-                => |b| b.at_encoder.add(Mantel860WaitsForPreset::default());
+                => |b| b.encoder.add(Mantel860WaitsForPreset::default());
             "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
                 => |b| new_scaling_in_mantel860_only(b);
         },
@@ -192,11 +192,11 @@ pub static GROUPS: &[Group] = &[
     // The status, as it is read as a record
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "status-of-31-octets" "The status is the record that was written."
-                => |b| b.at_encoder.add(StatusOf31Octets::default());
+                => |b| b.encoder.add(StatusOf31Octets::default());
             "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
-                => |b| b.at_encoder.read_record(|_, access, octets| match access.index {
+                => |b| b.encoder.read_record(|_, access, octets| match access.index {
                     USER_PARAMETERS => octets.map(|octets| [&octets[..20], &octets[24..], &[0; 4]].concat()),
                     _ => octets,
                 });
@@ -205,7 +205,7 @@ pub static GROUPS: &[Group] = &[
     // Parameters at delivery that are printed
     Group {
         needs: &[Need::Of(&manuals::LIKA_XAC77)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "default-record-is-wrong" "The switches by default are taken for wrong."
                 => |b| b.checks.check(|check, right| match check {
                     Check::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
@@ -269,8 +269,8 @@ fn default_switches_inverted(_: &Hardware, right: UserParameters) -> UserParamet
 }
 
 /// Changes the octets of each record of user parameters.
-fn change_record(b: &mut OfEncoder<'_>, change: fn(&mut Vec<u8>)) {
-    b.at_encoder.write_record(move |_, access, octets| match octets {
+fn change_record(b: &mut Deviations, change: fn(&mut Vec<u8>)) {
+    b.encoder.write_record(move |_, access, octets| match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS => {
             change(&mut octets);
             Ok(octets)
@@ -280,8 +280,8 @@ fn change_record(b: &mut OfEncoder<'_>, change: fn(&mut Vec<u8>)) {
 }
 
 /// Reads the record otherwise, if it has the right length.
-fn read_octets(b: &mut OfEncoder<'_>, change: fn(&mut [u8])) {
-    b.at_encoder.write_record(move |_, access, octets| match octets {
+fn read_octets(b: &mut Deviations, change: fn(&mut [u8])) {
+    b.encoder.write_record(move |_, access, octets| match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS && octets.len() == OCTETS => {
             change(&mut octets);
             Ok(octets)
@@ -317,16 +317,16 @@ pub fn first_record(
     }
 }
 
-fn record_taken_once(b: &mut OfEncoder<'_>) {
+fn record_taken_once(b: &mut Deviations) {
     let first = Rc::new(Cell::new(None));
     b.start.understand(first_record(Rc::clone(&first)));
-    b.at_encoder.powered_up(move || first.set(None));
+    b.encoder.powered_up(move || first.set(None));
 }
 
-fn record_half_taken(b: &mut OfEncoder<'_>) {
+fn record_half_taken(b: &mut Deviations) {
     let refused = Rc::new(Cell::new(None));
     let (at_start, acting) = (Rc::clone(&refused), Rc::clone(&refused));
-    b.at_encoder.write_record(move |view, access, octets| {
+    b.encoder.write_record(move |view, access, octets| {
         let is_refused = access.index == USER_PARAMETERS && view.exchanged_for.is_some();
         let user = octets.as_ref().ok().and_then(|octets| UserParameters::parse(octets));
         if let (true, Some(user)) = (is_refused, user) {
@@ -356,7 +356,7 @@ fn scaling_one_start_late() -> impl FnMut(&UserParameters, &Hardware, Settings) 
     }
 }
 
-fn limits_of_the_other_variant(b: &mut OfEncoder<'_>) {
+fn limits_of_the_other_variant(b: &mut Deviations) {
     let other = Rc::new(Cell::new(None));
     let known = Rc::clone(&other);
     b.start.understand(move |view, user| {
@@ -366,7 +366,7 @@ fn limits_of_the_other_variant(b: &mut OfEncoder<'_>) {
     b.checks.serves(move |user, _, right| known.get().map_or(right, |(other, serves)| serves(user, &other)));
 }
 
-fn parameter_error_latched(b: &mut OfEncoder<'_>) {
+fn parameter_error_latched(b: &mut Deviations) {
     let is_wrong = Rc::new(Cell::new(false));
     let at_start = Rc::clone(&is_wrong);
     b.start.understand(move |view, user| {
@@ -386,7 +386,7 @@ fn parameter_error_latched(b: &mut OfEncoder<'_>) {
     });
 }
 
-fn record_of_data_exchange_stays(b: &mut OfEncoder<'_>) {
+fn record_of_data_exchange_stays(b: &mut Deviations) {
     let kept = Rc::new(Cell::new(None));
     let in_memory = Rc::clone(&kept);
     b.start.understand(move |view, user| {
@@ -395,10 +395,10 @@ fn record_of_data_exchange_stays(b: &mut OfEncoder<'_>) {
         }
         kept.get().unwrap_or(user)
     });
-    b.at_encoder.powered_up(move || in_memory.set(None));
+    b.encoder.powered_up(move || in_memory.set(None));
 }
 
-fn new_scaling_in_mantel860_only(b: &mut OfEncoder<'_>) {
+fn new_scaling_in_mantel860_only(b: &mut Deviations) {
     let at_start = Rc::new(Cell::new(None));
     let known = Rc::clone(&at_start);
     b.start.understand(move |view, user| {

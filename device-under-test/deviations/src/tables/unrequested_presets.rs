@@ -14,7 +14,7 @@ use reference_devices::models::sick_afx60::hooks::Event;
 pub fn next_preset(d: &mut Deviations) -> Rc<Cell<Option<u64>>> {
     let next = Rc::new(Cell::new(None));
     let due = next.clone();
-    d.at_encoder.held(move |view, held| match due.take() {
+    d.encoder.held(move |view, held| match due.take() {
         Some(value) => Held { offset: view.measuring.preset(PresetMode::Absolute, value), ..held },
         None => held,
     });
@@ -29,7 +29,7 @@ pub fn button_without_class_4(d: &mut Deviations) {
         pressed.set(Some(value));
         value
     });
-    d.at_encoder.held(move |view, held| match due.take() {
+    d.encoder.held(move |view, held| match due.take() {
         Some(value) if !view.user.class_4 => {
             begins.set(true);
             Held { offset: view.measuring.preset(PresetMode::Absolute, value.into()), ..held }
@@ -55,7 +55,7 @@ pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
         }
         _ => right,
     });
-    d.at_encoder.written(move |_, (number, subindex), values| {
+    d.encoder.written(move |_, (number, subindex), values| {
         let values = values?;
         let taken = first.saturating_sub(subindex.into()).min(values.len());
         if number != of || taken == values.len() {
@@ -65,7 +65,7 @@ pub fn takes_writes(d: &mut Deviations, of: u16, first: usize) {
         kept.borrow_mut().extend(above);
         (taken > 0).then(|| values[..taken].to_vec())
     });
-    d.at_encoder.element(move |_, (number, at), right| {
+    d.encoder.element(move |_, (number, at), right| {
         let shown = shown.borrow();
         let last = shown.iter().rev().find(|(element, _)| number == of && *element == at);
         last.map_or(right, |(_, value)| *value)

@@ -19,7 +19,7 @@ pub static GROUPS: &[Group] = &[
         deviations: permitted! {
             "software-of-a-later-year" "P964 and, where there is one, P975 name a later year of the software."
                 "the manuals print the place of the year, not the year"
-                => |d| d.at_encoder.element(|_, at, year| if let (964 | 975, 3) = at { year + 1 } else { year });
+                => |d| d.encoder.element(|_, at, year| if let (964 | 975, 3) = at { year + 1 } else { year });
         },
     },
 ];

@@ -3,7 +3,7 @@
 use super::Group;
 use super::image::has_position;
 use crate::needs::Need;
-use crate::seams::OfEncoder;
+use crate::seams::Deviations;
 use crate::seams::encoder::SentSignal;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
@@ -19,7 +19,7 @@ use reference_devices::manuals;
 pub static GROUPS: &[Group] = &[
     Group {
         needs: &[Need::Encoder],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
                 => |b| b.velocity.velocity(rpm_from_scaled_steps);
             "speed-held-at-standstill" "The last velocity is held when no steps come."
@@ -30,7 +30,7 @@ pub static GROUPS: &[Group] = &[
     },
     Group {
         needs: &[Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
                 => |b| b.velocity.velocity(speed_per_minute);
             "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
@@ -45,37 +45,37 @@ pub static GROUPS: &[Group] = &[
             "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
                 => |b| b.velocity.velocity(speed_modulo_a_revolution);
             "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
-                => |b| b.at_encoder.image(preset_shows_as_speed);
+                => |b| b.encoder.image(preset_shows_as_speed);
             "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
-                => |b| b.at_encoder.image(wrap_shows_as_speed);
+                => |b| b.encoder.image(wrap_shows_as_speed);
             "speed-without-sign" "The velocity is a magnitude."
-                => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
+                => |b| b.encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
             "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
-                => |b| b.at_encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
+                => |b| b.encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
             "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
-                => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
+                => |b| b.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
                 => |b| b.start.velocity_unit(speed_units_exchanged);
         },
     },
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
-        deviations: encoder_bugs! {
+        deviations: bugs! {
             "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
-                => |b| b.at_encoder.image(speed_unit_scales_position);
+                => |b| b.encoder.image(speed_unit_scales_position);
             "speed-every-100ms" "The velocity is calculated every 100 ms."
                 => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
             "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
-                => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
+                => |b| b.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
             "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
-                => |b| b.at_encoder.image(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
+                => |b| b.encoder.image(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
             "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
-                => |b| b.at_encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + of.image.velocity_before) / 2)));
+                => |b| b.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + of.image.velocity_before) / 2)));
             "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
                 => |b| unused_scaling_in_velocity(b);
         },
@@ -98,7 +98,7 @@ fn each_position(now: Image, by: u64) -> Image {
     Image { g1_xist1: part(now.g1_xist1), g1_xist2, g1_xist3: now.g1_xist3 / by, single_turn, multi_turn, ..now }
 }
 
-fn unused_scaling_in_velocity(b: &mut OfEncoder<'_>) {
+fn unused_scaling_in_velocity(b: &mut Deviations) {
     let units = Rc::new(Cell::new(None));
     let of_record = Rc::clone(&units);
     b.start.settings(move |user, _, settings| {
@@ -155,7 +155,7 @@ fn speed_units_exchanged(number: u8, right: Unit) -> Unit {
     }
 }
 
-fn speed_held_at_standstill(b: &mut OfEncoder<'_>) {
+fn speed_held_at_standstill(b: &mut Deviations) {
     let last = Rc::new(Cell::new(0));
     let held = last.clone();
     b.measuring.sampled(move |_, how| {

@@ -86,7 +86,7 @@ pub static GROUPS: &[Group] = &[Group {
                     Signal::Position => Settings { offset_acts: settings.offset_acts, ..Settings::hardware(hardware) },
                     _ => settings,
                 });
-                d.at_encoder.element(move |view, at, right| match at {
+                d.encoder.element(move |view, at, right| match at {
                     (65001, 9) if is_of_vendor.get() => view.hardware.steps_per_revolution,
                     (65001, 10) if is_of_vendor.get() => view.hardware.range(),
                     _ => right,
@@ -106,7 +106,7 @@ pub static GROUPS: &[Group] = &[Group {
         "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
             => |b| {
                 b.measuring.position(without_laps);
-                b.at_encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
+                b.encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
                 b.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
                     true => 0,
                     false => step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1),

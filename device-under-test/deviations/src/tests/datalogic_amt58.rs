@@ -14,9 +14,9 @@ use station::StandAction;
 fn bugs_do_not_panic() {
     let subject = subject("datalogic-amt58-profibus").expect("it is known");
     for bug in subject.bugs() {
-        let behaviour = subject.behaviour(&[bug.name]).expect("a bug of its own");
+        let deviations = subject.attached(&[bug.name]).expect("a bug of its own");
         for variant in [HS, HM] {
-            let mut bench = bench_with(variant, 0x1234, Some(&behaviour));
+            let mut bench = bench_with(variant, 0x1234, Some(&deviations));
             for operating in [0x00, 0x4A, 0xCB] {
                 for (units, range) in [(262_144, 1 << 30), (50_000, 50_000), (0, 0), (8192, 360), (u32::MAX, u32::MAX)]
                 {

@@ -20,7 +20,7 @@ fn with(name: &str) -> Bench<Device<Toy>> {
     let mut deviations = Deviations::default();
     let bug = GROUPS.iter().flat_map(|group| group.deviations).find(|bug| bug.name == name).expect("the bug is known");
     (bug.attach)(&mut deviations);
-    let mut bench = bench(deviations.behaviour().slave);
+    let mut bench = bench(deviations.attached().slave);
     bench.ask(Some((61, 62)), &PRM);
     bench.ask(Some((62, 62)), &CFG);
     bench.ask(None, &[1, 2]);

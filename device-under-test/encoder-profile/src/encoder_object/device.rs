@@ -3,8 +3,8 @@
 use super::names;
 use super::places::{self, ENCODER_SLOT};
 use super::{Faults, Live, Model, Phase, Ram, Store};
-use crate::behaviour::Behaviour;
 use crate::checks::Check;
+use crate::deviations::EncoderDeviations;
 use crate::encoder::{Cell, Shaft};
 use crate::facts::{Facts, Variant};
 use crate::hooks::SubmoduleInputs;
@@ -32,7 +32,7 @@ pub struct EncoderObject<M: Model> {
     pub(super) facts: &'static Facts,
     pub(super) model: M,
     pub(super) variant: &'static Variant,
-    pub(super) behaviour: Behaviour,
+    pub(super) deviations: EncoderDeviations,
     pub(super) identity: Identity,
     plugs: Vec<Plug>,
     pub(super) shaft: Shaft,
@@ -50,7 +50,7 @@ impl<M: Model> EncoderObject<M> {
         facts: &'static Facts,
         model: M,
         variant: &'static Variant,
-        behaviour: Behaviour,
+        deviations: EncoderDeviations,
         piece: Piece,
     ) -> EncoderObject<M> {
         let Piece { mac, shaft, station } = piece;
@@ -58,15 +58,15 @@ impl<M: Model> EncoderObject<M> {
         let shaft = Shaft::new(hardware.steps_per_revolution, (shaft % hardware.range()) as i64);
         let faults = Faults::default();
         let store = Store { offset: Cell::new(0), preset_value: Cell::new(0), station: Cell::new(station) };
-        let ram = Ram::new(Time::ZERO, facts, variant, &behaviour, &shaft, &store, &faults);
+        let ram = Ram::new(Time::ZERO, facts, variant, &deviations, &shaft, &store, &faults);
         let mut object = EncoderObject {
             facts,
             model,
             variant,
             identity: places::identity(facts, variant, mac),
-            plugs: places::plugs(facts, variant, &behaviour.hooks),
+            plugs: places::plugs(facts, variant, &deviations.hooks),
             responses: Responses::default(),
-            behaviour,
+            deviations,
             shaft,
             faults,
             store,
@@ -89,7 +89,7 @@ impl<M: Model> EncoderObject<M> {
             facts: self.facts,
             variant: self.variant,
             hardware: self.variant.hardware,
-            behaviour: &self.behaviour,
+            deviations: &self.deviations,
             shaft: &self.shaft,
             faults: &self.faults,
             store: &mut self.store,
@@ -127,7 +127,7 @@ impl<M: Model> Application for EncoderObject<M> {
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool {
         self.advance(now);
         let (reset, is_connected) = ((self.facts.resets)(scope), self.ram.phase != Phase::Alone);
-        let is_carried_out = self.behaviour.checks.check(Check::FactoryReset { is_connected }, reset.is_some());
+        let is_carried_out = self.deviations.checks.check(Check::FactoryReset { is_connected }, reset.is_some());
         if let Some(reset) = reset.filter(|_| is_carried_out) {
             self.reset(now, reset);
         }
@@ -190,7 +190,7 @@ impl<M: Model> Application for EncoderObject<M> {
         let live = self.live(now);
         let image = &live.ram.before.sent;
         submodule.telegram.write(image, data);
-        live.behaviour.hooks.apply(image.good, |hooks, are_good| {
+        live.deviations.hooks.apply(image.good, |hooks, are_good| {
             let right = SubmoduleInputs { octets: submodule.telegram.octets(image), are_good };
             let SubmoduleInputs { mut octets, are_good } = hooks.inputs(&live.view(), submodule, image, right);
             octets.resize(data.len(), 0);

@@ -66,7 +66,7 @@ impl<M: Model> Live<'_, M> {
                 known.filter_map(|(number, error)| raised(number, OwnCauses::of(error))).collect()
             }
         };
-        self.behaviour.hooks.apply(causes, |hooks, causes| hooks.causes(&self.view(), causes))
+        self.deviations.hooks.apply(causes, |hooks, causes| hooks.causes(&self.view(), causes))
     }
 
     fn is_caused(&self, error: &ErrorFact, causes: OwnCauses) -> bool {
@@ -107,13 +107,13 @@ impl<M: Model> Live<'_, M> {
         let here = known.iter().filter(|warning| warning.cause.is_some_and(|name| self.faults.has(name)));
         let right = here.fold(M::warnings(self), |bits, warning| bits | warning.bit);
         self.ram.had_warning |= right != 0;
-        self.ram.warnings = self.behaviour.hooks.apply(right, |hooks, right| hooks.warnings(&self.view(), right));
+        self.ram.warnings = self.deviations.hooks.apply(right, |hooks, right| hooks.warnings(&self.view(), right));
     }
 
     /// Whether diagnoses are reported: always, but for compatibility mode without the alarm channel. XAC77 manual, 11.4.
     pub fn reports_diagnoses(&self) -> bool {
         let (compatible, is_on) = (self.ram.user.compatible, self.ram.user.alarm_channel);
-        self.behaviour.checks.check(Check::AlarmChannel { compatible, is_on }, !compatible || is_on)
+        self.deviations.checks.check(Check::AlarmChannel { compatible, is_on }, !compatible || is_on)
     }
 
     /// Error type and severity of the errors and warnings that have a diagnosis.
@@ -130,7 +130,7 @@ impl<M: Model> Live<'_, M> {
 
     /// The diagnoses that are reported, from those of the manual.
     pub fn reported(&self, diagnoses: Vec<(u16, Severity)>) -> Vec<(u16, Severity)> {
-        self.behaviour.hooks.apply(diagnoses, |hooks, diagnoses| hooks.diagnoses(&self.view(), diagnoses))
+        self.deviations.hooks.apply(diagnoses, |hooks, diagnoses| hooks.diagnoses(&self.view(), diagnoses))
     }
 
     /// Brings the diagnoses in line with errors and warnings: what has gone disappears, what is new appears.

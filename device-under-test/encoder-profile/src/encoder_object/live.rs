@@ -3,8 +3,8 @@
 use super::Model;
 use super::diagnosis::{Unprovoked, without_fault};
 use super::places;
-use crate::behaviour::Behaviour;
 use crate::checks::Check;
+use crate::deviations::EncoderDeviations;
 use crate::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
 use crate::facts::{Cause, Effect, ErrorFact, Facts, Submodule, Variant, WithoutRecord};
 use crate::profidrive::life_sign::{Given, Watch};
@@ -153,16 +153,16 @@ impl Ram {
         now: Time,
         facts: &'static Facts,
         variant: &Variant,
-        behaviour: &Behaviour,
+        deviations: &EncoderDeviations,
         shaft: &Shaft,
         store: &Store,
         faults: &Faults,
     ) -> Ram {
         let hardware = variant.hardware;
         let is_unreadable = faults.have(Effect::NoMemory, facts);
-        let encoder = behaviour.encoder(facts, hardware);
-        let user = behaviour.delivered(facts, &hardware);
-        let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), behaviour.measuring.clone());
+        let encoder = deviations.encoder(facts, hardware);
+        let user = deviations.delivered(facts, &hardware);
+        let mut measuring = Measuring::new(hardware, hardware.sense(shaft.place(now)), deviations.measuring.clone());
         measuring.settings = user.settings(&encoder);
         let unit = user.velocity_unit(&encoder);
         measuring.offset = if is_unreadable { 0 } else { *store.offset.stored() };
@@ -180,12 +180,12 @@ impl Ram {
             station: store.station.stored().clone(),
             velocity_is_off: false,
             measuring,
-            velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, behaviour.velocity.clone()),
-            sensor: Sensor::new(facts.sensor, behaviour.checks.clone()),
+            velocity: Velocity::new(facts.timing.velocity, unit, hardware, now, shaft, deviations.velocity.clone()),
+            sensor: Sensor::new(facts.sensor, deviations.checks.clone()),
             before: Before::default(),
             outputs: Outputs::default(),
             watch: Watch::default(),
-            trigger: Trigger::new(behaviour.checks.clone(), behaviour.trigger.clone()),
+            trigger: Trigger::new(deviations.checks.clone(), deviations.trigger.clone()),
             frozen: None,
             sign_of_life: Given::default(),
             is_saving: false,
@@ -208,7 +208,7 @@ pub struct Live<'a, M: Model> {
     /// What its sensor tells apart.
     pub hardware: Hardware,
     /// How it behaves.
-    pub behaviour: &'a Behaviour,
+    pub deviations: &'a EncoderDeviations,
     /// Its shaft.
     pub shaft: &'a Shaft,
     /// What the stand has brought about.
@@ -226,7 +226,7 @@ impl<'a, M: Model> Live<'a, M> {
     pub fn advance(&mut self) {
         self.ram.velocity.advance(self.now, self.shaft);
         let stands_still = self.facts.stands_still_in_preset && self.ram.next_preset.is_some();
-        let stands_still = self.behaviour.checks.check(Check::PositionStandsStill, stands_still);
+        let stands_still = self.deviations.checks.check(Check::PositionStandsStill, stands_still);
         if !self.faults.have(Effect::NoReading, self.facts) && !stands_still {
             let place = M::place(self);
             self.ram.measuring.sample(self.hardware.sense(place));
@@ -250,7 +250,7 @@ impl<'a, M: Model> Live<'a, M> {
         let encoder = self.encoder();
         let starts_without = self.facts.without_record == WithoutRecord::Default;
         let is_missing =
-            !self.ram.has_record && !self.behaviour.checks.check(Check::StartsWithoutRecord, starts_without);
+            !self.ram.has_record && !self.deviations.checks.check(Check::StartsWithoutRecord, starts_without);
         self.ram.wrong_parameters = is_missing || !user.are_right(&encoder, self.ram.telegram());
         self.ram.measuring.settings = M::settings(self, user.settings(&encoder));
         self.ram.velocity.set_unit(user.velocity_unit(&encoder));
@@ -259,11 +259,11 @@ impl<'a, M: Model> Live<'a, M> {
 
     /// User parameters as they come into force.
     pub fn understood(&self, user: UserParameters) -> UserParameters {
-        self.behaviour.start.apply(user, |steps, user| steps.understand(&self.view(), user))
+        self.deviations.start.apply(user, |steps, user| steps.understand(&self.view(), user))
     }
 
     /// The encoder, as user parameters are judged for it.
     pub fn encoder(&self) -> ParametrizedEncoder<'a> {
-        self.behaviour.encoder(self.facts, self.hardware)
+        self.deviations.encoder(self.facts, self.hardware)
     }
 }

@@ -22,7 +22,7 @@ impl<M: Model> Live<'_, M> {
     pub(super) fn settle(&mut self) {
         let is_faulty = self.faults.have(Effect::NoMemory, self.facts);
         let outcome = self.store.offset.settle(self.now, is_faulty);
-        let checks = &self.behaviour.checks;
+        let checks = &self.deviations.checks;
         let is_due = outcome.is_some() || !self.facts.preset_waits_for_memory;
         if let Some(next) = self.ram.next_preset.take_if(|_| checks.check(Check::PresetTakesEffect, is_due)) {
             let is_carried_out = checks.check(Check::PresetIsCarriedOut, outcome != Some(Outcome::Failed));
@@ -41,7 +41,7 @@ impl<M: Model> Live<'_, M> {
     /// Lets deviations change what the working memory holds of a preset.
     pub(super) fn hold(&mut self) {
         let held = Held { offset: self.ram.measuring.offset, preset_value: self.ram.preset_value };
-        let held = self.behaviour.hooks.apply(held, |hooks, held| hooks.held(&self.view(), held));
+        let held = self.deviations.hooks.apply(held, |hooks, held| hooks.held(&self.view(), held));
         (self.ram.measuring.offset, self.ram.preset_value) = (held.offset, held.preset_value);
     }
 
@@ -59,7 +59,7 @@ impl<M: Model> Live<'_, M> {
     /// The units by which a preset with this preset value sets or shifts the position.
     fn units(&self, mode: PresetMode, value: u32) -> u64 {
         let units = self.facts.preset_values.units(mode, value, self.positions());
-        self.behaviour.hooks.apply(units, |hooks, units| hooks.preset_units(&self.view(), mode, units))
+        self.deviations.hooks.apply(units, |hooks, units| hooks.preset_units(&self.view(), mode, units))
     }
 
     /// Begins to save P65000, as P971 asks for.
@@ -70,7 +70,7 @@ impl<M: Model> Live<'_, M> {
 
     /// Begins to write to memory, and says whether it does.
     pub fn write_to_memory(&mut self, write: Write) -> bool {
-        let write = self.behaviour.hooks.apply(Some(write), |hooks, write| hooks.store(&self.view(), write));
+        let write = self.deviations.hooks.apply(Some(write), |hooks, write| hooks.store(&self.view(), write));
         match write {
             Some(Write::Offset { offset, takes }) => self.store.offset.write(self.now, offset, takes),
             Some(Write::PresetValue { value, takes }) => self.store.preset_value.write(self.now, value, takes),
@@ -82,10 +82,10 @@ impl<M: Model> Live<'_, M> {
     /// Begins a preset: the offset is computed now and takes effect when it is stored.
     pub fn preset(&mut self, source: Source) {
         let by_request = matches!(source, Source::Parameter(_));
-        let is_permitted = self.ram.user.presets_act(&self.behaviour.checks);
+        let is_permitted = self.ram.user.presets_act(&self.deviations.checks);
         let has_error = !self.ram.sensor.errors().is_empty();
         let check = Check::CarriesOutPreset { by_request, has_error };
-        if !self.behaviour.checks.check(check, is_permitted) {
+        if !self.deviations.checks.check(check, is_permitted) {
             return self.refuse_preset(by_request, self.facts.sensor.answers_blocked_preset);
         }
         let (mode, value) = match source {

@@ -1,11 +1,9 @@
 //! The encoder object: the measuring task that all encoders with PROFINET of the encoder profile share.
 //!
-//! A model gives its [`Facts`](crate::facts::Facts), plain data from its manual, and what is its own as a [`Model`] with hooks
-//! and rules; what the right answers of its manual are where they differ from the profile stands in the behaviour that it
-//! calls healthy. Here are the start-up, the cyclic exchange, presets and their memory, errors and diagnoses, parameters and
-//! station names.
+//! A model gives its [`Facts`](crate::facts::Facts), plain data from its manual, and what no other has as a [`Model`]. Here are the
+//! start-up, the cyclic exchange, presets and their memory, errors and diagnoses, parameters and station names.
 //!
-//! This module must not know any model: where two manuals differ it asks the facts, the behaviour or a hook. Nor the stack.
+//! This module must not know any model: where two manuals differ it asks the facts or the model. Nor the stack.
 
 mod cyclic;
 mod device;

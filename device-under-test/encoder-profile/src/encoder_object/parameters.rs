@@ -11,7 +11,7 @@ const OPERATING_STATUS: u16 = 65001;
 impl<M: Model> Parameters for Live<'_, M> {
     fn parameter(&self, number: u16) -> Option<Parameter> {
         let parameter = M::parameter(self, number).or_else(|| self.shared_parameter(number))?;
-        Some(self.behaviour.hooks.apply(parameter, |hooks, mut parameter| {
+        Some(self.deviations.hooks.apply(parameter, |hooks, mut parameter| {
             let view = self.view();
             for (subindex, value) in parameter.values.iter_mut().enumerate() {
                 *value = hooks.element(&view, (number, subindex), *value);
@@ -23,7 +23,7 @@ impl<M: Model> Parameters for Live<'_, M> {
     fn write(&mut self, number: u16, subindex: u16, values: &[u64]) -> Result<(), ErrorNumber> {
         let at = (number, subindex);
         let values = Some(values.to_vec());
-        let values = self.behaviour.hooks.apply(values, |hooks, values| hooks.written(&self.view(), at, values));
+        let values = self.deviations.hooks.apply(values, |hooks, values| hooks.written(&self.view(), at, values));
         let Some(values) = values else { return Ok(()) };
         if let Some(written) = M::write(self, number, subindex, &values) {
             return written;

@@ -10,22 +10,22 @@ use station::Time;
 impl<M: Model> EncoderObject<M> {
     /// The supply comes: what is volatile begins anew, and what is stored comes back.
     pub(super) fn load(&mut self, now: Time) {
-        self.ram = Ram::new(now, self.facts, self.variant, &self.behaviour, &self.shaft, &self.store, &self.faults);
+        self.ram = Ram::new(now, self.facts, self.variant, &self.deviations, &self.shaft, &self.store, &self.faults);
         self.responses = Responses::default();
         self.powered = true;
         self.recall(now);
         M::power_up(&mut self.live(now));
-        self.behaviour.hooks.notify(|hooks| hooks.powered_up());
+        self.deviations.hooks.notify(|hooks| hooks.powered_up());
     }
 
     /// Takes what memory retained into force, as deviations give it back.
     pub(super) fn recall(&mut self, now: Time) {
-        if !self.behaviour.hooks.is_any() {
+        if !self.deviations.hooks.is_any() {
             return;
         }
         let retained = self.retained();
         let live = self.live(now);
-        let retained = live.behaviour.hooks.apply(retained, |hooks, retained| hooks.load(&live.view(), retained));
+        let retained = live.deviations.hooks.apply(retained, |hooks, retained| hooks.load(&live.view(), retained));
         (self.ram.measuring.offset, self.ram.preset_value) = (retained.offset, retained.preset_value);
         self.identity.serial_number = retained.serial_number;
         if *self.store.station.stored() != retained.station {
@@ -37,7 +37,7 @@ impl<M: Model> EncoderObject<M> {
     pub(super) fn lose_power(&mut self, now: Time) {
         let mut live = self.live(now);
         M::power_down(&mut live);
-        live.behaviour.hooks.notify(|hooks| hooks.power_down(&live.view()));
+        live.deviations.hooks.notify(|hooks| hooks.power_down(&live.view()));
         self.store.offset.power_down();
         self.store.preset_value.power_down();
         self.powered = false;
@@ -54,7 +54,7 @@ impl<M: Model> EncoderObject<M> {
             left.station = StationData::default();
         }
         let live = self.live(now);
-        let left = live.behaviour.hooks.apply(left, |hooks, left| hooks.reset(&live.view(), reset, left));
+        let left = live.deviations.hooks.apply(left, |hooks, left| hooks.reset(&live.view(), reset, left));
         if reset.application || left.offset != before.offset {
             self.store.offset.replace(left.offset);
             self.ram.measuring.offset = left.offset;

@@ -19,18 +19,18 @@ impl<M: Model> Live<'_, M> {
     pub fn is_here(&self, access: &Access) -> bool {
         let Access { api, slot, subslot, .. } = *access;
         let is_access_point = (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, ACCESS_POINT_SUBSLOT);
-        self.behaviour.checks.check(Check::RecordAnswersAt(api, slot, subslot), is_access_point)
+        self.deviations.checks.check(Check::RecordAnswersAt(api, slot, subslot), is_access_point)
     }
 
     fn is_parameter_access(&self, index: u16) -> bool {
-        self.behaviour.checks.check(Check::IsParameterAccess(index), index == self.facts.parameter_access)
+        self.deviations.checks.check(Check::IsParameterAccess(index), index == self.facts.parameter_access)
     }
 }
 
 impl<M: Model> EncoderObject<M> {
     /// Writes a record.
     pub(super) fn write(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
-        let hooks = self.behaviour.hooks.clone();
+        let hooks = self.deviations.hooks.clone();
         let data = hooks.apply(Ok(Cow::Borrowed(data)), |hooks, data| {
             let data = data.map(Cow::into_owned);
             hooks.write_record(&self.live(now).view(), &access, data).map(Cow::Owned)
@@ -54,7 +54,7 @@ impl<M: Model> EncoderObject<M> {
     pub(super) fn read(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal> {
         let mut octets = Vec::new();
         let read = self.give_record(now, access, &mut octets).map(|()| octets);
-        let hooks = self.behaviour.hooks.clone();
+        let hooks = self.deviations.hooks.clone();
         out.extend(hooks.apply(read, |hooks, read| hooks.read_record(&self.live(now).view(), &access, read))?);
         Ok(())
     }
@@ -70,7 +70,7 @@ impl<M: Model> EncoderObject<M> {
                 let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
                 let waiting = self.responses.fetch(key);
                 let response =
-                    self.behaviour.hooks.apply(waiting, |hooks, waiting| hooks.fetched_response(key, waiting));
+                    self.deviations.hooks.apply(waiting, |hooks, waiting| hooks.fetched_response(key, waiting));
                 out.extend(response.ok_or(RecordRefusal::StateConflict)?);
                 Ok(())
             }
@@ -96,7 +96,7 @@ impl<M: Model> EncoderObject<M> {
             return Err(RecordRefusal::StateConflict);
         }
         (self.ram.staged, self.ram.has_record) = (user, true);
-        if self.behaviour.checks.check(Check::RecordActsAtOnce, in_exchange) {
+        if self.deviations.checks.check(Check::RecordActsAtOnce, in_exchange) {
             let mut live = self.live(now);
             live.parametrize();
             live.look_for_errors();
@@ -107,9 +107,9 @@ impl<M: Model> EncoderObject<M> {
     fn request_parameters(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal> {
         let key = access.ar.ok_or(RecordRefusal::StateConflict)?;
         self.responses.forget(key);
-        let hooks = self.behaviour.hooks.clone();
+        let hooks = self.deviations.hooks.clone();
         let request = hooks.apply(data.to_vec(), |hooks, octets| hooks.parameter_request(key, octets));
-        let manager = Manager { serves_any_axis: self.facts.serves_any_axis, checks: self.behaviour.checks.clone() };
+        let manager = Manager { serves_any_axis: self.facts.serves_any_axis, checks: self.deviations.checks.clone() };
         let exchange = manager.answer(&request, &mut self.live(now)).map_err(|bad| match bad {
             BadRequest::TooShort => RecordRefusal::WriteLength,
             BadRequest::Count => RecordRefusal::InvalidRange,

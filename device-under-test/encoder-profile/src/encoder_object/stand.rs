@@ -65,7 +65,7 @@ impl<M: Model> EncoderObject<M> {
             exchanged_for,
             has_outputs: live.ram.outputs != Outputs::default(),
         };
-        Some(live.behaviour.hooks.apply(right, |hooks, right| hooks.led(&lit, right)))
+        Some(live.deviations.hooks.apply(right, |hooks, right| hooks.led(&lit, right)))
     }
 
     /// How often a counter has counted; none if there is none of this name.
@@ -76,6 +76,6 @@ impl<M: Model> EncoderObject<M> {
             "nvm_writes" => store.offset.writes() + store.preset_value.writes() + store.station.writes(),
             _ => M::counter(&live, name)?,
         };
-        Some(live.behaviour.hooks.apply(count, |hooks, count| hooks.counter(name, count)))
+        Some(live.deviations.hooks.apply(count, |hooks, count| hooks.counter(name, count)))
     }
 }

@@ -14,7 +14,7 @@ use station::Time;
 impl<M: Model> EncoderObject<M> {
     /// A connection with cyclic data begins.
     pub(super) fn start(&mut self, now: Time, ar: ArKey, plugged: &[Plug]) {
-        let plugged = self.behaviour.hooks.apply(plugged.to_vec(), |hooks, plugged| hooks.plugged(plugged));
+        let plugged = self.deviations.hooks.apply(plugged.to_vec(), |hooks, plugged| hooks.plugged(plugged));
         let delivered = self.delivered();
         let ram = &mut self.ram;
         ram.submodules = places::in_use(self.facts, &plugged);
@@ -26,7 +26,7 @@ impl<M: Model> EncoderObject<M> {
         ram.watch = Watch::default();
         (ram.wrong_parameters, ram.warnings) = (false, 0);
         let mut live = self.live(now);
-        live.behaviour.hooks.notify(|hooks| hooks.starts(&live.view()));
+        live.deviations.hooks.notify(|hooks| hooks.starts(&live.view()));
         M::started(&mut live);
         let causes = live.causes();
         live.ram.sensor.restart(&causes);
@@ -43,7 +43,7 @@ impl<M: Model> EncoderObject<M> {
         live.parametrize();
         live.look_for_errors();
         live.ram.data_since = Some(now);
-        now + live.behaviour.hooks.apply(live.facts.timing.ready, |hooks, ready| hooks.ready(&live.view(), ready))
+        now + live.deviations.hooks.apply(live.facts.timing.ready, |hooks, ready| hooks.ready(&live.view(), ready))
     }
 
     /// A connection of any kind has ended.
@@ -56,7 +56,7 @@ impl<M: Model> EncoderObject<M> {
             self.ram.watch = Watch::default();
             self.ram.trigger.ended();
             let mut live = self.live(now);
-            live.behaviour.hooks.notify(|hooks| hooks.ends(&live.view()));
+            live.deviations.hooks.notify(|hooks| hooks.ends(&live.view()));
             live.ram.sensor.ended();
             live.look_for_errors();
         }
@@ -64,6 +64,6 @@ impl<M: Model> EncoderObject<M> {
 
     /// The user parameters that are in force without a record.
     pub(super) fn delivered(&self) -> UserParameters {
-        self.behaviour.delivered(self.facts, &self.variant.hardware)
+        self.deviations.delivered(self.facts, &self.variant.hardware)
     }
 }

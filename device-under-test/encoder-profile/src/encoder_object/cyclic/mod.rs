@@ -17,7 +17,7 @@ impl<M: Model> Live<'_, M> {
         let taken = self.ram.outputs.words;
         let outputs @ [stw2_enc, g1_stw] = taken.unwrap_or_default();
         let (compatible, set) = (self.ram.user.compatible, stw2_enc & CONTROL_BY_PLC != 0);
-        let (control, checks) = (&self.facts.control, &self.behaviour.checks);
+        let (control, checks) = (&self.facts.control, &self.deviations.checks);
         let is_valid = taken.is_some() && control.is_valid(compatible, set);
         let is_valid = checks.check(Check::ControlByPlc { compatible, set }, is_valid);
         let is_requested = control.is_requested(compatible, set);
@@ -34,7 +34,7 @@ impl<M: Model> Live<'_, M> {
         let signals = self.image();
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
         let before = &self.ram.before;
-        let sent = self.behaviour.hooks.apply(image, |hooks, image| hooks.image(before, image));
+        let sent = self.deviations.hooks.apply(image, |hooks, image| hooks.image(before, image));
         self.ram.before = Before { truth: image, sent };
     }
 
@@ -55,6 +55,6 @@ impl<M: Model> Live<'_, M> {
             self.ram.sign_of_life = Given::default();
             return 0;
         }
-        self.ram.sign_of_life.advance(self.now, self.facts.sign_of_life, &self.behaviour.life_sign)
+        self.ram.sign_of_life.advance(self.now, self.facts.sign_of_life, &self.deviations.life_sign)
     }
 }

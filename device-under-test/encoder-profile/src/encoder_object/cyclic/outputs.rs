@@ -14,7 +14,7 @@ impl<M: Model> Live<'_, M> {
         let Some(submodule) = self.ram.submodules.iter().copied().find(|one| one.subslot == subslot) else { return };
         let telegram = submodule.telegram;
         let arrived = Outputs::read(telegram, outputs);
-        let hooks = &self.behaviour.hooks;
+        let hooks = &self.deviations.hooks;
         let arrived = hooks.apply(arrived, |hooks, arrived| hooks.outputs(&self.view(), telegram, arrived));
         self.ram.outputs.replace(telegram, arrived);
         if submodule.telegram.outputs.contains(&Control::Preset) && matches!(self.ram.phase, Phase::Data(_)) {
@@ -33,14 +33,14 @@ impl<M: Model> Live<'_, M> {
         let parked = self.ram.sensor.is_parked();
         let check = Check::WatchesController { has_control: stw2_enc & CONTROL_BY_PLC != 0, parked };
         let is_watched = M::watches_controller(self) && !parked;
-        if !self.behaviour.checks.check(check, is_watched) {
+        if !self.deviations.checks.check(check, is_watched) {
             self.ram.watch = Watch::default();
             return;
         }
-        let (user, steps) = (&self.ram.user, &self.behaviour.life_sign);
+        let (user, steps) = (&self.ram.user, &self.deviations.life_sign);
         let tolerated = tolerated(user).into();
         let tolerated = steps.apply(tolerated, |steps, tolerated| steps.tolerated(user, tolerated));
-        self.ram.watch.take((stw2_enc >> 12) as u8, tolerated, &self.behaviour.checks);
+        self.ram.watch.take((stw2_enc >> 12) as u8, tolerated, &self.deviations.checks);
     }
 
     /// Carries out a preset if the word that brings its value has its trigger.

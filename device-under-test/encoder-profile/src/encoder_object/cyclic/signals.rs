@@ -20,15 +20,15 @@ impl<M: Model> Live<'_, M> {
     }
 
     fn image_now(&self) -> Image {
-        let (ram, behaviour) = (&*self.ram, self.behaviour);
+        let (ram, deviations) = (&*self.ram, self.deviations);
         let settings = ram.measuring.settings;
         let acting = |signal| {
-            behaviour.telegram.apply(settings, |steps, settings| steps.acts_on(signal, &self.hardware, settings))
+            deviations.telegram.apply(settings, |steps, settings| steps.acts_on(signal, &self.hardware, settings))
         };
         let usual = ram.measuring.positions();
         let shown = |signal| {
             let acts = signal != Signal::G1Xist1 || ram.user.preset_acts_on_xist1;
-            let with_offset = behaviour.checks.check(Check::PresetActsOn(signal, ram.user), acts);
+            let with_offset = deviations.checks.check(Check::PresetActsOn(signal, ram.user), acts);
             let settings = acting(signal);
             let is_usual = settings == ram.measuring.settings;
             let [plain, limited] = if is_usual { usual } else { ram.measuring.under(settings).positions() };
@@ -37,7 +37,7 @@ impl<M: Model> Live<'_, M> {
         let position = shown(Signal::G1Xist2);
         let of_velocity = acting(Signal::NistB);
         let is_measured = !ram.sensor.is_zeroed() && !ram.velocity_is_off;
-        let is_measured = behaviour.checks.check(Check::VelocityIsMeasured(ram.user), is_measured);
+        let is_measured = deviations.checks.check(Check::VelocityIsMeasured(ram.user), is_measured);
         let plain_position = shown(Signal::Position);
         let [single_turn, multi_turn] = telegram::parts(shown(Signal::SingleTurn), &acting(Signal::SingleTurn).scaling);
         let status = Image {

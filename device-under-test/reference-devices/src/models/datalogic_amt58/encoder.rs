@@ -8,7 +8,7 @@ use super::set_prm::EncoderParameters;
 use core::time::Duration;
 use device_stack::Attached;
 use device_stack::profibus::{Identity, Seen};
-use encoder_profile::behaviour::Behaviour;
+use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
 use station::Time;
 
@@ -18,7 +18,7 @@ const WINDOW: Duration = Duration::from_millis(50);
 /// An AMT58, connected to its slave.
 pub struct Amt58 {
     pub(super) identity: Identity,
-    pub(super) behaviour: Behaviour,
+    pub(super) deviations: EncoderDeviations,
     pub(super) hooks: Attached<dyn Amt58Hooks>,
     pub(super) sensor: Hardware,
     pub(super) shaft: Shaft,
@@ -54,17 +54,17 @@ impl Amt58 {
     /// An encoder with this sensor, its shaft at `shaft` and its switches at `address`.
     pub fn new(
         sensor: Hardware,
-        behaviour: Behaviour,
+        deviations: EncoderDeviations,
         hooks: Attached<dyn Amt58Hooks>,
         shaft: u64,
         address: u8,
     ) -> Amt58 {
         let hardware = hooks.apply(sensor, |hooks, hardware| hooks.sensor(hardware));
         let shaft = Shaft::new(sensor.steps_per_revolution, shaft as i64);
-        let ram = Ram::new(Time::ZERO, hardware, &shaft, &behaviour, address);
+        let ram = Ram::new(Time::ZERO, hardware, &shaft, &deviations, address);
         Amt58 {
             identity: super::identity(),
-            behaviour,
+            deviations,
             hooks,
             sensor,
             shaft,
@@ -79,7 +79,7 @@ impl Amt58 {
     /// Reads sensor, switches and memory.
     pub(super) fn start(&mut self, now: Time) {
         let hardware = self.hooks.apply(self.sensor, |hooks, hardware| hooks.sensor(hardware));
-        self.ram = Ram::new(now, hardware, &self.shaft, &self.behaviour, self.switches);
+        self.ram = Ram::new(now, hardware, &self.shaft, &self.deviations, self.switches);
         self.ram.is_unreadable = !self.check(now, Check::Memory, !self.has_broken_memory);
         let stored = if self.ram.is_unreadable { 0 } else { *self.stored_offset.stored() };
         let offset = self.hooks.apply(stored, |hooks, offset| hooks.load(&self.view(now), offset));
@@ -125,17 +125,17 @@ impl Amt58 {
 }
 
 impl Ram {
-    fn new(now: Time, hardware: Hardware, shaft: &Shaft, behaviour: &Behaviour, switches: u8) -> Ram {
+    fn new(now: Time, hardware: Hardware, shaft: &Shaft, deviations: &EncoderDeviations, switches: u8) -> Ram {
         let parameters = EncoderParameters::before_set_prm(&hardware);
         let place = hardware.sense(shaft.place(now));
-        let mut measuring = Measuring::new(hardware, place, behaviour.measuring.clone());
+        let mut measuring = Measuring::new(hardware, place, deviations.measuring.clone());
         measuring.settings = parameters.settings();
         Ram {
             switches,
             hardware,
             parameters,
             measuring,
-            velocity: Velocity::new(WINDOW, parameters.unit, hardware, now, shaft, behaviour.velocity.clone()),
+            velocity: Velocity::new(WINDOW, parameters.unit, hardware, now, shaft, deviations.velocity.clone()),
             offset: 0,
             preset_cycles: 0,
             is_unreadable: false,

@@ -209,13 +209,13 @@ impl Model for Sendix {
     fn warnings(live: &Live<'_, Self>) -> u32 {
         let rpm = live.shaft.rounded_rpm(live.now);
         let is_too_fast = rpm.unsigned_abs() > HIGHEST_SPEED;
-        if live.behaviour.checks.check(Check::TooFast(rpm), is_too_fast) { SPEED } else { 0 }
+        if live.deviations.checks.check(Check::TooFast(rpm), is_too_fast) { SPEED } else { 0 }
     }
 
     fn settings(live: &Live<'_, Self>, settings: Settings) -> Settings {
         let Scaling { units_per_revolution: units, range } = settings.scaling;
         let stands = !live.ram.user.preset_acts_on_xist1 && !is_cyclic_ratio(units, range);
-        let stands = live.behaviour.checks.check(Check::PositionStands(live.ram.user), stands);
+        let stands = live.deviations.checks.check(Check::PositionStands(live.ram.user), stands);
         Settings { saturates_at: stands.then_some(range), ..settings }
     }
 

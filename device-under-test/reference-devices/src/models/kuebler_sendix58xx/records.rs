@@ -27,7 +27,7 @@ pub fn read(live: &mut Live<'_, Sendix>, access: Access, out: &mut Vec<u8>) -> O
 pub fn write(live: &mut Live<'_, Sendix>, number: u16, values: &[u64]) -> Option<Result<(), ErrorNumber>> {
     let value = *values.first().filter(|_| number == PRESET_VALUE)? as u32;
     let range = range(live);
-    match live.behaviour.checks.check(Check::PresetValue { value, range }, fits(value, range)) {
+    match live.deviations.checks.check(Check::PresetValue { value, range }, fits(value, range)) {
         true => None,
         false => Some(Err(ErrorNumber::LIMIT)),
     }

@@ -10,7 +10,7 @@ use device_stack::profibus::{Access, Application, DiagnosisBits, End, Identity, 
 use device_stack::profinet::{
     self as object, Access as ObjectAccess, Application as _, ArKey, Plug, RecordRefusal, Severity,
 };
-use encoder_profile::behaviour::Behaviour;
+use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder_object::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT, EncoderObject, Piece};
 use encoder_profile::facts::Variant;
 use station::{StandAction, Time};
@@ -43,14 +43,14 @@ impl Encoder {
     /// An encoder fresh from the factory but for its address.
     pub fn new(
         variant: &'static Variant,
-        behaviour: Behaviour,
+        deviations: EncoderDeviations,
         shared: sick::hooks::Hooks,
         hooks: Hooks,
         shaft: u64,
         address: u8,
     ) -> Encoder {
         let state = State::new(address, shared, hooks);
-        let object = EncoderObject::new(&FACTS, state, variant, behaviour, Piece { shaft, ..Piece::default() });
+        let object = EncoderObject::new(&FACTS, state, variant, deviations, Piece { shaft, ..Piece::default() });
         let identity = Identity {
             ident: 0x0C0A,
             boot_time: FACTS.timing.boot,

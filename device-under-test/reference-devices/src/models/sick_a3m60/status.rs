@@ -148,5 +148,5 @@ pub fn shown_code(live: &Live<'_, State>) -> Option<i32> {
 /// Whether the speed is above its limit: manual, table 37, bit 5.
 pub fn is_too_fast(live: &Live<'_, State>) -> bool {
     let rpm = parameters::rpm(live);
-    live.behaviour.checks.check(Check::TooFast(rpm), rpm.abs() > super::HIGHEST_SPEED)
+    live.deviations.checks.check(Check::TooFast(rpm), rpm.abs() > super::HIGHEST_SPEED)
 }

@@ -8,7 +8,7 @@ use crate::models::sick;
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profibus::{Access, Application, Channel};
-use encoder_profile::behaviour::Behaviour;
+use encoder_profile::deviations::EncoderDeviations;
 use rstest::rstest;
 use station::{StandAction, Time};
 use wire::profibus::prm::{SetPrm, StationStatus};
@@ -30,9 +30,9 @@ struct Bench {
 }
 
 impl Bench {
-    fn with(module: usize, octets: &[u8; OCTETS], behaviour: Behaviour, shaft: u64) -> Bench {
+    fn with(module: usize, octets: &[u8; OCTETS], deviations: EncoderDeviations, shaft: u64) -> Bench {
         let mut encoder =
-            Encoder::new(&FACTS.variants[0], behaviour, sick::hooks::Hooks::default(), Hooks::default(), shaft, 2);
+            Encoder::new(&FACTS.variants[0], deviations, sick::hooks::Hooks::default(), Hooks::default(), shaft, 2);
         let now = Time::from_nanos(1_000_000_000);
         assert!(encoder.parameters(now, &set_prm(octets, [0x80, 0, 0])));
         let sums = encoder.check_configuration(now, CONFIGURATIONS[module]).expect("the configuration is right");
@@ -41,7 +41,7 @@ impl Bench {
     }
 
     fn new(module: usize, octets: &[u8; OCTETS]) -> Bench {
-        Bench::with(module, octets, Behaviour::default(), 0)
+        Bench::with(module, octets, EncoderDeviations::default(), 0)
     }
 
     /// One cycle of 2 ms.
@@ -104,7 +104,7 @@ fn the_user_octets_at_delivery() {
 #[case(IO_04)]
 #[case(IO_08)]
 fn a_preset_by_the_telegram_of_the_vendor(#[case] module: usize) {
-    let mut bench = Bench::with(module, &DELIVERED, Behaviour::default(), 170);
+    let mut bench = Bench::with(module, &DELIVERED, EncoderDeviations::default(), 170);
     let words = |octets: [u8; 4]| -> Vec<u8> {
         let unused: &[u8] = if module == IO_08 { &[0xFF; 4] } else { &[] };
         [&octets[..], unused].concat()
@@ -116,7 +116,7 @@ fn a_preset_by_the_telegram_of_the_vendor(#[case] module: usize) {
 
 #[test]
 fn no_edge_without_a_word_before_but_after_clear() {
-    let mut bench = Bench::with(IO_04, &DELIVERED, Behaviour::default(), 170);
+    let mut bench = Bench::with(IO_04, &DELIVERED, EncoderDeviations::default(), 170);
     assert_eq!(bench.cycles(3, &[0x80, 0, 0x12, 0x34]), [0, 0, 0, 0xAA]);
     bench.encoder.outputs(bench.now, None);
     assert_eq!(bench.cycle(&[0x80, 0, 0x12, 0x34]), [0, 0, 0x12, 0x34]);
@@ -125,7 +125,7 @@ fn no_edge_without_a_word_before_but_after_clear() {
 // Catalogue TLG-007, TLG-009: 1234h is 2468h in G1_XIST1; 60 rpm.
 #[test]
 fn the_telegrams_of_the_profile() {
-    let mut bench = Bench::with(TELEGRAM_81, &DELIVERED, Behaviour::default(), 0x1234);
+    let mut bench = Bench::with(TELEGRAM_81, &DELIVERED, EncoderDeviations::default(), 0x1234);
     let inputs = bench.cycles(3, &[0x04, 0, 0x20, 0]);
     assert_eq!(inputs, [0x02, 0, 0x20, 0, 0, 0, 0x24, 0x68, 0, 0, 0x12, 0x34]);
     let mut bench = Bench::new(TELEGRAM_83, &DELIVERED);
@@ -204,8 +204,14 @@ fn several_errors_and_one_that_is_left() {
 #[case::no_unit(changed(11, &[5]), false)]
 #[case::three_samples(changed(20, &[3]), false)]
 fn parameters_are_judged(#[case] octets: [u8; OCTETS], #[case] is_right: bool) {
-    let mut encoder =
-        Encoder::new(&FACTS.variants[0], Behaviour::default(), sick::hooks::Hooks::default(), Hooks::default(), 0, 2);
+    let mut encoder = Encoder::new(
+        &FACTS.variants[0],
+        EncoderDeviations::default(),
+        sick::hooks::Hooks::default(),
+        Hooks::default(),
+        0,
+        2,
+    );
     assert_eq!(encoder.parameters(Time::ZERO, &set_prm(&octets, [0x80, 0, 0])), is_right);
     for wrong in [&octets[1..], &[&octets[..], &[0]].concat()] {
         assert!(!encoder.parameters(Time::ZERO, &set_prm(wrong, [0x80, 0, 0])));
@@ -238,7 +244,7 @@ fn a_round_axis_over_the_physical_zero() {
     let mut bench = Bench::new(IO_04, &axis(1000, 1, 1555));
     assert_eq!((bench.read(1009, 9), bench.read(1009, 10)), (alloc::vec![0, 0, 0, 1], alloc::vec![0, 0, 2, 0x2B]));
     let end = (1_u64 << 31) - 10 * 16384;
-    let mut bench = Bench::with(IO_04, &axis(3, 1, 1080), Behaviour::default(), end);
+    let mut bench = Bench::with(IO_04, &axis(3, 1, 1080), EncoderDeviations::default(), end);
     let before = u32::from_be_bytes(bench.cycle(&[0; 4]).try_into().expect("four octets"));
     bench.encoder.power_down(bench.now);
     bench.encoder.act(bench.now, &StandAction::TurnRevolutions { revolutions: 20.0, rpm: 6000.0 });
@@ -288,8 +294,14 @@ const TIMES: [u8; 28] = [28, 4, 0, 0, 1, 0, 0, 5, 0xDC, 0, 16, 1, 0, 0, 5, 0xDC,
 #[case::plain(false)]
 #[case::structured(true)]
 fn isochronous_operation(#[case] is_structured: bool) {
-    let mut encoder =
-        Encoder::new(&FACTS.variants[0], Behaviour::default(), sick::hooks::Hooks::default(), Hooks::default(), 0, 2);
+    let mut encoder = Encoder::new(
+        &FACTS.variants[0],
+        EncoderDeviations::default(),
+        sick::hooks::Hooks::default(),
+        Hooks::default(),
+        0,
+        2,
+    );
     let octets = changed(0, &[0x32]);
     let now = Time::from_nanos(1_000_000_000);
     let user = match is_structured {

@@ -200,7 +200,7 @@ pub fn is_too_fast(live: &Live<'_, State>) -> bool {
 
 fn too_fast(live: &Live<'_, State>, speeds: Speeds) -> bool {
     let is_above = live.model.hooks.check(Check::TooFast(speeds), speeds.rpm.abs() > speeds.highest);
-    live.behaviour.checks.check(checks::Check::TooFast(speeds.rpm), is_above)
+    live.deviations.checks.check(checks::Check::TooFast(speeds.rpm), is_above)
 }
 
 /// Whether the speed is above or below its limits.

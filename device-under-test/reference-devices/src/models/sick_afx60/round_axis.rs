@@ -78,7 +78,7 @@ fn geared(live: &Live<'_, State>, settings: Settings, axis: &Axis) -> Settings {
 /// CMR of a start: the total range of the user parameters, where it is in force.
 fn range_of_start(live: &Live<'_, State>) -> Option<u64> {
     let user = &live.ram.user;
-    user.scales(&live.behaviour.checks).then_some(user.range)
+    user.scales(&live.deviations.checks).then_some(user.range)
 }
 
 /// Whether the axis has a range that it can have, at a start.

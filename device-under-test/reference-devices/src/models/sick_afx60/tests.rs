@@ -6,7 +6,7 @@ use ::station::{StandAction, Time};
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal, ResetScope, Seen, StationData};
-use encoder_profile::behaviour::Behaviour;
+use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder_object::{EncoderObject, Piece};
 use rstest::rstest;
 use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
@@ -31,7 +31,7 @@ impl Bench {
         let (facts, mac) = (&FACTS.variants[variant], [2, 0, 0, 0, 1, 0]);
         let piece = Piece { mac, shaft, station: delivered(facts.name) };
         let state = State::new(mac, Default::default(), Default::default());
-        let encoder = EncoderObject::new(&FACTS, state, facts, Behaviour::default(), piece);
+        let encoder = EncoderObject::new(&FACTS, state, facts, EncoderDeviations::default(), piece);
         let telegram = *encoder.plugs().iter().find(|plug| plug.submodule_ident == 81).expect("telegram 81");
         Bench { encoder, now: Time::ZERO, telegram, words: [CONTROL, 0] }
     }

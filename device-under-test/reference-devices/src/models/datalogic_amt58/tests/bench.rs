@@ -2,7 +2,7 @@
 
 use super::slave::Bench;
 use encoder_profile::encoder_object::Piece;
-use reference_devices::behaviour::Behaviour;
+use reference_devices::deviations::DeviceDeviations;
 use reference_devices::manuals::DATALOGIC_AMT58;
 use reference_devices::{Line, ReferenceDevice};
 use station::{Outbox, StandAction, Station, Time};
@@ -28,12 +28,12 @@ impl Station for Any {
 pub const HS: &str = "hs5818";
 pub const HM: &str = "hm5816-16384";
 
-/// One at address 5 with this behaviour, or that of the manual.
-pub fn bench_with(variant: &str, shaft: u64, behaviour: Option<&Behaviour>) -> Bench<Any> {
+/// One at address 5 with these deviations, or none.
+pub fn bench_with(variant: &str, shaft: u64, deviations: Option<&DeviceDeviations>) -> Bench<Any> {
     let line = Line { address: 5, baud: BaudRate(1_500_000) };
-    let plain = DATALOGIC_AMT58.behaviour();
+    let plain = DeviceDeviations::default();
     let piece = Piece { shaft, ..Piece::default() };
-    let device = DATALOGIC_AMT58.build(variant, behaviour.unwrap_or(&plain), piece, line);
+    let device = DATALOGIC_AMT58.build(variant, deviations.unwrap_or(&plain), piece, line);
     Bench::new(Any(device.expect("the variant is known")), 5)
 }
 

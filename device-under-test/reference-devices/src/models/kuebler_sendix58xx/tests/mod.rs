@@ -8,7 +8,7 @@ use super::{FACTS, Sendix};
 use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal};
-use encoder_profile::behaviour::Behaviour;
+use encoder_profile::deviations::EncoderDeviations;
 use encoder_profile::encoder_object::{EncoderObject, Piece};
 use station::{StandAction, Time};
 use wire::profidrive::{Format, ParameterAddress, ParameterValue, Request, Response};
@@ -58,7 +58,7 @@ impl Bench {
     fn alone(variant: usize, shaft: u64) -> Bench {
         let piece = Piece { mac: [2, 0, 0, 0, 1, 0], shaft, ..Piece::default() };
         let variant = &FACTS.variants[variant];
-        let encoder = EncoderObject::new(&FACTS, Sendix, variant, Behaviour::default(), piece);
+        let encoder = EncoderObject::new(&FACTS, Sendix, variant, EncoderDeviations::default(), piece);
         let plugs = encoder.plugs().iter().filter(|plug| plug.module_ident == 0x30).copied().collect();
         Bench { encoder, now: Time::ZERO, plugs, preset: Some(0), words: Some(CONTROL) }
     }

@@ -5,8 +5,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use device_stack::profinet::{Access, Application, ArKey, Plug, RecordRefusal};
 use encoder_profile::encoder_object::{EncoderObject, Piece};
-use reference_devices::behaviour::Behaviour;
-use reference_devices::manuals::LIKA_XAC77;
+use reference_devices::deviations::DeviceDeviations;
 use reference_devices::models::lika_xac77::{FACTS, State};
 use station::{StandAction, Time};
 use wire::http;
@@ -48,23 +47,23 @@ pub const MULTITURN: usize = 1;
 
 impl Bench {
     /// An encoder that is alone, healthy unless it is said how it behaves; its shaft stands at `shaft`.
-    pub fn alone(variant: usize, behaviour: Option<&Behaviour>, shaft: u64) -> Bench {
-        let healthy = LIKA_XAC77.behaviour();
-        let behaviour = behaviour.unwrap_or(&healthy);
+    pub fn alone(variant: usize, deviations: Option<&DeviceDeviations>, shaft: u64) -> Bench {
+        let none = DeviceDeviations::default();
+        let deviations = deviations.unwrap_or(&none);
         let mac = [2, 0, 0, 0, 1, 0];
         let piece = Piece { mac, shaft, ..Piece::default() };
         let variant = &FACTS.variants[variant];
         let encoder =
-            EncoderObject::new(&FACTS, State::new(behaviour.web.clone()), variant, behaviour.encoder.clone(), piece);
+            EncoderObject::new(&FACTS, State::new(deviations.web.clone()), variant, deviations.encoder.clone(), piece);
         let telegram = encoder.plugs()[2];
         Bench { encoder, now: Time::ZERO, telegram, sign_of_life: 1, stw2_enc: CONTROL, g1_stw: 0, good: false }
     }
 
     /// A multiturn encoder with telegram 81, default parameters and its shaft at `shaft`.
-    pub fn connected(behaviour: Option<&Behaviour>, shaft: u64) -> Bench {
-        let mut bench = Bench::alone(MULTITURN, behaviour, shaft);
+    pub fn connected(deviations: Option<&DeviceDeviations>, shaft: u64) -> Bench {
+        let mut bench = Bench::alone(MULTITURN, deviations, shaft);
         let written = bench.connect(81, &record(0x22, 65536, 1 << 30));
-        assert!(written.is_ok() || behaviour.is_some(), "the default record is right: {written:?}");
+        assert!(written.is_ok() || deviations.is_some(), "the default record is right: {written:?}");
         bench
     }
 

@@ -1,22 +1,17 @@
-//! Which bugs the devices of a manual can be told to have: one file per manual, each a list of tables by seam.
+//! The manuals that there are reference devices for, each with its deviations.
 
 use crate::subject::{BuildError, Setup, Subject};
 use alloc::boxed::Box;
 use alloc::string::ToString;
 use reference_devices::{ReferenceDevice, manuals};
 
-mod kuebler_sendix58xx;
-mod lika_xac77;
-mod sick_afx60;
-
-/// The manuals that there is a reference device for, with their bugs.
 static SUBJECTS: &[Subject] = &[
-    Subject { manual: &manuals::LIKA_XAC77, tables: lika_xac77::BUGS },
-    Subject { manual: &manuals::KUEBLER_SENDIX58XX, tables: kuebler_sendix58xx::BUGS },
-    Subject { manual: &manuals::SICK_AFX60, tables: sick_afx60::BUGS },
-    Subject { manual: &manuals::SICK_A3M60, tables: &[] },
-    Subject { manual: &manuals::DATALOGIC_AMT58, tables: &[] },
-    Subject { manual: &manuals::PROFINET_IO, tables: &[] },
+    Subject { manual: &manuals::LIKA_XAC77 },
+    Subject { manual: &manuals::KUEBLER_SENDIX58XX },
+    Subject { manual: &manuals::SICK_AFX60 },
+    Subject { manual: &manuals::SICK_A3M60 },
+    Subject { manual: &manuals::DATALOGIC_AMT58 },
+    Subject { manual: &manuals::PROFINET_IO },
 ];
 
 /// Every manual that there is a reference device for.
@@ -32,7 +27,7 @@ pub fn subject(name: &str) -> Result<&'static Subject, BuildError> {
         .ok_or_else(|| BuildError::UnknownManual(name.to_string()))
 }
 
-/// What the devices of a manual do with the bug of this name, in a sentence; none if they cannot be told to have it.
+/// What the devices of a manual do with the bug of this name, in a sentence; none if they cannot have it.
 pub fn sentence(manual: &str, bug: &str) -> Option<&'static str> {
     let subject = subject(manual).ok()?;
     subject.bugs().find(|known| known.name == bug).map(|known| known.sentence)

@@ -1,8 +1,4 @@
-//! What an encoder does at the places where it can be told to do something else.
-//!
-//! A [`Behaviour`] is plain data: flags, numbers and functions, each read at one seam. The healthy one is its default. The
-//! knobs of one seam stand with that seam; those that the encoder object reads stand here. What only one model has stands
-//! with that model. This room must not know the bugs.
+//! The deviations attached to the parts of an encoder; a conforming device has none.
 
 use crate::checks::Checks;
 use crate::encoder::Hardware;
@@ -16,28 +12,28 @@ use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};
 use crate::profidrive::{telegram, user_parameters};
 use device_stack::Attached;
 
-/// How an encoder behaves.
+/// The deviations of one encoder, by the part that calls their hooks; by default there are none.
 #[derive(Clone, Default)]
-pub struct Behaviour {
-    /// The decisions of the encoder.
+pub struct EncoderDeviations {
+    /// At its decisions.
     pub checks: Checks,
-    /// The deviations of the encoder at its seams.
+    /// At its seams.
     pub hooks: Attached<dyn EncoderHooks>,
-    /// The deviations at the steps of positions and presets.
+    /// At the steps of positions and presets.
     pub measuring: Attached<dyn MeasuringSteps>,
-    /// The deviations at the steps of the velocity.
+    /// At the steps of the velocity.
     pub velocity: Attached<dyn VelocitySteps>,
-    /// Telegrams and their signals.
+    /// At the steps of telegrams and their signals.
     pub telegram: Attached<dyn telegram::TelegramSteps>,
-    /// The preset without a handshake.
+    /// At the steps of the preset by a trigger.
     pub trigger: Attached<dyn TriggerSteps>,
-    /// Signs of life.
+    /// At the steps of signs of life.
     pub life_sign: Attached<dyn LifeSignSteps>,
-    /// The steps from a record of user parameters to what is in force.
+    /// At the steps from a record of user parameters to the settings in force.
     pub start: Attached<dyn user_parameters::StartSteps>,
 }
 
-impl Behaviour {
+impl EncoderDeviations {
     /// An encoder of this manual and hardware, as user parameters are judged for it.
     pub fn encoder(&self, facts: &'static Facts, hardware: Hardware) -> ParametrizedEncoder<'_> {
         ParametrizedEncoder { hardware, limits: &facts.limits, checks: &self.checks, steps: &self.start }
