@@ -12,10 +12,10 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
-pub mod checks;
-pub mod deviations;
 pub mod encoder;
 pub mod encoder_object;
 pub mod facts;
-pub mod hooks;
 pub mod profidrive;
+
+pub use encoder_object::{deviations, hooks};
+pub use profidrive::checks;

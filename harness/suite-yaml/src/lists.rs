@@ -26,7 +26,7 @@ pub(super) fn requirements(
             if known.insert(requirement.id.clone()) {
                 list.push(requirement);
             } else {
-                mistakes.note(entry.key("id").wrong(format!("duplicate id `{}`", requirement.id)));
+                mistakes.note(entry.get("id").unwrap_or(entry).wrong(format!("duplicate id `{}`", requirement.id)));
             }
         }
     }

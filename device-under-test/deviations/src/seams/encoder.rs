@@ -48,6 +48,8 @@ hooks! { Trigger: TriggerSteps
 }
 
 hooks! { Encoder: EncoderHooks
+    /// Changes the user parameters that come into force; the view has those before.
+    user_parameters(view: &View<'_>) -> UserParameters;
     /// Takes note of a connection that begins.
     starts(view: &View<'_>);
     /// Takes note of a connection that has ended.
@@ -217,8 +219,6 @@ hooks! { Telegrams: TelegramSteps
 hooks! { Start: StartSteps
     /// Changes the user parameters that are in force without a record.
     delivered(hardware: &Hardware) -> UserParameters;
-    /// Changes the user parameters that come into force.
-    understand(view: &View<'_>) -> UserParameters;
     /// Changes the settings of the measuring task that user parameters make.
     settings(user: &UserParameters, hardware: &Hardware) -> Settings;
     /// Changes the velocity unit of a number.

@@ -139,7 +139,7 @@ pub static GROUPS: &[Group] = &[
             "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
                 => |b| b.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
             "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
-                => |b| b.start.understand(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
+                => |b| b.encoder.user_parameters(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
             "parameters-need-class-4" "With class 4 off requests for parameters are refused."
                 => |b| b.encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
                     true => Err(RecordRefusal::StateConflict),
@@ -148,7 +148,7 @@ pub static GROUPS: &[Group] = &[
             "velocity-needs-class-4" "With class 4 off the velocity is 0."
                 => |b| b.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
             "wrong-value-clipped" "Units and range above their limits count as the limits."
-                => |b| b.start.understand(wrong_value_clipped);
+                => |b| b.encoder.user_parameters(wrong_value_clipped);
 
             // Limits of the speed
             "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."

@@ -33,7 +33,7 @@ pub static GROUPS: &[Group] = &[
             "position-restored-from-memory" "After power-up the position is the one before, wherever the shaft is."
                 => |b| b.encoder.add(PositionRestored::default());
             "scaling-remembered" "The first record 0xBF00 stays in force for good, over a power cycle too."
-                => |b| b.start.understand(first_record(Default::default()));
+                => |b| b.encoder.user_parameters(first_record(Default::default()));
             "memory-fault-ignored-at-power-up" "A memory that cannot be read at power-up is taken for an empty one."
                 => |b| b.encoder.add(FaultIgnoredAtPowerUp::default());
             "empty-memory-is-a-fault" "A memory in which nothing was ever stored is a fault."

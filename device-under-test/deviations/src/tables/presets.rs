@@ -96,7 +96,7 @@ static BY_REQUEST: &[Deviation] = bugs! {
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
         => |b| b.encoder.image(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
-        => |b| b.start.understand(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
+        => |b| b.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
         => |b| b.checks.check(|check, right| match check {
             Check::PresetActsOn(_, user) => user.preset_acts_on_xist1,
@@ -143,7 +143,7 @@ static BY_TRIGGER: &[Deviation] = bugs! {
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
         => |b| b.checks.set(Check::PositionStandsStill, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
-        => |b| b.start.understand(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
+        => |b| b.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
         => |b| b.encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
     "highest-position-refused" "The highest position of the range is refused as a preset value."

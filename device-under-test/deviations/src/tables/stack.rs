@@ -35,12 +35,6 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.element(|value| match value { Value::NameOfStation(name) => Value::NameOfStation(padded(name)), other => other });
             "station-type-of-the-stack" "The type of the station is that of a sample application."
                 => |d| d.stack.element(|value| station_type(value, b"SAMPLE DEVICE"));
-            "name-told-as-empty" "The name is told as empty, whatever it is."
-                => |d| d.stack.element(without_name);
-            "vendor-of-the-stack-told" "DCP tells the vendor of a sample application."
-                => |d| d.stack.element(|value| ids(value, |(_, device)| (0xFEED, device)));
-            "device-id-swapped" "DCP tells the octets of the device number in the other order."
-                => |d| d.stack.element(|value| ids(value, |(vendor, device)| (vendor, device.swap_bytes())));
             "type-of-station-empty" "The type of the station is empty."
                 => |d| d.stack.element(|value| station_type(value, b""));
             "mac-of-the-stack" "The MAC address begins with the number of the maker of the stack."
@@ -80,13 +74,6 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.set_station(|_, now, stored| stored.clone_from(now));
             "signal-refused" "The light does not flash when it is asked to."
                 => |d| d.stack.check(|check, right| right && !matches!(check, StackCheck::Signal(_)));
-            "fixed-address" "The address is one that the maker has chosen, and no Set changes it."
-                => |d| {
-                d.stack.load_station(|_, station| (station.ip, station.mask) = ([192, 168, 0, 199], [255, 255, 255, 0]));
-                d.stack.set_station(|before, now, _| {
-                    (now.ip, now.mask, now.gateway) = (before.ip, before.mask, before.gateway);
-                });
-            };
             "reset-leaves-connection" "A reset of the station leaves the connection alone."
                 => |d| d.stack.set(StackCheck::Ends(AbortReason::RESET_TO_FACTORY), false);
             "reset-answered-and-not-done" "A reset is answered positively and does not take place."
@@ -121,12 +108,8 @@ pub static GROUPS: &[Group] = &[
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::OutputLength(_)));
             "input-length-not-checked" "The length of the inputs is not compared in Connect."
                 => |d| d.stack.check(|check, right| right || matches!(check, StackCheck::InputLength(_)));
-            "difference-for-a-proper-module" "Connect and ApplicationReady name modules that are as expected among those that differ."
-                => |d| d.stack.difference(name_proper_modules);
             "rt-class-1-refused" "Cyclic data of RT class 1 are refused."
                 => |d| d.stack.check(|check, right| right && !is_class_field(check, RtClass::RT_CLASS_1));
-            "old-connection-blocks-reconnect" "A controller that comes again is refused until its old connection has run out."
-                => |d| d.stack.set(StackCheck::GivesWay, false);
             "rt-class-3-accepted" "Cyclic data of RT class 3 are agreed, and nothing comes."
                 => |d| d.stack.check(|check, right| right || is_class_field(check, RtClass::RT_CLASS_3));
             "other-frame-id" "The inputs are sent under another frame id than was agreed."
@@ -171,8 +154,6 @@ pub static GROUPS: &[Group] = &[
                     stored.name.truncate(127);
                 });
             };
-            "two-telegrams-missing" "There are no submodules for the telegrams 82 and 84."
-                => |d| d.stack.plugs(|plugs| plugs.retain(|plug| !matches!(plug.submodule_ident, 82 | 84)));
         },
     },
     Group {
@@ -208,16 +189,6 @@ fn padded(name: Vec<u8>) -> Vec<u8> {
 
 fn station_type(value: Value, other: &[u8]) -> Value {
     if matches!(value, Value::Vendor(_)) { Value::Vendor(other.to_vec()) } else { value }
-}
-
-fn without_name(value: Value) -> Value {
-    if matches!(value, Value::NameOfStation(_)) { Value::NameOfStation(Vec::new()) } else { value }
-}
-
-fn ids(value: Value, other: fn((u16, u16)) -> (u16, u16)) -> Value {
-    let Value::DeviceId { vendor_id, device_id } = value else { return value };
-    let (vendor_id, device_id) = other((vendor_id, device_id));
-    Value::DeviceId { vendor_id, device_id }
 }
 
 fn is_arp_probe(frame: &[u8]) -> bool {
@@ -311,11 +282,6 @@ fn with_idents_of_plugs(view: &StackView<'_>, connect: &mut Connect) {
             }
         }
     }
-}
-
-/// Names the modules that are as expected if there are no others.
-fn name_proper_modules(all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>) {
-    differing.get_or_insert_with(|| all.clone());
 }
 
 fn call_proper_modules_substitutes(all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>) {

@@ -80,15 +80,15 @@ pub static GROUPS: &[Group] = &[
             "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
                 => |b| b.encoder.add(ReservedOctetsAct::default());
             "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
-                => |b| b.start.understand(upper_scaling_octets_ignored);
+                => |b| b.encoder.user_parameters(upper_scaling_octets_ignored);
             "units-and-range-exchanged" "Units per revolution and total range change places."
-                => |b| b.start.understand(units_and_range_exchanged);
+                => |b| b.encoder.user_parameters(units_and_range_exchanged);
             "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-                => |b| b.start.understand(|_, user| UserParameters { compatible: !user.compatible, ..user });
+                => |b| b.encoder.user_parameters(|_, user| UserParameters { compatible: !user.compatible, ..user });
             "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
                 => |b| b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
             "class-4-always-on" "The class 4 bit is not looked at."
-                => |b| b.start.understand(|_, user| UserParameters { class_4: true, ..user });
+                => |b| b.encoder.user_parameters(|_, user| UserParameters { class_4: true, ..user });
             "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
                 => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
             "direction-reversed" "The code sequence of the singleturn encoder is reversed."
@@ -141,11 +141,11 @@ pub static GROUPS: &[Group] = &[
                     _ => right,
                 });
             "class-4-inverted" "Class 4 is on while its bit is 0."
-                => |b| b.start.understand(|_, user| UserParameters { class_4: !user.class_4, ..user });
+                => |b| b.encoder.user_parameters(|_, user| UserParameters { class_4: !user.class_4, ..user });
             "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
                 => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
             "range-of-24-bits" "Only the lower 24 bits of the total range count."
-                => |b| b.start.understand(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
+                => |b| b.encoder.user_parameters(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
             "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
                 => |b| b.checks.serves(|user, _, right| right && user.range <= 1 << 25);
             "profile-version-in-one-octet" "The version of the profile has one octet."
@@ -169,7 +169,7 @@ pub static GROUPS: &[Group] = &[
             "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
                 => |b| parameter_error_latched(b);
             "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
-                => |b| b.start.understand(|view, user| match (user.units_per_revolution, user.range) {
+                => |b| b.encoder.user_parameters(|view, user| match (user.units_per_revolution, user.range) {
                     (0, 0) => *view.user,
                     _ => user,
                 });
@@ -319,7 +319,7 @@ pub fn first_record(
 
 fn record_taken_once(b: &mut Deviations) {
     let first = Rc::new(Cell::new(None));
-    b.start.understand(first_record(Rc::clone(&first)));
+    b.encoder.user_parameters(first_record(Rc::clone(&first)));
     b.encoder.powered_up(move || first.set(None));
 }
 
@@ -341,7 +341,7 @@ fn record_half_taken(b: &mut Deviations) {
         }
         octets
     });
-    b.start.understand(move |_, user| {
+    b.encoder.user_parameters(move |_, user| {
         at_start.set(None);
         user
     });
@@ -359,7 +359,7 @@ fn scaling_one_start_late() -> impl FnMut(&UserParameters, &Hardware, Settings) 
 fn limits_of_the_other_variant(b: &mut Deviations) {
     let other = Rc::new(Cell::new(None));
     let known = Rc::clone(&other);
-    b.start.understand(move |view, user| {
+    b.encoder.user_parameters(move |view, user| {
         other.set(Some((view.other, view.facts.limits.serves)));
         user
     });
@@ -369,7 +369,7 @@ fn limits_of_the_other_variant(b: &mut Deviations) {
 fn parameter_error_latched(b: &mut Deviations) {
     let is_wrong = Rc::new(Cell::new(false));
     let at_start = Rc::clone(&is_wrong);
-    b.start.understand(move |view, user| {
+    b.encoder.user_parameters(move |view, user| {
         at_start.set(at_start.get() && view.exchanged_for.is_some());
         user
     });
@@ -389,7 +389,7 @@ fn parameter_error_latched(b: &mut Deviations) {
 fn record_of_data_exchange_stays(b: &mut Deviations) {
     let kept = Rc::new(Cell::new(None));
     let in_memory = Rc::clone(&kept);
-    b.start.understand(move |view, user| {
+    b.encoder.user_parameters(move |view, user| {
         if view.exchanged_for.is_some() {
             kept.set(Some(user));
         }
@@ -401,7 +401,7 @@ fn record_of_data_exchange_stays(b: &mut Deviations) {
 fn new_scaling_in_mantel860_only(b: &mut Deviations) {
     let at_start = Rc::new(Cell::new(None));
     let known = Rc::clone(&at_start);
-    b.start.understand(move |view, user| {
+    b.encoder.user_parameters(move |view, user| {
         if view.exchanged_for.is_none() {
             at_start.set(None);
         }

@@ -1,9 +1,10 @@
 //! Cyclic data: Data_Exchange, Global_Control, and reading what is exchanged.
 
 use super::application::{End, State};
+use super::diagnosis::Faults;
 use super::hooks::Check;
 use super::link::Answer;
-use super::slave::{Env, Faults, Slave};
+use super::slave::{Env, Slave};
 use alloc::vec;
 use alloc::vec::Vec;
 use wire::profibus::global_control::{ControlCommand, GlobalControl};

@@ -2,19 +2,23 @@
 //!
 //! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers FDL and DP requests, keeps the states
 //! from Power_On to Data_Exch, the watchdog, the lock, freeze and sync, and polls records of DP-V1 through. A frame comes to it
-//! at the end of its last character, and what it sends begins at once: it waits for min TSDR by itself. Who stands
-//! attached to it may let it deviate ([`SlaveHooks`]).
+//! at the end of its last character, and what it sends begins at once: it waits for min TSDR by itself.
+//! Deviations attach to it at [`SlaveHooks`].
 //!
-//! This room must not know encoders or parameters, nor anything of the master's side.
+//! This module must not know encoders or parameters, nor anything of the master's side.
 
+mod address;
 mod application;
 mod device;
+mod diagnosis;
 mod exchange;
 mod hooks;
 mod link;
 mod records;
+mod services;
 mod slave;
 mod start_up;
+mod state_machine;
 
 #[cfg(test)]
 mod tests;

@@ -1,18 +1,13 @@
-//! The way to the exchange of data and back: parameters, configuration, lock, watchdog, and the address.
+//! What the master sends before the exchange of data: Set_Prm, Set_Ext_Prm and Chk_Cfg (IEC 61158-6-3, coding of MS0).
 
 use super::application::{End, State};
+use super::diagnosis::Faults;
 use super::hooks::Check;
 use super::link::Answer;
-use super::slave::{Env, Faults, Slave};
-use alloc::vec;
+use super::slave::{Env, Slave};
 use core::time::Duration;
-use wire::profibus::address::SetSlaveAddress;
-use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::{Dpv1, Dpv1Status1, PrmBlock, SetPrm, StationStatus};
-
-/// The highest address of a slave: 126 is for those that wait for one.
-const LAST: u8 = 125;
 
 /// What Set_Prm asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,9 +85,7 @@ impl Slave {
         self.use_dpv1(dpv1);
         self.faults = Faults::default();
         self.has_expired = false;
-        if self.state == State::WaitPrm {
-            self.state = State::WaitCfg;
-        }
+        self.parametrized();
     }
 
     fn use_dpv1(&mut self, dpv1: Dpv1) {
@@ -126,56 +119,6 @@ impl Slave {
                 self.faults.cfg = false;
                 self.begin(env, sums);
             }
-        }
-        Answer::Taken
-    }
-
-    /// Begins the exchange of data, or goes on with other lengths.
-    pub(super) fn begin(&mut self, env: &mut Env<'_>, sums: Sums) {
-        if self.state != State::DataExchange || sums != self.sums {
-            self.sums = sums;
-            self.outputs = vec![0; sums.outputs];
-        }
-        if self.state != State::DataExchange {
-            self.state = State::DataExchange;
-            env.application.exchange_begins(env.at());
-        }
-    }
-
-    /// What the master sent is wrong: the slave tells so and waits for parameters.
-    pub(super) fn refuse(&mut self, env: &mut Env<'_>, faults: Faults) {
-        self.leave(env, End::Fault);
-        self.faults = faults;
-    }
-
-    /// Ends whatever there is with the master, and waits for parameters.
-    pub(super) fn leave(&mut self, env: &mut Env<'_>, end: End) {
-        if self.state == State::DataExchange {
-            self.put(env, None);
-            env.application.exchange_ends(env.at(), end);
-        }
-        self.state = State::WaitPrm;
-        self.master = None;
-        self.watchdog = None;
-        self.is_clear = false;
-        self.frozen = None;
-        self.held = None;
-        self.is_announced = false;
-        self.has_dpv1 = false;
-        self.records.end_ms1(env);
-    }
-
-    /// Takes another address.
-    pub(super) fn set_slave_address(&mut self, env: &mut Env<'_>, data: &[u8]) -> Answer {
-        let is_time = self.check(env, Check::AddressTime, self.state == State::WaitPrm);
-        let may = is_time && self.check(env, Check::AddressService, env.application.takes_address());
-        let (true, Ok(request)) = (may, SetSlaveAddress::parse(data)) else {
-            return Answer::NO_SERVICE;
-        };
-        let is_meant = self.check(env, Check::AddressIdent(request.ident), request.ident == self.identity.ident);
-        if is_meant && self.check(env, Check::NewAddress(request.address), request.address <= LAST) {
-            env.application.set_address(env.at(), request.address, request.no_change != 0);
-            self.address = request.address;
         }
         Answer::Taken
     }

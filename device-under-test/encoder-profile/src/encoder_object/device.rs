@@ -3,11 +3,11 @@
 use super::names;
 use super::places::{self, ENCODER_SLOT};
 use super::{Faults, Live, Model, Phase, Ram, Store};
-use crate::checks::Check;
-use crate::deviations::EncoderDeviations;
 use crate::encoder::{Cell, Shaft};
+use crate::encoder_object::deviations::EncoderDeviations;
+use crate::encoder_object::hooks::SubmoduleInputs;
 use crate::facts::{Facts, Variant};
-use crate::hooks::SubmoduleInputs;
+use crate::profidrive::checks::Check;
 use crate::profidrive::parameters::Responses;
 use alloc::vec::Vec;
 use device_stack::profinet::{

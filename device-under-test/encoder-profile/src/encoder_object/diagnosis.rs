@@ -2,8 +2,8 @@
 
 use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 use super::{Live, Model};
-use crate::checks::Check;
 use crate::facts::{Cause, Effect, ErrorFact, Facts};
+use crate::profidrive::checks::Check;
 use crate::profidrive::sensor::Error;
 use alloc::vec::Vec;
 use device_stack::profinet::{Diagnosis, DiagnosisChange, Severity};

@@ -3,10 +3,10 @@
 use super::Model;
 use super::diagnosis::{Unprovoked, without_fault};
 use super::places;
-use crate::checks::Check;
-use crate::deviations::EncoderDeviations;
 use crate::encoder::{Cell, Hardware, Measuring, Shaft, Velocity};
+use crate::encoder_object::deviations::EncoderDeviations;
 use crate::facts::{Cause, Effect, ErrorFact, Facts, Submodule, Variant, WithoutRecord};
+use crate::profidrive::checks::Check;
 use crate::profidrive::life_sign::{Given, Watch};
 use crate::profidrive::preset_trigger::Trigger;
 use crate::profidrive::sensor::Sensor;
@@ -259,7 +259,7 @@ impl<'a, M: Model> Live<'a, M> {
 
     /// User parameters as they come into force.
     pub fn understood(&self, user: UserParameters) -> UserParameters {
-        self.deviations.start.apply(user, |steps, user| steps.understand(&self.view(), user))
+        self.deviations.hooks.apply(user, |hooks, user| hooks.user_parameters(&self.view(), user))
     }
 
     /// The encoder, as user parameters are judged for it.

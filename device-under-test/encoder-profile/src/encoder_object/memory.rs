@@ -2,11 +2,11 @@
 
 use super::live::NextPreset;
 use super::{Live, Model};
-use crate::checks::Check;
 use crate::encoder::PresetMode;
 use crate::encoder::memory::Outcome;
+use crate::encoder_object::hooks::{Held, Write};
 use crate::facts::Effect;
-use crate::hooks::{Held, Write};
+use crate::profidrive::checks::Check;
 
 /// Where the value of a preset comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

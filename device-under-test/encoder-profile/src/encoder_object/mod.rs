@@ -6,8 +6,10 @@
 //! This module must not know any model: where two manuals differ it asks the facts or the model. Nor the stack.
 
 mod cyclic;
+pub mod deviations;
 mod device;
 mod diagnosis;
+pub mod hooks;
 mod live;
 mod memory;
 mod model;

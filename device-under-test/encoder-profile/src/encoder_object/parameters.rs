@@ -1,7 +1,7 @@
 //! The parameters of the encoder object: what a read of record 0xB02E gives. XAC77 manual, 11.2 and 11.3.
 
 use super::{Live, Model, Phase};
-use crate::hooks::View;
+use crate::encoder_object::hooks::View;
 use crate::profidrive::parameters::{Parameter, Parameters, double_word, double_words, octets, word, words};
 use wire::profidrive::ErrorNumber;
 

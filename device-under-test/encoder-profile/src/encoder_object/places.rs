@@ -1,7 +1,7 @@
 //! Where the submodules of an encoder are plugged, and its identification data.
 
+use crate::encoder_object::hooks::EncoderHooks;
 use crate::facts::{Facts, Submodule, Variant};
-use crate::hooks::EncoderHooks;
 use crate::profidrive::telegram::Telegram;
 use alloc::format;
 use alloc::vec::Vec;

@@ -1,8 +1,8 @@
 //! What is lost without power, what comes back from memory, and what a factory reset clears.
 
 use super::{EncoderObject, Model, Ram};
+use crate::encoder_object::hooks::Retained;
 use crate::facts::Reset;
-use crate::hooks::Retained;
 use crate::profidrive::parameters::Responses;
 use device_stack::profinet::StationData;
 use station::Time;

@@ -2,8 +2,8 @@
 
 use super::places::{ACCESS_POINT_SUBSLOT, ENCODER_API, ENCODER_SLOT};
 use super::{EncoderObject, Live, Model, Phase};
-use crate::checks::Check;
 use crate::facts::InExchange;
+use crate::profidrive::checks::Check;
 use crate::profidrive::parameters::{BadRequest, Manager};
 use crate::profidrive::user_parameters::UserParameters;
 use alloc::borrow::Cow;

@@ -1,8 +1,8 @@
 //! What the stand does to the encoder, and what it reads from it: shaft, faults, LEDs and counters.
 
 use super::{EncoderObject, Model};
+use crate::encoder_object::hooks::Lit;
 use crate::facts::Cause;
-use crate::hooks::Lit;
 use crate::profidrive::telegram::Outputs;
 use device_stack::profinet::Seen;
 use station::{StandAction, Time};

@@ -3,7 +3,7 @@
 //! Sources: XAC77 manual, chapter 10, STW2_ENC and ZSW2_ENC, and the PROFIdrive profile, to which it refers for both.
 
 use super::user_parameters::UserParameters;
-use crate::checks::{Check, Checks};
+use crate::profidrive::checks::{Check, Checks};
 use core::time::Duration;
 use device_stack::Attached;
 use station::Time;

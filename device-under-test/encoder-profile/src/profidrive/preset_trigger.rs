@@ -3,7 +3,7 @@
 //! Bit 31 is the trigger; each of its rising edges carries out an absolute preset to the value in the bits below. Sources: Kübler
 //! Sendix 58xx, 8.1 (ManTel860); SICK A3M60, 3.4.2 (IO·04 and IO·08).
 
-use crate::checks::{Check, Checks};
+use crate::profidrive::checks::{Check, Checks};
 use device_stack::Attached;
 
 /// Bit 31, the trigger.

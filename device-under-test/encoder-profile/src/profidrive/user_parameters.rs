@@ -5,9 +5,8 @@
 //! failures of the sign of life, 18 velocity unit, 19-30 reserved. Source: XAC77 manual, 11.4.
 
 use super::telegram::Telegram;
-use crate::checks::{Check, Checks};
 use crate::encoder::{Direction, Hardware, Scaling, Settings, Unit};
-use crate::hooks::View;
+use crate::profidrive::checks::{Check, Checks};
 use core::ops::RangeInclusive;
 use device_stack::Attached;
 use wire::octets::Reader;
@@ -72,11 +71,6 @@ pub fn serves(user: &UserParameters, hardware: &Hardware) -> bool {
 pub trait StartSteps {
     /// The user parameters that are in force without a record.
     fn delivered(&mut self, hardware: &Hardware, right: UserParameters) -> UserParameters {
-        right
-    }
-
-    /// The user parameters that come into force; in the view are those before.
-    fn understand(&mut self, view: &View<'_>, right: UserParameters) -> UserParameters {
         right
     }
 

@@ -30,6 +30,7 @@ mod nobody;
 mod one_device;
 mod one_letter;
 mod personas;
+mod plain_devices;
 mod profibus_models;
 mod record;
 mod recorded;

@@ -10,6 +10,7 @@ pub(super) use provider::{Provider, State};
 
 use station::Duration;
 use wire::profinet::blocks::connect::IocrBlockReq;
+use wire::profinet::rt::IoxS;
 
 /// The unit of send clocks and cycle counters: 31.25 us.
 const CLOCK: Duration = Duration::from_nanos(31_250);
@@ -17,4 +18,16 @@ const CLOCK: Duration = Duration::from_nanos(31_250);
 /// The time from frame to frame of a cyclic connection.
 fn interval(iocr: &IocrBlockReq) -> Duration {
     CLOCK * u32::from(iocr.send_clock_factor) * u32::from(iocr.reduction_ratio)
+}
+
+/// The status of a submodule.
+fn status(is_good: bool) -> IoxS {
+    if is_good { IoxS::GOOD } else { IoxS::BAD }
+}
+
+/// Writes one octet of a frame.
+fn put(frame: &mut [u8], at: usize, octet: u8) {
+    if let Some(place) = frame.get_mut(at) {
+        *place = octet;
+    }
 }

@@ -2,12 +2,12 @@
 
 use super::super::plugged::{Expected, Place};
 use super::super::stack::Env;
-use super::{CLOCK, interval};
+use super::{CLOCK, interval, put, status};
 use alloc::vec::Vec;
 use station::{Duration, Time};
 use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
 use wire::profinet::blocks::connect::IocrBlockReq;
-use wire::profinet::rt::{ApduStatus, DataStatus, IoxS};
+use wire::profinet::rt::{ApduStatus, DataStatus};
 
 /// Sends the inputs of a connection in time.
 #[derive(Debug)]
@@ -146,15 +146,5 @@ impl Provider {
             put(&mut self.frame, self.status_at + offset, octet);
         }
         env.out.push(&self.frame);
-    }
-}
-
-fn status(is_good: bool) -> IoxS {
-    if is_good { IoxS::GOOD } else { IoxS::BAD }
-}
-
-fn put(frame: &mut [u8], at: usize, octet: u8) {
-    if let Some(place) = frame.get_mut(at) {
-        *place = octet;
     }
 }

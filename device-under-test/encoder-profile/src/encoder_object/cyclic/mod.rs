@@ -5,7 +5,7 @@ mod signals;
 
 use super::memory::Source;
 use super::{Live, Model};
-use crate::checks::Check;
+use crate::profidrive::checks::Check;
 use crate::profidrive::control::CONTROL_BY_PLC;
 use crate::profidrive::life_sign::Given;
 use crate::profidrive::sensor::Request;

@@ -1,9 +1,9 @@
 //! Control words in: the outputs of the controller as they arrive.
 
-use crate::checks::Check;
 use crate::encoder::PresetMode;
 use crate::encoder_object::memory::Source;
 use crate::encoder_object::{Live, Model, Phase};
+use crate::profidrive::checks::Check;
 use crate::profidrive::control::CONTROL_BY_PLC;
 use crate::profidrive::life_sign::{Watch, tolerated};
 use crate::profidrive::telegram::{Control, Outputs};

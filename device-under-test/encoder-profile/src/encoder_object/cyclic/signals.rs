@@ -1,7 +1,7 @@
 //! Signals out: what the encoder shows in a frame, apart from ZSW2_ENC.
 
-use crate::checks::Check;
 use crate::encoder_object::{Live, Model};
+use crate::profidrive::checks::Check;
 use crate::profidrive::sensor::Xist2;
 use crate::profidrive::telegram::{self, Image, Signal};
 

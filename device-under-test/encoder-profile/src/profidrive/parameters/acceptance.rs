@@ -5,7 +5,7 @@
 
 use super::manager::{Manager, refused};
 use super::{MAX_ELEMENTS, Parameter, Parameters, Shape};
-use crate::checks::Check;
+use crate::profidrive::checks::Check;
 use alloc::vec::Vec;
 use core::ops::Range;
 use wire::profidrive::{Attribute, ErrorNumber, Format, ParameterAddress, ParameterError, ParameterValue};

@@ -1,7 +1,7 @@
 //! From the octets of a request to its response.
 
 use super::{BadRequest, MAX_OCTETS, MAX_PARAMETERS, Parameters};
-use crate::checks::{Check, Checks};
+use crate::profidrive::checks::{Check, Checks};
 use alloc::vec::Vec;
 use wire::profidrive::{
     ErrorNumber, ParameterAddress, ParameterError, ParameterValue, Request, RequestHeader, RequestId, Response,

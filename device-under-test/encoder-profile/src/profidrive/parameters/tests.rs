@@ -161,7 +161,7 @@ fn axes_by_the_manual() {
 #[cfg(feature = "deviations")]
 #[test]
 fn a_deviation_flips_a_decision() {
-    use crate::checks::{Check, Checks, EncoderChecks};
+    use crate::profidrive::checks::{Check, Checks, EncoderChecks};
     use alloc::rc::Rc;
     use core::cell::RefCell;
 

@@ -1,7 +1,7 @@
 //! The acknowledgement of errors by bit 15 of G1_STW: 16.4.
 
 use super::{Answers, Error, PARKING_REFUSED, Parking, Sensor};
-use crate::checks::Check;
+use crate::profidrive::checks::Check;
 
 /// Where the acknowledgement of an error stands; bit 11 of G1_ZSW is set unless it is idle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The errors of the encoder, latched in the order in which they came.
 
 use super::Sensor;
-use crate::checks::Check;
+use crate::profidrive::checks::Check;
 use alloc::vec::Vec;
 
 /// An error of the encoder.

@@ -21,8 +21,8 @@ pub use parking::{PARKING_REFUSED, Parking};
 pub use preset::Preset;
 pub use request::Request;
 
-use crate::checks::Checks;
 use crate::encoder::PresetMode;
+use crate::profidrive::checks::Checks;
 use alloc::vec::Vec;
 
 /// What G1_XIST2 has to show.

@@ -1,7 +1,7 @@
 //! Parking by bit 14 of G1_STW: chapter 10, G1_STW, and 16.3.
 
 use super::{Error, Parks, Sensor};
-use crate::checks::Check;
+use crate::profidrive::checks::Check;
 
 /// The error code of a parking request that was refused because the shaft turns.
 pub const PARKING_REFUSED: u16 = 0x0003;

@@ -1,8 +1,8 @@
 //! The preset by bits 11 and 12 of G1_STW: chapter 10, G1_STW, and 16.2.
 
 use super::{Parks, Request, Sensor};
-use crate::checks::Check;
 use crate::encoder::PresetMode;
+use crate::profidrive::checks::Check;
 
 /// Where the handshake of a preset stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

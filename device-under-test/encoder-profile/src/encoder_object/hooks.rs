@@ -1,7 +1,7 @@
 //! The hooks of an encoder: the seams at which a deviation may change what comes in and what goes out.
 //!
 //! The encoder itself is plain. Without the feature `deviations` no hook is ever called. Its decisions are in
-//! [`checks`](crate::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
+//! [`checks`](crate::profidrive::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
 
 use crate::encoder::{Hardware, Measuring, PresetMode};
 use crate::encoder_object::Store;
@@ -69,6 +69,11 @@ pub trait EncoderHooks {
     /// The answer to a record that was read.
     fn read_record(&mut self, view: &View<'_>, access: &Access, octets: RecordOctets) -> RecordOctets {
         octets
+    }
+
+    /// The user parameters before they come into force; the view has those before.
+    fn user_parameters(&mut self, view: &View<'_>, right: UserParameters) -> UserParameters {
+        right
     }
 
     /// How long it takes from the end of the parameters to the first good data.

@@ -1,11 +1,11 @@
 //! The deviations attached to the parts of an encoder; a conforming device has none.
 
-use crate::checks::Checks;
 use crate::encoder::Hardware;
 use crate::encoder::measuring::MeasuringSteps;
 use crate::encoder::velocity::VelocitySteps;
+use crate::encoder_object::hooks::EncoderHooks;
 use crate::facts::Facts;
-use crate::hooks::EncoderHooks;
+use crate::profidrive::checks::Checks;
 use crate::profidrive::life_sign::LifeSignSteps;
 use crate::profidrive::preset_trigger::TriggerSteps;
 use crate::profidrive::user_parameters::{ParametrizedEncoder, UserParameters};

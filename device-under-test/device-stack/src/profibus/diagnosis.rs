@@ -1,0 +1,60 @@
+//! Slave_Diag (IEC 61158-6-3): the six octets of the slave, followed by those of the encoder.
+
+use super::application::{DiagnosisBits, State};
+use super::link::Answer;
+use super::slave::{Env, Slave};
+use alloc::vec::Vec;
+use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2, Status3};
+
+/// What was wrong with what the master sent, as the diagnosis reports it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Faults {
+    /// Set_Prm was wrong.
+    pub prm: bool,
+    /// Chk_Cfg was wrong.
+    pub cfg: bool,
+    /// Set_Prm asked for Freeze or Sync, which the slave does not have.
+    pub not_supported: bool,
+}
+
+impl Slave {
+    /// Answers a request for the diagnosis; its master has then fetched what was announced.
+    pub(super) fn slave_diag(&mut self, env: &mut Env<'_>, sa: u8) -> Answer {
+        let mut ext = Vec::new();
+        let bits = env.application.diagnosis(env.at(), &mut ext);
+        let mut diagnosis = self.diagnosis(bits);
+        diagnosis.ext = ext;
+        if self.master == Some(sa) {
+            self.is_announced = false;
+        }
+        let mut octets = Vec::new();
+        diagnosis.write(&mut octets);
+        octets.truncate(SlaveDiag::LONGEST);
+        Answer::data(octets)
+    }
+
+    fn diagnosis(&self, bits: DiagnosisBits) -> SlaveDiag {
+        let sum = |flags: &[(bool, u8)]| flags.iter().filter(|(is_set, _)| *is_set).map(|(_, bit)| bit).sum();
+        SlaveDiag {
+            status_1: Status1(sum(&[
+                (self.state != State::DataExchange, Status1::STATION_NOT_READY.0),
+                (self.faults.cfg, Status1::CFG_FAULT.0),
+                (bits.ext_diag, Status1::EXT_DIAG.0),
+                (self.faults.not_supported, Status1::NOT_SUPPORTED.0),
+                (self.faults.prm, Status1::PRM_FAULT.0),
+            ])),
+            status_2: Status2(sum(&[
+                (true, Status2::FIXED_ONE.0),
+                (self.state == State::WaitPrm, Status2::PRM_REQ.0),
+                (bits.stat_diag, Status2::STAT_DIAG.0),
+                (self.watchdog.is_some(), Status2::WD_ON.0),
+                (self.frozen.is_some(), Status2::FREEZE_MODE.0),
+                (self.held.is_some(), Status2::SYNC_MODE.0),
+            ])),
+            status_3: Status3(sum(&[(bits.overflow, Status3::EXT_DIAG_OVERFLOW.0)])),
+            master: self.master.unwrap_or(NO_MASTER),
+            ident: self.identity.ident,
+            ext: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! Which service a frame is for, by its function code and its service access points (IEC 61158-4-3 and 61158-6-3).
+
+use super::hooks::Check;
+use super::link::Answer;
+use super::records::Request;
+use super::slave::{Env, Slave};
+use alloc::vec::Vec;
+use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, Frame, RequestFunction, UNNAMED};
+use wire::profibus::sap::{MasterSap, SlaveSap};
+
+impl Slave {
+    /// Takes a frame off the bus.
+    pub fn receive(&mut self, env: &mut Env<'_>, octets: &[u8]) {
+        self.heard = Some(env.now);
+        self.link.hear();
+        let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return };
+        let Some(function) = frame.fc.requested() else { return };
+        let is_for_own = self.address <= UNNAMED && self.check(env, Check::Address(frame.da), self.address == frame.da);
+        if frame.destination.segment.is_some() || !(is_for_own || frame.da == BROADCAST) {
+            return;
+        }
+        match function {
+            RequestFunction::SDN_LOW | RequestFunction::SDN_HIGH => {
+                if frame.destination.sap == Some(SlaveSap::GLOBAL_CONTROL.0) {
+                    self.global_control(env, frame.sa, frame.data);
+                }
+            }
+            _ if !is_for_own || !function.wants_answer() => {}
+            _ => self.serve(env, function, &frame),
+        }
+    }
+
+    fn serve(&mut self, env: &mut Env<'_>, function: RequestFunction, frame: &DataFrame<'_>) {
+        let own = self.address;
+        let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
+        if self.check(env, Check::Repetition, self.link.is_repetition(frame)) {
+            self.link.repeat(env.now, delay);
+            self.trigger_watchdog(env.now, frame.sa);
+            return;
+        }
+        let answer = match function {
+            RequestFunction::FDL_STATUS => Answer::Code(AnswerFunction::OK),
+            RequestFunction::SRD_LOW | RequestFunction::SRD_HIGH => {
+                let answer = self.service(env, frame);
+                self.trigger_watchdog(env.now, frame.sa);
+                answer
+            }
+            _ => Answer::NO_SERVICE,
+        };
+        let delay = self.hooks.apply(self.link.delay, |hooks, delay| hooks.delay(delay));
+        self.link.answer(env.now, own, frame, &answer, delay);
+    }
+
+    fn service(&mut self, env: &mut Env<'_>, frame: &DataFrame<'_>) -> Answer {
+        let DataFrame { sa, data, .. } = *frame;
+        let source = frame.source.sap.map(MasterSap);
+        let Some(sap) = frame.destination.sap else {
+            return if source.is_none() { self.exchange(env, sa, data) } else { Answer::NO_SERVICE };
+        };
+        match (SlaveSap(sap), source) {
+            (SlaveSap::SLAVE_DIAG, Some(MasterSap::MS0)) => self.slave_diag(env, sa),
+            (SlaveSap::SET_PRM, Some(MasterSap::MS0)) => self.set_prm(env, sa, data),
+            (SlaveSap::SET_EXT_PRM, Some(MasterSap::MS0)) => self.set_ext_prm(env, sa, data),
+            (SlaveSap::CHK_CFG, Some(MasterSap::MS0)) => self.check_cfg(env, sa, data),
+            (SlaveSap::GET_CFG, Some(MasterSap::MS0)) => {
+                let mut octets = Vec::new();
+                env.application.configuration(&mut octets);
+                Answer::data(octets)
+            }
+            (SlaveSap::READ_INPUTS, Some(MasterSap::MS0)) => self.read_inputs(env),
+            (SlaveSap::READ_OUTPUTS, Some(MasterSap::MS0)) => self.read_outputs(),
+            (SlaveSap::SET_SLAVE_ADDRESS, Some(MasterSap::MS0)) => self.set_slave_address(env, data),
+            (SlaveSap::SERVER, Some(MasterSap::MS1)) => {
+                let is_on = self.check(env, Check::Dpv1, self.has_dpv1);
+                if !self.identity.ms1 || !is_on || !self.is_exchanging_with(sa) {
+                    return Answer::NO_SERVICE;
+                }
+                self.records.serve_ms1(env, data)
+            }
+            (SlaveSap(sap), Some(MasterSap::MS2)) => {
+                self.records.serve_ms2(env, Request { sap, master: sa, data }, &self.identity)
+            }
+            _ => Answer::NO_SERVICE,
+        }
+    }
+}
