@@ -59,6 +59,11 @@ const EXPLAINED: &[(&str, &str, &str)] = &[
         "written-before-checked",
         "the device has no way to write the elements of P1009 that are read only, whatever the checks say",
     ),
+    (
+        "sick-afx60-profinet",
+        "speed-unit-ignored",
+        "the unit that P1005 gives is no longer ignored too, which is another way to set it",
+    ),
 ];
 
 /// What is written of a bug with which the device once could not run every trial.

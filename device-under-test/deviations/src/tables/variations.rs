@@ -2,6 +2,8 @@
 
 use super::Group;
 use crate::needs::Need;
+use core::time::Duration;
+use encoder_profile::encoder_object::hooks::Write;
 use wire::profibus::fdl::BitTimes;
 
 /// By what they need.
@@ -20,6 +22,20 @@ pub static GROUPS: &[Group] = &[
             "software-of-a-later-year" "P964 and, where there is one, P975 name a later year of the software."
                 "the manuals print the place of the year, not the year"
                 => |d| d.encoder.element(|_, at, year| if let (964 | 975, 3) = at { year + 1 } else { year });
+        },
+    },
+    Group {
+        needs: &[Need::EncoderProfile, Need::Profinet],
+        deviations: permitted! {
+            "presets-fast" "An offset is in memory after a tenth of the time, so that a preset is answered earlier."
+                "the manuals print no least time for a preset"
+                => |d| d.encoder.store(|_, write| write.map(|write| match write {
+                    Write::Offset { offset, takes } => Write::Offset { offset, takes: takes / 10 },
+                    Write::PresetValue { .. } => write,
+                }));
+            "ready-late" "The first good data come 50 ms after the end of the parameters."
+                "the manuals are silent about the time from the end of the parameters to ApplicationReady"
+                => |d| d.encoder.ready(|_, _| Duration::from_millis(50));
         },
     },
 ];
