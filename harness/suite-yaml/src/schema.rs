@@ -14,7 +14,7 @@ use suite::device::PerBus;
 
 /// The JSON Schema (draft 2020-12) of all suite files and of bench files.
 ///
-/// `$defs` has one entry for each kind of mapping; those of whole files are [`FILES`].
+/// `$defs` has one entry for each kind of mapping; those of whole files are `FILES`.
 /// Under `x-encspec` stand the words that a schema cannot place: verbs with their modifiers, names that every device has,
 /// services, codes of refusals, damaged frames.
 pub fn schema() -> Value {

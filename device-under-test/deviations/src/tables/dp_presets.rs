@@ -200,7 +200,8 @@ impl A3m60Hooks for Delayed {
                 memory.measuring.offset = self.offset.unwrap_or(memory.measuring.offset);
                 self.noticed = None;
                 let mut waiting = self.waiting.borrow_mut();
-                while let Some((_, mode, value)) = waiting.queue.pop_front_if(|(due, ..)| *due <= memory.now) {
+                while waiting.queue.front().is_some_and(|(due, ..)| *due <= memory.now) {
+                    let Some((_, mode, value)) = waiting.queue.pop_front() else { break };
                     let offset = memory.measuring.preset(mode, value);
                     memory.measuring.offset = offset;
                     memory.store.offset.replace(offset);

@@ -5,7 +5,7 @@
 //! manual does not print is marked as invented.
 //!
 //! By chapter: [`node_number`] 4.8 and 6.8, [`leds`] 4.9, [`set_prm`] and [`scaling`] 6.4, [`data_exchange`] 6.5 and 6.6,
-//! [`preset`] 6.6, [`slave_diag`] 6.7, [`red_zone`] 6.9.
+//! [`preset`] 6.6, `slave_diag` 6.7, [`red_zone`] 6.9.
 
 pub mod data_exchange;
 mod encoder;

@@ -85,7 +85,7 @@ pub static FACTS: Facts = Facts {
     warnings: WARNINGS,
     supported_warnings: 0x07,
     default_record,
-    limits: StartLimits { serves: serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
+    limits: StartLimits { serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
     parameter_access: 0xB02E,
     without_record: WithoutRecord::Error,
     record_in_exchange: InExchange::InForce,

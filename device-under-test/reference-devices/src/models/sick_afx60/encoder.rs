@@ -43,7 +43,7 @@ impl State {
             limits: limits::Stored::default(),
             status: sensor_status::Status::default(),
             service: service_log::ServiceLog::default(),
-            axis: round_axis::Axis::new(),
+            axis: round_axis::Axis::default(),
             saves_each_change: false,
             record_is_wrong: false,
         }

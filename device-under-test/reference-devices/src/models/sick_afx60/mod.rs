@@ -110,7 +110,7 @@ pub static FACTS: Facts = Facts {
     supported_warnings: 0x07,
     default_record,
     // Scaling: manual, 3.6.7 and 3.6.8.
-    limits: StartLimits { serves: serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
+    limits: StartLimits { serves, velocity_units: VELOCITY_UNITS, tolerated_failures: 0..=u8::MAX },
     parameter_access: 0xB02E,
     without_record: WithoutRecord::Default,
     record_in_exchange: InExchange::Refused,

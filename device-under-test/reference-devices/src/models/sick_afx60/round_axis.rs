@@ -41,17 +41,19 @@ pub struct Axis {
     pub base: u64,
 }
 
-impl Axis {
+impl Default for Axis {
     /// At delivery.
-    pub fn new() -> Axis {
+    fn default() -> Axis {
         let range = LARGEST_RANGE as u32;
         Axis { is_on: false, mode: OFF, nominator: 2048, divisor: 1, range, laps: Laps::default(), base: 0 }
     }
+}
 
+impl Axis {
     /// The supply has come or a connection begins, which brings its settings: what is not stored is as at delivery.
     pub fn begin(&mut self) {
         let Axis { laps, base, .. } = *self;
-        *self = Axis { laps, base, ..Axis::new() };
+        *self = Axis { laps, base, ..Axis::default() };
     }
 
     /// Switches the function on or off.
