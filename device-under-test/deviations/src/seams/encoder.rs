@@ -71,7 +71,7 @@ hooks! { Encoder: EncoderHooks
     /// Changes the errors whose cause is there.
     causes(view: &View<'_>) -> Vec<Error>;
     /// Changes the signals of a frame, from the cycle before and the signals of the manual.
-    image(before: &Before) -> Image;
+    image(view: &View<'_>, before: &Before) -> Image;
     /// Changes an element of a parameter, by the number of the parameter and the index of the element.
     element(view: &View<'_>, at: (u16, usize)) -> u64;
     /// Changes what the working memory holds of a preset, in each cycle.
@@ -252,6 +252,11 @@ impl Encoder {
             true => Outputs { preset: arrived.preset.map(|word| change(word, arrived.unused)), ..arrived },
             false => arrived,
         });
+    }
+
+    /// Changes the signals of a frame, from the cycle before and the signals of the manual alone.
+    pub fn signals(&mut self, mut change: impl FnMut(&Before, Image) -> Image + 'static) {
+        self.image(move |_, before, now| change(before, now));
     }
 
     /// Changes the octets of each signal.

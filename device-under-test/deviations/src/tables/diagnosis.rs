@@ -82,11 +82,11 @@ pub static GROUPS: &[Group] = &[
                     _ => right,
                 });
             "memory-code-of-the-profile" "A memory error has the code 1001h of the encoder profile."
-                => |d| d.encoder.image(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x20 { 0x1001 } else { now.g1_xist2 }, ..now });
             "memory-error-not-cyclic" "A memory error is shown in the status only."
-                => |d| d.encoder.image(memory_error_not_cyclic);
+                => |d| d.encoder.signals(memory_error_not_cyclic);
             "code-in-the-position-of-mantel860" "While there is an error its code stands in place of the position alone."
-                => |d| d.encoder.image(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { plain_position: if has_error(&now) { now.g1_xist2 } else { now.plain_position }, ..now });
             "errors-latched-for-ever" "An error stays when its cause has gone."
                 => |d| d.checks.check(|check, right| match check {
                     Check::LatchesError { .. } => true,

@@ -90,7 +90,7 @@ impl EncoderChecks for Silence {
 }
 
 impl EncoderHooks for Silence {
-    fn image(&mut self, _: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &View<'_>, _: &Before, now: Image) -> Image {
         if !self.0.get() || !has_error(&now) {
             return now;
         }

@@ -1,5 +1,7 @@
 //! What several bugs ask of an image of the signals.
 
+use encoder_profile::encoder::measuring::Settings;
+use encoder_profile::hooks::View;
 use encoder_profile::profidrive::telegram::{Before, Image};
 
 // Bits of G1_ZSW, and of G1_STW what requests them.
@@ -34,4 +36,10 @@ pub fn without_transfer(image: Image) -> Image {
         true => Image { g1_zsw: image.g1_zsw & !POSITION, g1_xist2: 0, ..image },
         false => image,
     }
+}
+
+/// The velocity of the measurements before the last ones, in the unit and direction in force.
+pub fn velocity_before(view: &View<'_>) -> i64 {
+    let Settings { scaling, direction, .. } = view.measuring.settings;
+    view.velocity.way(view.velocity.ways().0, view.velocity.unit(), scaling, direction).velocity()
 }

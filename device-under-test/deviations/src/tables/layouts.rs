@@ -34,7 +34,7 @@ pub static GROUPS: &[Group] = &[
             "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
                 => |b| b.encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
             "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
-                => |b| b.encoder.image(sign_of_life_carries);
+                => |b| b.encoder.signals(sign_of_life_carries);
             "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
                 => |b| b.checks.check(control_edge_in_compatibility_mode());
             "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
@@ -56,7 +56,7 @@ pub static GROUPS: &[Group] = &[
             "position-stays-after-parking" "After parking the position goes on from the one before it."
                 => |b| b.encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
             "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
-                => |b| b.encoder.image(|_, now| if now.request.acknowledge { without_error(now) } else { now });
+                => |b| b.encoder.signals(|_, now| if now.request.acknowledge { without_error(now) } else { now });
             "error-codes-combined" "The codes of several errors are combined bit by bit."
                 => |b| b.encoder.add(CombinedCodes::default());
         },
@@ -80,15 +80,15 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::G1Xist2)],
         deviations: bugs! {
             "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
-                => |b| b.encoder.image(xist2_freezes_without_control);
+                => |b| b.encoder.signals(xist2_freezes_without_control);
             "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
-                => |b| b.encoder.image(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
+                => |b| b.encoder.signals(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
             "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
-                => |b| b.encoder.image(|_, now| shows_position(now, now.request.home));
+                => |b| b.encoder.signals(|_, now| shows_position(now, now.request.home));
             "revolution-missing" "Of all revolutions the last one is not counted."
                 => |b| b.measuring.range(revolution_missing);
             "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-                => |b| b.encoder.image(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
         },
     },
     // G1_XIST1 shifted to the left
@@ -98,9 +98,9 @@ pub static GROUPS: &[Group] = &[
             "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
                 => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
             "xist1-right-aligned" "G1_XIST1 is not shifted."
-                => |b| b.encoder.image(|_, now| Image { shift: 0, ..now });
+                => |b| b.encoder.signals(|_, now| Image { shift: 0, ..now });
             "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
-                => |b| b.encoder.image(|_, now| Image { shift: (now.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
+                => |b| b.encoder.image(|view, _, now| Image { shift: (view.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
         },
     },
     Group {
@@ -108,11 +108,11 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
                 => |b| {
-                    b.encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
+                    b.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
                     b.encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
                 };
             "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
-                => |b| b.encoder.image(|_, now| Image { shift: 16 - now.shift, ..now });
+                => |b| b.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
         },
     },
     // Signals of 32 bits and velocities

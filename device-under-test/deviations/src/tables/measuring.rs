@@ -8,6 +8,7 @@ use crate::seams::measuring::Step;
 use encoder_profile::checks::Check;
 use encoder_profile::encoder::measuring::{self, OffsetSum};
 use encoder_profile::encoder::{Direction, Hardware, Scaling, Settings};
+use encoder_profile::hooks::View;
 use encoder_profile::profidrive::telegram::{Before, Image, Signal};
 use reference_devices::manuals;
 
@@ -39,7 +40,7 @@ pub static GROUPS: &[Group] = &[
                     b.measuring.slip(|step| step.slip + step.crossing() * step.units());
                 };
             "position-before-parking-shown" "The first frame after parking shows the position from before parking."
-                => |b| b.encoder.image(position_before_parking_shown);
+                => |b| b.encoder.signals(position_before_parking_shown);
             "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
                 => |b| b.telegram.acts_on(only_xist1_scaled);
             "code-sequence-on-xist1-only" "The code sequence acts on G1_XIST1 and on no other position."
@@ -102,7 +103,7 @@ pub static GROUPS: &[Group] = &[
             "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
                 => |b| b.checks.check(|check, right| right || matches!(check, Check::PositionStands(_)));
             "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
-                => |b| b.encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
         },
     },
 ];
@@ -120,8 +121,8 @@ fn second_position_runs_below_0(sum: &OffsetSum, right: u64) -> u64 {
     }
 }
 
-fn first_position_limited(_: &Before, now: Image) -> Image {
-    Image { g1_xist1: u64::from(now.g1_xist1).min(now.positions - 1) as u32, ..now }
+fn first_position_limited(view: &View<'_>, _: &Before, now: Image) -> Image {
+    Image { g1_xist1: u64::from(now.g1_xist1).min(view.positions - 1) as u32, ..now }
 }
 
 fn unit_of_whole_steps(scaling: &Scaling, hardware: &Hardware, place: u64) -> u64 {

@@ -69,9 +69,9 @@ static BY_REQUEST: &[Deviation] = bugs! {
             _ => right,
         });
     "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
-        => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
+        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
-        => |b| b.encoder.image(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
+        => |b| b.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
         => |b| b.encoder.image(preset_acknowledge_stays);
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
@@ -84,7 +84,7 @@ static BY_REQUEST: &[Deviation] = bugs! {
             _ => right,
         });
     "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
-        => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
+        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
         => |b| {
             let raised = RaisedByPresets::default();
@@ -92,9 +92,9 @@ static BY_REQUEST: &[Deviation] = bugs! {
             b.encoder.add(raised);
         };
     "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
-        => |b| b.encoder.image(preset_flashes_error);
+        => |b| b.encoder.signals(preset_flashes_error);
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
-        => |b| b.encoder.image(preset_interrupts_transfer);
+        => |b| b.encoder.signals(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
         => |b| b.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
@@ -362,20 +362,20 @@ fn trigger_works_once() -> impl FnMut(Check, bool) -> bool {
 fn trigger_obeys_mode(view: &View<'_>, _: &Telegram, arrived: Outputs) -> Outputs {
     let before = &view.before.truth;
     let is_relative = before.outputs[1] & 0x0800 != 0;
-    let shifted = |word: u32| (before.position + u64::from(word & VALUE)) % before.positions.max(1);
+    let shifted = |word: u32| (before.position + u64::from(word & VALUE)) % view.positions.max(1);
     let preset = arrived.preset.map(|word| if is_relative { word & !VALUE | shifted(word) as u32 } else { word });
     Outputs { preset, ..arrived }
 }
 
-fn preset_acknowledged_too_early(before: &Before, now: Image) -> Image {
-    match now.next_offset.is_some() && (now.request.home || is_executed(&before.sent)) {
+fn preset_acknowledged_too_early(view: &View<'_>, before: &Before, now: Image) -> Image {
+    match view.next_offset.is_some() && (now.request.home || is_executed(&before.sent)) {
         true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
         false => now,
     }
 }
 
-fn preset_acknowledge_stays(before: &Before, now: Image) -> Image {
-    match is_executed(&before.sent) && now.next_offset.is_none() && !is_parked(&now) {
+fn preset_acknowledge_stays(view: &View<'_>, before: &Before, now: Image) -> Image {
+    match is_executed(&before.sent) && view.next_offset.is_none() && !is_parked(&now) {
         true => Image { g1_zsw: now.g1_zsw | EXECUTED, ..now },
         false => now,
     }

@@ -19,29 +19,29 @@ pub struct SignOfLife {
     right: u8,
     sent: u8,
     next: fn(u8) -> u8,
-    counts: fn(&Image) -> bool,
+    counts: fn(&View<'_>, &Image) -> bool,
 }
 
 impl SignOfLife {
     /// One that goes on by `next`.
     pub fn by(next: fn(u8) -> u8) -> SignOfLife {
-        SignOfLife { right: 0, sent: 0, next, counts: |_| true }
+        SignOfLife { right: 0, sent: 0, next, counts: |_, _| true }
     }
 
     /// One that goes on in such frames only.
-    pub fn while_so(counts: fn(&Image) -> bool) -> SignOfLife {
+    pub fn while_so(counts: fn(&View<'_>, &Image) -> bool) -> SignOfLife {
         SignOfLife { counts, ..SignOfLife::by(encoder_profile::profidrive::life_sign::next) }
     }
 }
 
 impl EncoderHooks for SignOfLife {
-    fn image(&mut self, _: &Before, now: Image) -> Image {
+    fn image(&mut self, view: &View<'_>, _: &Before, now: Image) -> Image {
         let right = (now.zsw2_enc >> 12) as u8;
         let steps = (15 + right - self.right) % 15;
         self.right = right;
         if right == 0 {
             self.sent = 0;
-        } else if (self.counts)(&now) {
+        } else if (self.counts)(view, &now) {
             (0..steps).for_each(|_| self.sent = (self.next)(self.sent));
         }
         Image { zsw2_enc: now.zsw2_enc & 0x0FFF | u16::from(self.sent) << 12, ..now }
@@ -166,7 +166,7 @@ impl EncoderHooks for HeldRequests {
         Outputs { words, preset, ..arrived }
     }
 
-    fn image(&mut self, _: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &View<'_>, _: &Before, now: Image) -> Image {
         let request = now.request;
         let bit = |n: u32, set: bool| u16::from(set) << n;
         self.last.0 = self.held.0 | bit(12, request.home) | bit(15, request.acknowledge);
@@ -197,7 +197,7 @@ impl EncoderHooks for KeptAnswer {
         self.0 |= is_executed(&view.before.truth);
     }
 
-    fn image(&mut self, before: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &View<'_>, before: &Before, now: Image) -> Image {
         self.0 &= !is_executed(&before.truth) || is_executed(&now);
         Image { g1_zsw: now.g1_zsw | if self.0 { EXECUTED } else { 0 }, ..now }
     }
@@ -318,7 +318,7 @@ impl EncoderHooks for CombinedCodes {
         right
     }
 
-    fn image(&mut self, _: &Before, now: Image) -> Image {
+    fn image(&mut self, _: &View<'_>, _: &Before, now: Image) -> Image {
         match has_error(&now) {
             true => Image { g1_xist2: self.0.into(), ..now },
             false => now,

@@ -26,27 +26,27 @@ pub static GROUPS: &[Group] = &[
             "inputs-padded-to-four" "The inputs are filled up to a multiple of four octets."
                 => |b| b.encoder.input_octets(|_, right| right.next_multiple_of(4));
             "gray-code" "Positions are sent in Gray code."
-                => |b| b.encoder.image(|_, now| each_position(now, |position| position ^ position >> 1));
+                => |b| b.encoder.signals(|_, now| each_position(now, |position| position ^ position >> 1));
             "position-left-aligned" "Positions are shifted to the left, as if their highest bit were the highest of the signal."
-                => |b| b.encoder.image(|_, now| each_position(now, |position| position << 2));
+                => |b| b.encoder.signals(|_, now| each_position(now, |position| position << 2));
             "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
                 => |b| b.encoder.control_words(|_, [a, b]| [a & 0x00FF, b]);
             "control-word-octets-swapped" "The octets of G1_STW are exchanged."
                 => |b| b.encoder.control_words(|_, [a, b]| [a, b.swap_bytes()]);
             "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
-                => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
             "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
-                => |b| b.encoder.image(|_, now| Image { good: !has_error(&now), ..now });
+                => |b| b.encoder.signals(|_, now| Image { good: !has_error(&now), ..now });
             "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
                 => |b| b.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0400) << 4]);
             "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
                 => |b| b.encoder.control_words(|_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }]);
             "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
-                => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
             "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
-                => |b| b.encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
             "status-bit-3-shows-error" "The unused bit 3 of ZSW2_ENC shows that there is an error."
-                => |b| b.encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
             "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
                 => |b| b.checks.check(|check, right| match check {
                     Check::ControlByPlc { .. } => true,
@@ -73,7 +73,7 @@ pub static GROUPS: &[Group] = &[
                     _ => right,
                 });
             "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
-                => |b| b.encoder.image(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
+                => |b| b.encoder.signals(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
             "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
                 => |b| b.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, set } => compatible || !set,
@@ -87,21 +87,21 @@ pub static GROUPS: &[Group] = &[
                     b.checks.check(|check, right| right || matches!(check, Check::ControlByPlc { .. }));
                 };
             "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
-                => |b| b.encoder.image(inputs_freeze_without_control);
+                => |b| b.encoder.signals(inputs_freeze_without_control);
             "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
-                => |b| b.encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
+                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
             "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
-                => |b| b.encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
+                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
             "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
                 => |b| b.encoder.add(SignOfLife::by(|_| 3));
             "sign-of-life-through-zero" "The sign of life counts 0 to 15."
                 => |b| b.encoder.add(SignOfLife::by(|sign| (sign + 1) % 16));
             "sign-of-life-stops-in-park" "The sign of life of the encoder stands still while it is parked."
-                => |b| b.encoder.add(SignOfLife::while_so(|now| !is_parked(now)));
+                => |b| b.encoder.add(SignOfLife::while_so(|_, now| !is_parked(now)));
             "sign-of-life-stops-on-error" "The sign of life of the encoder stands still while it shows an error."
-                => |b| b.encoder.add(SignOfLife::while_so(|now| !has_error(now)));
+                => |b| b.encoder.add(SignOfLife::while_so(|_, now| !has_error(now)));
             "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
-                => |b| b.encoder.add(SignOfLife::while_so(|now| now.next_offset.is_none()));
+                => |b| b.encoder.add(SignOfLife::while_so(|view, _| view.next_offset.is_none()));
         },
     },
     // Where the manual of the Sendix says otherwise than the profile
@@ -113,14 +113,14 @@ pub static GROUPS: &[Group] = &[
             "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
                 => |b| b.life_sign.count(|_, frames, _| frames);
             "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
-                => |b| b.encoder.image(|_, now| if now.request.absolute { now } else { without_transfer(now) });
+                => |b| b.encoder.signals(|_, now| if now.request.absolute { now } else { without_transfer(now) });
             "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
                 => |b| b.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, set } => compatible || set,
                     _ => right,
                 });
             "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
-                => |b| b.encoder.image(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
+                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
         },
     },
     // The same, of which the manual of the A3M60 has bugs of its own
@@ -130,7 +130,7 @@ pub static GROUPS: &[Group] = &[
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
                 => |b| b.encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
-                => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
         },
     },
     // The sign of life of the controller, where it is watched
@@ -199,43 +199,43 @@ pub static GROUPS: &[Group] = &[
             "positions-swapped" "G1_XIST1 and G1_XIST2 change places in the telegrams 81 to 83."
                 => |b| b.encoder.order(positions_swapped);
             "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
-                => |b| b.encoder.image(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
             "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
                 => |b| (b.encoder.input_octets(with_velocity_octets), b.encoder.order(with_velocity));
             "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
-                => |b| b.encoder.image(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
             "position-of-24-bits" "G1_XIST1 has 24 bits only."
-                => |b| b.encoder.image(|_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
             "xist2-of-16-bits" "G1_XIST2 has 16 bits only, so that it carries no revolutions."
-                => |b| b.encoder.image(|_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
             "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
-                => |b| b.encoder.image(|_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
             "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
-                => |b| b.encoder.image(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
             "xist1-shows-error" "The error code stands in G1_XIST1 as well."
-                => |b| b.encoder.image(|_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
             "xist2-always-shows-position" "G1_XIST2 shows the position although it is not requested."
-                => |b| b.encoder.image(xist2_always_shows_position);
+                => |b| b.encoder.signals(xist2_always_shows_position);
             "xist2-keeps-last-value" "G1_XIST2 keeps its last value when neither position nor error is shown."
-                => |b| b.encoder.image(xist2_keeps_last_value);
+                => |b| b.encoder.signals(xist2_keeps_last_value);
             "xist2-only-at-the-edge" "G1_XIST2 takes the position once, when it is requested."
-                => |b| b.encoder.image(xist2_only_at_the_edge);
+                => |b| b.encoder.signals(xist2_only_at_the_edge);
             "position-bit-before-position" "Bit 13 of G1_ZSW is set one frame before the position stands in G1_XIST2."
-                => |b| b.encoder.image(position_bit_before_position);
+                => |b| b.encoder.signals(position_bit_before_position);
             "transfer-needs-preset" "The position is transferred in G1_XIST2 while a preset is requested too."
                 => |b| b.encoder.control_words(|_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }]);
             "xist2-one-frame-late" "G1_XIST2 shows the position of the frame before."
-                => |b| b.encoder.image(xist2_one_frame_late);
+                => |b| b.encoder.signals(xist2_one_frame_late);
             "absolute-value-not-served" "The request for the position in G1_XIST2 has no effect."
-                => |b| b.encoder.image(|_, now| without_transfer(now));
+                => |b| b.encoder.signals(|_, now| without_transfer(now));
             "absolute-value-never-ends" "The transfer of the position goes on when the request is taken back."
-                => |b| b.encoder.image(absolute_value_never_ends);
+                => |b| b.encoder.signals(absolute_value_never_ends);
             "position-bit-stays-with-error" "Bit 13 of G1_ZSW stays set when an error displaces the position."
-                => |b| b.encoder.image(position_bit_stays_with_error);
+                => |b| b.encoder.signals(position_bit_stays_with_error);
             "position-bit-lost-after-error" "After an error the position has to be requested anew."
-                => |b| b.encoder.image(position_bit_lost_after_error);
+                => |b| b.encoder.signals(position_bit_lost_after_error);
             "position-unrequested-after-error" "After an error the position is shown although it is not requested."
-                => |b| b.encoder.image(position_unrequested_after_error);
+                => |b| b.encoder.signals(position_unrequested_after_error);
         },
     },
     // G1_XIST3
@@ -250,7 +250,7 @@ pub static GROUPS: &[Group] = &[
                     b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.drain(..4); });
                 };
             "xist3-upper-half-ones" "The upper half of G1_XIST3 is filled with ones."
-                => |b| b.encoder.image(|_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
         },
     },
     // Velocities
@@ -298,7 +298,7 @@ pub static GROUPS: &[Group] = &[
             "velocity-before-position" "The velocity stands before the position in telegram 860."
                 => |b| b.encoder.order(velocity_before_position);
             "mantel-position-in-front" "A position of 16 bits stands in the first two of the four octets of telegram 860."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::Position && of.image.positions <= 1 << 16 { octets.rotate_left(2) });
+                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::Position && of.view.positions <= 1 << 16 { octets.rotate_left(2) });
             "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
                 => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
                     Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
@@ -318,7 +318,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::Position)],
         deviations: bugs! {
             "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
-                => |b| b.encoder.image(|before, now| Image {
+                => |b| b.encoder.signals(|before, now| Image {
                     plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
                     ..now
                 });
@@ -331,9 +331,9 @@ pub static GROUPS: &[Group] = &[
             "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
                 => |b| b.encoder.signal(|of, octets| if of.signal == Signal::NistA { octets.reverse() });
             "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
-                => |b| b.encoder.image(|_, now| Image { single_turn: now.single_turn << 16, ..now });
+                => |b| b.encoder.signals(|_, now| Image { single_turn: now.single_turn << 16, ..now });
             "st-pos-one-frame-late" "The position within the revolution is that of the frame before."
-                => |b| b.encoder.image(|before, now| Image {
+                => |b| b.encoder.signals(|before, now| Image {
                     single_turn: if before.truth.good { before.truth.single_turn } else { now.single_turn },
                     ..now
                 });
@@ -352,7 +352,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::MultiTurn)],
         deviations: bugs! {
             "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
-                => |b| b.encoder.image(|_, now| Image { multi_turn: now.multi_turn << 16, ..now });
+                => |b| b.encoder.signals(|_, now| Image { multi_turn: now.multi_turn << 16, ..now });
             "mt-pos-rounded-up" "The revolutions are rounded up."
                 => |b| b.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });
             "mt-pos-of-the-hardware" "The revolutions are those of the hardware."

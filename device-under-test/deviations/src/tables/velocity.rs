@@ -1,7 +1,7 @@
 //! Bugs of the velocity.
 
 use super::Group;
-use super::image::has_position;
+use super::image::{has_position, velocity_before};
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::encoder::SentSignal;
@@ -12,6 +12,7 @@ use core::time::Duration;
 use encoder_profile::encoder::measuring::Sampled;
 use encoder_profile::encoder::velocity::MeasuredWay;
 use encoder_profile::encoder::{Direction, Sampling, Scaling, Settings, Unit};
+use encoder_profile::hooks::View;
 use encoder_profile::profidrive::telegram::{Before, Image, Signal};
 use reference_devices::manuals;
 
@@ -45,13 +46,13 @@ pub static GROUPS: &[Group] = &[
             "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
                 => |b| b.velocity.velocity(speed_modulo_a_revolution);
             "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
-                => |b| b.encoder.image(preset_shows_as_speed);
+                => |b| b.encoder.signals(preset_shows_as_speed);
             "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
-                => |b| b.encoder.image(wrap_shows_as_speed);
+                => |b| b.encoder.signals(wrap_shows_as_speed);
             "speed-without-sign" "The velocity is a magnitude."
-                => |b| b.encoder.image(|_, now| Image { velocity: now.velocity.abs(), ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: now.velocity.abs(), ..now });
             "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
-                => |b| b.encoder.image(|_, now| Image { velocity: -now.velocity, ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: -now.velocity, ..now });
             "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
                 => |b| b.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
         },
@@ -73,17 +74,17 @@ pub static GROUPS: &[Group] = &[
             "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
                 => |b| b.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
             "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
-                => |b| b.encoder.image(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
             "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
-                => |b| b.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + of.image.velocity_before) / 2)));
+                => |b| b.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + velocity_before(of.view)) / 2)));
             "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
                 => |b| unused_scaling_in_velocity(b);
         },
     },
 ];
 
-fn speed_unit_scales_position(_: &Before, now: Image) -> Image {
-    let by = match now.speed_unit {
+fn speed_unit_scales_position(view: &View<'_>, _: &Before, now: Image) -> Image {
+    let by = match view.user.speed_unit {
         1 => 10,
         2 => 100,
         _ => 1,

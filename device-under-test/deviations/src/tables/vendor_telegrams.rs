@@ -74,9 +74,9 @@ pub static GROUPS: &[Group] = &[
             "telegram-83-not-shifted" "In telegram 83 G1_XIST1 is not shifted."
                 => |b| b.encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == Signal::G1Xist1 { put(octets, of.image.g1_xist1) });
             "position-of-26-bits" "The position has 26 bits."
-                => |b| b.encoder.image(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
             "trigger-bit-echoed" "While bit 31 of the outputs is set, it is set in the inputs too."
-                => |b| b.encoder.image(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
+                => |b| b.encoder.signals(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
             "half-steps-in-xist1" "The lowest bit of G1_XIST1 is 1."
                 => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 { octets[3] |= 1 });
             "park-and-position-bits-exchanged" "Bits 13 and 14 of G1_STW are exchanged."
@@ -84,17 +84,17 @@ pub static GROUPS: &[Group] = &[
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, in compatibility mode too."
                 => |b| b.encoder.control_words(|_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] });
             "parking-makes-a-speed" "Begin and end of parking show as motion."
-                => |b| b.encoder.image(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
+                => |b| b.encoder.signals(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
-                => |b| b.encoder.image(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
             "error-after-start" "Each connection begins with an error of the position."
                 => |d| d.a3m60.add(ErrorAfterStart::default());
             "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
                 => |b| b.checks.add(ForgottenInPark::default());
             "io-code-of-16-bits" "A code has zeros in its upper 16 bits."
-                => |d| d.encoder.image(|_, now| code_as(now, |code| code & 0xFFFF));
+                => |d| d.encoder.signals(|_, now| code_as(now, |code| code & 0xFFFF));
             "io-code-without-bit-31" "A code has no bit 31."
-                => |d| d.encoder.image(|_, now| code_as(now, |code| code & !TRIGGER));
+                => |d| d.encoder.signals(|_, now| code_as(now, |code| code & !TRIGGER));
             "synchronization-not-checked" "Neither deviation of the counters is noticed."
                 => |d| codes(d, |fault| (!is_synchronization(fault.name)).then_some(fault.code));
             "io-code-in-decimal-digits" "The code -10 is sent as FFFFFFF0h and -8 as FFFFFFF2h."
@@ -106,9 +106,9 @@ pub static GROUPS: &[Group] = &[
             "code-of-several-stays" "The code -16 stays until power-off."
                 => |d| d.a3m60.add(SeveralStays::default());
             "io-code-and-position-alternate" "In each second cycle the position stands in place of the code."
-                => |b| b.encoder.image(io_code_and_position_alternate);
+                => |b| b.encoder.signals(io_code_and_position_alternate);
             "io-code-in-the-speed" "The speed is -3 while there is a code."
-                => |b| b.encoder.image(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
             "show-fault-code-ignored" "The code is shown whether it should be or not."
                 => |d| d.a3m60.fault_code(|encoder, _| status::code(&noticed(encoder).map(|fault| fault.code).collect::<Vec<_>>()));
             "warning-blocks-the-position" "A speed that is too high has the code -16."
@@ -122,19 +122,19 @@ pub static GROUPS: &[Group] = &[
             "show-fault-code-hides-all-codes" "Where fault codes are not shown G1_XIST2 has none either."
                 => |d| d.a3m60.image(|encoder, now| if encoder.model.fields.shows_codes() { now } else { without_code(now) });
             "error-code-in-the-speed" "The code of an error stands in NIST_B too."
-                => |b| b.encoder.image(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
             "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
                 => |b| b.encoder.code(|error| if is_caused_at_start(error) { None } else { error.code });
             "speed-in-steps" "The speed is in steps per second."
                 => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, Unit::PerSecond));
             "unit-in-io-08" "The unit of the parameters counts here too."
-                => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(now.speed_unit.into()).unwrap_or(Unit::Rpm)));
+                => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(encoder.ram.user.speed_unit.into()).unwrap_or(Unit::Rpm)));
             "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
                 => |b| b.encoder.signal(speed_sign_and_magnitude);
             "velocity-limited-at-8191" "The speed stops at 8191."
-                => |b| b.encoder.image(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
             "speed-never-quite-0" "A shaft at rest has the speed 1."
-                => |b| b.encoder.image(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
+                => |b| b.encoder.signals(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
             "speed-by-blocks" "The speed is renewed when the time of its mean is over."
                 => |b| b.velocity.sampling(|_, right| Sampling { every: right.every * right.of, of: 1 });
             "velocity-every-cycle" "The speed is renewed each millisecond."
@@ -330,7 +330,7 @@ fn is_caused_at_start(error: &encoder_profile::facts::ErrorFact) -> bool {
 fn offset_in_io_04_only(of: &SentSignal<'_>, octets: &mut Vec<u8>) {
     let image = of.image;
     if of.signal == Signal::Position && of.telegram.input_octets == 8 && !has_code(image) {
-        let positions = image.positions.max(1);
+        let positions = of.view.positions.max(1);
         put(octets, ((u64::from(image.plain_position) + positions - image.offset % positions) % positions) as u32);
     }
 }

@@ -122,7 +122,7 @@ fn page_freezes_position(d: &mut Deviations) {
     let frames = Rc::new(Cell::new(0));
     let left = frames.clone();
     d.web.request(move |_| frames.set(FROZEN_FRAMES));
-    d.encoder.image(move |before, now| {
+    d.encoder.signals(move |before, now| {
         if left.get() == 0 {
             return now;
         }

@@ -275,11 +275,14 @@ impl Measuring {
 
     /// The position without offset, in units.
     pub fn position(&self) -> u64 {
+        self.steps.apply(self.reading().position(), |steps, position| steps.position(&self.reading(), position))
+    }
+
+    #[inline]
+    fn reading(&self) -> Reading {
         let Measuring { settings, hardware, offset, .. } = *self;
         let scaling = Scaling { range: self.range(), ..settings.scaling };
-        let (place, endless) = (self.counted(self.place), self.endless());
-        let reading = Reading { settings, scaling, hardware, place, endless, offset };
-        self.steps.apply(reading.position(), |steps, position| steps.position(&reading, position))
+        Reading { settings, scaling, hardware, place: self.counted(self.place), endless: self.endless(), offset }
     }
 
     /// The position with the offset as far as it acts, in units; at the last value of its range where it is to stand there.
@@ -289,10 +292,15 @@ impl Measuring {
 
     /// The [position](Measuring::position) without the offset, and the [shifted](Measuring::shifted) one with it.
     pub fn positions(&self) -> [u64; 2] {
+        let position = self.position();
+        let shifted = self.sum(position).position();
+        [position, self.steps.apply(shifted, |steps, shifted| steps.shifted(&self.sum(position), shifted))]
+    }
+
+    #[inline]
+    fn sum(&self, position: u64) -> OffsetSum {
         let Settings { offset_acts, saturates_at, .. } = self.settings;
-        let (position, range) = (self.position(), self.range());
-        let sum = OffsetSum { position, offset: self.offset, range, offset_acts, saturates_at };
-        [position, self.steps.apply(sum.position(), |steps, shifted| steps.shifted(&sum, shifted))]
+        OffsetSum { position, offset: self.offset, range: self.range(), offset_acts, saturates_at }
     }
 
     /// The offset that a preset now would give; nothing is changed.

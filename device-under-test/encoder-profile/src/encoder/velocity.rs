@@ -218,7 +218,7 @@ impl Velocity {
     }
 
     /// The ways of the last two means, the older one first.
-    fn ways(&self) -> (i64, i64) {
+    pub fn ways(&self) -> (i64, i64) {
         let middle = self.places.get(self.places.len() / 2);
         match (self.places.front(), middle, self.places.back()) {
             (Some(first), Some(middle), Some(last)) => (middle.saturating_sub(*first), last.saturating_sub(*middle)),
@@ -245,12 +245,8 @@ impl Velocity {
         self.velocity(&self.way(self.steps, self.unit, *scaling, direction))
     }
 
-    /// The velocity of the measurements before, which are not the same ones.
-    pub fn value_before(&self, scaling: &Scaling, direction: Direction) -> i64 {
-        self.way(self.ways().0, self.unit, *scaling, direction).velocity()
-    }
-
-    fn way(&self, steps: i64, unit: Unit, scaling: Scaling, direction: Direction) -> MeasuredWay {
+    /// What a velocity is computed from that has these hardware steps.
+    pub fn way(&self, steps: i64, unit: Unit, scaling: Scaling, direction: Direction) -> MeasuredWay {
         MeasuredWay { steps, nanos: self.measured_nanos(), unit, hardware: self.hardware, scaling, direction }
     }
 

@@ -3,7 +3,7 @@
 //! The encoder itself is plain. Without the feature `deviations` no hook is ever called. Its decisions are in
 //! [`checks`](crate::profidrive::checks); steps of arithmetic and handshakes that no seam reaches have traits beside the part that takes them.
 
-use crate::encoder::{Hardware, Measuring, PresetMode};
+use crate::encoder::{Hardware, Measuring, PresetMode, Velocity};
 use crate::encoder_object::Store;
 use crate::facts::{Facts, Reset, Submodule};
 use crate::profidrive::parameters::{Exchange, Parameter};
@@ -36,7 +36,7 @@ pub trait EncoderHooks {
     }
 
     /// The signals of a frame, from those that are right now and the cycle before.
-    fn image(&mut self, before: &Before, now: Image) -> Image {
+    fn image(&mut self, view: &View<'_>, before: &Before, now: Image) -> Image {
         now
     }
 
@@ -205,6 +205,10 @@ pub struct View<'a> {
     pub warnings: u32,
     /// How many positions there are, in units.
     pub positions: u64,
+    /// The offset of a preset that is being stored.
+    pub next_offset: Option<u64>,
+    /// The velocity.
+    pub velocity: &'a Velocity,
     /// The measuring task.
     pub measuring: &'a Measuring,
     /// The preset value.

@@ -117,6 +117,8 @@ impl<M: Model> Live<'_, M> {
             faults: self.fault_bits(),
             warnings: self.ram.warnings,
             positions: self.positions(),
+            next_offset: self.ram.next_preset.map(|next| next.offset),
+            velocity: &self.ram.velocity,
             measuring: &self.ram.measuring,
             preset_value: self.ram.preset_value,
             station: &self.ram.station,

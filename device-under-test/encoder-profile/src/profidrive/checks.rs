@@ -234,7 +234,7 @@ pub struct Checks(pub Attached<dyn EncoderChecks>);
 
 impl Checks {
     /// The decision that counts: `verdict`, unless a deviation flips it.
-    #[inline]
+    #[inline(always)]
     pub fn check(&self, check: Check, verdict: bool) -> bool {
         self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }

@@ -154,20 +154,12 @@ pub struct Image {
     pub g1_xist3: u64,
     /// The velocity in the unit in force.
     pub velocity: i64,
-    /// The velocity of the window before, in the same unit.
-    pub velocity_before: i64,
-    /// The unit of the velocity, as the user parameters number it.
-    pub speed_unit: u8,
-    /// How many positions there are.
-    pub positions: u64,
     /// Whether the inputs are good.
     pub good: bool,
     /// The position with offset, whether or not it is shown anywhere.
     pub position: u64,
     /// The offset of all presets, in units.
     pub offset: u64,
-    /// The offset that takes effect when the preset is carried out that is running.
-    pub next_offset: Option<u64>,
     /// The position alone.
     pub plain_position: u32,
     /// The position within a revolution.

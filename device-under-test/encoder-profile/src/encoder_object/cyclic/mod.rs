@@ -34,7 +34,7 @@ impl<M: Model> Live<'_, M> {
         let signals = self.image();
         let image = M::shown(self, Image { zsw2_enc, outputs, trigger, ..signals });
         let before = &self.ram.before;
-        let sent = self.deviations.hooks.apply(image, |hooks, image| hooks.image(before, image));
+        let sent = self.deviations.hooks.apply(image, |hooks, image| hooks.image(&self.view(), before, image));
         self.ram.before = Before { truth: image, sent };
     }
 

@@ -29,9 +29,10 @@ impl<M: Model> Live<'_, M> {
         let shown = |signal| {
             let acts = signal != Signal::G1Xist1 || ram.user.preset_acts_on_xist1;
             let with_offset = deviations.checks.check(Check::PresetActsOn(signal, ram.user), acts);
-            let settings = acting(signal);
-            let is_usual = settings == ram.measuring.settings;
-            let [plain, limited] = if is_usual { usual } else { ram.measuring.under(settings).positions() };
+            let [plain, limited] = match deviations.telegram.is_any() {
+                true => ram.measuring.under(acting(signal)).positions(),
+                false => usual,
+            };
             if with_offset { limited } else { plain }
         };
         let position = shown(Signal::G1Xist2);
@@ -43,9 +44,6 @@ impl<M: Model> Live<'_, M> {
         let status = Image {
             g1_zsw: ram.sensor.g1_zsw(),
             velocity: if is_measured { ram.velocity.value(&of_velocity.scaling, of_velocity.direction) } else { 0 },
-            velocity_before: ram.velocity.value_before(&of_velocity.scaling, of_velocity.direction),
-            speed_unit: ram.user.speed_unit,
-            positions: self.positions(),
             good: true,
             g1_xist2: match ram.sensor.xist2() {
                 Xist2::Nothing => 0,
@@ -54,7 +52,6 @@ impl<M: Model> Live<'_, M> {
             },
             position,
             offset: ram.measuring.offset,
-            next_offset: ram.next_preset.map(|next| next.offset),
             plain_position: plain_position as u32,
             single_turn,
             multi_turn,
