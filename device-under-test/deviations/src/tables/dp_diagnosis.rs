@@ -50,15 +50,15 @@ pub static GROUPS: &[Group] = &[Group {
                 numbers
             });
         "position-error-as-memory-error" "An error of the position has the number of one of the memory."
-            => |b| b.encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
+            => |d| d.encoder.error_type(|right| Some(if right == 0x36 { 0x38 } else { right }));
         "life-sign-fault-as-missing-clock" "A lost sign of life has the number of a missing clock."
-            => |b| b.encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
+            => |d| d.encoder.error_type(|right| Some(if right == 0x3B { 0x3C } else { right }));
         "eeprom-error-not-in-38" "An EEPROM that does not answer is told as an error of the position alone."
             => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::MEMORY_ERROR, status::words(encoder).a & 0x8080 == EEPROM));
         "eeprom-error-not-in-36" "An EEPROM that does not answer is told as an error of the memory alone."
             => |d| d.a3m60.diagnosis(|encoder, numbers| without(numbers, status::POSITION_ERROR, status::words(encoder).a & status::POSITION == EEPROM));
         "overspeed-forward-only" "Only forward a speed is too high."
-            => |b| b.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
+            => |d| d.checks.check(|check, right| match check { Check::TooFast(rpm) => right && rpm > 0, _ => right });
         "diagnosis-frozen-at-start" "The blocks are those of the moment in which the exchange began."
             => |d| d.a3m60.add(FrozenAtStart(Some(Vec::new())));
         "diagnosis-stays" "A block stays when its error has gone."
@@ -68,7 +68,7 @@ pub static GROUPS: &[Group] = &[Group {
         "show-fault-code-hides-the-diagnosis" "Where fault codes are not shown there are no blocks either."
             => |d| d.a3m60.diagnosis(|encoder, numbers| if encoder.model.fields.shows_codes() { numbers } else { Vec::new() });
         "alarm-channel-ignored" "Blocks are sent whatever the alarm channel is."
-            => |b| b.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
+            => |d| d.checks.check(|check, right| right || matches!(check, Check::AlarmChannel { .. }));
         "alarm-channel-silences-codes" "Where blocks are not sent the status is 0, and there is no code either."
             => |d| {
                 d.encoder.element(|view, at, right| match at {
@@ -78,7 +78,7 @@ pub static GROUPS: &[Group] = &[Group {
                 d.a3m60.image(|encoder, now| if is_silent(&encoder.model.fields) { without_code(now) } else { now });
             };
         "alarm-channel-off-in-v41-mode" "Without compatibility mode the alarm channel can be switched off."
-            => |b| b.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
+            => |d| d.checks.check(|check, right| match check { Check::AlarmChannel { is_on, .. } => is_on, _ => right });
         "warning-blocks-the-data" "With a speed that is too high the outputs are refused."
             => |d| {
                 let words = d.noted_words();

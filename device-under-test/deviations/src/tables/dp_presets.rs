@@ -29,34 +29,34 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // By bit 31
         "preset-with-bit-31" "Bit 31 counts as part of the preset value."
-            => |b| {
-                b.trigger.value(|word, _, _| word.into());
-                b.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
-                b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
+            => |d| {
+                d.trigger.value(|word, _, _| word.into());
+                d.measuring.absolute(|preset| preset.value.wrapping_sub(preset.position));
+                d.measuring.shift(|position, offset, _| position.wrapping_add(offset));
             };
         "preset-in-io-04-only" "The trigger works in the telegram of four octets only."
-            => |b| b.encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
+            => |d| d.encoder.preset_word(|word, unused| if unused.is_some() { word & !TRIGGER } else { word });
         "preset-resets-the-time-stamp" "A preset sets the time stamp to 0."
             => |d| d.a3m60.add(StampOfPreset::default());
         "edge-needs-several-cycles" "The trigger has to be 0 for three cycles before it counts again."
-            => |b| b.checks.add(RestedTrigger::default());
+            => |d| d.checks.add(RestedTrigger::default());
         "first-outputs-are-an-edge" "A trigger in the first outputs makes a preset."
-            => |b| b.checks.check(|check, right| match check {
+            => |d| d.checks.check(|check, right| match check {
                 Check::TriggersPreset { before: None, now } => now & TRIGGER != 0,
                 _ => right,
             });
         "preset-of-26-bits" "The value of a preset has 26 bits."
-            => |b| b.encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
+            => |d| d.encoder.preset_word(|word, _| word & (TRIGGER | 0x03FF_FFFF));
         "highest-preset-is-an-error" "A preset to 7FFFFFFFh is not carried out."
-            => |b| b.checks.check(|check, right| match check {
+            => |d| d.checks.check(|check, right| match check {
                 Check::TriggersPreset { now: u32::MAX, .. } => false,
                 _ => right,
             });
         "preset-beyond-the-range-taken" "A preset beyond the range is carried out, and the position shows it."
-            => |b| {
-                b.trigger.value(|word, _, _| (word & !TRIGGER).into());
-                b.measuring.absolute(absolute_beyond_the_range);
-                b.measuring.shift(|position, offset, range| match offset < range {
+            => |d| {
+                d.trigger.value(|word, _, _| (word & !TRIGGER).into());
+                d.measuring.absolute(absolute_beyond_the_range);
+                d.measuring.shift(|position, offset, range| match offset < range {
                     true => measuring::shift(position, offset, range),
                     false => position.wrapping_add(offset),
                 });
@@ -64,9 +64,9 @@ pub static GROUPS: &[Group] = &[Group {
         "preset-undone-by-the-falling-edge" "When the trigger falls the position is the one before the preset again."
             => |d| undone_by_the_falling_edge(d);
         "clear-keeps-the-edge-memory" "Outputs that are cleared leave the trigger what it was."
-            => |b| b.encoder.add(KeptTrigger::default());
+            => |d| d.encoder.add(KeptTrigger::default());
         "inputs-0-in-clear" "During Clear the inputs are 0."
-            => |b| b.slave.add(Zeroes::default());
+            => |d| d.slave.add(Zeroes::default());
 
         // By either
         "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before."
@@ -78,23 +78,23 @@ pub static GROUPS: &[Group] = &[Group {
 
         // By G1_STW
         "absolute-preset-is-relative" "Each preset is relative."
-            => |b| b.encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
+            => |d| d.encoder.control_words(|_, [a, b]| [a, b | 0x0800]);
         "preset-of-xist1-not-shifted" "A preset sets G1_XIST1 to its value without the shift."
             => |d| d.a3m60.add(NotShifted::default());
         "preset-value-of-erased-memory" "A preset value of 0 is taken for that of an erased memory."
-            => |b| b.encoder.preset_units(|view, mode, right| match view.preset_value {
+            => |d| d.encoder.preset_units(|view, mode, right| match view.preset_value {
                 0 => view.facts.preset_values.units(mode, 0x7FFF_FFFF, view.positions),
                 _ => right,
             });
         "relative-preset-unsigned" "The value of a relative preset has no sign, and goes to the end of the range at most."
-            => |b| b.encoder.preset_units(|view, mode, right| match mode {
+            => |d| d.encoder.preset_units(|view, mode, right| match mode {
                 PresetMode::Absolute => right,
                 PresetMode::Relative => u64::from(view.preset_value).min(view.positions / 2),
             });
         "only-first-preset" "After power-up two presets by G1_STW are carried out."
             => |d| d.encoder.add(FirstTwo::default());
         "preset-control-enables-presets" "With class 4 off presets are made if the preset control is active."
-            => |b| b.checks.check(|check, right| match check {
+            => |d| d.checks.check(|check, right| match check {
                 Check::PresetsAct(user) => right || user.preset_acts_on_xist1,
                 _ => right,
             });

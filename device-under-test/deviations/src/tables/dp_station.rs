@@ -21,7 +21,7 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // LEDs
         "bus-led-green-without-exchange" "The LED of the bus is green whenever there is power."
-            => |b| b.encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "bus" && matches!(right, "red" | "orange") { "green" } else { right });
         "leds-dark-after-wrong-initialization" "When the initialization fails the LEDs stay dark."
             => |d| {
                 let fails = d.noted_fault("initialization");
@@ -30,11 +30,11 @@ pub static GROUPS: &[Group] = &[Group {
         "undervoltage-not-on-leds" "A supply that is too low is not shown."
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::Supply(_)));
         "bus-led-red-with-wrong-parameters" "With wrong parameters the LED of the bus is red."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bus", "orange") { "red" } else { right });
         "bus-led-stays-green" "The LED of the bus stays green when the master has gone."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bus", "red") && lit.has_record { "green" } else { right });
         "encoder-led-follows-the-bus" "The LED of the encoder is orange without an exchange of data."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") && !lit.seen.exchanges_data { "orange" } else { right });
         "sensor-error-not-on-led" "Errors of the sensor are not shown."
             => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "orange") { "green" } else { right });
         "warning-on-the-encoder-led" "A speed that is too high makes the LED of the encoder orange."

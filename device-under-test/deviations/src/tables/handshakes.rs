@@ -23,135 +23,135 @@ pub static GROUPS: &[Group] = &[
 static HANDSHAKES: &[Deviation] = bugs! {
     // Parking
     "park-clears-position-first" "Positions are 0 one frame before the status bits follow."
-        => |b| b.encoder.signals(park_clears_position_first);
+        => |d| d.encoder.signals(park_clears_position_first);
     "parking-ignored" "A request to park has no effect."
-        => |b| b.encoder.control_words(|_, [a, b]| [a, b & !PARKED]);
+        => |d| d.encoder.control_words(|_, [a, b]| [a, b & !PARKED]);
     "park-never-ends" "The encoder stays parked when the request is taken back."
-        => |b| b.encoder.signals(park_never_ends);
+        => |d| d.encoder.signals(park_never_ends);
     "speed-while-parked" "The velocity is measured while parked."
-        => |b| b.encoder.image(|view, _, now| Image { velocity: if is_parked(&now) { velocity_before(view) } else { now.velocity }, ..now });
+        => |d| d.encoder.image(|view, _, now| Image { velocity: if is_parked(&now) { velocity_before(view) } else { now.velocity }, ..now });
     "absolute-value-lost-in-park" "After parking the position has to be requested anew."
-        => |b| b.encoder.signals(absolute_value_lost_in_park);
+        => |d| d.encoder.signals(absolute_value_lost_in_park);
     "unpark-status-first" "The park bit falls one frame before the position is refreshed."
-        => |b| b.encoder.signals(unpark_status_first);
+        => |d| d.encoder.signals(unpark_status_first);
     "park-keeps-preset-bit" "The acknowledgement of a preset stays set while parked."
-        => |b| b.encoder.image(park_keeps_preset_bit);
+        => |d| d.encoder.image(park_keeps_preset_bit);
     "park-freezes-position" "G1_XIST1 and G1_XIST3 keep their last value while parked."
-        => |b| b.encoder.signals(park_freezes_position);
+        => |d| d.encoder.signals(park_freezes_position);
     "errors-while-parked" "New errors are raised while parked."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::RaisesError { .. } => true,
             _ => right,
         });
     "error-survives-parking" "Parking does not clear an error."
-        => |b| b.checks.set(Check::ParkingClearsErrors, false);
+        => |d| d.checks.set(Check::ParkingClearsErrors, false);
     "parks-while-turning" "The encoder parks without an error while the shaft turns."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::Parks { .. } => true,
             _ => right,
         });
     "park-wipes-persistent-error" "An error whose cause is still there does not come back after parking."
-        => |b| b.checks.add(ForgottenInPark::default());
+        => |d| d.checks.add(ForgottenInPark::default());
     "preset-while-parked" "A preset is carried out while parked."
-        => |b| b.checks.check(presets_while_parked);
+        => |d| d.checks.check(presets_while_parked);
     "parked-bit-never-set" "Bit 14 of G1_ZSW is never set."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !PARKED, ..now });
     "parked-bit-is-a-pulse" "Bit 14 of G1_ZSW is set for one frame only."
-        => |b| b.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & PARKED), ..now });
+        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & PARKED), ..now });
     "transfer-goes-on-while-parked" "G1_XIST2 goes on with the position while parked."
-        => |b| b.encoder.signals(transfer_goes_on_while_parked);
+        => |d| d.encoder.signals(transfer_goes_on_while_parked);
     "xist3-moves-while-parked" "G1_XIST3 goes on with the position while parked."
-        => |b| b.encoder.signals(|_, now| Image { g1_xist3: now.position, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_xist3: now.position, ..now });
     "half-parked-without-control" "Without Control by PLC the park bit falls and the positions stay 0."
-        => |b| b.encoder.signals(half_parked_without_control);
+        => |d| d.encoder.signals(half_parked_without_control);
     "sensor-loss-latched-while-parked" "A scanning unit that is taken away while parked is an error."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::RaisesError { code: Some(0x0001), .. } => true,
             _ => right,
         });
     "no-presets-after-parking" "Presets are ignored once the encoder has been parked."
-        => |b| b.encoder.add(NoPresetsAfterParking::default());
+        => |d| d.encoder.add(NoPresetsAfterParking::default());
     "parking-code-wrong" "Parking that is refused is shown with the code 0001h."
-        => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0003 { 0x0001 } else { now.g1_xist2 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0003 { 0x0001 } else { now.g1_xist2 }, ..now });
     "parking-refused-with-error" "Parking is refused while there is an error."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::Parks { has_error: true, .. } => false,
             _ => right,
         });
 
     // Errors and their acknowledgement
     "error-without-code" "G1_XIST2 keeps the position while bit 15 shows an error."
-        => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.position as u32 } else { now.g1_xist2 }, ..now });
     "error-code-without-bit" "An error code stands in G1_XIST2 and bit 15 is 0."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !ERROR, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !ERROR, ..now });
     "error-code-one-frame-late" "The error code follows its bit one frame later."
-        => |b| b.encoder.signals(error_code_one_frame_late);
+        => |d| d.encoder.signals(error_code_one_frame_late);
     "code-mixed-with-position" "The error code and the position are put into G1_XIST2 together."
-        => |b| b.encoder.signals(code_mixed_with_position);
+        => |d| d.encoder.signals(code_mixed_with_position);
     "position-before-error" "A position that is requested goes before an error."
-        => |b| b.encoder.signals(position_before_error);
+        => |d| d.encoder.signals(position_before_error);
     "persistent-error-not-cyclic" "Faults of memory and parameters are shown in P65001 only."
-        => |b| b.encoder.signals(|_, now| if is_persistent(&now) { without_error(now) } else { now });
+        => |d| d.encoder.signals(|_, now| if is_persistent(&now) { without_error(now) } else { now });
     "acknowledgement-ignored" "A request to acknowledge has no effect."
-        => |b| b.encoder.control_words(|_, [a, b]| [a, b & !ERROR]);
+        => |d| d.encoder.control_words(|_, [a, b]| [a, b & !ERROR]);
     "acknowledge-answer-is-a-pulse" "Bit 11 of G1_ZSW is set for one frame only."
-        => |b| b.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now });
+        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & IN_PROCESS), ..now });
     "failed-acknowledgement-not-answered" "Bit 11 of G1_ZSW is not set where the error persists."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if is_persistent(&now) { !IN_PROCESS } else { !0 }, ..now });
     "code-stays-after-acknowledgement" "G1_XIST2 keeps the error code after the acknowledgement."
-        => |b| b.encoder.signals(code_stays_after_acknowledgement);
+        => |d| d.encoder.signals(code_stays_after_acknowledgement);
     "error-bit-stays" "Bit 15 of G1_ZSW stays when the code has gone."
-        => |b| b.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
+        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & ERROR, ..now });
     "error-anew-after-acknowledgement" "The end of an acknowledgement raises the error anew."
-        => |b| b.encoder.signals(error_anew_after_acknowledgement);
+        => |d| d.encoder.signals(error_anew_after_acknowledgement);
     "only-first-acknowledgement" "After an acknowledgement that failed no other is answered."
-        => |b| b.encoder.add(OneAcknowledgement::default());
+        => |d| d.encoder.add(OneAcknowledgement::default());
     "faults-survive-restart" "Errors survive a new connection and a loss of power."
-        => |b| b.encoder.add(KeptErrors::default());
+        => |d| d.encoder.add(KeptErrors::default());
     "acknowledge-clears-persistent" "Acknowledging hides an error whose cause is still there."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::ClearsError { .. } => true,
             _ => right,
         });
     "sensor-error-drops-for-a-frame" "The error bit is 0 for one frame while an acknowledgement is handled."
-        => |b| b.encoder.signals(sensor_error_drops_for_a_frame);
+        => |d| d.encoder.signals(sensor_error_drops_for_a_frame);
     "error-bit-one-frame-late" "The error bit follows its code one frame later."
-        => |b| b.encoder.signals(error_bit_one_frame_late);
+        => |d| d.encoder.signals(error_bit_one_frame_late);
     "acknowledge-without-answer" "Bit 11 of G1_ZSW is never set."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !IN_PROCESS, ..now });
     "acknowledge-answer-stays" "Bit 11 of G1_ZSW is never taken back."
-        => |b| b.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now });
+        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw | before.sent.g1_zsw & IN_PROCESS, ..now });
     "acknowledge-answer-ends-first" "Bit 11 of G1_ZSW falls one frame before the error does."
-        => |b| b.encoder.signals(acknowledge_answer_ends_first);
+        => |d| d.encoder.signals(acknowledge_answer_ends_first);
     "acknowledge-answer-without-request" "Bit 11 of G1_ZSW is set with each error."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if has_error(&now) { IN_PROCESS } else { 0 }, ..now });
     "acknowledge-stops-transfer" "An acknowledgement without an error ends the transfer of the position."
-        => |b| b.encoder.signals(|_, now| if now.request.acknowledge { without_transfer(now) } else { now });
+        => |d| d.encoder.signals(|_, now| if now.request.acknowledge { without_transfer(now) } else { now });
     "stw2-bit-7-acknowledges" "Bit 7 of STW2_ENC acknowledges errors."
-        => |b| b.encoder.control_words(|_, [a, b]| [a, b | (a & 0x0080) << 8]);
+        => |d| d.encoder.control_words(|_, [a, b]| [a, b | (a & 0x0080) << 8]);
     "error-clears-itself" "A latched error goes away with its cause."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::LatchesError { .. } => false,
             _ => right,
         });
     "error-needs-request" "The error code is shown only while the position is requested."
-        => |b| b.encoder.signals(error_needs_request);
+        => |d| d.encoder.signals(error_needs_request);
     "life-sign-shown-as-bus-cycle" "A lost sign of life is shown with the code of a missed bus cycle."
-        => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) && now.g1_xist2 == 0x0F02 { 0x0F04 } else { now.g1_xist2 }, ..now });
 };
 
 /// The deviations of one whose errors are a state and whose positions parking fixes.
 static OF_THE_SENDIX: &[Deviation] = bugs! {
     "parked-positions-disagree" "The position alone goes on while parked, its parts stand still."
-        => |b| b.encoder.signals(|_, now| if is_parked(&now) { Image { plain_position: now.position as u32, ..now } } else { now });
+        => |d| d.encoder.signals(|_, now| if is_parked(&now) { Image { plain_position: now.position as u32, ..now } } else { now });
     "acknowledge-answered-without-error" "Bit 11 of G1_ZSW follows bit 15 of G1_STW, error or not."
-        => |b| b.encoder.signals(acknowledge_answered);
+        => |d| d.encoder.signals(acknowledge_answered);
     "xist1-zero-with-error" "G1_XIST1 is 0 while there is an error."
-        => |b| b.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { 0 } else { now.g1_xist1 }, ..now });
     "control-remembered" "For a second after bad outputs Control by PLC counts as it was before them."
-        => |b| b.encoder.add(RememberedControl::default());
+        => |d| d.encoder.add(RememberedControl::default());
     "confirmation-kept-over-link-loss" "Bit 12 of G1_ZSW that was set when a connection ended stays set in the next one."
-        => |b| b.encoder.add(KeptAnswer::default());
+        => |d| d.encoder.add(KeptAnswer::default());
 };
 
 fn acknowledge_answered(_: &Before, now: Image) -> Image {

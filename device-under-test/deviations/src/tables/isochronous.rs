@@ -39,7 +39,7 @@ pub static GROUPS: &[Group] = &[Group {
         "deviating-clock-as-missing" "A deviating clock is told as a missing one."
             => |d| d.a3m60.status(|_, words| Words { b: words.b & !CLOCK_DEVIATING | (words.b & CLOCK_DEVIATING) >> 1, ..words });
         "synchronisation-codes-exchanged" "The codes of a missing and of a deviating clock are exchanged."
-            => |b| b.encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
+            => |d| d.encoder.code(|error| match error.code { Some(0x0F03) => Some(0x0F04), Some(0x0F04) => Some(0x0F03), other => other });
         "bus-status-bits-exchanged" "Bits 5 and 6 of P1001 are exchanged."
             => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x60 | (right & 0x20) << 1 | (right & 0x40) >> 1 } else { right });
         "inner-state-in-bus-status" "Bit 0 of P1001 is set in isochronous operation."
@@ -74,43 +74,43 @@ pub static GROUPS: &[Group] = &[Group {
 
         // Sign of life of the master
         "controller-sign-of-life-in-bits-8-to-11" "The sign of life of the master is looked for in bits 8 to 11."
-            => |b| b.encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
+            => |d| d.encoder.control_words(|_, [a, b]| [a & 0x0FFF | (a & 0x0F00) << 4, b]);
         "life-sign-starts-with-1-only" "After a loss the sign of life of the master counts from 1 on only."
-            => |b| b.checks.check(|check, right| match check {
+            => |d| d.checks.check(|check, right| match check {
                 Check::FollowsLifeSign { sign, has_failed: true, .. } => right && sign == 1,
                 _ => right,
             });
         "life-sign-wrap-is-failure" "A 0 is expected behind 15, so that both 15 and 1 are followed by a failure."
-            => |b| b.checks.check(|check, right| match check {
+            => |d| d.checks.check(|check, right| match check {
                 Check::FollowsLifeSign { last, sign, .. } => last != 1 && sign == last + 1,
                 _ => right,
             });
         "zero-life-sign-accepted" "A sign of life of 0 is never a failure."
-            => |b| b.checks.check(|check, right| match check {
+            => |d| d.checks.check(|check, right| match check {
                 Check::FollowsLifeSign { last, sign, .. } => right || sign == 0 || last == 0,
                 _ => right,
             });
         "tolerance-without-compatibility-mode" "The tolerance that is set holds without compatibility mode too."
-            => |b| {
-                b.life_sign.tolerated(as_set);
-                b.encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
+            => |d| {
+                d.life_sign.tolerated(as_set);
+                d.encoder.element(|view, at, right| if at.0 == 925 { view.user.life_sign_failures.into() } else { right });
             };
         "single-failure-is-error" "Without compatibility mode no failure is tolerated."
-            => |b| {
-                b.life_sign.tolerated(|user, right| if user.compatible { right } else { 0 });
-                b.encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
+            => |d| {
+                d.life_sign.tolerated(|user, right| if user.compatible { right } else { 0 });
+                d.encoder.element(|view, at, right| if at.0 == 925 && !view.user.compatible { 0 } else { right });
             };
         "life-sign-tolerance-ignored" "One failure is tolerated, whatever is set."
-            => |b| b.life_sign.tolerated(|_, _| 1);
+            => |d| d.life_sign.tolerated(|_, _| 1);
         "tolerance-of-4-bits" "Of the tolerance the lower four bits count, and any number is taken."
-            => |b| {
-                b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
-                b.life_sign.tolerated(|_, right| right & 15);
+            => |d| {
+                d.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
+                d.life_sign.tolerated(|_, right| right & 15);
             };
         "life-sign-error-not-told" "Bit 4 of P1001 is never set."
             => |d| d.encoder.element(|_, at, right| if at == S_STAT_B { right & !0x10 } else { right });
         "error-code-octets-swapped" "The octets of the code of a lost sign of life are exchanged."
-            => |b| b.encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
+            => |d| d.encoder.code(|error| error.code.map(|code| if code == 0x0F02 { code.swap_bytes() } else { code }));
 
         // Sign of life of the encoder
         "sign-of-life-free-running" "The sign of life of the encoder counts without isochronous operation too."
@@ -124,9 +124,9 @@ pub static GROUPS: &[Group] = &[Group {
                 _ => right,
             });
         "sign-of-life-counts-frames" "The sign of life of the encoder counts each 5 ms."
-            => |b| b.life_sign.count(|elapsed, _, _| elapsed.as_millis() as u64 / 5 + 1);
+            => |d| d.life_sign.count(|elapsed, _, _| elapsed.as_millis() as u64 / 5 + 1);
         "sign-of-life-at-half-rate" "The sign of life of the encoder counts each second cycle."
-            => |b| b.life_sign.count(|_, frames, _| frames.div_ceil(2));
+            => |d| d.life_sign.count(|_, frames, _| frames.div_ceil(2));
         "sign-of-life-goes-on-without-clock" "The sign of life of the encoder counts on when the clock is lost."
             => |d| d.a3m60.check(|check, right| match check {
                 A3m60Check::SignOfLife { is_isochronous, wrong } => right || is_isochronous && wrong != Wrong::default(),

@@ -28,37 +28,37 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Output(Control::Stw2Enc)],
         deviations: bugs! {
             "status-words-swapped" "ZSW2_ENC and G1_ZSW change places in every telegram."
-                => |b| b.encoder.order(status_words_swapped);
+                => |d| d.encoder.order(status_words_swapped);
             "telegram-latched" "The telegram of the first connection after power-up stays in use."
-                => |b| b.encoder.add(Latched::default());
+                => |d| d.encoder.add(Latched::default());
             "control-by-plc-at-bit-9" "Bit 9 of STW2_ENC counts as Control by PLC, and bit 10 does not."
-                => |b| b.encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a & !0x0400 | (a & 0x0200) << 1, b]);
             "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
-                => |b| b.encoder.signals(sign_of_life_carries);
+                => |d| d.encoder.signals(sign_of_life_carries);
             "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
-                => |b| b.checks.check(control_edge_in_compatibility_mode());
+                => |d| d.checks.check(control_edge_in_compatibility_mode());
             "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, .. } => compatible,
                     _ => right,
                 });
             "transfer-blocks-preset" "A preset is not looked at while the position is requested in G1_XIST2."
-                => |b| b.encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a, if b & POSITION == 0 { b } else { b & !EXECUTED }]);
             "preset-lost-with-its-request" "When the request of a preset is taken back the offset is the one from before."
-                => |b| b.encoder.held(preset_lost_with_its_request());
+                => |d| d.encoder.held(preset_lost_with_its_request());
             "zero-is-no-preset" "A preset to 0 is acknowledged and not carried out."
-                => |b| b.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
+                => |d| d.measuring.absolute(|preset| if preset.value == 0 { preset.offset } else { preset.new_offset() });
             "preset-on-zero-while-parked" "A preset while parked is carried out as if the shaft stood at 0."
-                => |b| {
-                    b.checks.check(presets_while_parked);
-                    preset_on_zero_while_parked(b);
+                => |d| {
+                    d.checks.check(presets_while_parked);
+                    preset_on_zero_while_parked(d);
                 };
             "position-stays-after-parking" "After parking the position goes on from the one before it."
-                => |b| b.encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
+                => |d| d.encoder.held(after_parking(|view, position| view.measuring.preset(PresetMode::Absolute, position)));
             "held-acknowledgement-hides-errors" "Errors are not shown while bit 15 of G1_STW is 1."
-                => |b| b.encoder.signals(|_, now| if now.request.acknowledge { without_error(now) } else { now });
+                => |d| d.encoder.signals(|_, now| if now.request.acknowledge { without_error(now) } else { now });
             "error-codes-combined" "The codes of several errors are combined bit by bit."
-                => |b| b.encoder.add(CombinedCodes::default());
+                => |d| d.encoder.add(CombinedCodes::default());
         },
     },
     // The sign of life of the controller, where it is not watched or only in time with the bus
@@ -66,12 +66,12 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Output(Control::Stw2Enc)],
         deviations: bugs! {
             "sign-of-life-watched" "A sign of life of the controller that stands still for 15 frames is an error."
-                => |b| {
-                    b.checks.check(|check, right| match check {
+                => |d| {
+                    d.checks.check(|check, right| match check {
                         Check::WatchesController { parked, .. } => !parked,
                         _ => right,
                     });
-                    b.life_sign.tolerated(|_, _| 15);
+                    d.life_sign.tolerated(|_, _| 15);
                 };
         },
     },
@@ -80,15 +80,15 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::G1Xist2)],
         deviations: bugs! {
             "xist2-freezes-without-control" "When Control by PLC ends G1_XIST2 keeps its position, and bit 13 of G1_ZSW stays set."
-                => |b| b.encoder.signals(xist2_freezes_without_control);
+                => |d| d.encoder.signals(xist2_freezes_without_control);
             "xist2-shows-preset" "G1_XIST2 shows the position while bit 12 of G1_ZSW is 1."
-                => |b| b.encoder.signals(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
+                => |d| d.encoder.signals(|_, now| shows_position(now, now.g1_zsw & EXECUTED != 0));
             "preset-shown-in-xist2-too-early" "While a preset is requested G1_XIST2 shows the position."
-                => |b| b.encoder.signals(|_, now| shows_position(now, now.request.home));
+                => |d| d.encoder.signals(|_, now| shows_position(now, now.request.home));
             "revolution-missing" "Of all revolutions the last one is not counted."
-                => |b| b.measuring.range(revolution_missing);
+                => |d| d.measuring.range(revolution_missing);
             "xist1-moves-while-parked" "G1_XIST1 goes on with the position while parked."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist1: if is_parked(&now) { now.position as u32 } else { now.g1_xist1 }, ..now });
         },
     },
     // G1_XIST1 shifted to the left
@@ -96,23 +96,23 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::ShiftedXist1],
         deviations: bugs! {
             "xist1-saturates" "What of G1_XIST1 would be more than 7FFFFFFFh is sent as 7FFFFFFFh."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && octets[0] > 0x7F { put(octets, 0x7FFF_FFFF) });
             "xist1-right-aligned" "G1_XIST1 is not shifted."
-                => |b| b.encoder.signals(|_, now| Image { shift: 0, ..now });
+                => |d| d.encoder.signals(|_, now| Image { shift: 0, ..now });
             "shift-follows-scaling" "G1_XIST1 is shifted so far that the highest bit of the range is bit 31."
-                => |b| b.encoder.image(|view, _, now| Image { shift: (view.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
+                => |d| d.encoder.image(|view, _, now| Image { shift: (view.positions.max(2) - 1).leading_zeros().saturating_sub(32), ..now });
         },
     },
     Group {
         needs: &[Need::Profinet, Need::ShiftedXist1],
         deviations: bugs! {
             "shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant, and P979 says so."
-                => |b| {
-                    b.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
-                    b.encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
+                => |d| {
+                    d.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
+                    d.encoder.element(|_, at, right| if at == (979, 3) { 16 - right } else { right });
                 };
             "xist1-shift-of-the-other-variant" "G1_XIST1 is shifted by the factor of the other variant."
-                => |b| b.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
+                => |d| d.encoder.signals(|_, now| Image { shift: 16 - now.shift, ..now });
         },
     },
     // Signals of 32 bits and velocities
@@ -120,9 +120,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "signal-words-swapped" "Each signal of 32 bits is sent with its two words exchanged."
-                => |b| b.encoder.signal(|_, octets| swap_words(octets));
+                => |d| d.encoder.signal(|_, octets| swap_words(octets));
             "velocity-left-aligned" "NIST_A is shifted to the left by 4 bits, NIST_B by 16."
-                => |b| b.encoder.signal(velocity_left_aligned);
+                => |d| d.encoder.signal(velocity_left_aligned);
         },
     },
     // Telegrams of the profile with a velocity
@@ -130,20 +130,20 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Telegram(82)],
         deviations: bugs! {
             "nist-a-before-positions" "In telegram 82 NIST_A stands before G1_XIST1."
-                => |b| b.encoder.order(nist_a_before_positions);
+                => |d| d.encoder.order(nist_a_before_positions);
             "codes-in-two-telegrams-only" "In the telegrams 82 and 84 G1_XIST2 has no error codes."
-                => |b| b.encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
+                => |d| d.encoder.signal(|of, octets| if matches!(of.telegram.number, 82 | 84) { hide_error(of, octets) });
         },
     },
     Group {
         needs: &[Need::Telegram(84)],
         deviations: bugs! {
             "xist2-before-xist3" "In telegram 84 G1_XIST2 stands before G1_XIST3."
-                => |b| b.encoder.order(xist2_before_xist3);
+                => |d| d.encoder.order(xist2_before_xist3);
             "telegram-84-without-velocity" "Telegram 84 ends after G1_XIST2."
-                => |b| (b.encoder.order(without_velocity), b.encoder.input_octets(without_velocity_octets));
+                => |d| (d.encoder.order(without_velocity), d.encoder.input_octets(without_velocity_octets));
             "telegram-84-does-not-park" "With telegram 84 a request to park has no effect."
-                => |b| b.encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
+                => |d| d.encoder.control_words(|t, [a, b]| [a, if t.number == 84 { b & !PARKED } else { b }]);
         },
     },
     // Errors of the supply
@@ -151,11 +151,11 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_AFX60)],
         deviations: bugs! {
             "default-speed-unit-steps" "Without a record the velocity is given in steps per second."
-                => |b| b.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
+                => |d| d.start.delivered(|_, right| UserParameters { speed_unit: 0, ..right });
             "acknowledgement-lost-while-parked" "An acknowledgement while parked has no effect."
-                => |b| b.checks.set(Check::Acknowledges { parked: true }, false);
+                => |d| d.checks.set(Check::Acknowledges { parked: true }, false);
             "limits-not-looked-at-again" "An acknowledgement clears errors of the supply whether it is right again or not."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ClearsError { code: Some(0x1003 | 0x1004), .. } => true,
                     _ => right,
                 });
@@ -175,14 +175,14 @@ fn control_edge_in_compatibility_mode() -> impl FnMut(Check, bool) -> bool {
     }
 }
 
-fn preset_on_zero_while_parked(b: &mut Deviations) {
+fn preset_on_zero_while_parked(d: &mut Deviations) {
     let is_parked = Rc::new(Cell::new(false));
     let known = is_parked.clone();
-    b.encoder.held(move |view, held| {
+    d.encoder.held(move |view, held| {
         known.set(view.sensor.is_parked());
         held
     });
-    b.measuring.preset(move |preset, right| match is_parked.get() {
+    d.measuring.preset(move |preset, right| match is_parked.get() {
         true => PresetBasis { position: 0, ..*preset }.new_offset(),
         false => right,
     });

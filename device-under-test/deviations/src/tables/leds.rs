@@ -12,49 +12,49 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // Ports
         "port-leds-exchanged" "The LEDs of the two ports are exchanged."
-            => |b| b.encoder.led(port_leds_exchanged);
+            => |d| d.encoder.led(port_leds_exchanged);
         "link-led-without-activity" "The LED of a port shows the link alone and nothing of the traffic."
-            => |b| b.encoder.led(|_, right| if right == "green_yellow" { "green" } else { right });
+            => |d| d.encoder.led(|_, right| if right == "green_yellow" { "green" } else { right });
         "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
-            => |b| b.encoder.led(|lit, right| if is_port(lit) && right == "green" { "green_yellow" } else { right });
+            => |d| d.encoder.led(|lit, right| if is_port(lit) && right == "green" { "green_yellow" } else { right });
         "link-led-on-without-link" "The LED of the first port is lit without a cable."
-            => |b| b.encoder.led(|lit, right| if lit.name == "link1" && !lit.seen.is_linked { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "link1" && !lit.seen.is_linked { "green" } else { right });
 
         // Supply and signal
         "power-led-off-in-stop" "The LED of the supply is dark while no outputs count."
-            => |b| b.encoder.led(|lit, right| if lit.name == "power" && lit.seen.has_connection && !lit.has_outputs { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "power" && lit.seen.has_connection && !lit.has_outputs { "dark" } else { right });
         "signal-on-another-led" "The LED of errors flashes when DCP asks for it, and that of the supply does not."
-            => |b| b.encoder.led(|lit, right| match lit.name {
+            => |d| d.encoder.led(|lit, right| match lit.name {
                 "power" if lit.seen.is_signalling => "green",
                 _ => signal_on_two_leds(lit, right),
             });
         "signal-on-two-leds" "The LED of errors flashes beside that of the supply when DCP asks for it."
-            => |b| b.encoder.led(signal_on_two_leds);
+            => |d| d.encoder.led(signal_on_two_leds);
 
         // Errors
         "error-led-off-with-a-cable" "The LED of errors is dark with a cable, although nothing is connected."
-            => |b| b.encoder.led(|lit, right| if is_alone(lit, right) && lit.seen.is_linked { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && lit.seen.is_linked { "dark" } else { right });
         "error-led-off-without-a-cable" "The LED of errors is dark without a cable."
-            => |b| b.encoder.led(|lit, right| if is_alone(lit, right) && !lit.seen.is_linked { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if is_alone(lit, right) && !lit.seen.is_linked { "dark" } else { right });
         "error-led-on-in-operation" "The LED of errors is lit while data are exchanged."
-            => |b| b.encoder.led(|lit, right| if is_silent(lit, right) { "red" } else { right });
+            => |d| d.encoder.led(|lit, right| if is_silent(lit, right) { "red" } else { right });
         "error-led-off-late" "The LED of errors goes dark 12 s after the exchange of data has begun."
-            => |b| b.encoder.led(|lit, right| match lit.exchanged_for {
+            => |d| d.encoder.led(|lit, right| match lit.exchanged_for {
                 Some(time) if is_silent(lit, right) && time < Duration::from_secs(12) => "red",
                 _ => right,
             });
         "missing-parameters-led-steady" "The LED of errors does not flash without user parameters."
-            => |b| b.encoder.led(|lit, right| if right == HALF && !lit.has_record { "red" } else { right });
+            => |d| d.encoder.led(|lit, right| if right == HALF && !lit.has_record { "red" } else { right });
         "invalid-parameters-not-on-led" "The LED of errors is dark with user parameters that are invalid."
-            => |b| b.encoder.led(|lit, right| if right == HALF && lit.has_record { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if right == HALF && lit.has_record { "dark" } else { right });
         "error-led-patterns-exchanged" "The LED of errors flashes for the memory as it should for the sensor, and the other way round."
-            => |b| b.encoder.led(|_, right| match right {
+            => |d| d.encoder.led(|_, right| match right {
                 ONE => FIVE,
                 FIVE => ONE,
                 right => right,
             });
         "error-led-one-frequency" "The LED of errors flashes with 1 Hz whenever it flashes."
-            => |b| b.encoder.led(|_, right| if let HALF | FIVE = right { ONE } else { right });
+            => |d| d.encoder.led(|_, right| if let HALF | FIVE = right { ONE } else { right });
     },
 }];
 

@@ -11,41 +11,41 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Of(&manuals::SICK_AFX60)],
     deviations: bugs! {
         "signal-on-another-led" "When DCP asks for it the LED of the encoder flashes, and SF does not."
-            => |b| b.encoder.led(signal_on_another_led);
+            => |d| d.encoder.led(signal_on_another_led);
         "sf-led-dark-in-error" "SF stays dark in an error."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("sf", "red") { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("sf", "red") { "dark" } else { right });
         "bf-led-red-in-operation" "BF is red while data are exchanged."
-            => |b| b.encoder.led(|lit, right| if lit.name == "bf" && lit.seen.exchanges_data { "red" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "bf" && lit.seen.exchanges_data { "red" } else { right });
         "bf-led-red-while-starting" "BF is red while the encoder starts."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("bf", "green") { "red" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bf", "green") { "red" } else { right });
         "bf-led-dark-without-connection" "BF is dark without a connection."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("bf", "red") { "dark" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("bf", "red") { "dark" } else { right });
         "led-lit-without-power" "Without supply the LEDs show what they showed before."
-            => |b| b.encoder.led(led_lit_without_power);
+            => |d| d.encoder.led(led_lit_without_power);
         "self-test-not-on-leds" "The LED of the encoder is green while the encoder starts."
-            => |b| b.encoder.led(|lit, right| if lit.name == "encoder" && lit.seen.is_booting { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "encoder" && lit.seen.is_booting { "green" } else { right });
         "encoder-led-stays-red-green" "The LED of the encoder stays red and green after the start."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
         "limits-not-on-led" "The LED of the encoder stays green when a limit is passed."
-            => |b| b.encoder.led(|lit, right| if right == "red_green" && !lit.seen.is_booting { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if right == "red_green" && !lit.seen.is_booting { "green" } else { right });
         "warning-stays-on-led" "The LED of the encoder stays red and green when a warning has gone."
-            => |b| b.encoder.led(|lit, right| if lit.had_warning && (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.had_warning && (lit.name, right) == ("encoder", "green") { "red_green" } else { right });
         "memory-error-not-on-led" "The LED of the encoder stays green with an error of the memory."
-            => |b| b.encoder.led(|lit, right| if lit.name == "encoder" && lit.faults & MEMORY != 0 { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "encoder" && lit.faults & MEMORY != 0 { "green" } else { right });
         "invalid-preset-not-on-led" "The LED of the encoder stays green when a preset is invalid."
-            => |b| b.encoder.led(|lit, right| if right == "orange" && !lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if right == "orange" && !lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { right });
         "invalid-configuration-not-on-led" "The LED of the encoder stays green when the configuration is invalid."
-            => |b| b.encoder.led(|lit, right| if right == "orange" && lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if right == "orange" && lit.has_wrong_parameters && lit.name == "encoder" { "green" } else { right });
         "port-leds-exchanged" "The LEDs of the two ports are exchanged."
-            => |b| b.encoder.led(port_leds_exchanged);
+            => |d| d.encoder.led(port_leds_exchanged);
         "link-led-on-without-link" "The LED of the first port stays as it was without a cable."
-            => |b| b.encoder.led(|lit, right| if lit.name == "la1" && lit.seen.has_supply && !lit.seen.is_linked { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if lit.name == "la1" && lit.seen.has_supply && !lit.seen.is_linked { "green" } else { right });
         "link-led-without-activity" "The LED of a port shows the link alone."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("la1", "orange") { "green" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("la1", "orange") { "green" } else { right });
         "link-led-busy-without-traffic" "The LED of a port with a cable shows traffic all the time."
-            => |b| b.encoder.led(|lit, right| if (lit.name, right) == ("la1", "green") { "orange" } else { right });
+            => |d| d.encoder.led(|lit, right| if (lit.name, right) == ("la1", "green") { "orange" } else { right });
         "reset-led-steady" "The LED of the encoder stays green when the reset is prepared."
-            => |b| b.encoder.led(|_, right| if right == "green_flashing" { "green" } else { right });
+            => |d| d.encoder.led(|_, right| if right == "green_flashing" { "green" } else { right });
     },
 }];
 

@@ -66,9 +66,9 @@ pub static GROUPS: &[Group] = &[
                     }
                 });
             "temperature-limits-in-kelvin" "P1006 reads its limits 273 higher."
-                => |b| b.encoder.element(|_, at, right| if at.0 == 1006 { right + 273 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at.0 == 1006 { right + 273 } else { right });
             "voltage-limits-in-volts" "P1007 reads its limits in volts."
-                => |b| b.encoder.element(|_, at, right| if at.0 == 1007 { right / 1000 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at.0 == 1007 { right / 1000 } else { right });
 
             // Round axis
             "round-axis-breaks-singleturn" "The round axis can be switched on where there is none, and the position is 0 then."
@@ -81,14 +81,14 @@ pub static GROUPS: &[Group] = &[
                     });
                 };
             "round-axis-outputs-of-delivery" "P1009 gives nominator and divisor of delivery for those in use."
-                => |b| b.encoder.element(|_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right });
+                => |d| d.encoder.element(|_, at, right| match at { (1009, 6) => 2048, (1009, 7) => 1, _ => right });
             "round-axis-outputs-written" "The outputs of P1009 can be written."
                 => |d| takes_writes(d, 1009, 5);
             "fraction-as-remainder" "P1009 gives a remainder for the digits behind the point."
-                => |b| b.encoder.element(fraction_as_remainder);
+                => |d| d.encoder.element(fraction_as_remainder);
 
             "ninth-in-whole-steps" "The range of the round axis has a whole number of steps of the hardware."
-                => |b| b.measuring.gear(in_whole_steps);
+                => |d| d.measuring.gear(in_whole_steps);
             "odd-ranges-refused" "An odd range of the round axis is invalid."
                 => |d| d.sick.axis_range(|range, _, right| right && range.is_multiple_of(2));
             "resolution-scales-round-axis" "The position of the round axis is multiplied by the units per revolution."
@@ -104,20 +104,20 @@ pub static GROUPS: &[Group] = &[
             "divisor-0-accepted" "A nominator or divisor of 0 in the record of the start counts as 1."
                 => |d| d.afx60.start_record(|fields| Fields { nominator: fields.nominator.max(1), divisor: fields.divisor.max(1), ..fields });
             "default-fraction-4096" "The nominator of delivery is 4096."
-                => |b| b.encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
+                => |d| d.encoder.element(|_, at, right| if matches!(at, (1009, 1 | 6)) && right == 2048 { 4096 } else { right });
             "round-axis-jumps-at-the-physical-zero" "The position of the round axis is computed from the place alone."
-                => |b| b.measuring.position(without_laps);
+                => |d| d.measuring.position(without_laps);
             "steps-rounded-up" "P1009 rounds up the steps of a revolution."
-                => |b| b.encoder.element(steps_rounded_up);
+                => |d| d.encoder.element(steps_rounded_up);
             "round-axis-mode-from-0" "P1009 reads 0 for off and 1 for on."
-                => |b| b.encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1009, 0) { right - 1 } else { right });
             "code-sequence-not-of-round-axis" "The code sequence does not act with the round axis."
-                => |b| b.telegram.acts_on(|signal, _, settings| match settings.gear {
+                => |d| d.telegram.acts_on(|signal, _, settings| match settings.gear {
                     Some(_) if signal != Signal::NistB => Settings { direction: Direction::Clockwise, ..settings },
                     _ => settings,
                 });
             "round-axis-without-shift" "With the round axis G1_XIST1 is not shifted."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 && of.view.measuring.settings.gear.is_some() { put(octets, of.image.g1_xist1) });
 
             // Start
             "vendor-record-ignored" "The record of the vendor changes nothing."
@@ -135,30 +135,30 @@ pub static GROUPS: &[Group] = &[
                     });
                 };
             "factory-record-refused" "A record with the whole range of the hardware is refused."
-                => |b| b.encoder.write_record(factory_record_refused);
+                => |d| d.encoder.write_record(factory_record_refused);
             "default-range-of-another-model" "Without scaling a revolution has 8192 units and the range 33554432."
-                => |b| b.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
+                => |d| d.start.settings(|user, _, right| unscaled(user, right, Scaling { units_per_revolution: 8192, range: 33_554_432 }));
             "preset-control-lost-with-class-4" "Once class 4 was off presets do not act on G1_XIST1 in the next connection."
-                => |b| b.encoder.user_parameters(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
+                => |d| d.encoder.user_parameters(|view, user| UserParameters { preset_acts_on_xist1: user.preset_acts_on_xist1 && view.user.class_4, ..user });
             "parameters-need-class-4" "With class 4 off requests for parameters are refused."
-                => |b| b.encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
+                => |d| d.encoder.write_record(|view, access, octets| match access.index == PARAMETER_ACCESS && !view.user.class_4 {
                     true => Err(RecordRefusal::StateConflict),
                     false => octets,
                 });
             "velocity-needs-class-4" "With class 4 off the velocity is 0."
-                => |b| b.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
+                => |d| d.checks.check(|check, right| right && !matches!(check, Check::VelocityIsMeasured(user) if !user.class_4));
             "wrong-value-clipped" "Units and range above their limits count as the limits."
-                => |b| b.encoder.user_parameters(wrong_value_clipped);
+                => |d| d.encoder.user_parameters(wrong_value_clipped);
 
             // Limits of the speed
             "unit-4-ignored" "Unit 4 is taken, and the velocity stays in the unit before."
                 => |d| unit_4_ignored(d);
             "two-speed-units" "P1005 gives 3 for the unit, whatever the start-up brought."
-                => |b| b.encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1005, 1) { 3 } else { right });
             "averaging-window-in-measurements" "The window of the mean has as many milliseconds as there are measurements."
-                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), ..right });
             "window-clipped-to-100" "More than 100 measurements count as 100."
-                => |b| b.velocity.sampling(|_, right| Sampling { of: right.of.min(100), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { of: right.of.min(100), ..right });
             "speed-mode-ignored" "The velocity is calculated whatever the mode of P1005 is."
                 => |d| d.afx60.set(afx60::Check::VelocityIsCalculated, true);
             "speed-limit-in-output-unit" "The highest speed is compared with the velocity in the unit in use."
@@ -212,7 +212,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Round axis
             "round-axis-cut-short" "P1009 has ten elements."
-                => |b| b.encoder.cut(1009, 10);
+                => |d| d.encoder.cut(1009, 10);
             "range-offset-lost" "The laps of the round axis are lost at power-off."
                 => |d| {
                     d.sick.laps_loaded(|_, laps| CountedLaps { laps: 0, ..laps });
@@ -233,7 +233,7 @@ pub static GROUPS: &[Group] = &[
 
             // Limits of the speed
             "velocity-not-averaged" "The velocity is that of the last measurement alone."
-                => |b| b.velocity.sampling(|_, right| Sampling { of: 1, ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { of: 1, ..right });
         },
     },
     Group {
@@ -241,7 +241,7 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Start
             "one-unit-refused" "One unit a revolution, and a range of one, are impossible."
-                => |b| b.checks.serves(|user, _, right| right && user.units_per_revolution != 1 && user.range != 1);
+                => |d| d.checks.serves(|user, _, right| right && user.units_per_revolution != 1 && user.range != 1);
         },
     },
     Group {
@@ -249,9 +249,9 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // Start
             "ratios-above-2048-refused" "A range of more than 2048 revolutions is impossible."
-                => |b| b.checks.serves(|user, _, right| right && user.range / user.units_per_revolution.max(1) <= 2048);
+                => |d| d.checks.serves(|user, _, right| right && user.range / user.units_per_revolution.max(1) <= 2048);
             "other-ratios-accepted" "A range that is no power of two of revolutions is accepted."
-                => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 1));
+                => |d| d.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 1));
         },
     },
     Group {

@@ -18,73 +18,73 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Encoder],
         deviations: bugs! {
             "position-counts-from-zero" "After power-up the position counts from 0."
-                => |b| b.measuring.slip(|step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip });
+                => |d| d.measuring.slip(|step| if step.before.is_none() { -(units(step, step.now) as i64) } else { step.slip });
             "revolution-of-13-bits" "A revolution without scaling takes 13 bits of the position."
-                => |b| b.measuring.scale(revolution_of_13_bits);
+                => |d| d.measuring.scale(revolution_of_13_bits);
             "range-ignored" "The position begins anew only where the hardware does."
-                => |b| b.measuring.range(|scaling, hardware, _| scaling.units_per_revolution * hardware.revolutions);
+                => |d| d.measuring.range(|scaling, hardware, _| scaling.units_per_revolution * hardware.revolutions);
             "range-one-too-long" "The position takes one value more than its range has."
-                => |b| b.measuring.range(|scaling, _, _| scaling.range + 1);
+                => |d| d.measuring.range(|scaling, _, _| scaling.range + 1);
             "unit-of-whole-steps" "A unit has as many whole steps of the hardware as fit into it, and the rest is dropped."
-                => |b| b.measuring.scale(unit_of_whole_steps);
+                => |d| d.measuring.scale(unit_of_whole_steps);
             "jump-at-every-zero" "At the physical zero the position jumps by a revolution, red zone or not."
-                => |b| b.measuring.slip(jump_at_every_zero);
+                => |d| d.measuring.slip(jump_at_every_zero);
         },
     },
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "extended-counter" "Beyond its range the position goes on counting in the unused bits."
-                => |b| {
-                    b.measuring.range(|_, _, _| 1 << 32);
-                    b.measuring.slip(|step| step.slip + step.crossing() * step.units());
+                => |d| {
+                    d.measuring.range(|_, _, _| 1 << 32);
+                    d.measuring.slip(|step| step.slip + step.crossing() * step.units());
                 };
             "position-before-parking-shown" "The first frame after parking shows the position from before parking."
-                => |b| b.encoder.signals(position_before_parking_shown);
+                => |d| d.encoder.signals(position_before_parking_shown);
             "only-xist1-scaled" "Scaling acts on G1_XIST1 and on no other position."
-                => |b| b.telegram.acts_on(only_xist1_scaled);
+                => |d| d.telegram.acts_on(only_xist1_scaled);
             "code-sequence-on-xist1-only" "The code sequence acts on G1_XIST1 and on no other position."
-                => |b| b.telegram.acts_on(code_sequence_on_xist1_only);
+                => |d| d.telegram.acts_on(code_sequence_on_xist1_only);
             "range-rounded-up" "The range is rounded up to a power of 2."
-                => |b| b.measuring.range(|scaling, _, _| (scaling.range + 1).next_power_of_two());
+                => |d| d.measuring.range(|scaling, _, _| (scaling.range + 1).next_power_of_two());
             "range-below-a-revolution-ignored" "A range below one revolution counts as one revolution."
-                => |b| b.measuring.range(|scaling, _, _| scaling.range.max(scaling.units_per_revolution));
+                => |d| d.measuring.range(|scaling, _, _| scaling.range.max(scaling.units_per_revolution));
             "red-zone-forward-only" "The jump at the physical zero is missing when turning backwards."
-                => |b| b.measuring.slip(red_zone_forward_only);
+                => |d| d.measuring.slip(red_zone_forward_only);
             "red-zone-one-late" "The jump comes one position later."
-                => |b| b.measuring.slip(red_zone_one_late);
+                => |d| d.measuring.slip(red_zone_one_late);
             "red-zone-subtracted-once" "The range is subtracted once only from what the hardware counts."
-                => |b| {
-                    b.measuring.scale(red_zone_subtracted_once);
-                    b.measuring.shift(not_beyond_the_range);
+                => |d| {
+                    d.measuring.scale(red_zone_subtracted_once);
+                    d.measuring.shift(not_beyond_the_range);
                 };
             "red-zone-in-hardware-steps" "The length of the red zone is computed from steps of the hardware."
-                => |b| b.measuring.scale(red_zone_in_hardware_steps);
+                => |d| d.measuring.scale(red_zone_in_hardware_steps);
             "second-range-from-1" "The second range begins with 1."
-                => |b| b.measuring.scale(second_range_from_1);
+                => |d| d.measuring.scale(second_range_from_1);
             "offset-moves-the-zero" "The jump comes where position and offset pass the end of the hardware."
-                => |b| b.measuring.slip(offset_moves_the_zero);
+                => |d| d.measuring.slip(offset_moves_the_zero);
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "rounding-errors-add-up" "Each movement is scaled and rounded by itself."
-                => |b| b.measuring.slip(rounding_errors_add_up);
+                => |d| d.measuring.slip(rounding_errors_add_up);
         },
     },
     Group {
         needs: &[Need::Input(Signal::G1Xist3)],
         deviations: bugs! {
             "class-4-without-xist3" "Code sequence, preset and scaling do not act on G1_XIST3."
-                => |b| b.telegram.acts_on(class_4_without_xist3);
+                => |d| d.telegram.acts_on(class_4_without_xist3);
         },
     },
     Group {
         needs: &[Need::Input(Signal::SingleTurn)],
         deviations: bugs! {
             "st-pos-without-offset" "The position within the revolution is the place without the offset of presets."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn {
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn {
                     let Settings { scaling, .. } = of.view.measuring.settings;
                     let place = of.view.measuring.under(Settings::hardware(&of.view.hardware)).position();
                     put(octets, (scaling.position(&of.view.hardware, place) % scaling.units_per_revolution.max(1)) as u32);
@@ -95,15 +95,15 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
             "second-position-wraps" "Positions that should stand at the highest one begin anew at 0, and below 0 at the highest."
-                => |b| b.measuring.shifted(|sum, right| sum.saturates_at.map_or(right, |range| signed(sum).rem_euclid(range as i64) as u64));
+                => |d| d.measuring.shifted(|sum, right| sum.saturates_at.map_or(right, |range| signed(sum).rem_euclid(range as i64) as u64));
             "second-position-runs-below-0" "Positions that should stand at the highest one are negative numbers below 0."
-                => |b| b.measuring.shifted(second_position_runs_below_0);
+                => |d| d.measuring.shifted(second_position_runs_below_0);
             "first-position-limited" "G1_XIST1 stands at the highest position of the range where G1_XIST2 does."
-                => |b| b.encoder.image(first_position_limited);
+                => |d| d.encoder.image(first_position_limited);
             "stays-at-the-end-when-cyclic" "Positions stand at the highest one beyond their range where they should begin anew."
-                => |b| b.checks.check(|check, right| right || matches!(check, Check::PositionStands(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::PositionStands(_)));
             "xist1-of-16-bits" "G1_XIST1 has 16 bits only."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0xFFFF, ..now });
         },
     },
 ];

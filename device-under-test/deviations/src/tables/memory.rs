@@ -21,86 +21,86 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "offset-only-in-ram" "The offset is lost at power-off."
-                => |b| b.encoder.load(|_, retained| Retained { offset: 0, ..retained });
+                => |d| d.encoder.load(|_, retained| Retained { offset: 0, ..retained });
             "relative-preset-not-stored" "The offset of a relative preset is lost at power-off."
-                => |b| relative_preset_not_stored(b);
+                => |d| relative_preset_not_stored(d);
             "memory-error-swallowed" "A preset whose offset could not be stored is acknowledged."
-                => |b| b.checks.set(Check::PresetIsCarriedOut, true);
+                => |d| d.checks.set(Check::PresetIsCarriedOut, true);
             "offset-used-up" "The first power-up takes the offset out of the memory."
-                => |b| b.encoder.add(OffsetUsedUp::default());
+                => |d| d.encoder.add(OffsetUsedUp::default());
             "offset-from-preset-value" "Power-up makes the offset anew from P65000 as it is stored."
-                => |b| b.encoder.add(OffsetFromPresetValue::default());
+                => |d| d.encoder.add(OffsetFromPresetValue::default());
             "position-restored-from-memory" "After power-up the position is the one before, wherever the shaft is."
-                => |b| b.encoder.add(PositionRestored::default());
+                => |d| d.encoder.add(PositionRestored::default());
             "scaling-remembered" "The first record 0xBF00 stays in force for good, over a power cycle too."
-                => |b| b.encoder.user_parameters(first_record(Default::default()));
+                => |d| d.encoder.user_parameters(first_record(Default::default()));
             "memory-fault-ignored-at-power-up" "A memory that cannot be read at power-up is taken for an empty one."
-                => |b| b.encoder.add(FaultIgnoredAtPowerUp::default());
+                => |d| d.encoder.add(FaultIgnoredAtPowerUp::default());
             "empty-memory-is-a-fault" "A memory in which nothing was ever stored is a fault."
-                => |b| b.encoder.causes(empty_memory_is_a_fault);
+                => |d| d.encoder.causes(empty_memory_is_a_fault);
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "preset-acknowledged-before-stored" "The preset is acknowledged while the offset is still being written."
-                => |b| b.checks.set(Check::PresetTakesEffect, true);
+                => |d| d.checks.set(Check::PresetTakesEffect, true);
             "every-write-is-stored" "P65000 goes to memory without P971."
-                => |b| b.encoder.add(EveryWriteIsStored::default());
+                => |d| d.encoder.add(EveryWriteIsStored::default());
             "name-lost-at-power-off" "The station name is lost at power-off."
-                => |b| b.encoder.add(StationLost::new(|station| StationData { name: [].into(), ..station }));
+                => |d| d.encoder.add(StationLost::new(|station| StationData { name: [].into(), ..station }));
             "address-lost-at-power-off" "The IP address is lost at power-off."
-                => |b| b.encoder.add(StationLost::new(|station| StationData { name: station.name, ..StationData::default() }));
+                => |d| d.encoder.add(StationLost::new(|station| StationData { name: station.name, ..StationData::default() }));
         },
     },
     Group {
         needs: &[Need::Output(Control::Stw2Enc)],
         deviations: bugs! {
             "parking-survives-power-off" "An encoder that was parked when the power went is parked after power-up."
-                => |b| b.encoder.add(ParkingSurvives::default());
+                => |d| d.encoder.add(ParkingSurvives::default());
         },
     },
     Group {
         needs: &[Need::Parameter(971)],
         deviations: bugs! {
             "p971-takes-any-value" "Any value written to P971 starts a save."
-                => |b| b.encoder.value(971, |_| 1);
+                => |d| d.encoder.value(971, |_| 1);
             "p971-confirms-too-early" "P971 reads 0 before the save is done."
-                => |b| b.encoder.element(|_, at, right| if at == (971, 0) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (971, 0) { 0 } else { right });
             "p971-is-stored" "P971 reads 1 after power-up once it was written."
-                => |b| b.encoder.add(SavingIsStored::default());
+                => |d| d.encoder.add(SavingIsStored::default());
             "save-never-ends" "P971 reads 1 for ever once it was written."
-                => |b| b.encoder.add(SaveNeverEnds::default());
+                => |d| d.encoder.add(SaveNeverEnds::default());
             "failed-save-confirmed" "P971 reads 0 after a save that failed."
-                => |b| b.encoder.element(failed_save_confirmed);
+                => |d| d.encoder.element(failed_save_confirmed);
             "only-first-save" "Only the first save after power-up has an effect."
-                => |b| b.encoder.add(OnlyFirstSave::default());
+                => |d| d.encoder.add(OnlyFirstSave::default());
             "save-during-save-lost" "A save that is asked for while another one runs is acknowledged and not done."
-                => |b| b.encoder.store(save_during_save_lost);
+                => |d| d.encoder.store(save_during_save_lost);
             "save-restores-old-offset" "P971 stores the offset of the last power-up again."
-                => |b| b.encoder.add(SaveRestoresOldOffset::default());
+                => |d| d.encoder.add(SaveRestoresOldOffset::default());
         },
     },
 ];
 
 /// Keeps the offset of absolute presets only.
-fn relative_preset_not_stored(b: &mut Deviations) {
+fn relative_preset_not_stored(d: &mut Deviations) {
     let stored = Rc::new(Cell::new(0));
     let known = stored.clone();
-    b.measuring.preset(move |preset, right| {
+    d.measuring.preset(move |preset, right| {
         if preset.mode == PresetMode::Absolute {
             known.set(right);
         }
         right
     });
     let left = stored.clone();
-    b.encoder.reset(move |_, clears, retained| {
+    d.encoder.reset(move |_, clears, retained| {
         if clears.application {
             left.set(retained.offset);
         }
         retained
     });
-    b.encoder.load(move |_, retained| Retained { offset: stored.get(), ..retained });
+    d.encoder.load(move |_, retained| Retained { offset: stored.get(), ..retained });
 }
 
 #[derive(Default)]

@@ -26,9 +26,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::Output(Control::G1Stw)],
         deviations: bugs! {
             "only-first-preset" "Only the first absolute preset has an effect."
-                => |b| b.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
+                => |d| d.measuring.absolute(|preset| if preset.offset == 0 { preset.new_offset() } else { preset.offset });
             "preset-acknowledged-too-early" "The preset is acknowledged before the position is shifted."
-                => |b| b.encoder.image(preset_acknowledged_too_early);
+                => |d| d.encoder.image(preset_acknowledged_too_early);
         },
     },
     Group { needs: &[Need::Output(Control::Preset)], deviations: BY_TRIGGER },
@@ -37,245 +37,245 @@ pub static GROUPS: &[Group] = &[
 /// The deviations of presets by whatever words of whatever telegram.
 pub static ANYHOW: &[Deviation] = bugs! {
     "preset-in-hardware-steps" "The preset value counts steps of the hardware although scaling is on."
-        => |b| b.measuring.preset(preset_in_hardware_steps);
+        => |d| d.measuring.preset(preset_in_hardware_steps);
     "preset-adds-instead-of-assigns" "An absolute preset adds its value to the position."
-        => |b| b.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
+        => |d| d.measuring.absolute(|preset| PresetBasis { mode: PresetMode::Relative, ..*preset }.new_offset());
 };
 
 /// The deviations of presets by G1_STW.
 static BY_REQUEST: &[Deviation] = bugs! {
     // Preset
     "relative-preset-assigns" "A relative preset sets the position instead of shifting it."
-        => |b| b.measuring.relative(absolute);
+        => |d| d.measuring.relative(absolute);
     "second-relative-preset-ignored" "Only the first relative preset has an effect."
-        => |b| b.measuring.relative(|preset| preset.value % preset.range);
+        => |d| d.measuring.relative(|preset| preset.value % preset.range);
     "relative-shift-reversed" "A relative preset shifts the position down by its value."
-        => |b| b.measuring.relative(relative_shift_reversed);
+        => |d| d.measuring.relative(relative_shift_reversed);
     "preset-uses-stored-value" "A preset takes P65000 as it was saved and not as it is."
-        => |b| b.encoder.preset_units(preset_uses_stored_value);
+        => |d| d.encoder.preset_units(preset_uses_stored_value);
     "preset-on-falling-edge" "The preset is carried out when the request is taken back."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::BeginsPreset { before, now, parked } => before.home && !now.home && !parked,
             _ => right,
         });
     "preset-repeats-while-requested" "The preset is carried out again and again while the request is held."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::BeginsPreset { now, parked, .. } => now.home && !parked,
             _ => right,
         });
     "mode-change-repeats-preset" "A change of bit 11 during a request carries out another preset."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::BeginsPreset { before, now, parked } => now.home && (!before.home || before.relative != now.relative) && !parked,
             _ => right,
         });
     "preset-never-acknowledged" "Bit 12 of G1_ZSW is never set."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & !EXECUTED, ..now });
     "preset-acknowledgement-is-a-pulse" "Bit 12 of G1_ZSW is set for one frame only."
-        => |b| b.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
+        => |d| d.encoder.signals(|before, now| Image { g1_zsw: now.g1_zsw & !(before.truth.g1_zsw & EXECUTED), ..now });
     "preset-acknowledge-stays" "The acknowledgement of a preset is never taken back."
-        => |b| b.encoder.image(preset_acknowledge_stays);
+        => |d| d.encoder.image(preset_acknowledge_stays);
     "preset-mode-alone-shifts" "Bit 11 of G1_STW carries out a relative preset by itself."
-        => |b| b.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0800) << 1]);
+        => |d| d.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0800) << 1]);
     "writing-preset-value-presets" "Writing P65000 sets the position at once."
-        => |b| b.encoder.add(PresetsAtWrite::default());
+        => |d| d.encoder.add(PresetsAtWrite::default());
     "preset-on-both-edges" "The preset is carried out once more when the request is taken back."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::BeginsPreset { before, now, parked } => before.home != now.home && !parked,
             _ => right,
         });
     "relative-preset-not-acknowledged" "A relative preset is carried out without bit 12 of G1_ZSW."
-        => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
+        => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw & if now.request.relative { !EXECUTED } else { !0 }, ..now });
     "preset-jump-is-error" "The jump of a preset is taken for a fault of the encoder."
-        => |b| {
+        => |d| {
             let raised = RaisedByPresets::default();
-            b.checks.add(raised.clone());
-            b.encoder.add(raised);
+            d.checks.add(raised.clone());
+            d.encoder.add(raised);
         };
     "preset-flashes-error" "Bit 15 of G1_ZSW is set for one frame when a preset is carried out."
-        => |b| b.encoder.signals(preset_flashes_error);
+        => |d| d.encoder.signals(preset_flashes_error);
     "preset-interrupts-transfer" "The transfer of the position is interrupted for one frame when a preset is carried out."
-        => |b| b.encoder.signals(preset_interrupts_transfer);
+        => |d| d.encoder.signals(preset_interrupts_transfer);
     "preset-control-inverted" "G1_XIST1 preset control has the natural polarity: 1 is enabled."
-        => |b| b.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
+        => |d| d.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: !user.preset_acts_on_xist1, ..user });
     "preset-control-gates-all-positions" "G1_XIST1 preset control acts on G1_XIST2 and G1_XIST3 as well."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::PresetActsOn(_, user) => user.preset_acts_on_xist1,
             _ => right,
         });
     "preset-without-class-4" "A preset is carried out although class 4 is off."
-        => |b| b.checks.check(|check, right| right || matches!(check, Check::PresetsAct(_)));
+        => |d| d.checks.check(|check, right| right || matches!(check, Check::PresetsAct(_)));
     "position-not-reduced" "The sum of position and offset is not reduced to the measuring range."
-        => |b| {
-            b.measuring.absolute(absolute_beyond_the_range);
-            b.measuring.relative(relative_beyond_the_range);
-            b.measuring.shift(|position, offset, _| position.wrapping_add(offset));
-            b.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
-            b.encoder.preset_units(|view, mode, _| match mode {
+        => |d| {
+            d.measuring.absolute(absolute_beyond_the_range);
+            d.measuring.relative(relative_beyond_the_range);
+            d.measuring.shift(|position, offset, _| position.wrapping_add(offset));
+            d.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            d.encoder.preset_units(|view, mode, _| match mode {
                 PresetMode::Absolute => view.preset_value.into(),
                 PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
             });
         };
     "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
-        => |b| b.measuring.slip(|step| if step.way() == 0 { step.slip } else { -(step.offset as i64) });
+        => |d| d.measuring.slip(|step| if step.way() == 0 { step.slip } else { -(step.offset as i64) });
     "highest-position-wraps" "A preset to the highest position makes 0 of it."
-        => |b| b.measuring.absolute(highest_position_wraps);
+        => |d| d.measuring.absolute(highest_position_wraps);
     "old-offset-added-again" "After a change of code sequence or scaling the old offset is added a second time."
-        => |b| {
-            let slip = b.measuring.slip(old_offset_added_again);
-            b.measuring.absolute(move |preset| before_the_slip(preset, slip.get()));
+        => |d| {
+            let slip = d.measuring.slip(old_offset_added_again);
+            d.measuring.absolute(move |preset| before_the_slip(preset, slip.get()));
         };
     "preset-acknowledged-not-done" "A preset that is asked for during an error is acknowledged and not carried out."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::CarriesOutPreset { has_error: true, .. } => false,
             _ => right,
         });
     "parking-clears-offset" "The offset is 0 after parking."
-        => |b| b.encoder.held(after_parking(|_, _| 0));
+        => |d| d.encoder.held(after_parking(|_, _| 0));
     "offset-sign-reversed" "P65001 shows the offset with the opposite sign."
-        => |b| b.encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
+        => |d| d.encoder.element(|view, at, right| if at == (65001, 8) { (view.measuring.range() - right) % view.measuring.range() } else { right });
 };
 
 /// The deviations of encoders that have presets by a trigger too.
 static BY_TRIGGER: &[Deviation] = bugs! {
     // By G1_STW, or by both
     "preset-takes-100-ms" "A preset takes 100 ms."
-        => |b| b.encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
+        => |d| d.encoder.store(|_, write| preset_takes(write, Duration::from_millis(100)));
     "position-runs-during-preset" "While a preset is carried out the positions go on following the shaft."
-        => |b| b.checks.set(Check::PositionStandsStill, false);
+        => |d| d.checks.set(Check::PositionStandsStill, false);
     "preset-control-ignored" "A preset acts on G1_XIST1 whatever the preset control says."
-        => |b| b.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
+        => |d| d.encoder.user_parameters(|_, user| UserParameters { preset_acts_on_xist1: true, ..user });
     "negative-shift-unsigned" "A negative relative preset value is taken for a great one and limited to the highest position."
-        => |b| b.encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
+        => |d| d.encoder.preset_units(|view, _, _| u64::from(view.preset_value).min(view.positions - 1));
     "highest-position-refused" "The highest position of the range is refused as a preset value."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::PresetValue { value, range } => u64::from((value as i32).unsigned_abs()) + 1 < range,
             _ => right,
         });
     "start-preset-ignored" "The preset value that comes with the start is acknowledged and not taken."
-        => |b| b.encoder.written(|view, (number, _), values| values.filter(|_| number != 65000 || !view.is_starting));
+        => |d| d.encoder.written(|view, (number, _), values| values.filter(|_| number != 65000 || !view.is_starting));
     "first-preset-value-stays" "After the first preset value in data exchange each further one is acknowledged and not taken."
-        => |b| b.encoder.written(|view, (number, _), values| {
+        => |d| d.encoder.written(|view, (number, _), values| {
             values.filter(|_| number != 65000 || view.is_starting || view.preset_value == 0)
         });
 
     "offset-written-while-requested" "While a preset is requested the offset is written again in each cycle."
-        => |b| b.encoder.add(WrittenWhileRequested::default());
+        => |d| d.encoder.add(WrittenWhileRequested::default());
     "preset-value-not-limited" "A preset value beyond the range is taken as it is, and the position shows it."
-        => |b| {
-            b.measuring.absolute(absolute_beyond_the_range);
-            b.measuring.relative(relative_beyond_the_range);
-            b.measuring.shift(|position, offset, range| match offset < range {
+        => |d| {
+            d.measuring.absolute(absolute_beyond_the_range);
+            d.measuring.relative(relative_beyond_the_range);
+            d.measuring.shift(|position, offset, range| match offset < range {
                 true => measuring::shift(position, offset, range),
                 false => position.wrapping_add(offset),
             });
-            b.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
-            b.encoder.preset_units(|view, mode, _| match mode {
+            d.checks.check(|check, right| right || matches!(check, Check::PresetValue { .. }));
+            d.encoder.preset_units(|view, mode, _| match mode {
                 PresetMode::Absolute => view.preset_value.into(),
                 PresetMode::Relative => i64::from(view.preset_value as i32) as u64,
             });
         };
     "preset-mode-inverted" "Bit 11 of G1_STW is taken the other way round."
-        => |b| b.encoder.control_words(|_, [a, b]| [a, b ^ 0x0800]);
+        => |d| d.encoder.control_words(|_, [a, b]| [a, b ^ 0x0800]);
     "request-for-position-presets" "Bit 13 of G1_STW carries out a preset as bit 12 does."
-        => |b| b.encoder.control_words(|_, [a, b]| [a, b | (b & POSITION) >> 1]);
+        => |d| d.encoder.control_words(|_, [a, b]| [a, b | (b & POSITION) >> 1]);
     "read-gives-the-offset" "P65000 reads the offset."
-        => |b| b.encoder.element(|view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right });
+        => |d| d.encoder.element(|view, at, right| if at == (65000, 0) { view.measuring.offset % view.measuring.range() } else { right });
     "position-for-offset" "The position stands in the place of the offset."
-        => |b| b.encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
+        => |d| d.encoder.element(|view, at, right| if at == (65001, 8) { view.measuring.shifted() } else { right });
     "preset-value-random" "P65000 is 5A5A5A5Ah until it is written."
-        => |b| b.encoder.load(|_, retained| Retained { preset_value: 0x5A5A_5A5A, ..retained });
+        => |d| d.encoder.load(|_, retained| Retained { preset_value: 0x5A5A_5A5A, ..retained });
     "preset-value-used-up" "The first preset leaves 0 in P65000."
-        => |b| preset_value_used_up(b);
+        => |d| preset_value_used_up(d);
     "start-preset-taken-once" "The preset value of the start is taken in the first connection after power-up only."
-        => |b| b.encoder.written(|view, (number, _), values| {
+        => |d| d.encoder.written(|view, (number, _), values| {
             values.filter(|_| number != 65000 || !view.is_starting || view.preset_value == 0)
         });
     "value-little-endian" "The value written to P65000 is taken least significant octet first."
-        => |b| {
-            b.encoder.value(65000, |value| (value as u32).swap_bytes().into());
+        => |d| {
+            d.encoder.value(65000, |value| (value as u32).swap_bytes().into());
             // Whether it is in the range is looked at before.
-            b.checks.check(|check, right| match check {
+            d.checks.check(|check, right| match check {
                 Check::PresetValue { value, range } => u64::from((value.swap_bytes() as i32).unsigned_abs()) < range,
                 _ => right,
             });
         };
     "reset-erases-offset" "The factory reset erases the offset too."
-        => |b| b.encoder.reset(|_, _, left| Retained { offset: 0, ..left });
+        => |d| d.encoder.reset(|_, _, left| Retained { offset: 0, ..left });
 
     // By a word with value and trigger
     "trigger-ignored" "The trigger has no effect."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::TriggersPreset { .. } => false,
             _ => right,
         });
     "preset-trigger-in-last-octet" "The trigger is looked for in bit 7 of the last octet."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::TriggersPreset { before, now } => before.unwrap_or(0) & 0x80 == 0 && now & 0x80 != 0,
             _ => right,
         });
     "trigger-counts-as-value" "The trigger counts as part of the value too, which is then limited."
-        => |b| b.trigger.value(|word, range, _| u64::from(word).min(range - 1));
+        => |d| d.trigger.value(|word, range, _| u64::from(word).min(range - 1));
     "preset-at-each-connection" "The first good outputs of a connection make a preset to their value."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::TriggersPreset { before, .. } => right || before.is_none(),
             _ => right,
         });
     "outputs-kept-without-power" "A request from before a loss of power that is held is no new one."
-        => |b| b.encoder.add(HeldRequests::over_power());
+        => |d| d.encoder.add(HeldRequests::over_power());
     "trigger-takes-value-before" "A preset takes the value of the frame before the one in which the trigger rises."
-        => |b| b.encoder.outputs(trigger_takes_value_before);
+        => |d| d.encoder.outputs(trigger_takes_value_before);
     "trigger-is-a-level" "While the trigger stands the position is set to the value beside it in each frame."
-        => |b| {
-            b.checks.check(|check, right| match check {
+        => |d| {
+            d.checks.check(|check, right| match check {
                 Check::TriggersPreset { now, .. } => now & TRIGGER != 0,
                 _ => right,
             });
-            b.encoder.store(|_, write| preset_takes(write, Duration::ZERO));
+            d.encoder.store(|_, write| preset_takes(write, Duration::ZERO));
         };
     "trigger-on-both-edges" "A preset is carried out once more when the trigger falls."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::TriggersPreset { before: Some(before), now } => (before ^ now) & TRIGGER != 0,
             _ => right,
         });
     "new-value-triggers" "Another value beside a trigger that stands makes another preset."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::TriggersPreset { before: Some(before), now } => now & TRIGGER != 0 && before != now,
             _ => right,
         });
     "trigger-works-once" "Only the first trigger in a connection makes a preset."
-        => |b| b.checks.check(trigger_works_once());
+        => |d| d.checks.check(trigger_works_once());
     "value-without-trigger" "Another value sets the position without the trigger."
-        => |b| b.checks.check(|check, right| match check {
+        => |d| d.checks.check(|check, right| match check {
             Check::TriggersPreset { before: Some(before), now } => right || now & TRIGGER == 0 && (before ^ now) & !TRIGGER != 0,
             _ => right,
         });
     "trigger-limit-one-short" "The value of a preset is limited to the range less 2."
-        => |b| b.trigger.value(|_, range, right| right.min(range.saturating_sub(2)));
+        => |d| d.trigger.value(|_, range, right| right.min(range.saturating_sub(2)));
     "trigger-value-wraps" "The value of a preset beyond the range is reduced to a remainder and not limited."
-        => |b| b.trigger.value(|word, range, _| u64::from(word & VALUE) % range);
+        => |d| d.trigger.value(|word, range, _| u64::from(word & VALUE) % range);
     "preset-of-27-bits" "Bit 27 of the value is dropped."
-        => |b| b.encoder.preset_word(|word, _| word & !(1 << 27));
+        => |d| d.encoder.preset_word(|word, _| word & !(1 << 27));
     "reserved-preset-bits-double" "The value is doubled if any of the bits 28 to 30 is set."
-        => |b| b.encoder.preset_word(|word, _| match word & !VALUE & !TRIGGER {
+        => |d| d.encoder.preset_word(|word, _| match word & !VALUE & !TRIGGER {
             0 => word,
             _ => word & !VALUE | word << 1 & VALUE,
         });
     "trigger-uses-parameter" "A preset by the trigger takes P65000 and not the value beside it."
-        => |b| b.encoder.outputs(|view, _, arrived| Outputs {
+        => |d| d.encoder.outputs(|view, _, arrived| Outputs {
             preset: arrived.preset.map(|word| word & !VALUE | view.preset_value & VALUE),
             ..arrived
         });
     "trigger-obeys-mode" "A preset by the trigger is relative while bit 11 of G1_STW is set."
-        => |b| b.encoder.outputs(trigger_obeys_mode);
+        => |d| d.encoder.outputs(trigger_obeys_mode);
     "request-takes-cyclic-value" "A preset by G1_STW takes the value beside the trigger and not P65000."
-        => |b| b.encoder.preset_units(|view, mode, right| match view.outputs.preset {
+        => |d| d.encoder.preset_units(|view, mode, right| match view.outputs.preset {
             Some(word) => view.facts.preset_values.units(mode, word & VALUE, view.positions),
             None => right,
         });
     "trigger-blocks-request" "After a preset by the trigger none is carried out by G1_STW until the next connection."
-        => |b| trigger_blocks_request(b);
+        => |d| trigger_blocks_request(d);
     "simultaneous-presets-add" "Two presets at once make the sum of both values."
-        => |b| b.measuring.preset(simultaneous_presets_add());
+        => |d| d.measuring.preset(simultaneous_presets_add());
 };
 
 /// Reduces nothing that is beyond the range.
@@ -430,32 +430,32 @@ impl EncoderHooks for WrittenWhileRequested {
     }
 }
 
-fn preset_value_used_up(b: &mut Deviations) {
+fn preset_value_used_up(d: &mut Deviations) {
     let is_used = Rc::new(Cell::new(false));
     let (uses, used) = (is_used.clone(), is_used.clone());
-    b.measuring.preset(move |_, right| {
+    d.measuring.preset(move |_, right| {
         uses.set(true);
         right
     });
-    b.encoder.preset_units(move |_, _, value| if used.get() { 0 } else { value });
-    b.encoder.held(move |_, held| match is_used.take() {
+    d.encoder.preset_units(move |_, _, value| if used.get() { 0 } else { value });
+    d.encoder.held(move |_, held| match is_used.take() {
         true => Held { preset_value: 0, ..held },
         false => held,
     });
 }
 
-fn trigger_blocks_request(b: &mut Deviations) {
+fn trigger_blocks_request(d: &mut Deviations) {
     let is_blocked = Rc::new(Cell::new(false));
     let blocked = is_blocked.clone();
     let mut since = None;
-    b.encoder.outputs(move |view, _, arrived| {
+    d.encoder.outputs(move |view, _, arrived| {
         if since != view.data_since {
             blocked.set(false);
         }
         since = view.data_since;
         arrived
     });
-    b.checks.check(move |check, right| match check {
+    d.checks.check(move |check, right| match check {
         Check::CarriesOutPreset { by_request: true, .. } => right && !is_blocked.get(),
         Check::CarriesOutPreset { by_request: false, .. } => {
             is_blocked.set(right || is_blocked.get());

@@ -23,13 +23,13 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "access-point-at-the-telegram" "Records answer at the subslot of the telegram only."
-                => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
+                => |d| answer_at(d, |api, slot, subslot| (api, slot, subslot) == (ENCODER_API, ENCODER_SLOT, 2));
             "parameters-in-slot-0" "Records answer at the device access point only."
-                => |b| answer_at(b, |api, slot, subslot| (api, slot, subslot) == (0, 0, 1));
+                => |d| answer_at(d, |api, slot, subslot| (api, slot, subslot) == (0, 0, 1));
             "records-at-every-submodule" "Records answer at each submodule of the encoder."
-                => |b| answer_at(b, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
+                => |d| answer_at(d, |api, slot, _| (api, slot) == (ENCODER_API, ENCODER_SLOT));
             "parameters-at-b02f" "The parameter access has the record B02Fh."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::IsParameterAccess(index) => index == 0xB02F,
                     _ => right,
                 });
@@ -40,7 +40,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "record-read-freezes-position" "The signals of the telegram stand still while a parameter request is handled."
-                => |b| b.encoder.add(ReadFreezesPosition::default());
+                => |d| d.encoder.add(ReadFreezesPosition::default());
         },
     },
     // User parameters that go with a telegram
@@ -48,20 +48,20 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::Telegram(84)],
         deviations: bugs! {
             "telegram-84-needs-class-4" "Telegram 84 is refused where class 4 is off."
-                => |b| b.encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
+                => |d| d.encoder.write_record(|view, access, octets| refuse(access, octets, |user| number(view) == 84 && !user.class_4));
         },
     },
     Group {
         needs: &[Need::Profinet, Need::Telegram(82)],
         deviations: bugs! {
             "telegram-82-not-offered" "Telegram 82 is refused."
-                => |b| b.encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
+                => |d| d.encoder.write_record(|view, access, octets| refuse(access, octets, |_| number(view) == 82));
         },
     },
 ];
 
-fn answer_at(b: &mut Deviations, at: fn(u32, u16, u16) -> bool) {
-    b.checks.check(move |check, right| match check {
+fn answer_at(d: &mut Deviations, at: fn(u32, u16, u16) -> bool) {
+    d.checks.check(move |check, right| match check {
         Check::RecordAnswersAt(api, slot, subslot) => at(api, slot, subslot),
         _ => right,
     });

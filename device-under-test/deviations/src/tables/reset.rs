@@ -12,33 +12,33 @@ pub static GROUPS: &[Group] = &[Group {
     needs: &[Need::Profinet, Need::EncoderProfile],
     deviations: bugs! {
         "reset-refused-while-connected" "A factory reset is refused while data are exchanged."
-            => |b| b.checks.set(Check::FactoryReset { is_connected: true }, false);
+            => |d| d.checks.set(Check::FactoryReset { is_connected: true }, false);
         "reset-needs-a-connection" "A factory reset is refused while no data are exchanged."
-            => |b| b.checks.set(Check::FactoryReset { is_connected: false }, false);
+            => |d| d.checks.set(Check::FactoryReset { is_connected: false }, false);
         "reset-keeps-preset-value" "P65000 survives the factory reset."
-            => |b| b.encoder.reset(|view, _, left| Retained { preset_value: view.preset_value, ..left });
+            => |d| d.encoder.reset(|view, _, left| Retained { preset_value: view.preset_value, ..left });
         "preset-value-of-erased-memory" "After a factory reset P65000 has all bits set."
-            => |b| b.encoder.reset(|_, clears, left| match clears.application {
+            => |d| d.encoder.reset(|_, clears, left| match clears.application {
                 true => Retained { preset_value: u32::MAX, ..left },
                 false => left,
             });
         "reset-keeps-offset" "The offset survives the factory reset."
-            => |b| b.encoder.reset(reset_keeps_offset);
+            => |d| d.encoder.reset(reset_keeps_offset);
         "reset-keeps-offset-unseen" "The offset survives the factory reset, and P65001 gives 0 for it at all times."
-            => |b| {
-                b.encoder.reset(reset_keeps_offset);
-                b.encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
+            => |d| {
+                d.encoder.reset(reset_keeps_offset);
+                d.encoder.element(|_, at, right| if at == (65001, 8) { 0 } else { right });
             };
         "reset-keeps-name" "The station name survives the factory reset."
-            => |b| b.encoder.reset(|view, clears, left| {
+            => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |before| StationData { name: before.name.clone(), ..StationData::default() })
             });
         "reset-gives-a-name" "After a factory reset the station has a name by default."
-            => |b| b.encoder.reset(|view, clears, left| {
+            => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |_| StationData { name: b"encoder".to_vec(), ..StationData::default() })
             });
         "reset-keeps-address" "The IP address survives the factory reset."
-            => |b| b.encoder.reset(|view, clears, left| {
+            => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |before| StationData {
                     ip: before.ip,
                     mask: before.mask,
@@ -46,13 +46,13 @@ pub static GROUPS: &[Group] = &[Group {
                 })
             });
         "reset-keeps-gateway" "The gateway survives the factory reset."
-            => |b| b.encoder.reset(|view, clears, left| {
+            => |d| d.encoder.reset(|view, clears, left| {
                 reset_station(view, clears, left, |before| StationData { gateway: before.gateway, ..StationData::default() })
             });
         "reset-of-ram-only" "Name and addresses from before the factory reset are there again after a power cycle."
-            => |b| b.encoder.add(ResetOfRamOnly::default());
+            => |d| d.encoder.add(ResetOfRamOnly::default());
         "serial-number-erased" "A factory reset erases the serial number."
-            => |b| b.encoder.reset(|_, clears, mut left| {
+            => |d| d.encoder.reset(|_, clears, mut left| {
                 if clears.application {
                     left.serial_number.clear();
                 }

@@ -16,9 +16,9 @@ pub static GROUPS: &[Group] = &[
         deviations: bugs! {
             // P1002 and P1003
             "service-log-cut-short" "The logs have twelve elements."
-                => |b| {
-                    b.encoder.cut(1002, 12);
-                    b.encoder.cut(1003, 12);
+                => |d| {
+                    d.encoder.cut(1002, 12);
+                    d.encoder.cut(1003, 12);
                 };
             "power-ups-not-counted" "A power-up is not counted."
                 => |d| d.sick.log_loaded(|log| log.power_ups -= 1);
@@ -74,7 +74,7 @@ pub static GROUPS: &[Group] = &[
 
             // P1000 and P1001
             "p1000-always-0" "P1000 is always 0."
-                => |b| b.encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (1000, 0) { 0 } else { right });
             "sensor-words-exchanged" "The words B and C are exchanged."
                 => |d| status_words(d, |_, [a, b, c]| [a, c, b]);
             "sensor-bits-one-too-high" "The bits of the word A stand one place too high."

@@ -41,7 +41,7 @@ pub static GROUPS: &[Group] = &[Group {
         "default-speed-calculation-off" "The bit of the speed calculation is taken the wrong way round."
             => |d| d.fields(|fields| switched(fields, 1, 8));
         "default-resolution-of-13-bits" "Steps and range above 8192 and 67108864 are shown as these."
-            => |b| b.encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
+            => |d| d.encoder.element(|_, at, right| match at { (65001, 9) => right.min(8192), (65001, 10) => right.min(1 << 26), _ => right });
         "default-tolerance-wrong" "A tolerance of 1 counts and is shown as 10."
             => |d| d.fields(|fields| Fields { failures: if fields.failures == 1 { 10 } else { fields.failures }, ..fields });
         "default-speed-unit-steps" "Unit 3 counts and is shown as steps per second."
@@ -62,34 +62,34 @@ pub static GROUPS: &[Group] = &[Group {
         "waits-for-a-clock" "Without isochronous parameters the encoder waits for the clock all the same."
             => |d| d.a3m60.times(|times| times.or(Some(MILLISECOND)));
         "delivered-preset-value-wrong" "P65000 of a new encoder is FFFFFFFFh."
-            => |b| b.encoder.load(|_, retained| match retained.preset_value {
+            => |d| d.encoder.load(|_, retained| match retained.preset_value {
                 0 => Retained { preset_value: u32::MAX, ..retained },
                 _ => retained,
             });
 
         // What is taken
         "zero-units-taken" "No step in a revolution is accepted."
-            => |b| b.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
+            => |d| d.checks.serves(|user, _, right| right || user.units_per_revolution == 0);
         "range-of-zero-taken" "A range of 0 is taken for one revolution."
             => |d| d.fields(|fields| Fields { range: if fields.range == 0 { fields.units } else { fields.range }, ..fields });
         "impossible-scaling-accepted" "More steps in a revolution or a wider range than the sensor has are accepted in silence."
-            => |b| b.checks.serves(impossible_scaling_accepted);
+            => |d| d.checks.serves(impossible_scaling_accepted);
         "rule-of-powers-missing" "Any range is accepted without the round axis."
-            => |b| b.checks.serves(|user, hardware, _| serves(user, hardware));
+            => |d| d.checks.serves(|user, hardware, _| serves(user, hardware));
         "more-revolutions-than-there-are" "A range of more revolutions than the encoder has is accepted."
-            => |b| b.checks.serves(more_revolutions_than_there_are);
+            => |d| d.checks.serves(more_revolutions_than_there_are);
         "singleturn-range-refused" "A range of one revolution is refused."
-            => |b| b.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
+            => |d| d.checks.serves(|user, _, right| right && user.range != user.units_per_revolution);
         "range-halved" "The range in force is half of the one that is set."
             => |d| d.fields(|fields| Fields { range: fields.range / 2, ..fields });
         "unit-4-ignored" "Unit 4 counts as revolutions per minute."
             => |d| d.fields(|fields| Fields { speed_unit: if fields.speed_unit == 4 { 3 } else { fields.speed_unit }, ..fields });
         "speed-unit-ignored" "The velocity is in revolutions per minute whatever its unit."
-            => |b| b.start.velocity_unit(|_, _| Unit::Rpm);
+            => |d| d.start.velocity_unit(|_, _| Unit::Rpm);
         "speed-units-exchanged" "The units 1 and 2 are exchanged."
             => |d| d.fields(speed_units_exchanged);
         "undefined-speed-unit-taken" "A unit that is none is taken for steps per second."
-            => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
+            => |d| d.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
         "user-octets-shifted" "The user octets are read one octet late."
             => |d| d.user_octets(|octets| if octets.len() == OCTETS {
                 octets.rotate_left(1);

@@ -20,88 +20,88 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Output(Control::Stw2Enc)],
         deviations: bugs! {
             "control-words-swapped" "STW2_ENC and G1_STW are exchanged on reception."
-                => |b| b.encoder.control_words(|_, [a, b]| [b, a]);
+                => |d| d.encoder.control_words(|_, [a, b]| [b, a]);
             "position-little-endian" "The positions are sent least significant octet first."
-                => |b| b.encoder.signal(|of, octets| if is_position(of.signal) { octets.reverse() });
+                => |d| d.encoder.signal(|of, octets| if is_position(of.signal) { octets.reverse() });
             "inputs-padded-to-four" "The inputs are filled up to a multiple of four octets."
-                => |b| b.encoder.input_octets(|_, right| right.next_multiple_of(4));
+                => |d| d.encoder.input_octets(|_, right| right.next_multiple_of(4));
             "gray-code" "Positions are sent in Gray code."
-                => |b| b.encoder.signals(|_, now| each_position(now, |position| position ^ position >> 1));
+                => |d| d.encoder.signals(|_, now| each_position(now, |position| position ^ position >> 1));
             "position-left-aligned" "Positions are shifted to the left, as if their highest bit were the highest of the signal."
-                => |b| b.encoder.signals(|_, now| each_position(now, |position| position << 2));
+                => |d| d.encoder.signals(|_, now| each_position(now, |position| position << 2));
             "control-by-plc-not-seen" "Only the low octet of STW2_ENC is looked at."
-                => |b| b.encoder.control_words(|_, [a, b]| [a & 0x00FF, b]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a & 0x00FF, b]);
             "control-word-octets-swapped" "The octets of G1_STW are exchanged."
-                => |b| b.encoder.control_words(|_, [a, b]| [a, b.swap_bytes()]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a, b.swap_bytes()]);
             "status-word-octets-swapped" "The octets of G1_ZSW are exchanged."
-                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw.swap_bytes(), ..now });
             "inputs-bad-with-sensor-error" "The provider status is bad while a sensor error is shown."
-                => |b| b.encoder.signals(|_, now| Image { good: !has_error(&now), ..now });
+                => |d| d.encoder.signals(|_, now| Image { good: !has_error(&now), ..now });
             "reserved-bit-acts" "The reserved bit 10 of G1_STW parks the encoder as bit 14 does."
-                => |b| b.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0400) << 4]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a, b | (b & 0x0400) << 4]);
             "reference-search-starts" "The bits 0 to 3 of G1_STW start a search for the home position."
-                => |b| b.encoder.control_words(|_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a, if b & 0x000F == 0 { b } else { b | 0x1000 }]);
             "not-used-bits-mirrored" "The bits 0 to 10 of G1_STW come back in G1_ZSW."
-                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | now.outputs[1] & 0x07FF, ..now });
             "internal-state-in-status-word" "The reserved bits 0, 4 and 11 of ZSW2_ENC show that the encoder is parked."
-                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if is_parked(&now) { 0x0811 } else { 0 }, ..now });
             "status-bit-3-shows-error" "The unused bit 3 of ZSW2_ENC shows that there is an error."
-                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc | if has_error(&now) { 0x0008 } else { 0 }, ..now });
             "control-by-plc-ignored" "G1_STW is obeyed without Control by PLC."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ControlByPlc { .. } => true,
                     _ => right,
                 });
             "control-by-plc-needed-in-compatibility-mode" "Control by PLC is demanded in compatibility mode too."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ControlByPlc { set, .. } => set,
                     _ => right,
                 });
             "control-requested-always-set" "Bit 9 of ZSW2_ENC is always 1 without compatibility mode."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::RequestsControl { compatible, .. } => !compatible,
                     _ => right,
                 });
             "control-requested-never-set" "Bit 9 of ZSW2_ENC is always 0."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::RequestsControl { .. } => false,
                     _ => right,
                 });
             "control-requested-follows-control" "Bit 9 of ZSW2_ENC follows Control by PLC, whatever the mode."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::RequestsControl { set, .. } => set,
                     _ => right,
                 });
             "control-requested-latches" "Bit 9 of ZSW2_ENC stays 1 once it was set."
-                => |b| b.encoder.signals(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
+                => |d| d.encoder.signals(|before, now| Image { zsw2_enc: now.zsw2_enc | before.sent.zsw2_enc & 0x0200, ..now });
             "control-by-plc-inverted" "G1_STW is obeyed while Control by PLC is 0, and void while it is 1."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, set } => compatible || !set,
                     _ => right,
                 });
             "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
-                => |b| b.checks.check(control_valid_for_a_frame());
+                => |d| d.checks.check(control_valid_for_a_frame());
             "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
-                => |b| {
-                    b.encoder.add(LastWord::default());
-                    b.checks.check(|check, right| right || matches!(check, Check::ControlByPlc { .. }));
+                => |d| {
+                    d.encoder.add(LastWord::default());
+                    d.checks.check(|check, right| right || matches!(check, Check::ControlByPlc { .. }));
                 };
             "inputs-freeze-without-control" "The inputs stand still while Control by PLC is 0."
-                => |b| b.encoder.signals(inputs_freeze_without_control);
+                => |d| d.encoder.signals(inputs_freeze_without_control);
             "sign-of-life-in-low-nibble" "The sign of life of the encoder stands in bits 0 to 3."
-                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
+                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF | now.zsw2_enc >> 12, ..now });
             "sign-of-life-constant-0" "The sign of life of the encoder is always 0."
-                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
+                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & 0x0FFF, ..now });
             "sign-of-life-stands-still" "The sign of life of the encoder is always 3."
-                => |b| b.encoder.add(SignOfLife::by(|_| 3));
+                => |d| d.encoder.add(SignOfLife::by(|_| 3));
             "sign-of-life-through-zero" "The sign of life counts 0 to 15."
-                => |b| b.encoder.add(SignOfLife::by(|sign| (sign + 1) % 16));
+                => |d| d.encoder.add(SignOfLife::by(|sign| (sign + 1) % 16));
             "sign-of-life-stops-in-park" "The sign of life of the encoder stands still while it is parked."
-                => |b| b.encoder.add(SignOfLife::while_so(|_, now| !is_parked(now)));
+                => |d| d.encoder.add(SignOfLife::while_so(|_, now| !is_parked(now)));
             "sign-of-life-stops-on-error" "The sign of life of the encoder stands still while it shows an error."
-                => |b| b.encoder.add(SignOfLife::while_so(|_, now| !has_error(now)));
+                => |d| d.encoder.add(SignOfLife::while_so(|_, now| !has_error(now)));
             "sign-of-life-stops-during-preset" "The sign of life stands still while a preset is carried out."
-                => |b| b.encoder.add(SignOfLife::while_so(|view, _| view.next_offset.is_none()));
+                => |d| d.encoder.add(SignOfLife::while_so(|view, _| view.next_offset.is_none()));
         },
     },
     // Where the manual of the Sendix says otherwise than the profile
@@ -109,18 +109,18 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
             "sign-of-life-at-half-rate" "The sign of life changes with each second send clock only."
-                => |b| b.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
+                => |d| d.life_sign.count(|elapsed, _, _| (elapsed.as_micros() as u64 + 500) / 2000 + 1);
             "sign-of-life-counts-frames" "The sign of life goes on with each frame, whatever time lies between two of them."
-                => |b| b.life_sign.count(|_, frames, _| frames);
+                => |d| d.life_sign.count(|_, frames, _| frames);
             "position-needs-request" "The position stands in G1_XIST2 only while it is requested."
-                => |b| b.encoder.signals(|_, now| if now.request.absolute { now } else { without_transfer(now) });
+                => |d| d.encoder.signals(|_, now| if now.request.absolute { now } else { without_transfer(now) });
             "compatibility-mode-works" "G1_STW counts without Control by PLC in compatibility mode."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, set } => compatible || set,
                     _ => right,
                 });
             "fault-present-never-set" "Bit 3 of ZSW2_ENC is never set."
-                => |b| b.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
+                => |d| d.encoder.signals(|_, now| Image { zsw2_enc: now.zsw2_enc & !0x0008, ..now });
         },
     },
     // The same, of which the manual of the A3M60 has bugs of its own
@@ -128,9 +128,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::Output(Control::Stw2Enc)],
         deviations: bugs! {
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC."
-                => |b| b.encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
+                => |d| d.encoder.control_words(|_, [a, b]| [if a & 0x0B7F == 0 { a } else { a & !0x0400 }, b]);
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW shows that the shaft turns."
-                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0 } else { 0x0400 }, ..now });
         },
     },
     // The sign of life of the controller, where it is watched
@@ -138,55 +138,55 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::WatchedController],
         deviations: bugs! {
             "controller-sign-of-life-in-low-nibble" "The sign of life of the controller is looked for in bits 0 to 3."
-                => |b| b.encoder.control_words(|_, [a, b]| [a & 0x0FFF | a << 12, b]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a & 0x0FFF | a << 12, b]);
             "sign-of-life-not-watched" "The sign of life of the controller is not watched."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::WatchesController { .. } => false,
                     _ => right,
                 });
             "life-sign-ends-at-14" "The sign of life of the controller is expected to go from 14 to 1."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::FollowsLifeSign { last, sign, .. } => sign == last % 14 + 1,
                     _ => right,
                 });
             "tolerance-ignored" "One failure is tolerated, whatever octet 17 of the start-up record says."
-                => |b| b.life_sign.tolerated(|_, _| 1);
+                => |d| d.life_sign.tolerated(|_, _| 1);
             "life-sign-error-not-acknowledged" "Only a restart clears the error of the sign of life."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ClearsError { code: Some(0x0F02), .. } => false,
                     _ => right,
                 });
             "missing-synchronization-is-error" "A bus cycle that is not synchronized is an error."
-                => |b| b.encoder.causes(|_, right| right.into_iter().chain([Error::of(0x0F04)]).collect());
+                => |d| d.encoder.causes(|_, right| right.into_iter().chain([Error::of(0x0F04)]).collect());
             "zero-life-sign-is-failure" "A controller that sends 0 all the time raises an error."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::BeginsToWatch { .. } => true,
                     _ => right,
                 });
             "life-sign-tolerance-off-by-one" "The error comes one failure too early."
-                => |b| b.life_sign.tolerated(|_, right| right - 1);
+                => |d| d.life_sign.tolerated(|_, right| right - 1);
             "life-sign-255-is-minus-one" "A tolerance of 255 counts as -1."
-                => |b| b.life_sign.tolerated(|_, right| (right as i8).into());
+                => |d| d.life_sign.tolerated(|_, right| (right as i8).into());
             "life-sign-failures-add-up" "Tolerated failures are never forgotten."
-                => |b| {
+                => |d| {
                     let failures = Failures::default();
-                    b.checks.add(failures.clone());
-                    b.life_sign.tolerated(move |_, right| failures.tolerated(right));
+                    d.checks.add(failures.clone());
+                    d.life_sign.tolerated(move |_, right| failures.tolerated(right));
                 };
             "life-sign-needs-control" "The sign of life of the controller is monitored under Control by PLC only."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::WatchesController { has_control: false, .. } => false,
                     _ => right,
                 });
             "life-sign-tolerance-in-v41-mode" "Octet 17 of the start-up record counts without compatibility mode too."
-                => |b| b.life_sign.tolerated(as_set);
+                => |d| d.life_sign.tolerated(as_set);
         },
     },
     Group {
         needs: &[Need::Profinet, Need::WatchedController],
         deviations: bugs! {
             "life-sign-wrap-is-failure" "The step from 15 to 1 counts as a failure."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::FollowsLifeSign { last, sign, .. } => sign == last + 1,
                     _ => right,
                 });
@@ -197,45 +197,45 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::G1Xist2)],
         deviations: bugs! {
             "positions-swapped" "G1_XIST1 and G1_XIST2 change places in the telegrams 81 to 83."
-                => |b| b.encoder.order(positions_swapped);
+                => |d| d.encoder.order(positions_swapped);
             "error-code-in-upper-word" "Error codes stand in the upper half of G1_XIST2."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_error(&now) { now.g1_xist2 << 16 } else { now.g1_xist2 }, ..now });
             "telegram-81-with-velocity" "Telegram 81 ends with NIST_A as telegram 82 does."
-                => |b| (b.encoder.input_octets(with_velocity_octets), b.encoder.order(with_velocity));
+                => |d| (d.encoder.input_octets(with_velocity_octets), d.encoder.order(with_velocity));
             "error-code-for-status-word" "An error code is sent in place of G1_ZSW."
-                => |b| b.encoder.signals(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_zsw: if has_error(&now) { now.g1_xist2 as u16 } else { now.g1_zsw }, ..now });
             "position-of-24-bits" "G1_XIST1 has 24 bits only."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist1: now.g1_xist1 & 0x00FF_FFFF, ..now });
             "xist2-of-16-bits" "G1_XIST2 has 16 bits only, so that it carries no revolutions."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist2: now.g1_xist2 & 0xFFFF, ..now });
             "xist1-needs-request" "G1_XIST1 is 0 unless the position is requested in G1_XIST2."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist1: if now.is_transferred { now.g1_xist1 } else { 0 }, ..now });
             "xist2-with-fine-bits" "The position in G1_XIST2 has three bits of a fine resolution."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist2: if has_position(&now) { now.g1_xist2 << 3 } else { now.g1_xist2 }, ..now });
             "xist1-shows-error" "The error code stands in G1_XIST1 as well."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist1: if has_error(&now) { now.g1_xist2 } else { now.g1_xist1 }, ..now });
             "xist2-always-shows-position" "G1_XIST2 shows the position although it is not requested."
-                => |b| b.encoder.signals(xist2_always_shows_position);
+                => |d| d.encoder.signals(xist2_always_shows_position);
             "xist2-keeps-last-value" "G1_XIST2 keeps its last value when neither position nor error is shown."
-                => |b| b.encoder.signals(xist2_keeps_last_value);
+                => |d| d.encoder.signals(xist2_keeps_last_value);
             "xist2-only-at-the-edge" "G1_XIST2 takes the position once, when it is requested."
-                => |b| b.encoder.signals(xist2_only_at_the_edge);
+                => |d| d.encoder.signals(xist2_only_at_the_edge);
             "position-bit-before-position" "Bit 13 of G1_ZSW is set one frame before the position stands in G1_XIST2."
-                => |b| b.encoder.signals(position_bit_before_position);
+                => |d| d.encoder.signals(position_bit_before_position);
             "transfer-needs-preset" "The position is transferred in G1_XIST2 while a preset is requested too."
-                => |b| b.encoder.control_words(|_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a, if b & 0x1000 == 0 { b & !POSITION } else { b }]);
             "xist2-one-frame-late" "G1_XIST2 shows the position of the frame before."
-                => |b| b.encoder.signals(xist2_one_frame_late);
+                => |d| d.encoder.signals(xist2_one_frame_late);
             "absolute-value-not-served" "The request for the position in G1_XIST2 has no effect."
-                => |b| b.encoder.signals(|_, now| without_transfer(now));
+                => |d| d.encoder.signals(|_, now| without_transfer(now));
             "absolute-value-never-ends" "The transfer of the position goes on when the request is taken back."
-                => |b| b.encoder.signals(absolute_value_never_ends);
+                => |d| d.encoder.signals(absolute_value_never_ends);
             "position-bit-stays-with-error" "Bit 13 of G1_ZSW stays set when an error displaces the position."
-                => |b| b.encoder.signals(position_bit_stays_with_error);
+                => |d| d.encoder.signals(position_bit_stays_with_error);
             "position-bit-lost-after-error" "After an error the position has to be requested anew."
-                => |b| b.encoder.signals(position_bit_lost_after_error);
+                => |d| d.encoder.signals(position_bit_lost_after_error);
             "position-unrequested-after-error" "After an error the position is shown although it is not requested."
-                => |b| b.encoder.signals(position_unrequested_after_error);
+                => |d| d.encoder.signals(position_unrequested_after_error);
         },
     },
     // G1_XIST3
@@ -243,14 +243,14 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::G1Xist3)],
         deviations: bugs! {
             "xist3-halves-swapped" "The two halves of G1_XIST3 are exchanged."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.rotate_left(4) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.rotate_left(4) });
             "xist3-of-four-octets" "G1_XIST3 has four octets."
-                => |b| {
-                    b.encoder.input_octets(|telegram, right| if telegram.number == 84 { 16 } else { right });
-                    b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.drain(..4); });
+                => |d| {
+                    d.encoder.input_octets(|telegram, right| if telegram.number == 84 { 16 } else { right });
+                    d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist3 { octets.drain(..4); });
                 };
             "xist3-upper-half-ones" "The upper half of G1_XIST3 is filled with ones."
-                => |b| b.encoder.signals(|_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_xist3: now.g1_xist3 | 0xFFFF_FFFF << 32, ..now });
         },
     },
     // Velocities
@@ -258,16 +258,16 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::NistA)],
         deviations: bugs! {
             "nist-a-from-upper-half" "NIST_A is the upper half of the 32-bit velocity."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::NistA { *octets = (of.image.velocity as i32).to_be_bytes()[..2].into() });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::NistA { *octets = (of.image.velocity as i32).to_be_bytes()[..2].into() });
         },
     },
     Group {
         needs: &[Need::Input(Signal::NistB)],
         deviations: bugs! {
             "velocity-before-xist2" "NIST_B stands before G1_XIST2 in the telegrams 83 and 84."
-                => |b| b.encoder.order(velocity_before_xist2);
+                => |d| d.encoder.order(velocity_before_xist2);
             "nist-b-not-sign-extended" "A negative velocity has zeros in the upper half of NIST_B."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::NistB && of.image.velocity < 0 { octets[..2].fill(0) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::NistB && of.image.velocity < 0 { octets[..2].fill(0) });
         },
     },
     // Telegrams of the profile with a velocity
@@ -275,18 +275,18 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Telegram(82)],
         deviations: bugs! {
             "velocity-of-the-other-width" "Telegram 82 carries NIST_B and telegram 83 NIST_A."
-                => |b| (b.encoder.input_octets(other_width_octets), b.encoder.order(other_width));
+                => |d| (d.encoder.input_octets(other_width_octets), d.encoder.order(other_width));
             "setpoint-word-inserted" "The telegrams 82 and 83 expect a setpoint between STW2_ENC and G1_STW."
-                => |b| b.encoder.control_words(|t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }]);
+                => |d| d.encoder.control_words(|t, [a, b]| [a, if matches!(t.number, 82 | 83) { 0 } else { b }]);
         },
     },
     Group {
         needs: &[Need::Telegram(84)],
         deviations: bugs! {
             "telegram-84-without-g1-stw" "G1_STW is not looked at in telegram 84."
-                => |b| b.encoder.control_words(|t, [a, b]| [a, if t.number == 84 { 0 } else { b }]);
+                => |d| d.encoder.control_words(|t, [a, b]| [a, if t.number == 84 { 0 } else { b }]);
             "telegram-84-hides-errors" "G1_XIST2 of telegram 84 leaves out the error code."
-                => |b| b.encoder.signal(|of, octets| if of.telegram.number == 84 { hide_error(of, octets) });
+                => |d| d.encoder.signal(|of, octets| if of.telegram.number == 84 { hide_error(of, octets) });
         },
     },
     // The telegram of position and velocity
@@ -294,18 +294,18 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Telegram(860)],
         deviations: bugs! {
             "mantel-without-velocity" "Telegram 860 has the position alone."
-                => |b| (b.encoder.input_octets(mantel_without_velocity_octets), b.encoder.order(mantel_without_velocity));
+                => |d| (d.encoder.input_octets(mantel_without_velocity_octets), d.encoder.order(mantel_without_velocity));
             "velocity-before-position" "The velocity stands before the position in telegram 860."
-                => |b| b.encoder.order(velocity_before_position);
+                => |d| d.encoder.order(velocity_before_position);
             "mantel-position-in-front" "A position of 16 bits stands in the first two of the four octets of telegram 860."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::Position && of.view.positions <= 1 << 16 { octets.rotate_left(2) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::Position && of.view.positions <= 1 << 16 { octets.rotate_left(2) });
             "mantel-position-unscaled" "The position of telegram 860 counts steps of the hardware although scaling is on."
-                => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+                => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
                     Signal::Position => Settings { scaling: Scaling::hardware(hardware), ..settings },
                     _ => settings,
                 });
             "extension-shifts-the-telegram" "With a submodule for the velocity telegram 81 begins two octets later."
-                => |b| b.encoder.signal(|of, octets| {
+                => |d| d.encoder.signal(|of, octets| {
                     let has_speed = of.view.submodules.iter().any(|one| one.telegram.inputs == [Signal::NistA]);
                     if of.signal == Signal::Zsw2Enc && has_speed {
                         octets.splice(..0, [0, 0]);
@@ -318,7 +318,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::Position)],
         deviations: bugs! {
             "position-torn" "While the position changes, its upper half is that of the frame before in telegram 860."
-                => |b| b.encoder.signals(|before, now| Image {
+                => |d| d.encoder.signals(|before, now| Image {
                     plain_position: before.truth.plain_position & 0xFFFF_0000 | now.plain_position & 0xFFFF,
                     ..now
                 });
@@ -329,20 +329,20 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::SingleTurn)],
         deviations: bugs! {
             "speed-octets-swapped" "The velocity of 16 bits is sent least significant octet first."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::NistA { octets.reverse() });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::NistA { octets.reverse() });
             "st-pos-in-upper-octets" "The position within the revolution stands in the upper half of its signal."
-                => |b| b.encoder.signals(|_, now| Image { single_turn: now.single_turn << 16, ..now });
+                => |d| d.encoder.signals(|_, now| Image { single_turn: now.single_turn << 16, ..now });
             "st-pos-one-frame-late" "The position within the revolution is that of the frame before."
-                => |b| b.encoder.signals(|before, now| Image {
+                => |d| d.encoder.signals(|before, now| Image {
                     single_turn: if before.truth.good { before.truth.single_turn } else { now.single_turn },
                     ..now
                 });
             "st-pos-reaches-mur" "The position within the revolution is a whole revolution where it should be 0."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn && of.image.single_turn == 0 { put(octets, units(of) as u32) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn && of.image.single_turn == 0 { put(octets, units(of) as u32) });
             "st-pos-modulo-range" "The position within the revolution is the position in the range."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn { put(octets, of.image.plain_position) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SingleTurn { put(octets, of.image.plain_position) });
             "provider-status-bad" "The provider status of the last submodule with inputs stays bad."
-                => |b| b.encoder.inputs(|view, submodule, _, right| {
+                => |d| d.encoder.inputs(|view, submodule, _, right| {
                     let last = view.submodules.iter().rfind(|one| one.telegram.input_octets > 0);
                     SubmoduleInputs { are_good: right.are_good && last.is_none_or(|last| *last != submodule), ..right }
                 });
@@ -352,27 +352,27 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::MultiTurn)],
         deviations: bugs! {
             "mt-pos-in-upper-octets" "The revolutions stand in the upper half of their signal."
-                => |b| b.encoder.signals(|_, now| Image { multi_turn: now.multi_turn << 16, ..now });
+                => |d| d.encoder.signals(|_, now| Image { multi_turn: now.multi_turn << 16, ..now });
             "mt-pos-rounded-up" "The revolutions are rounded up."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.image.single_turn > 0 { put(octets, of.image.multi_turn + 1) });
             "mt-pos-of-the-hardware" "The revolutions are those of the hardware."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn { put(octets, turns_of_the_hardware(of.view) as u32) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn { put(octets, turns_of_the_hardware(of.view) as u32) });
             "mt-pos-counts-turns" "The revolutions of the shaft are counted beyond those of the range."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn {
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn {
                     let laps = of.view.measuring.laps * of.view.hardware.revolutions as i64;
                     put(octets, (laps + turns_of_the_hardware(of.view) as i64) as u32);
                 });
             "mt-pos-underflows" "Where the range is below a revolution the revolutions have all bits set."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.view.measuring.settings.scaling.range < units(of) { octets.fill(0xFF) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::MultiTurn && of.view.measuring.settings.scaling.range < units(of) { octets.fill(0xFF) });
         },
     },
     Group {
         needs: &[Need::Output(Control::SeparateG1Stw)],
         deviations: bugs! {
             "separate-g1-stw-obeyed" "The bits of G1_STW in a submodule of its own are obeyed."
-                => |b| {
+                => |d| {
                     let mut bits = 0;
-                    b.encoder.outputs(move |_, telegram, arrived| {
+                    d.encoder.outputs(move |_, telegram, arrived| {
                         if telegram.outputs.contains(&Control::SeparateG1Stw) {
                             bits = arrived.separate.unwrap_or(0);
                         }
@@ -385,7 +385,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::SeparateG1Zsw)],
         deviations: bugs! {
             "separate-g1-zsw-zero" "G1_ZSW in a submodule of its own is always 0."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::SeparateG1Zsw { octets.fill(0) });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::SeparateG1Zsw { octets.fill(0) });
         },
     },
 ];

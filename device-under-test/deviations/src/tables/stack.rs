@@ -137,9 +137,9 @@ pub static GROUPS: &[Group] = &[
             "dap-1-accepted" "Access point 1 is taken for the own one."
                 => |d| d.stack.plugs(|plugs| add_access_point(plugs, |_| 1));
             "outputs-held-after-loss" "The encoder goes on with the last outputs when its connection has ended."
-                => |b| {
-                b.stack.set(StackCheck::OutputsEnd, false);
-                b.encoder.add(HeldRequests::over_connections());
+                => |d| {
+                d.stack.set(StackCheck::OutputsEnd, false);
+                d.encoder.add(HeldRequests::over_connections());
             };
             "im0-without-profile" "I&M0 names no profile."
                 => |d| d.stack.im0(|im0| im0.profile_id = 0);

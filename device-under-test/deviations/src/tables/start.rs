@@ -33,25 +33,25 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "code-sequence-ignored" "The position rises clockwise whatever the record says."
-                => |b| b.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
+                => |d| d.checks.check(|check, right| right && !matches!(check, Check::CodeSequenceActs(_)));
             "scaling-without-class-4" "Scaling acts although class 4 is off."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ScalingActs(user) => user.scaling,
                     _ => right,
                 });
             "scaling-bit-ignored" "Scaling acts although it is off."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ScalingActs(user) => user.class_4,
                     _ => right,
                 });
             "full-units-refused" "As many units per revolution as the hardware has are taken for impossible."
-                => |b| b.checks.serves(|user, hardware, right| right && user.units_per_revolution < hardware.steps_per_revolution);
+                => |d| d.checks.serves(|user, hardware, right| right && user.units_per_revolution < hardware.steps_per_revolution);
             "powers-of-two-only" "Scaling parameters that are no powers of two are taken for impossible."
-                => |b| b.checks.serves(|user, _, right| {
+                => |d| d.checks.serves(|user, _, right| {
                     right && user.units_per_revolution.is_power_of_two() && user.range.is_power_of_two()
                 });
             "code-sequence-inverted" "The position falls with the code sequence for which it should rise."
-                => |b| b.start.settings(|user, _, right| match user.direction {
+                => |d| d.start.settings(|user, _, right| match user.direction {
                     Direction::Clockwise if user.class_4 => Settings { direction: Direction::Counterclockwise, ..right },
                     _ => Settings { direction: Direction::Clockwise, ..right },
                 });
@@ -62,96 +62,96 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "record-length-not-checked" "A record 0xBF00 of another length is accepted."
-                => |b| change_record(b, |octets| octets.resize(OCTETS, 0));
+                => |d| change_record(d, |octets| octets.resize(OCTETS, 0));
             "record-taken-once" "Only the first record 0xBF00 after power-up is taken over."
-                => |b| record_taken_once(b);
+                => |d| record_taken_once(d);
             "record-half-taken-in-data-exchange" "A record in data exchange is refused and scales the position nevertheless."
-                => |b| record_half_taken(b);
+                => |d| record_half_taken(d);
             "bits-2-and-3-exchanged" "Preset control and scaling change places in octet 0."
-                => |b| read_octets(b, |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8);
+                => |d| read_octets(d, |octets| octets[0] = octets[0] & 0xF3 | octets[0] >> 1 & 4 | octets[0] << 1 & 8);
             "reserved-bit-7-acts" "Bit 7 of octet 0 turns the code sequence round."
-                => |b| read_octets(b, |octets| octets[0] ^= octets[0] >> 7);
+                => |d| read_octets(d, |octets| octets[0] ^= octets[0] >> 7);
             "scaling-little-endian" "The scaling parameters are read with their least significant octet first."
-                => |b| read_octets(b, scaling_little_endian);
+                => |d| read_octets(d, scaling_little_endian);
             "octet-17-as-unit" "The velocity unit is read from octet 17."
-                => |b| read_octets(b, |octets| octets[18] = octets[17]);
+                => |d| read_octets(d, |octets| octets[18] = octets[17]);
             "unit-from-octet-19" "The velocity unit is read from octet 19."
-                => |b| read_octets(b, |octets| octets[18] = octets[19]);
+                => |d| read_octets(d, |octets| octets[18] = octets[19]);
             "reserved-octets-act" "Octet 30 becomes the preset value if it is not 0."
-                => |b| b.encoder.add(ReservedOctetsAct::default());
+                => |d| d.encoder.add(ReservedOctetsAct::default());
             "upper-scaling-octets-ignored" "Only the lower 32 bits of the scaling parameters count."
-                => |b| b.encoder.user_parameters(upper_scaling_octets_ignored);
+                => |d| d.encoder.user_parameters(upper_scaling_octets_ignored);
             "units-and-range-exchanged" "Units per revolution and total range change places."
-                => |b| b.encoder.user_parameters(units_and_range_exchanged);
+                => |d| d.encoder.user_parameters(units_and_range_exchanged);
             "compatibility-inverted" "Compatibility mode has the natural polarity: 1 is enabled."
-                => |b| b.encoder.user_parameters(|_, user| UserParameters { compatible: !user.compatible, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameters { compatible: !user.compatible, ..user });
             "tolerance-0-accepted" "No tolerated failures of the sign of life are accepted in silence."
-                => |b| b.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::ToleranceIsRight(_)));
             "class-4-always-on" "The class 4 bit is not looked at."
-                => |b| b.encoder.user_parameters(|_, user| UserParameters { class_4: true, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameters { class_4: true, ..user });
             "code-sequence-without-class-4" "The code sequence acts although class 4 is off."
-                => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
             "direction-reversed" "The code sequence of the singleturn encoder is reversed."
-                => |b| b.start.settings(direction_reversed);
+                => |d| d.start.settings(direction_reversed);
             "scaling-one-start-late" "The scaling of a record takes effect with the start after it."
-                => |b| b.start.settings(scaling_one_start_late());
+                => |d| d.start.settings(scaling_one_start_late());
             "full-range-refused" "The whole range of the hardware is taken for an impossible one."
-                => |b| b.checks.serves(|user, hardware, right| right && user.range < hardware.range());
+                => |d| d.checks.serves(|user, hardware, right| right && user.range < hardware.range());
             "limits-of-the-other-variant" "The limits of the scaling are those of the other variant."
-                => |b| limits_of_the_other_variant(b);
+                => |d| limits_of_the_other_variant(d);
             "single-limits-not-checked" "Units per revolution and range beyond their limits are accepted in silence."
-                => |b| b.checks.serves(single_limits_not_checked);
+                => |d| d.checks.serves(single_limits_not_checked);
             "impossible-scaling-accepted" "A ratio that the hardware cannot serve is accepted in silence."
-                => |b| b.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
+                => |d| d.checks.serves(|user, hardware, right| right || are_single_limits_kept(user, hardware, 2));
             "zero-units-stop-the-device" "No units per revolution stop the device, scaling off or not."
-                => |b| b.encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
+                => |d| d.encoder.ready(|view, right| if view.user.units_per_revolution == 0 { NEVER } else { right });
             "speed-unit-not-checked" "An unknown velocity unit is taken as steps per second in silence."
-                => |b| b.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
+                => |d| d.checks.check(|check, right| right || matches!(check, Check::VelocityUnitExists(_)));
             "speed-unit-ignored" "The velocity is given in steps per second whatever its unit."
-                => |b| b.start.velocity_unit(|_, _| Unit::PerSecond);
+                => |d| d.start.velocity_unit(|_, _| Unit::PerSecond);
             "speed-unit-refused-without-velocity" "A velocity unit other than 0 is taken for wrong with telegram 81."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::UserParametersAreRight(user, 81) => right && user.speed_unit == 0,
                     _ => right,
                 });
             "defaults-of-another-model" "Without scaling a revolution has 8192 units."
-                => |b| b.start.settings(|user, hardware, right| {
+                => |d| d.start.settings(|user, hardware, right| {
                     unscaled(user, right, Scaling { units_per_revolution: 8192, ..Scaling::hardware(hardware) })
                 });
             "default-range-of-one-revolution" "Without scaling the total range is one revolution."
-                => |b| b.start.settings(|user, hardware, right| {
+                => |d| d.start.settings(|user, hardware, right| {
                     unscaled(user, right, Scaling { range: hardware.steps_per_revolution, ..Scaling::hardware(hardware) })
                 });
             "default-switches-inverted" "Without a record each switch of octet 0 is the other way round."
-                => |b| b.start.delivered(default_switches_inverted);
+                => |d| d.start.delivered(default_switches_inverted);
             "default-tolerance-10" "Without a record ten failures of the sign of life are tolerated."
-                => |b| {
-                    b.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
-                    b.life_sign.tolerated(as_set);
+                => |d| {
+                    d.start.delivered(|_, right| UserParameters { life_sign_failures: 10, ..right });
+                    d.life_sign.tolerated(as_set);
                 };
             "default-speed-unit-rpm" "Without a record the velocity is given in rpm."
-                => |b| b.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });
+                => |d| d.start.delivered(|_, right| UserParameters { speed_unit: Unit::Rpm as u8, ..right });
             "scaling-of-32-bits" "The scaling parameters are read as if they had 32 bits."
-                => |b| read_octets(b, scaling_of_32_bits);
+                => |d| read_octets(d, scaling_of_32_bits);
             "record-of-30-octets" "A record 0xBF00 has to have 30 octets."
-                => |b| b.encoder.write_record(record_of_30_octets);
+                => |d| d.encoder.write_record(record_of_30_octets);
             "life-sign-octet-refused" "A tolerance of the sign of life other than 0 is taken for wrong."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::ToleranceIsRight(user) => user.life_sign_failures == 0,
                     _ => right,
                 });
             "class-4-inverted" "Class 4 is on while its bit is 0."
-                => |b| b.encoder.user_parameters(|_, user| UserParameters { class_4: !user.class_4, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameters { class_4: !user.class_4, ..user });
             "revolution-of-hardware-steps" "A unit is a step of the hardware, whatever the units per revolution."
-                => |b| b.measuring.scale(|scaling, _, place| place % scaling.range);
+                => |d| d.measuring.scale(|scaling, _, place| place % scaling.range);
             "range-of-24-bits" "Only the lower 24 bits of the total range count."
-                => |b| b.encoder.user_parameters(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
+                => |d| d.encoder.user_parameters(|_, user| UserParameters { range: user.range & 0x00FF_FFFF, ..user });
             "range-of-25-bits" "A range of more than 25 bits is taken for impossible."
-                => |b| b.checks.serves(|user, _, right| right && user.range <= 1 << 25);
+                => |d| d.checks.serves(|user, _, right| right && user.range <= 1 << 25);
             "profile-version-in-one-octet" "The version of the profile has one octet."
-                => |b| b.encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x41 } else { right });
             "profile-version-3-1" "The status tells version 3.1 of the profile."
-                => |b| b.encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
+                => |d| d.encoder.element(|_, at, right| if at == (65001, 6) { 0x301 } else { right });
         },
     },
     // A record that is missing
@@ -159,7 +159,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::RequiredRecord],
         deviations: bugs! {
             "missing-record-ignored" "A start without a record is no error."
-                => |b| b.checks.set(Check::StartsWithoutRecord, true);
+                => |d| d.checks.set(Check::StartsWithoutRecord, true);
         },
     },
     // A record in data exchange
@@ -167,16 +167,16 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::RecordInExchange],
         deviations: bugs! {
             "parameter-error-latched" "Wrong parameters stay an error for the rest of the connection."
-                => |b| parameter_error_latched(b);
+                => |d| parameter_error_latched(d);
             "invalid-record-accepted" "With a scaling of 0 the parameters before stay in force without an error."
-                => |b| b.encoder.user_parameters(|view, user| match (user.units_per_revolution, user.range) {
+                => |d| d.encoder.user_parameters(|view, user| match (user.units_per_revolution, user.range) {
                     (0, 0) => *view.user,
                     _ => user,
                 });
             "record-in-exchange-waits-for-start" "A record in data exchange is accepted and changes nothing."
-                => |b| b.checks.set(Check::RecordActsAtOnce, false);
+                => |d| d.checks.set(Check::RecordActsAtOnce, false);
             "record-of-data-exchange-stays" "A record in data exchange outlasts those of later starts."
-                => |b| record_of_data_exchange_stays(b);
+                => |d| record_of_data_exchange_stays(d);
         },
     },
     // A telegram beside that of the profile
@@ -184,9 +184,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Telegram(860)],
         deviations: bugs! {
             "mantel860-waits-for-preset" "With telegram 860 there is no ApplicationReady before a parameter request."
-                => |b| b.encoder.add(Mantel860WaitsForPreset::default());
+                => |d| d.encoder.add(Mantel860WaitsForPreset::default());
             "new-scaling-in-mantel860-only" "A record in data exchange scales the position of telegram 860 alone."
-                => |b| new_scaling_in_mantel860_only(b);
+                => |d| new_scaling_in_mantel860_only(d);
         },
     },
     // The status, as it is read as a record
@@ -194,9 +194,9 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
             "status-of-31-octets" "The status is the record that was written."
-                => |b| b.encoder.add(StatusOf31Octets::default());
+                => |d| d.encoder.add(StatusOf31Octets::default());
             "status-one-word-late" "The supported warnings are left out of the status, and what is behind them comes earlier."
-                => |b| b.encoder.read_record(|_, access, octets| match access.index {
+                => |d| d.encoder.read_record(|_, access, octets| match access.index {
                     USER_PARAMETERS => octets.map(|octets| [&octets[..20], &octets[24..], &[0; 4]].concat()),
                     _ => octets,
                 });
@@ -207,7 +207,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::LIKA_XAC77)],
         deviations: bugs! {
             "default-record-is-wrong" "The switches by default are taken for wrong."
-                => |b| b.checks.check(|check, right| match check {
+                => |d| d.checks.check(|check, right| match check {
                     Check::UserParametersAreRight(user, _) => right && user.bits != DEFAULT_SWITCHES,
                     _ => right,
                 });
@@ -269,8 +269,8 @@ fn default_switches_inverted(_: &Hardware, right: UserParameters) -> UserParamet
 }
 
 /// Changes the octets of each record of user parameters.
-fn change_record(b: &mut Deviations, change: fn(&mut Vec<u8>)) {
-    b.encoder.write_record(move |_, access, octets| match octets {
+fn change_record(d: &mut Deviations, change: fn(&mut Vec<u8>)) {
+    d.encoder.write_record(move |_, access, octets| match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS => {
             change(&mut octets);
             Ok(octets)
@@ -280,8 +280,8 @@ fn change_record(b: &mut Deviations, change: fn(&mut Vec<u8>)) {
 }
 
 /// Reads the record otherwise, if it has the right length.
-fn read_octets(b: &mut Deviations, change: fn(&mut [u8])) {
-    b.encoder.write_record(move |_, access, octets| match octets {
+fn read_octets(d: &mut Deviations, change: fn(&mut [u8])) {
+    d.encoder.write_record(move |_, access, octets| match octets {
         Ok(mut octets) if access.index == USER_PARAMETERS && octets.len() == OCTETS => {
             change(&mut octets);
             Ok(octets)
@@ -317,16 +317,16 @@ pub fn first_record(
     }
 }
 
-fn record_taken_once(b: &mut Deviations) {
+fn record_taken_once(d: &mut Deviations) {
     let first = Rc::new(Cell::new(None));
-    b.encoder.user_parameters(first_record(Rc::clone(&first)));
-    b.encoder.powered_up(move || first.set(None));
+    d.encoder.user_parameters(first_record(Rc::clone(&first)));
+    d.encoder.powered_up(move || first.set(None));
 }
 
-fn record_half_taken(b: &mut Deviations) {
+fn record_half_taken(d: &mut Deviations) {
     let refused = Rc::new(Cell::new(None));
     let (at_start, acting) = (Rc::clone(&refused), Rc::clone(&refused));
-    b.encoder.write_record(move |view, access, octets| {
+    d.encoder.write_record(move |view, access, octets| {
         let is_refused = access.index == USER_PARAMETERS && view.exchanged_for.is_some();
         let user = octets.as_ref().ok().and_then(|octets| UserParameters::parse(octets));
         if let (true, Some(user)) = (is_refused, user) {
@@ -341,11 +341,11 @@ fn record_half_taken(b: &mut Deviations) {
         }
         octets
     });
-    b.encoder.user_parameters(move |_, user| {
+    d.encoder.user_parameters(move |_, user| {
         at_start.set(None);
         user
     });
-    b.telegram.acts_on(move |_, _, right| acting.get().unwrap_or(right));
+    d.telegram.acts_on(move |_, _, right| acting.get().unwrap_or(right));
 }
 
 fn scaling_one_start_late() -> impl FnMut(&UserParameters, &Hardware, Settings) -> Settings {
@@ -356,24 +356,24 @@ fn scaling_one_start_late() -> impl FnMut(&UserParameters, &Hardware, Settings) 
     }
 }
 
-fn limits_of_the_other_variant(b: &mut Deviations) {
+fn limits_of_the_other_variant(d: &mut Deviations) {
     let other = Rc::new(Cell::new(None));
     let known = Rc::clone(&other);
-    b.encoder.user_parameters(move |view, user| {
+    d.encoder.user_parameters(move |view, user| {
         other.set(Some((view.other, view.facts.limits.serves)));
         user
     });
-    b.checks.serves(move |user, _, right| known.get().map_or(right, |(other, serves)| serves(user, &other)));
+    d.checks.serves(move |user, _, right| known.get().map_or(right, |(other, serves)| serves(user, &other)));
 }
 
-fn parameter_error_latched(b: &mut Deviations) {
+fn parameter_error_latched(d: &mut Deviations) {
     let is_wrong = Rc::new(Cell::new(false));
     let at_start = Rc::clone(&is_wrong);
-    b.encoder.user_parameters(move |view, user| {
+    d.encoder.user_parameters(move |view, user| {
         at_start.set(at_start.get() && view.exchanged_for.is_some());
         user
     });
-    b.checks.check(move |check, right| match check {
+    d.checks.check(move |check, right| match check {
         Check::StartsWithoutRecord => {
             is_wrong.set(is_wrong.get() || !right);
             right
@@ -386,28 +386,28 @@ fn parameter_error_latched(b: &mut Deviations) {
     });
 }
 
-fn record_of_data_exchange_stays(b: &mut Deviations) {
+fn record_of_data_exchange_stays(d: &mut Deviations) {
     let kept = Rc::new(Cell::new(None));
     let in_memory = Rc::clone(&kept);
-    b.encoder.user_parameters(move |view, user| {
+    d.encoder.user_parameters(move |view, user| {
         if view.exchanged_for.is_some() {
             kept.set(Some(user));
         }
         kept.get().unwrap_or(user)
     });
-    b.encoder.powered_up(move || in_memory.set(None));
+    d.encoder.powered_up(move || in_memory.set(None));
 }
 
-fn new_scaling_in_mantel860_only(b: &mut Deviations) {
+fn new_scaling_in_mantel860_only(d: &mut Deviations) {
     let at_start = Rc::new(Cell::new(None));
     let known = Rc::clone(&at_start);
-    b.encoder.user_parameters(move |view, user| {
+    d.encoder.user_parameters(move |view, user| {
         if view.exchanged_for.is_none() {
             at_start.set(None);
         }
         user
     });
-    b.telegram.acts_on(move |signal, _, right| {
+    d.telegram.acts_on(move |signal, _, right| {
         let settings = known.get().unwrap_or(right);
         known.set(Some(settings));
         if matches!(signal, Signal::Position | Signal::NistB) { right } else { settings }

@@ -22,63 +22,63 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Encoder],
         deviations: bugs! {
             "rpm-from-scaled-steps" "Revolutions per minute are computed from scaled steps and the hardware resolution."
-                => |b| b.velocity.velocity(rpm_from_scaled_steps);
+                => |d| d.velocity.velocity(rpm_from_scaled_steps);
             "speed-held-at-standstill" "The last velocity is held when no steps come."
-                => |b| speed_held_at_standstill(b);
+                => |d| speed_held_at_standstill(d);
             "speed-ignores-code-sequence" "The code sequence reverses the position and not the velocity."
-                => |b| b.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
+                => |d| d.velocity.velocity(|way, _| MeasuredWay { direction: Direction::Clockwise, ..*way }.velocity());
         },
     },
     Group {
         needs: &[Need::EncoderProfile],
         deviations: bugs! {
             "speed-per-minute" "With unit 0 the velocity is given in steps per minute."
-                => |b| b.velocity.velocity(speed_per_minute);
+                => |d| d.velocity.velocity(speed_per_minute);
             "speed-in-hardware-steps" "The velocity counts steps of the hardware although scaling is on."
-                => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+                => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
                     Signal::NistB => Settings { scaling: Scaling::hardware(hardware), ..settings },
                     _ => settings,
                 });
             "speed-once-a-second" "The velocity is calculated once a second."
-                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_secs(1), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_secs(1), ..right });
             "speed-window-by-unit" "With steps per 10 ms the velocity is calculated every 10 ms."
-                => |b| b.velocity.sampling(speed_window_by_unit);
+                => |d| d.velocity.sampling(speed_window_by_unit);
             "speed-modulo-a-revolution" "The way of a window is taken as less than half a revolution."
-                => |b| b.velocity.velocity(speed_modulo_a_revolution);
+                => |d| d.velocity.velocity(speed_modulo_a_revolution);
             "preset-shows-as-speed" "The jump of the position by a preset is taken for a velocity."
-                => |b| b.encoder.signals(preset_shows_as_speed);
+                => |d| d.encoder.signals(preset_shows_as_speed);
             "wrap-shows-as-speed" "The jump of the position at the end of its range is taken for a velocity."
-                => |b| b.encoder.signals(wrap_shows_as_speed);
+                => |d| d.encoder.signals(wrap_shows_as_speed);
             "speed-without-sign" "The velocity is a magnitude."
-                => |b| b.encoder.signals(|_, now| Image { velocity: now.velocity.abs(), ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: now.velocity.abs(), ..now });
             "speed-sign-inverted" "The velocity is negative while the position rises and positive while it falls."
-                => |b| b.encoder.signals(|_, now| Image { velocity: -now.velocity, ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: -now.velocity, ..now });
             "speed-overflows" "The 16-bit speed wraps instead of stopping at its limit."
-                => |b| b.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
+                => |d| d.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity));
         },
     },
     Group {
         needs: &[Need::Profinet, Need::EncoderProfile],
         deviations: bugs! {
             "speed-units-exchanged" "The two unit codes 1 and 2 are swapped."
-                => |b| b.start.velocity_unit(speed_units_exchanged);
+                => |d| d.start.velocity_unit(speed_units_exchanged);
         },
     },
     Group {
         needs: &[Need::Of(&manuals::KUEBLER_SENDIX58XX)],
         deviations: bugs! {
             "speed-unit-scales-position" "With unit 1 every position is divided by 10, with unit 2 by 100."
-                => |b| b.encoder.image(speed_unit_scales_position);
+                => |d| d.encoder.image(speed_unit_scales_position);
             "speed-every-100ms" "The velocity is calculated every 100 ms."
-                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
+                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(100), ..right });
             "short-velocity-limited-symmetrically" "The 16-bit speed stops at -32767, where -32768 would be shown."
-                => |b| b.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
+                => |d| d.encoder.signal(|of, octets| put_short(of, octets, of.image.velocity.clamp(-i64::from(i16::MAX), i16::MAX.into())));
             "long-velocity-limited" "The velocity of 32 bits stops at 32767 and at -32768."
-                => |b| b.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(i16::MIN.into(), i16::MAX.into()), ..now });
             "short-velocity-filtered" "The 16-bit speed shows the mean of the last two velocities, that of 32 bits the last one."
-                => |b| b.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + velocity_before(of.view)) / 2)));
+                => |d| d.encoder.signal(|of, octets| put_short(of, octets, short((of.image.velocity + velocity_before(of.view)) / 2)));
             "unused-scaling-in-velocity" "With scaling off the velocity counts the units per revolution of the record."
-                => |b| unused_scaling_in_velocity(b);
+                => |d| unused_scaling_in_velocity(d);
         },
     },
 ];
@@ -99,14 +99,14 @@ fn each_position(now: Image, by: u64) -> Image {
     Image { g1_xist1: part(now.g1_xist1), g1_xist2, g1_xist3: now.g1_xist3 / by, single_turn, multi_turn, ..now }
 }
 
-fn unused_scaling_in_velocity(b: &mut Deviations) {
+fn unused_scaling_in_velocity(d: &mut Deviations) {
     let units = Rc::new(Cell::new(None));
     let of_record = Rc::clone(&units);
-    b.start.settings(move |user, _, settings| {
+    d.start.settings(move |user, _, settings| {
         units.set(Some(user.units_per_revolution));
         settings
     });
-    b.telegram.acts_on(move |signal, _, settings| match (signal, of_record.get()) {
+    d.telegram.acts_on(move |signal, _, settings| match (signal, of_record.get()) {
         (Signal::NistB, Some(units_per_revolution)) => {
             Settings { scaling: Scaling { units_per_revolution, ..settings.scaling }, ..settings }
         }
@@ -156,15 +156,15 @@ fn speed_units_exchanged(number: u8, right: Unit) -> Unit {
     }
 }
 
-fn speed_held_at_standstill(b: &mut Deviations) {
+fn speed_held_at_standstill(d: &mut Deviations) {
     let last = Rc::new(Cell::new(0));
     let held = last.clone();
-    b.measuring.sampled(move |_, how| {
+    d.measuring.sampled(move |_, how| {
         if how != Sampled::Turned {
             last.set(0)
         }
     });
-    b.velocity.velocity(move |way, _| {
+    d.velocity.velocity(move |way, _| {
         if way.steps != 0 {
             held.set(way.steps);
         }

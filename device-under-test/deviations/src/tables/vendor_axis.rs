@@ -26,7 +26,7 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // Samples
         "linearization-not-applied" "The position deviates by a hundred steps within a revolution."
-            => |b| b.measuring.scale(linearization_not_applied);
+            => |d| d.measuring.scale(linearization_not_applied);
         "no-mean-of-samples" "The position is a single sample, and noise counts three times."
             => |d| d.a3m60.place(|encoder, place| {
                 let single = if encoder.model.clock.place().is_some() { place } else { encoder.model.samples.mean(1) };
@@ -58,25 +58,25 @@ pub static GROUPS: &[Group] = &[Group {
                 d.a3m60.add(LostWhileFrozen { is_frozen, frozen_at: None, lost: 0 });
             };
         "resolution-of-13-bits" "The sensor has 8192 steps, of which each counts twice."
-            => |b| b.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
+            => |d| d.measuring.scale(|scaling, hardware, place| scaling.position(hardware, place & !1));
 
         // Scaling
         "xist1-not-scaled" "Scaling does not act on G1_XIST1."
-            => |b| b.telegram.acts_on(|signal, hardware, settings| match signal {
+            => |d| d.telegram.acts_on(|signal, hardware, settings| match signal {
                 Signal::G1Xist1 => Settings { scaling: Scaling::hardware(hardware), gear: None, ..settings },
                 _ => settings,
             });
         "shift-overflows" "Behind the highest position comes one with bit 31 set."
-            => |b| {
-                b.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
-                b.measuring.slip(|step| step.slip + step.crossing() * step.units());
+            => |d| {
+                d.measuring.range(|scaling, hardware, _| if *scaling == Scaling::hardware(hardware) { 1 << 32 } else { scaling.range });
+                d.measuring.slip(|step| step.slip + step.crossing() * step.units());
             };
         "code-sequence-of-the-turn-only" "The code sequence acts within a revolution; whole revolutions count clockwise."
-            => |b| b.measuring.slip(code_sequence_of_the_turn_only);
+            => |d| d.measuring.slip(code_sequence_of_the_turn_only);
         "scaling-ignored" "Scaling is never in force."
-            => |b| b.checks.check(|check, right| right && !matches!(check, Check::ScalingActs(_)));
+            => |d| d.checks.check(|check, right| right && !matches!(check, Check::ScalingActs(_)));
         "class-4-ignored-by-the-code-sequence" "The code sequence acts although class 4 is off."
-            => |b| b.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
+            => |d| d.checks.check(|check, right| right || matches!(check, Check::CodeSequenceActs(_)));
         "class-4-inverted" "Class 4 is on where its bit is 0."
             => |d| d.fields(|fields| Fields { switches: [fields.switches[0] ^ 2, fields.switches[1]], ..fields });
         "functions-in-telegrams-only" "Scaling and code sequence do not act in the telegrams of the vendor."
@@ -94,20 +94,20 @@ pub static GROUPS: &[Group] = &[Group {
                 d.a3m60.image(clockwise_velocity);
             };
         "scaling-cuts-off" "Steps of the hardware are cut off at the range and not scaled."
-            => |b| b.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
+            => |d| d.measuring.scale(|scaling, _, place| place % scaling.range.max(1));
         "scaling-by-shifts" "Steps of the hardware are shifted by whole bits."
-            => |b| b.measuring.scale(scaling_by_shifts);
+            => |d| d.measuring.scale(scaling_by_shifts);
         "revolutions-of-16-bits" "Revolutions are counted by 16 bits."
-            => |b| b.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
+            => |d| d.measuring.range(|scaling, _, _| scaling.range.min(scaling.units_per_revolution << 16));
         "other-telegram-in-compatibility-mode" "In compatibility mode the two positions change places."
             => |d| d.a3m60.image(other_telegram_in_compatibility_mode);
 
         // Round axis
         "round-axis-jumps-at-the-physical-zero" "Where the hardware begins anew the position jumps."
-            => |b| {
-                b.measuring.position(without_laps);
-                b.encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
-                b.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
+            => |d| {
+                d.measuring.position(without_laps);
+                d.encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
+                d.measuring.slip(|step| match step.settings.scaling == Scaling::hardware(&step.hardware) {
                     true => 0,
                     false => step.slip + step.crossing() * (step.settings.scaling.units_per_revolution as i64 / 4 + 1),
                 });
@@ -129,20 +129,20 @@ pub static GROUPS: &[Group] = &[Group {
                 d.fields(without_zeros);
             };
         "round-axis-overflows" "More steps in a revolution than the sensor has are taken, and give positions beyond the range."
-            => |b| {
-                b.sick.axis_range(|range, _, right| right || range > 0);
-                b.measuring.gear(round_axis_overflows);
-                b.measuring.shift(not_reduced_beyond);
+            => |d| {
+                d.sick.axis_range(|range, _, right| right || range > 0);
+                d.measuring.gear(round_axis_overflows);
+                d.measuring.shift(not_reduced_beyond);
             };
         "preset-not-reduced-on-the-round-axis" "After a preset the position of a round axis is not reduced to its range."
-            => |b| b.measuring.shift(|position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) });
+            => |d| d.measuring.shift(|position, offset, range| if range < 1 << 31 { position + offset } else { measuring::shift(position, offset, range) });
         "negative-positions" "Positions of a round axis below 0 are sent as such."
-            => |b| {
-                b.measuring.gear(negative_positions);
-                b.measuring.shift(not_reduced_beyond);
+            => |d| {
+                d.measuring.gear(negative_positions);
+                d.measuring.shift(not_reduced_beyond);
             };
         "rounding-errors-add-up" "The steps of a revolution of a round axis are rounded to hundredths."
-            => |b| b.measuring.gear(|gear, hardware, place| {
+            => |d| d.measuring.gear(|gear, hardware, place| {
                 let hundredths = gear.range * gear.divisor * 100 / gear.nominator.max(1);
                 let units = place * i128::from(hundredths) / (100 * i128::from(hardware.steps_per_revolution));
                 units.rem_euclid(gear.range.max(1).into()) as u64

@@ -33,39 +33,39 @@ pub static GROUPS: &[Group] = &[Group {
     deviations: bugs! {
         // Station and profile
         "address-as-digits" "P918 gives the places of the two switches as digits."
-            => |b| b.encoder.element(|_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (918, 0) { ((right / 10) << 4) | (right % 10) } else { right });
         "telegram-of-the-start-before" "P922 gives the telegram of the start before."
             => |d| telegram_of_the_start_before(d);
         "life-sign-tolerance-not-shown" "P925 reads 0."
-            => |b| b.encoder.element(|_, at, right| if at == (925, 0) { 0 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (925, 0) { 0 } else { right });
         "life-sign-tolerance-default-shown" "P925 reads 1, whatever is set."
-            => |b| b.encoder.element(|_, at, right| if at == (925, 0) { 1 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (925, 0) { 1 } else { right });
         "object-type-swapped" "The octets of the type are exchanged in P964."
-            => |b| b.encoder.element(|_, at, right| if at == (964, 1) { u64::from((right as u16).swap_bytes()) } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (964, 1) { u64::from((right as u16).swap_bytes()) } else { right });
         "profile-octets-swapped" "The octets of P965 are exchanged."
-            => |b| b.encoder.element(|_, at, right| if at == (965, 0) { u64::from((right as u16).swap_bytes()) } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (965, 0) { u64::from((right as u16).swap_bytes()) } else { right });
         "profile-version-follows-compatibility" "P65001 gives version 3.1 of the profile in compatibility mode."
-            => |b| b.encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
+            => |d| d.encoder.element(|view, at, right| if at == (65001, 6) && view.user.compatible { 0x301 } else { right });
         "vendor-of-the-stack" "P964 and P975 name the vendor of the stack."
-            => |b| b.encoder.element(|_, at, right| if let (964 | 975, 0) = at { 0x0106 } else { right });
+            => |d| d.encoder.element(|_, at, right| if let (964 | 975, 0) = at { 0x0106 } else { right });
         "drive-object-0" "P964 gives 0 for the number of drive objects."
-            => |b| b.encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (964, 5) { 0 } else { right });
         "array-shifted-by-one" "Element 0 of P964 is the number of its elements, and the others follow."
-            => |b| b.encoder.element(array_shifted_by_one);
+            => |d| d.encoder.element(array_shifted_by_one);
         "year-in-bcd" "The year of the software is given in binary coded decimals."
-            => |b| b.encoder.element(|_, at, right| if let (964 | 975, 3) = at { in_bcd(right) } else { right });
+            => |d| d.encoder.element(|_, at, right| if let (964 | 975, 3) = at { in_bcd(right) } else { right });
         "subclass-of-class-4" "P975 has the bits of the classes at the wrong end."
-            => |b| b.encoder.element(|_, at, right| if at == (975, 6) { u64::from((right as u16).reverse_bits()) } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (975, 6) { u64::from((right as u16).reverse_bits()) } else { right });
         "sensor-type-with-bit-0" "P979 describes a linear scale."
-            => |b| b.encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (979, 1) { right | 1 } else { right });
         "resolution-follows-scaling" "P979 gives the steps that are set."
-            => |b| b.encoder.element(|view, at, right| if at == (979, 2) { view.user.units_per_revolution } else { right });
+            => |d| d.encoder.element(|view, at, right| if at == (979, 2) { view.user.units_per_revolution } else { right });
         "shift-factors-11" "P979 gives a shift factor of 0 for G1_XIST1."
-            => |b| b.encoder.element(|_, at, right| if at == (979, 3) { 0 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (979, 3) { 0 } else { right });
         "second-shift-1" "P979 gives a shift factor of 1 for G1_XIST2."
-            => |b| b.encoder.element(|_, at, right| if at == (979, 4) { 1 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (979, 4) { 1 } else { right });
         "revolutions-in-bits" "P979 gives the number of revolutions in bits."
-            => |b| b.encoder.element(|_, at, right| if at == (979, 5) { right.trailing_zeros().into() } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (979, 5) { right.trailing_zeros().into() } else { right });
         "constants-can-be-written" "P964, P975 and P979 can be written."
             => |d| constants_can_be_written(d);
 
@@ -73,11 +73,11 @@ pub static GROUPS: &[Group] = &[Group {
         "p971-resets" "A write to P971 sets the offset to 0."
             => |d| d.a3m60.write(|write, memory| if write.number == 971 { memory.measuring.offset = 0 });
         "p971-refused" "A write to P971 is refused as read only."
-            => |b| b.encoder.refuse(p971_refused);
+            => |d| d.encoder.refuse(p971_refused);
         "p971-reads-memory" "P971 reads 5A5Ah."
-            => |b| b.encoder.element(|_, at, right| if at == (971, 0) { 0x5A5A } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (971, 0) { 0x5A5A } else { right });
         "preset-value-of-31-bits" "The highest bit of P65000 is lost."
-            => |b| b.encoder.value(65000, |value| value & 0x7FFF_FFFF);
+            => |d| d.encoder.value(65000, |value| value & 0x7FFF_FFFF);
         "preset-value-never-stored" "P65000 is lost at power-off."
             => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { *memory.preset_value = 0 });
         "saves-by-p971-only" "P65000 is stored when 1 is written to P971."
@@ -105,7 +105,7 @@ pub static GROUPS: &[Group] = &[Group {
                 });
             };
         "sensor-status-inverted" "P1000 has all its bits inverted."
-            => |b| b.encoder.element(|_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (1000, 0) { right ^ 0xFFFF } else { right });
         "bus-status-set-without-isochronous" "P1001 has bit 5 set outside of isochronous operation."
             => |d| {
                 let is_isochronous = d.note(false, |encoder, _, _| encoder.model.clock.times().is_some());
@@ -117,23 +117,23 @@ pub static GROUPS: &[Group] = &[Group {
                 d.encoder.element(move |_, at, right| if at == (65001, 2) { right | faults_of(seen.get().a) } else { right });
             };
         "faults-always-set" "P65001 has bit 1 of the faults always set."
-            => |b| b.encoder.element(|_, at, right| if at == (65001, 2) { right | 2 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (65001, 2) { right | 2 } else { right });
         "warning-at-rest" "P65001 has bit 0 of the warnings set."
-            => |b| b.encoder.element(|_, at, right| if at == (65001, 4) { right | 1 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (65001, 4) { right | 1 } else { right });
         "supported-faults-0" "P65001 gives 0 for the supported faults and warnings."
-            => |b| b.encoder.element(|_, at, right| if let (65001, 3 | 5) = at { 0 } else { right });
+            => |d| d.encoder.element(|_, at, right| if let (65001, 3 | 5) = at { 0 } else { right });
         "operating-status-0" "P65001 shows the switches of delivery, whatever they are."
-            => |b| b.encoder.element(|_, at, right| if at == (65001, 1) { 0x0C02 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (65001, 1) { 0x0C02 } else { right });
         "operating-status-cut-short" "P65001 ends after eight elements."
-            => |b| b.encoder.cut(65001, 8);
+            => |d| d.encoder.cut(65001, 8);
         "operating-time-in-hours" "P65001 counts hours."
-            => |b| b.encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (65001, 7) { right / 10 } else { right });
         "operating-time-not-kept" "The operating time in P65001 is 0 after power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::PowerUp { memory.log.operating = Duration::ZERO });
 
         // P1002
         "service-log-cut-short" "P1002 has four elements."
-            => |b| b.encoder.cut(1002, 4);
+            => |d| d.encoder.cut(1002, 4);
         "power-ups-count-starts" "Each start counts as a power-up."
             => |d| d.a3m60.happens(|event, memory| if event == Event::Start { memory.log.power_ups += 1 });
         "seconds-of-power-counted" "P1002 counts the seconds with power."
@@ -165,11 +165,11 @@ pub static GROUPS: &[Group] = &[Group {
 
         // P1007 and P1008
         "p1007-cut-short" "P1007 has four elements."
-            => |b| b.encoder.cut(1007, 4);
+            => |d| d.encoder.cut(1007, 4);
         "p1007-disturbs-the-position" "A write to P1007 sets the position to 0 for a second."
             => |d| d.a3m60.add(DisturbedByP1007(None));
         "integration-times-exchanged" "The two integration times of delivery are exchanged."
-            => |b| b.encoder.element(|_, at, right| match (at, right) { ((1008, 2), 200) => 10, ((1008, 3), 10) => 200, _ => right });
+            => |d| d.encoder.element(|_, at, right| match (at, right) { ((1008, 2), 200) => 10, ((1008, 3), 10) => 200, _ => right });
         "p1008-0-is-a-switch" "P1008.0 can be written, and changes the refresh time."
             => |d| d.a3m60.write(|write, _| if (write.number, write.subindex) == (1008, 0) && write.values == [1] {
                 write.subindex = 1;
@@ -188,7 +188,7 @@ pub static GROUPS: &[Group] = &[Group {
                 });
             };
         "setting-of-8-bits-with-a-sign" "P1008.2 above 127 reads as a negative number."
-            => |b| b.encoder.element(|_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right });
+            => |d| d.encoder.element(|_, at, right| if at == (1008, 2) && right > 127 { right | 0xFF00 } else { right });
         "third-setting-is-the-second" "A write to P1008.3 writes P1008.2."
             => |d| d.a3m60.write(|write, _| third_setting_is_the_second(write));
         "settings-kept-in-part" "P1008.1 outlasts the power, P1008.2 and P1008.3 do not."
@@ -219,19 +219,19 @@ pub static GROUPS: &[Group] = &[Group {
         "range-offset-never-moves" "The range offset is always 0."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 4) { 0 } else { right });
         "internal-shift-undefined" "The internal shift is another one each time."
-            => |b| b.encoder.element(|view, at, right| if at == (1009, 5) { (view.now.as_nanos() / 1000) & 0xFFFF_FFFF } else { right });
+            => |d| d.encoder.element(|view, at, right| if at == (1009, 5) { (view.now.as_nanos() / 1000) & 0xFFFF_FFFF } else { right });
         "fraction-of-the-steps-is-0" "The steps of a revolution have nothing behind the point."
             => |d| d.encoder.element(|_, at, right| if at == (1009, 10) { 0 } else { right });
 
         // Access
         "unknown-parameter-1003-read" "P1003 reads 0."
-            => |b| b.encoder.refuse(|id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003)));
+            => |d| d.encoder.refuse(|id, number, found| found.filter(|_| (id, number) != (RequestId::REQUEST, 1003)));
         "busy-answered-with-another-error" "While a value is being stored a read is refused with an invalid index."
             => |d| d.a3m60.add(Busy::default());
         "unknown-index-answered" "Any index goes to the parameters."
             => |d| d.a3m60.check(|check, right| right || matches!(check, A3m60Check::DataSet { .. }));
         "every-slot-keeps-silent" "A request for a record of another slot than 0 and 1 is never answered."
-            => |b| b.slave.request(SlaveSap::SERVER, |data| {
+            => |d| d.slave.request(SlaveSap::SERVER, |data| {
                 // An empty request is acknowledged and fetches nothing.
                 if data.get(1).is_some_and(|slot| *slot > 1) {
                     data.clear();
@@ -239,7 +239,7 @@ pub static GROUPS: &[Group] = &[Group {
                 true
             });
         "hangs-after-short-request" "After a request of fewer than four octets none is answered."
-            => |b| b.encoder.add(Hangs::after(|octets| octets.len() < 4));
+            => |d| d.encoder.add(Hangs::after(|octets| octets.len() < 4));
         "parameters-with-telegrams-only" "There are no parameters with the telegrams of the vendor."
             => |d| d.a3m60.check(|check, right| right && !matches!(check, A3m60Check::DataSet { telegram: 0, .. }));
     },

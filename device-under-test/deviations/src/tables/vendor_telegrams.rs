@@ -32,16 +32,16 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Output(Control::Unused)],
         deviations: bugs! {
             "words-of-the-image-swapped" "The two words of each double word are exchanged, in outputs and inputs."
-                => |b| {
-                    b.encoder.signal(|_, octets| swap_words(octets));
-                    b.encoder.preset_word(|word, _| word.rotate_right(16));
+                => |d| {
+                    d.encoder.signal(|_, octets| swap_words(octets));
+                    d.encoder.preset_word(|word, _| word.rotate_right(16));
                 };
             "trigger-in-unused-outputs" "Bit 31 of the unused outputs triggers a preset too."
-                => |b| b.encoder.preset_word(|word, unused| word | unused.unwrap_or(0) & TRIGGER);
+                => |d| d.encoder.preset_word(|word, unused| word | unused.unwrap_or(0) & TRIGGER);
             "preset-in-unused-outputs" "The preset is taken from the unused outputs."
-                => |b| b.encoder.preset_word(|word, unused| unused.unwrap_or(word));
+                => |d| d.encoder.preset_word(|word, unused| unused.unwrap_or(word));
             "offset-in-io-04-only" "The offset of presets does not count in the telegram of eight octets."
-                => |b| b.encoder.signal(offset_in_io_04_only);
+                => |d| d.encoder.signal(offset_in_io_04_only);
         },
     },
     // The time stamp
@@ -49,7 +49,7 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Input(Signal::TimeStamp)],
         deviations: bugs! {
             "speed-behind-the-time-stamp" "The time stamp stands in front of the speed."
-                => |b| b.encoder.order(|telegram| match telegram.inputs {
+                => |d| d.encoder.order(|telegram| match telegram.inputs {
                     [Signal::Position, Signal::NistA, Signal::TimeStamp] => &[Signal::Position, Signal::TimeStamp, Signal::NistA],
                     right => right,
                 });
@@ -72,25 +72,25 @@ pub static GROUPS: &[Group] = &[
         needs: &[Need::Of(&manuals::SICK_A3M60)],
         deviations: bugs! {
             "telegram-83-not-shifted" "In telegram 83 G1_XIST1 is not shifted."
-                => |b| b.encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == Signal::G1Xist1 { put(octets, of.image.g1_xist1) });
+                => |d| d.encoder.signal(|of, octets| if of.telegram.number == 83 && of.signal == Signal::G1Xist1 { put(octets, of.image.g1_xist1) });
             "position-of-26-bits" "The position has 26 bits."
-                => |b| b.encoder.signals(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { plain_position: if has_code(&now) { now.plain_position } else { now.plain_position & 0x03FF_FFFF }, ..now });
             "trigger-bit-echoed" "While bit 31 of the outputs is set, it is set in the inputs too."
-                => |b| b.encoder.signals(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
+                => |d| d.encoder.signals(|_, now| Image { plain_position: now.plain_position | now.trigger & TRIGGER, ..now });
             "half-steps-in-xist1" "The lowest bit of G1_XIST1 is 1."
-                => |b| b.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 { octets[3] |= 1 });
+                => |d| d.encoder.signal(|of, octets| if of.signal == Signal::G1Xist1 { octets[3] |= 1 });
             "park-and-position-bits-exchanged" "Bits 13 and 14 of G1_STW are exchanged."
-                => |b| b.encoder.control_words(|_, [a, b]| [a, b & !0x6000 | (b & 0x2000) << 1 | (b & 0x4000) >> 1]);
+                => |d| d.encoder.control_words(|_, [a, b]| [a, b & !0x6000 | (b & 0x2000) << 1 | (b & 0x4000) >> 1]);
             "reserved-stw2-bits-act" "Each reserved bit of STW2_ENC takes control away from the PLC, in compatibility mode too."
-                => |b| b.encoder.control_words(|_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] });
+                => |d| d.encoder.control_words(|_, [a, b]| if a & 0x0B7F == 0 { [a, b] } else { [a & !0x0400, 0] });
             "parking-makes-a-speed" "Begin and end of parking show as motion."
-                => |b| b.encoder.signals(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|before, now| Image { velocity: if is_parked(&now) != is_parked(&before.truth) { 1000 } else { now.velocity }, ..now });
             "status-bit-10-shows-motion" "The reserved bit 10 of G1_ZSW is set while the shaft stands still."
-                => |b| b.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { g1_zsw: now.g1_zsw | if now.velocity == 0 { 0x0400 } else { 0 }, ..now });
             "error-after-start" "Each connection begins with an error of the position."
                 => |d| d.a3m60.add(ErrorAfterStart::default());
             "error-lost-in-park" "An error whose cause came while parked is not shown afterwards."
-                => |b| b.checks.add(ForgottenInPark::default());
+                => |d| d.checks.add(ForgottenInPark::default());
             "io-code-of-16-bits" "A code has zeros in its upper 16 bits."
                 => |d| d.encoder.signals(|_, now| code_as(now, |code| code & 0xFFFF));
             "io-code-without-bit-31" "A code has no bit 31."
@@ -106,9 +106,9 @@ pub static GROUPS: &[Group] = &[
             "code-of-several-stays" "The code -16 stays until power-off."
                 => |d| d.a3m60.add(SeveralStays::default());
             "io-code-and-position-alternate" "In each second cycle the position stands in place of the code."
-                => |b| b.encoder.signals(io_code_and_position_alternate);
+                => |d| d.encoder.signals(io_code_and_position_alternate);
             "io-code-in-the-speed" "The speed is -3 while there is a code."
-                => |b| b.encoder.signals(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: if has_code(&now) { -3 } else { now.velocity }, ..now });
             "show-fault-code-ignored" "The code is shown whether it should be or not."
                 => |d| d.a3m60.fault_code(|encoder, _| status::code(&noticed(encoder).map(|fault| fault.code).collect::<Vec<_>>()));
             "warning-blocks-the-position" "A speed that is too high has the code -16."
@@ -122,23 +122,23 @@ pub static GROUPS: &[Group] = &[
             "show-fault-code-hides-all-codes" "Where fault codes are not shown G1_XIST2 has none either."
                 => |d| d.a3m60.image(|encoder, now| if encoder.model.fields.shows_codes() { now } else { without_code(now) });
             "error-code-in-the-speed" "The code of an error stands in NIST_B too."
-                => |b| b.encoder.signals(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: if has_error(&now) { now.g1_xist2.into() } else { now.velocity }, ..now });
             "synchronization-without-a-code" "A deviation of the counters that is found when the supply comes has no code and no bit 15."
-                => |b| b.encoder.code(|error| if is_caused_at_start(error) { None } else { error.code });
+                => |d| d.encoder.code(|error| if is_caused_at_start(error) { None } else { error.code });
             "speed-in-steps" "The speed is in steps per second."
                 => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, Unit::PerSecond));
             "unit-in-io-08" "The unit of the parameters counts here too."
                 => |d| d.a3m60.image(|encoder, now| with_unit(encoder, now, settings::unit(encoder.ram.user.speed_unit.into()).unwrap_or(Unit::Rpm)));
             "speed-sign-and-magnitude" "A negative speed is a magnitude with the highest bit set."
-                => |b| b.encoder.signal(speed_sign_and_magnitude);
+                => |d| d.encoder.signal(speed_sign_and_magnitude);
             "velocity-limited-at-8191" "The speed stops at 8191."
-                => |b| b.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: now.velocity.clamp(-8191, 8191), ..now });
             "speed-never-quite-0" "A shaft at rest has the speed 1."
-                => |b| b.encoder.signals(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
+                => |d| d.encoder.signals(|_, now| Image { velocity: if now.velocity == 0 { 1 } else { now.velocity }, ..now });
             "speed-by-blocks" "The speed is renewed when the time of its mean is over."
-                => |b| b.velocity.sampling(|_, right| Sampling { every: right.every * right.of, of: 1 });
+                => |d| d.velocity.sampling(|_, right| Sampling { every: right.every * right.of, of: 1 });
             "velocity-every-cycle" "The speed is renewed each millisecond."
-                => |b| b.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), of: (right.every * right.of).as_millis().max(1) as u32 });
+                => |d| d.velocity.sampling(|_, right| Sampling { every: Duration::from_millis(1), of: (right.every * right.of).as_millis().max(1) as u32 });
             "speed-calculation-always" "The speed is calculated although it should not be."
                 => |d| d.a3m60.check(|check, right| right || check == A3m60Check::SpeedCalculated);
             "speed-settings-without-effect" "P1008 has no effect."

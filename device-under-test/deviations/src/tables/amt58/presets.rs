@@ -89,7 +89,7 @@ pub static BUGS: &[Deviation] = bugs! {
     "offset-only-at-standstill" "The offset is gone as soon as the shaft moves."
         => |d| d.amt58.add(AtStandstill::default());
     "position-not-reduced" "The sum of position and offset is not reduced to the range."
-        => |b| b.measuring.shift(|position, offset, _| position + offset);
+        => |d| d.measuring.shift(|position, offset, _| position + offset);
     "preset-from-old-place" "The offset is computed from the place of the shaft 50 ms before the third cycle."
         => |d| d.amt58.add(OldPlace::default());
     "old-offset-added-again" "After Set_Prm with another scaling the first preset adds the offset that was there before to that of its own."

@@ -10,15 +10,15 @@ use reference_devices::models::datalogic_amt58::red_zone::{is_inside, zone};
 /// The bugs of the red zone.
 pub static BUGS: &[Deviation] = bugs! {
     "red-zone-from-zero" "The red zone counts from 0 on, and ends before the range does."
-        => |b| b.measuring.scale(Scaling::position);
+        => |d| d.measuring.scale(Scaling::position);
     "red-zone-of-wrong-size" "The red zone has as many turns as are left when those of the hardware are divided by one less than the range has."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             let revolutions = (scaling.range / scaling.units_per_revolution.max(1)).saturating_sub(1).max(1);
             let left = u128::from(hardware.revolutions % revolutions * scaling.units_per_revolution);
             with_zone(scaling, hardware, place, left)
         });
     "red-zone-in-hardware-steps" "The begin of the red zone is computed as if a unit were a step of the hardware."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             let begins = hardware.range() - hardware.range() % scaling.range.max(1);
             match place >= begins {
                 true => counted_from_the_end(scaling, hardware, place),
@@ -26,12 +26,12 @@ pub static BUGS: &[Deviation] = bugs! {
             }
         });
     "red-zone-subtracted-once" "The range is subtracted from the hardware's twice at most."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             let (all, range) = (zone(scaling, hardware).0, u128::from(scaling.range.max(1)));
             with_zone(scaling, hardware, place, all - (all / range).min(2) * range)
         });
     "red-zone-one-late" "The jump comes one step of the hardware later."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             let before = place.checked_sub(1).map(|before| is_inside(scaling, hardware, before));
             match before {
                 Some(false) if is_inside(scaling, hardware, place) => scaling.position(hardware, place),
@@ -39,9 +39,9 @@ pub static BUGS: &[Deviation] = bugs! {
             }
         });
     "red-zone-forward-only" "When the zone is left backward over its inner border, the position goes on without a jump for the next 100 steps."
-        => |b| b.measuring.slip(forward_only);
+        => |d| d.measuring.slip(forward_only);
     "jump-at-every-section" "At the end of every whole range the position jumps as it does at the border of the zone."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             let (_, zone) = zone(scaling, hardware);
             let (units, range) = (scaling.units(hardware, place), u128::from(scaling.range.max(1)));
             match units < range || zone == 0 {
@@ -50,14 +50,14 @@ pub static BUGS: &[Deviation] = bugs! {
             }
         });
     "fractional-revolutions-cut-off" "The number of revolutions of the range is cut to a whole number before it is looked at."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             match (scaling.range / scaling.units_per_revolution.max(1)).is_power_of_two() {
                 true => scaling.position(hardware, place),
                 false => position(scaling, hardware, place),
             }
         });
     "red-zone-moves-with-preset" "The zone begins where the position with its offset, not the place of the shaft, comes to its border."
-        => |b| b.measuring.slip(moves_with_preset);
+        => |d| d.measuring.slip(moves_with_preset);
     "red-zone-raises-diagnosis" "In the red zone Ext_Diag is 1 and the alarms are 01h."
         => |d| d.amt58.diagnosis(|view, octets, bits| if view.is_in_zone {
             patch(octets, ALARMS, &[1]);

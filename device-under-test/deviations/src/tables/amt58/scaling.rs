@@ -111,9 +111,9 @@ pub static BUGS: &[Deviation] = bugs! {
 
     // Positions
     "range-as-mask" "The range is taken as the next power of two above it, so that the position runs up to that."
-        => |b| b.measuring.range(|scaling, _, _| scaling.range.next_power_of_two());
+        => |d| d.measuring.range(|scaling, _, _| scaling.range.next_power_of_two());
     "scaled-position-rounded" "The scaled position is rounded to the nearest step instead of down."
-        => |b| b.measuring.scale(|scaling, hardware, place| {
+        => |d| d.measuring.scale(|scaling, hardware, place| {
             let above = u128::from(place) * u128::from(scaling.units_per_revolution) * 2;
             let rounded = (above / u128::from(hardware.steps_per_revolution)).div_ceil(2);
             (rounded % u128::from(scaling.range.max(1))) as u64
