@@ -18,6 +18,8 @@ pub enum Shape {
     Word(&'static [&'static str]),
     /// A number.
     Number,
+    /// A text, or one with its origin.
+    SourcedText,
     /// Only `true`; a flag that is not set is left out.
     Flag,
     /// A duration or a number of cycles.
@@ -339,7 +341,7 @@ key_sets! {
     IDENTITY "identity" {
         "vendor_id" must Number, "Vendor ID of PI.";
         "device_id" must Number, "Device ID of the vendor.";
-        "station_type" must Text, "Type of station as DCP shows it.";
+        "station_type" must SourcedText, "Type of station as DCP shows it.";
     }
     SOURCED "a datum with its origin" {
         "value" must Any, "The datum.";

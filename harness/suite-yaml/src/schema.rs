@@ -71,6 +71,7 @@ fn shape(shape: Shape) -> Value {
         Shape::Text | Shape::Label | Shape::Name => json!({ "type": "string" }),
         Shape::Word(words) => json!({ "enum": words }),
         Shape::Number => json!({ "type": ["number", "string", "object"] }),
+        Shape::SourcedText => json!({ "anyOf": [{ "type": "string" }, { "$ref": "#/$defs/SOURCED" }] }),
         Shape::Flag => json!({ "const": true }),
         Shape::Duration => json!({ "type": ["string", "number"] }),
         Shape::Condition => json!({ "type": ["string", "number"] }),

@@ -275,13 +275,15 @@ impl Measuring {
 
     /// The position without offset, in units.
     pub fn position(&self) -> u64 {
-        self.steps.apply(self.reading().position(), |steps, position| steps.position(&self.reading(), position))
+        let range = self.range();
+        self.steps
+            .apply(self.reading(range).position(), |steps, position| steps.position(&self.reading(range), position))
     }
 
     #[inline]
-    fn reading(&self) -> Reading {
+    fn reading(&self, range: u64) -> Reading {
         let Measuring { settings, hardware, offset, .. } = *self;
-        let scaling = Scaling { range: self.range(), ..settings.scaling };
+        let scaling = Scaling { range, ..settings.scaling };
         Reading { settings, scaling, hardware, place: self.counted(self.place), endless: self.endless(), offset }
     }
 
@@ -292,15 +294,15 @@ impl Measuring {
 
     /// The [position](Measuring::position) without the offset, and the [shifted](Measuring::shifted) one with it.
     pub fn positions(&self) -> [u64; 2] {
-        let position = self.position();
-        let shifted = self.sum(position).position();
-        [position, self.steps.apply(shifted, |steps, shifted| steps.shifted(&self.sum(position), shifted))]
+        let (position, range) = (self.position(), self.range());
+        let sum = || self.sum(position, range);
+        [position, self.steps.apply(sum().position(), |steps, shifted| steps.shifted(&sum(), shifted))]
     }
 
     #[inline]
-    fn sum(&self, position: u64) -> OffsetSum {
+    fn sum(&self, position: u64, range: u64) -> OffsetSum {
         let Settings { offset_acts, saturates_at, .. } = self.settings;
-        OffsetSum { position, offset: self.offset, range: self.range(), offset_acts, saturates_at }
+        OffsetSum { position, offset: self.offset, range, offset_acts, saturates_at }
     }
 
     /// The offset that a preset now would give; nothing is changed.
