@@ -5,7 +5,7 @@ use super::handshakes::presets_while_parked;
 use super::image::{ERROR, EXECUTED, PARKED, POSITION, has_error, has_position, is_parked};
 use super::presets::after_parking;
 use super::sensor_memory::{CombinedCodes, preset_lost_with_its_request};
-use super::signals::{hide_error, put};
+use super::signals::{control_since, hide_error, put};
 use crate::needs::Need;
 use crate::seams::Deviations;
 use crate::seams::encoder::SentSignal;
@@ -36,7 +36,7 @@ pub static GROUPS: &[Group] = &[
             "sign-of-life-carries" "Bit 11 of ZSW2_ENC is set when the sign of life begins with 1 again."
                 => |d| d.encoder.signals(sign_of_life_carries);
             "control-edge-in-compatibility-mode" "In compatibility mode G1_STW is void in the frame in which Control by PLC ends."
-                => |d| d.checks.check(control_edge_in_compatibility_mode());
+                => |d| d.checks.check(control_since(|compatible, was_set, set| set || compatible && !was_set));
             "v41-mode-without-requests" "Without compatibility mode G1_STW is never obeyed."
                 => |d| d.checks.check(|check, right| match check {
                     Check::ControlByPlc { compatible, .. } => compatible,
@@ -162,18 +162,6 @@ pub static GROUPS: &[Group] = &[
         },
     },
 ];
-
-/// In compatibility mode G1_STW does not count in the frame in which Control by PLC ends.
-fn control_edge_in_compatibility_mode() -> impl FnMut(Check, bool) -> bool {
-    let mut before = false;
-    move |check, right| match check {
-        Check::ControlByPlc { compatible, set } => {
-            let was_set = core::mem::replace(&mut before, set);
-            set || compatible && !was_set
-        }
-        _ => right,
-    }
-}
 
 fn preset_on_zero_while_parked(d: &mut Deviations) {
     let is_parked = Rc::new(Cell::new(false));

@@ -80,7 +80,7 @@ pub static GROUPS: &[Group] = &[
                     _ => right,
                 });
             "control-valid-for-a-frame" "G1_STW is obeyed in the first frame of Control by PLC only."
-                => |d| d.checks.check(control_valid_for_a_frame());
+                => |d| d.checks.check(control_since(|compatible, was_set, set| compatible || set && !was_set));
             "last-control-word-stays" "Without Control by PLC the last valid control word remains in force."
                 => |d| {
                     d.encoder.add(LastWord::default());
@@ -559,13 +559,13 @@ fn xist2_one_frame_late(before: &Before, now: Image) -> Image {
     }
 }
 
-/// G1_STW counts in the first frame of Control by PLC only.
-fn control_valid_for_a_frame() -> impl FnMut(Check, bool) -> bool {
+/// Whether G1_STW counts, from compatibility mode and from Control by PLC in the frame before and in this one.
+pub fn control_since(counts: fn(bool, bool, bool) -> bool) -> impl FnMut(Check, bool) -> bool {
     let mut before = false;
     move |check, right| match check {
         Check::ControlByPlc { compatible, set } => {
             let was_set = core::mem::replace(&mut before, set);
-            compatible || set && !was_set
+            counts(compatible, was_set, set)
         }
         _ => right,
     }

@@ -275,7 +275,10 @@ impl Measuring {
 
     /// The position without offset, in units.
     pub fn position(&self) -> u64 {
-        let range = self.range();
+        self.position_within(self.range())
+    }
+
+    fn position_within(&self, range: u64) -> u64 {
         self.steps
             .apply(self.reading(range).position(), |steps, position| steps.position(&self.reading(range), position))
     }
@@ -294,7 +297,8 @@ impl Measuring {
 
     /// The [position](Measuring::position) without the offset, and the [shifted](Measuring::shifted) one with it.
     pub fn positions(&self) -> [u64; 2] {
-        let (position, range) = (self.position(), self.range());
+        let range = self.range();
+        let position = self.position_within(range);
         let sum = || self.sum(position, range);
         [position, self.steps.apply(sum().position(), |steps, shifted| steps.shifted(&sum(), shifted))]
     }
@@ -308,7 +312,8 @@ impl Measuring {
     /// The offset that a preset now would give; nothing is changed.
     pub fn preset(&self, mode: PresetMode, value: u64) -> u64 {
         let Measuring { settings, hardware, offset, .. } = *self;
-        let (position, range, scaling) = (self.position(), self.range(), settings.scaling);
+        let (range, scaling) = (self.range(), settings.scaling);
+        let position = self.position_within(range);
         let preset = PresetBasis { mode, value, position, offset, range, scaling, hardware };
         self.steps.apply(preset.new_offset(), |steps, offset| steps.preset(&preset, offset))
     }
