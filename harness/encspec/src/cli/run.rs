@@ -168,22 +168,11 @@ impl Request {
     pub fn ready(&self, manuals: &[Manual]) -> Result<Ready, Stop> {
         for bug in &self.bugs {
             let listed = || manuals.iter().flat_map(|manual| &manual.bugs).map(|bug| bug.name.as_str());
-            let known = || listed().chain(bugs_of_the_field().map(|bug| bug.name));
-            if !known().any(|name| name == bug) {
-                let meant = nearest(bug, known())
-                    .map_or_else(|| "`encspec bugs` lists them".to_owned(), |meant| format!("did you mean `{meant}`?"));
-                return Err(Stop::usage(format!("unknown bug `{bug}`; {meant}")));
-            }
+            is_known("bug", bug, "bugs", listed().chain(bugs_of_the_field().map(|bug| bug.name)))?;
         }
         for variation in &self.variations {
-            let known = || deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
-            if !known().any(|name| name == variation) {
-                let meant = nearest(variation, known()).map_or_else(
-                    || "`encspec variations` lists them".to_owned(),
-                    |meant| format!("did you mean `{meant}`?"),
-                );
-                return Err(Stop::usage(format!("unknown variation `{variation}`; {meant}")));
-            }
+            let known = deviations::subjects().iter().flat_map(Subject::permitted).map(|known| known.name);
+            is_known("variation", variation, "variations", known)?;
         }
         let persona = self.persona.as_deref().map(|name| self.suites.persona(name)).transpose()?;
         let asked = [self.bugs.as_slice(), &self.variations].concat();
@@ -258,6 +247,21 @@ impl Request {
         }
         Ok(())
     }
+}
+
+/// Fails with what was probably meant, or with the command that lists all, if no `name` of this kind is known.
+fn is_known<'a>(
+    what: &str,
+    name: &str,
+    command: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> Result<(), Stop> {
+    if known.clone().any(|known| known == name) {
+        return Ok(());
+    }
+    let meant = nearest(name, known)
+        .map_or_else(|| format!("`encspec {command}` lists them"), |meant| format!("did you mean `{meant}`?"));
+    Err(Stop::usage(format!("unknown {what} `{name}`; {meant}")))
 }
 
 /// A filter that means nothing on any of the devices is a mistake, not an empty run.

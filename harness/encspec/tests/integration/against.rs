@@ -5,20 +5,11 @@ use encspec::compare::drive::Bench;
 use encspec::compare::heard::Heard;
 use encspec::compare::hold::hold;
 use encspec::compare::listen::listen;
-use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::engine::{RunOptions, run_trial};
 use encspec::replay::AgainstReport;
 use encspec::suite::model::{Manual, Trial, Variant};
 use rstest::rstest;
 use station::Time;
-
-fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
-    let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    DutSpec {
-        manual: manual.device.name.clone(),
-        variant: variant.name.clone(),
-        kind: DutKind::Model { deviations: bugs },
-    }
-}
 
 /// Records a trial with these bugs, and holds the recording against the healthy reference device.
 fn held(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[&str]) -> AgainstReport {
@@ -29,11 +20,11 @@ fn held(manual: &Manual, variant: &Variant, trial: &Trial, bugs: &[&str]) -> Aga
 fn held_against(manual: &Manual, variant: &Variant, trial: &Trial, [bugs, others]: [&[&str]; 2]) -> AgainstReport {
     let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
     let masks = bench.masks(None).expect("the masks load");
-    let dut = spec(manual, variant, bugs);
+    let dut = shipped::model(manual, variant, bugs);
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let frames = outcome.trace.iter().map(|frame| (frame.number as u64, frame.time, frame.octets));
     let heard = Heard { said: listen(bench.whom(), frames), begin: Time::ZERO };
-    let report = hold(&bench, &spec(manual, variant, others), &heard, &masks).expect("a model can be driven");
+    let report = hold(&bench, &shipped::model(manual, variant, others), &heard, &masks).expect("a model can be driven");
     let alike = report.differences.iter().find(|of| of.recorded == of.ours);
     assert!(alike.is_none(), "what differs does not look alike: {report}");
     report

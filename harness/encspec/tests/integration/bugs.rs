@@ -1,6 +1,6 @@
 //! Every case can fail: each bug shows in the cases and rules that say they catch it, and in the requirements that it breaks.
 
-use crate::shipped::manuals;
+use crate::shipped::{self, manuals};
 use encspec::engine::scan::check_covers;
 use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
 use encspec::suite::model::{Bug, Manual, Rule, Trial, Variant};
@@ -9,11 +9,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-
-fn dut(manual: &Manual, variant: &Variant, bug: &str) -> DutSpec {
-    let (manual, variant) = (manual.device.name.clone(), variant.name.clone());
-    DutSpec { manual, variant, kind: DutKind::Model { deviations: vec![bug.to_owned()] } }
-}
 
 /// Does `work` for every item on two threads and gives what it found, sorted.
 fn every<T: Sync>(items: &[T], work: impl Fn(&T) -> Option<String> + Sync) -> Vec<String> {
@@ -210,7 +205,7 @@ impl<'a> Open<'a> {
     }
 
     fn run(&mut self, variant: &'a Variant, trial: &'a Trial) {
-        let dut = dut(self.manual, variant, &self.bug.name);
+        let dut = shipped::model(self.manual, variant, &[&self.bug.name]);
         let outcome = run_trial(self.manual, variant, &dut, trial, &RunOptions::default());
         let outcome = match outcome {
             Ok(outcome) => outcome,

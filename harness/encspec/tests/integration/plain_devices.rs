@@ -1,8 +1,8 @@
 //! The reference devices are plain: they read like their manuals, and everything by which they may deviate is attached from outside.
 
+use crate::house::{files, shown, text};
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The crates of the devices, without the one of the deviations.
 const DEVICES: [&str; 3] = ["device-stack", "encoder-profile", "reference-devices"];
@@ -26,30 +26,11 @@ const FIRST_READ: usize = 150;
 const MOST_STEPS: usize = 60;
 const MOST_TRAITS_OF_STEPS: usize = 12;
 
-fn root() -> PathBuf {
-    testing::workspace().join("device-under-test")
-}
-
-/// The sources below a folder or the file itself, without tests.
-fn sources(path: &Path) -> Vec<PathBuf> {
-    if path.is_file() {
-        return vec![path.to_owned()];
-    }
-    let entries = fs::read_dir(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    let paths = entries.map(|entry| entry.expect("an entry of a folder").path());
-    let is_test = |path: &PathBuf| path.file_stem().is_some_and(|name| name == "tests");
-    let mut found: Vec<PathBuf> = paths.filter(|path| !is_test(path)).flat_map(|path| sources(&path)).collect();
-    found.sort();
-    found.retain(|path| path.extension().is_some_and(|extension| extension == "rs"));
-    found
-}
-
-fn text(path: &Path) -> String {
-    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-}
-
-fn of_devices() -> Vec<PathBuf> {
-    DEVICES.iter().flat_map(|name| sources(&root().join(name).join("src"))).collect()
+/// The sources of the devices, without tests, by their path below `device-under-test`.
+fn of_devices() -> Vec<(String, PathBuf)> {
+    let of = |name: &&str| files(&format!("device-under-test/{name}/src"), "rs");
+    let named = DEVICES.iter().flat_map(of).map(|path| (shown(&path).replacen("device-under-test/", "", 1), path));
+    named.filter(|(name, _)| !name.contains("/tests/") && !name.ends_with("/tests.rs")).collect()
 }
 
 #[test]
@@ -57,11 +38,11 @@ fn no_device_names_a_deviation() {
     let names: BTreeSet<&str> =
         deviations::subjects().iter().flat_map(deviations::Subject::deviations).map(|known| known.name).collect();
     assert!(names.len() > 1000);
-    for path in of_devices() {
+    for (name, path) in of_devices() {
         let text = text(&path);
         let words = text.split('"').skip(1).step_by(2);
         let named: Vec<&str> = words.filter(|word| names.contains(word)).collect();
-        assert!(named.is_empty(), "{} names {named:?}", path.display());
+        assert!(named.is_empty(), "{name} names {named:?}");
     }
 }
 
@@ -69,7 +50,7 @@ fn no_device_names_a_deviation() {
 #[test]
 fn steps_are_few() {
     let (mut traits, mut steps) = (Vec::new(), Vec::new());
-    for path in of_devices() {
+    for (_, path) in of_devices() {
         let text = text(&path);
         for (name, body) in text.split("pub trait ").skip(1).filter_map(|rest| rest.split_once('{')) {
             let name = name.trim();
@@ -89,8 +70,13 @@ fn steps_are_few() {
 
 #[test]
 fn what_is_opened_first_is_short() {
-    for path in OPENED_FIRST.iter().flat_map(|path| sources(&root().join(path))) {
-        let lines = text(&path).lines().count();
-        assert!(lines <= FIRST_READ, "{} has {lines} lines, {FIRST_READ} at most", path.display());
+    let all = of_devices();
+    for first in OPENED_FIRST {
+        let mut found = all.iter().filter(|(name, _)| name.starts_with(first)).peekable();
+        assert!(found.peek().is_some(), "{first} is not there");
+        for (name, path) in found {
+            let lines = text(path).lines().count();
+            assert!(lines <= FIRST_READ, "{name} has {lines} lines, {FIRST_READ} at most");
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! The shipped suites, loaded once for all tests.
 
-use encspec::suite::model::Manual;
+use encspec::engine::{DutKind, DutSpec};
+use encspec::suite::model::{Manual, Variant};
 use encspec::suite_yaml::load;
 use std::slice;
 use std::sync::LazyLock;
@@ -22,4 +23,10 @@ pub fn manual(name: &str) -> &'static Manual {
 /// One of them, for what takes several.
 pub fn only(name: &str) -> &'static [Manual] {
     slice::from_ref(manual(name))
+}
+
+/// The built-in reference device of a variant with these deviations.
+pub fn model(manual: &Manual, variant: &Variant, deviations: &[&str]) -> DutSpec {
+    let deviations = deviations.iter().map(|name| (*name).to_owned()).collect();
+    DutSpec { manual: manual.device.name.clone(), variant: variant.name.clone(), kind: DutKind::Model { deviations } }
 }

@@ -7,7 +7,7 @@ use encspec::compare::heard::Heard;
 use encspec::compare::hold::hold;
 use encspec::compare::listen::listen;
 use encspec::compare::shrink::{Pair, Shrunk, shrink};
-use encspec::engine::{DutKind, DutSpec, RunOptions, run_trial};
+use encspec::engine::{RunOptions, run_trial};
 use encspec::suite::model::{Manual, Variant};
 use encspec::verdict::Verdict;
 use rstest::rstest;
@@ -15,15 +15,6 @@ use station::Time;
 
 /// Steps that a case has at most.
 const SHORT: usize = 10;
-
-fn spec(manual: &Manual, variant: &Variant, bugs: &[&str]) -> DutSpec {
-    let bugs = bugs.iter().map(|bug| (*bug).to_owned()).collect();
-    DutSpec {
-        manual: manual.device.name.clone(),
-        variant: variant.name.clone(),
-        kind: DutKind::Model { deviations: bugs },
-    }
-}
 
 /// The manual with the variant and the trial of a recording.
 struct Recorded<'m> {
@@ -41,7 +32,7 @@ fn record<'m>(manual: &'m Manual, bug: &str, part: &str, with: &[&str]) -> Recor
         Some((variant, trials.next()?))
     };
     let (variant, trial) = manual.variants.iter().find_map(catches).unwrap_or_else(|| panic!("a trial catches {bug}"));
-    let dut = spec(manual, variant, with);
+    let dut = shipped::model(manual, variant, with);
     let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default()).expect("a model can be run");
     let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
     let frames = outcome.trace.iter().map(|frame| (frame.number as u64, frame.time, frame.octets));
@@ -52,7 +43,7 @@ fn record<'m>(manual: &'m Manual, bug: &str, part: &str, with: &[&str]) -> Recor
 fn shrunk(manual: &Manual, bug: &str) -> Result<usize, String> {
     let Recorded { variant, heard, .. } = record(manual, bug, "", &[bug]);
     let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
-    let (healthy, dut) = (spec(manual, variant, &[]), spec(manual, variant, &[bug]));
+    let (healthy, dut) = (shipped::model(manual, variant, &[]), shipped::model(manual, variant, &[bug]));
     let listed = manual.bugs.iter().find(|known| known.name == bug).ok_or("no such bug")?;
     let pair = Pair { healthy: &healthy, dut: &dut, bug: Some(listed) };
     let masks = bench.masks(None).map_err(|error| error.to_string())?;
@@ -111,7 +102,8 @@ fn a_healthy_recording_differs_in_nothing(#[case] name: &str, #[case] bug: &str,
         let bench = Bench::new(&suites::sources(), manual, &variant.name).expect("the manual loads");
         let masks = bench.masks(None).expect("the masks load");
         let heard = Heard { said: heard, begin: Time::ZERO };
-        let report = hold(&bench, &spec(manual, variant, &[]), &heard, &masks).expect("a model can be driven");
+        let report =
+            hold(&bench, &shipped::model(manual, variant, &[]), &heard, &masks).expect("a model can be driven");
         assert_eq!(report.inconclusive, None);
         assert!(report.steps > 1, "{report}");
         assert_eq!(!report.differences.is_empty(), differs, "{report}");

@@ -1,19 +1,11 @@
 //! No correct device is accused: with each variation that a manual permits every case and every rule passes, and the variation shows
 //! on the wire, so that this says something.
 
-use crate::shipped::manuals;
-use encspec::engine::{DutKind, DutSpec, RunOptions, run, run_trial};
-use encspec::suite::model::{Manual, Variant};
+use crate::shipped::{self, manuals};
+use encspec::engine::{RunOptions, run, run_trial};
+use encspec::suite::model::Manual;
 use encspec::verdict::Verdict;
 use std::fmt::Write;
-
-fn dut(manual: &Manual, variant: &Variant, deviations: &[&str]) -> DutSpec {
-    DutSpec {
-        manual: manual.device.name.clone(),
-        variant: variant.name.clone(),
-        kind: DutKind::Model { deviations: deviations.iter().map(|name| (*name).to_owned()).collect() },
-    }
-}
 
 fn permitted(manual: &Manual) -> Vec<&'static str> {
     let subject = deviations::subject(&manual.device.name).expect("a reference device for every suite");
@@ -25,7 +17,7 @@ fn with_each_permitted_variation_every_case_and_rule_passes() {
     let mut accused = String::new();
     for manual in manuals() {
         for name in permitted(manual) {
-            let duts = manual.variants.iter().map(|variant| dut(manual, variant, &[name])).collect();
+            let duts = manual.variants.iter().map(|variant| shipped::model(manual, variant, &[name])).collect();
             let options = RunOptions { duts, ..RunOptions::default() };
             let result = run(std::slice::from_ref(manual), &options, &|_, _, _| {}).expect("a model can be run");
             for run in &result.runs {
@@ -46,7 +38,7 @@ fn each_permitted_variation_changes_a_frame_of_a_case() {
             let shows = manual.variants.iter().any(|variant| {
                 let differs = |trial| {
                     let frames = |deviations: &[&str]| {
-                        let dut = dut(manual, variant, deviations);
+                        let dut = shipped::model(manual, variant, deviations);
                         let outcome = run_trial(manual, variant, &dut, trial, &RunOptions::default());
                         let trace = outcome.expect("a model can be run").trace;
                         trace.iter().map(|frame| (frame.time, frame.octets.to_vec())).collect::<Vec<_>>()
