@@ -40,7 +40,8 @@ fn main() -> ExitCode {
     if !private_network() {
         return ExitCode::SUCCESS;
     }
-    realtime::raise().iter().for_each(|told| println!("harness: {told}"));
+    let scheduling = realtime::raise();
+    scheduling.granted.iter().chain(&scheduling.refused).for_each(|text| println!("harness: {text}"));
     let many = served(devices, time);
     let one = served(1, time.min(SINGLE));
     let lost = many.lost + one.lost;
@@ -97,7 +98,7 @@ impl Measured {
 /// Served devices, all in one process.
 fn served(devices: u8, time: Duration) -> Measured {
     let count = devices.to_string();
-    let serving = Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", &count, "--realtime"]);
+    let serving = Serving::start(&[MODEL, "--nic", "theirs", "--name", "encoder", "--count", &count]);
     let connections = (0..devices).map(|number| {
         let name = if devices == 1 { "encoder".to_owned() } else { format!("encoder-{}", number + 1) };
         let connection = connection(&name, Ipv4Addr::new(192, 168, 0, 10 + number));

@@ -218,9 +218,9 @@ fn memory_can_be_had() -> Result<(), String> {
 }
 
 fn punctuality() -> Result<(), String> {
-    let told = realtime::raise();
-    let wanted = ["scheduled before ordinary processes (SCHED_FIFO, priority 40)", "memory locked"];
-    ensure(told == wanted, &format!("{told:?}"))?;
+    let scheduling = realtime::raise();
+    let expected = ["scheduled before ordinary processes (SCHED_FIFO, priority 40)", "memory locked"];
+    ensure(scheduling.granted == expected && scheduling.refused.is_empty(), &format!("{scheduling:?}"))?;
     ensure(policy()? == "1", "the kernel schedules it so")?;
     ensure(locked_memory()? > 0, "the kernel has locked memory")?;
     privileges::drop().map_err(said)?;
@@ -237,11 +237,12 @@ fn memory_after_sudo() -> Result<(), String> {
 
 fn punctuality_without_privileges() -> Result<(), String> {
     privileges::drop().map_err(said)?;
-    let told = realtime::raise();
-    ensure(told[0].starts_with("scheduled like any other process, as CAP_SYS_NICE is missing ("), &told[0])?;
-    let limited = "memory not locked, as CAP_IPC_LOCK is missing: give it with `setcap`, or run as root";
-    ensure(told[1] == limited || told[1] == "memory locked", &told[1])?;
-    ensure((told[1] == limited) == (locked_memory()? == 0), "what is said is so")?;
+    let scheduling = realtime::raise();
+    let [ordinary, limited @ ..] = scheduling.refused.as_slice() else { return Err(format!("{scheduling:?}")) };
+    ensure(ordinary.starts_with("scheduled like any other process, as CAP_SYS_NICE is missing ("), ordinary)?;
+    let expected = "memory not locked, as CAP_IPC_LOCK is missing: give it with `setcap`, or run as root";
+    ensure(limited == [expected] || scheduling.granted == ["memory locked"], &format!("{scheduling:?}"))?;
+    ensure((limited == [expected]) == (locked_memory()? == 0), "what is said is so")?;
     memory_can_be_had()
 }
 

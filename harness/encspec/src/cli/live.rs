@@ -116,12 +116,12 @@ fn on_wire(
     let cycle = device.timing.cycle;
     let cycle = persona.as_ref().and_then(|of| of.cycle).map_or(cycle, |of| of.time().max(cycle));
     let wanted = Wanted { vendor_id, device_id: printed.or(told), cycle, firmware_pages };
-    let granted = link::realtime::raise();
+    let scheduling = link::realtime::raise();
     let mut offers = None;
     let prepared = preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
     bench.stand.offers = offers;
-    prepared.notes.extend(granted);
+    prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
     let overlay = gsdml::overlay(device, variant, description.as_ref(), Some(&prepared.says));
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
     let findings = gsdml::compare(device, variant, description.as_ref(), Some(&prepared.says));
@@ -138,12 +138,12 @@ fn on_bus(mut bench: BenchFile, mut manual: Manual, variant: usize, long: bool) 
         address: device.profibus().map_or(DpLine::default().station, |slave| slave.address),
         cycle: device.timing.cycle,
     };
-    let granted = link::realtime::raise();
+    let scheduling = link::realtime::raise();
     let mut offers = None;
     let prepared = profibus::preflight::prepare(&bench, &wanted, &mut || ask_the_stand(&bench, &mut offers));
     let mut prepared = prepared.map_err(|why| Stop::bench(why.to_string()))?;
     bench.stand.offers = offers;
-    prepared.notes.extend(granted);
+    prepared.notes.extend(scheduling.granted.into_iter().chain(scheduling.refused));
     let overlay = gsd::overlay(device, description.as_ref());
     prepared.notes.extend(overlay.taken.into_iter().chain(overlay.missing));
     let findings = description.iter().flat_map(|known| gsd::compare(device, variant, known)).collect();

@@ -7,6 +7,7 @@ mod against;
 mod bench;
 mod bugs;
 mod check;
+mod control;
 mod coverage;
 mod discover;
 pub mod dut;
@@ -81,6 +82,8 @@ enum Command {
     Record(record::RecordArgs),
     /// Serve a reference device as a live device
     Serve(serve::ServeArgs),
+    /// Send a command to the control channel of a served device: power, shaft, faults
+    Control(control::ControlArgs),
     /// Show a vendor's GSDML, and compare it with a manual
     Gsdml(gsdml::GsdmlArgs),
     /// Show what a GSD (PROFIBUS) says, and where it disagrees with a manual
@@ -309,6 +312,7 @@ pub fn main() -> ExitCode {
         Command::Gsd(args) => gsd::gsd(&args),
         Command::Gsdml(args) => gsdml::gsdml(&args),
         Command::Serve(args) => serve::run(&args),
+        Command::Control(args) => control::run(&args),
         Command::Discover(args) => discover::run(&args),
         Command::Bench(args) => bench::run(&args),
     });

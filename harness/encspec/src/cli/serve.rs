@@ -71,8 +71,11 @@ pub(super) struct ServeArgs {
     /// End after so many seconds; without it Ctrl-C ends it
     #[arg(long, value_name = "SECONDS")]
     duration: Option<u64>,
-    /// Ask the system for real-time scheduling and locked memory
+    /// Do without real-time scheduling and locked memory, which are requested otherwise
     #[arg(long)]
+    no_realtime: bool,
+    /// What is done anyway; accepted for scripts
+    #[arg(long, hide = true, conflicts_with = "no_realtime")]
     realtime: bool,
 }
 
@@ -274,8 +277,11 @@ pub(super) fn run(args: &ServeArgs) -> Ended {
     interrupt::watch();
     let first = stations.first().ok_or_else(|| Stop::usage("there is nothing to serve".to_owned()))?;
     let (medium, place) = args.medium(first.subject.manual)?;
-    if args.realtime {
-        realtime::raise().iter().for_each(|told| complain(told));
+    if !args.no_realtime {
+        // One line: what is refused beside the first is refused for the same reason.
+        if let Some(refused) = realtime::raise().refused.first() {
+            complain(&format!("answers may be late on a busy machine: {refused}, or serve with --no-realtime"));
+        }
     }
     privileges::drop().map_err(unusable)?;
     let mut server = Server::new(medium);

@@ -101,7 +101,7 @@ fn help_names_every_command_and_each_of_them_has_help() {
     assert_eq!(help.status, Some(0));
     for name in [
         "run", "list", "coverage", "bugs", "errata", "explain", "check", "schema", "replay", "dissect", "record",
-        "serve", "discover", "bench", "gsdml",
+        "serve", "control", "discover", "bench", "gsdml",
     ] {
         assert!(help.out.contains(&format!("\n  {name} ")), "{name} is not in:\n{}", help.out);
         let of_command = encspec(&folder, &[name, "--help"]);

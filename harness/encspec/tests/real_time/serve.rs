@@ -35,8 +35,11 @@ pub fn trials() -> Vec<Trial> {
         line_of_a_network(&["serve", MODEL, "--nic", "a", "--baud", "9600"], 2, "<--serial <TTY>|--pty <LINK>>"),
         other_bus(&["serve", MODEL, "--pty", "/nowhere/line"], 2, "serve it with --nic or --socket"),
         absent_folder(&["serve", "model:datalogic-amt58-profibus", "--pty", "/nowhere/line"], 3, "the link /nowhere/line cannot be made"),
+        scheduling(&["serve", MODEL, "--nic", "a", "--realtime", "--no-realtime"], 2, "cannot be used with"),
         absent_nic(&["serve", MODEL, "--nic", "encspec-none"], 3, "encspec-none"),
         absent_peer(&["discover", "--socket", "/nowhere/at-all"], 3, "/nowhere/at-all"),
+        absent_channel(&["control", "/nowhere/control", "power", "up"], 3, "/nowhere/control"),
+        no_command(&["control", "/nowhere/control"], 2, "<COMMAND>"),
         discover_nothing(&["discover"], 2, "--nic <IF>|--socket <ADDRESS>"),
     ]);
     trials
@@ -109,6 +112,13 @@ fn devices_at_an_interface_and_the_hands_at_them() {
             "ready 2 at the interface theirs",
         ]
     );
+    // The control channel from the command line.
+    let first = hand(1);
+    let first = first.to_str().expect("a path in UTF-8");
+    let help = encspec(&["control", first, "help"]);
+    assert!(help.status == Some(0) && help.out.contains("\nturn counts N rpm R\n"), "{}", help.out);
+    let refused = encspec(&["control", first, "turn", "counts", "-1", "rpm", "0"]);
+    assert!(refused.status == Some(1) && refused.out.starts_with("cannot "), "{}", refused.out);
     let mut wire = Wire::new(Box::new(Nic::open("ours").expect("the interface")));
     let mut controllers = [controller(0), controller(1)];
     let both = [("encoder-1", FIRST), ("encoder-2", SECOND)];

@@ -1,0 +1,45 @@
+//! `encspec control`: one command to the control channel of a stand.
+
+use super::{Ended, Stop, show};
+use clap::Args;
+use link::lines::Client;
+use live::control::Answer;
+use report::ExitStatus;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How long the stand may take for an answer; as long as in a run.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
+
+/// Arguments of `encspec control`.
+#[derive(Debug, Args)]
+pub(super) struct ControlArgs {
+    /// The Unix socket that `encspec serve --control PATH` has made
+    #[arg(value_name = "PATH")]
+    path: PathBuf,
+    /// The command, for instance: shaft speed 60; `help` lists them
+    #[arg(value_name = "COMMAND", required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    command: Vec<String>,
+}
+
+pub(super) fn run(args: &ControlArgs) -> Ended {
+    let broken = |error: link::LinkError| Stop::bench(error.to_string());
+    let mut client = Client::connect(&args.path).map_err(broken)?;
+    let line = client.ask(&args.command.join(" "), ANSWER_TIMEOUT).map_err(broken)?;
+    let answer = Answer::parse(&line).map_err(Stop::bench)?;
+    Ok(match answer {
+        Answer::Done(_) => {
+            show(&format!("{line}\n"));
+            ExitStatus::Green
+        }
+        // `help` and `abilities` are lists.
+        Answer::Word(words) => {
+            show(&format!("{}\n", words.replace("; ", "\n")));
+            ExitStatus::Green
+        }
+        Answer::Cannot(_) | Answer::Broken(_) => {
+            show(&format!("{line}\n"));
+            ExitStatus::Red
+        }
+    })
+}
