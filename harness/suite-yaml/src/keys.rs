@@ -178,6 +178,8 @@ key_sets! {
     }
 
     REQUIREMENTS "a file of requirements" {
+        "source" may Word(SOURCES), "The source of each requirement of the file that names none itself.";
+        "channel" may Word(CHANNELS), "The channel of each requirement of the file that names none itself.";
         "requirements" must List(&Keys(&REQUIREMENT)), "The requirements of one topic of the manual.";
     }
     REQUIREMENT "a requirement" {
@@ -185,8 +187,8 @@ key_sets! {
         "cites" must Text, "The clause: section, table, page.";
         "statement" must Text, "What the clause says of the device, in one sentence of our own.";
         "level" must Word(LEVELS), "How strict it is; `must` only where the manual says it without ambiguity.";
-        "source" must Word(SOURCES), "Who says it: the manual, a profile that it refers to, or common practice.";
-        "channel" must Word(CHANNELS), "Where it can be observed.";
+        "source" may Word(SOURCES), "Who says it: the manual, a profile that it refers to, or common practice; by default as the file says.";
+        "channel" may Word(CHANNELS), "Where it can be observed; by default as the file says.";
         "variants" may List(&Name), "The variants that it applies to, all by default.";
         "ambiguity" may Text, "What the manual leaves open, and the reading that was chosen.";
         "class" may Word(CLASSES), "Why no case can cover it; without a class it can be tested.";

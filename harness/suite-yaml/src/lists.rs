@@ -19,9 +19,9 @@ pub(super) fn requirements(
     let mut list = Vec::new();
     for (file, text) in parts {
         let Some(node) = mistakes.keep(parse(*file, text.as_ref())) else { continue };
-        let Some(entries) = mistakes.keep(entries(&node)) else { continue };
+        let Some((defaults, entries)) = mistakes.keep(entries(&node)) else { continue };
         for entry in entries {
-            let read = requirement(entry, variants, files);
+            let read = requirement(entry, defaults, variants, files);
             let Some(requirement) = mistakes.keep(read) else { continue };
             if known.insert(requirement.id.clone()) {
                 list.push(requirement);
@@ -33,15 +33,27 @@ pub(super) fn requirements(
     list
 }
 
-fn entries(node: &Node) -> Read<&[Node]> {
-    let list = Keyed::new(node, &keys::REQUIREMENTS)?.must("requirements")?;
+/// The source and the channel of the requirements of a file that name none.
+#[derive(Clone, Copy)]
+struct RequirementDefaults {
+    source: Option<&'static str>,
+    channel: Option<&'static str>,
+}
+
+fn entries(node: &Node) -> Read<(RequirementDefaults, &[Node])> {
+    let keyed = Keyed::new(node, &keys::REQUIREMENTS)?;
+    let list = keyed.must("requirements")?;
+    let defaults = RequirementDefaults {
+        source: word(&keyed, "source", keys::SOURCES)?,
+        channel: word(&keyed, "channel", keys::CHANNELS)?,
+    };
     match list.items("requirements")? {
         [] => Err(list.wrong("there are no requirements")),
-        entries => Ok(entries),
+        entries => Ok((defaults, entries)),
     }
 }
 
-fn requirement(node: &Node, variants: &[String], files: &Files) -> Read<Requirement> {
+fn requirement(node: &Node, defaults: RequirementDefaults, variants: &[String], files: &Files) -> Read<Requirement> {
     let keyed = Keyed::new(node, &keys::REQUIREMENT)?;
     let text = |key: &str| -> Read<String> { Ok(keyed.must(key)?.text(key)?.to_owned()) };
     let optional = |key: &str| keyed.get(key).map(|node| node.text(key).map(str::to_owned)).transpose();
@@ -61,13 +73,22 @@ fn requirement(node: &Node, variants: &[String], files: &Files) -> Read<Requirem
     if applies.is_empty() {
         return wrong("it applies to no variant");
     }
-    let (level, source) = (word(&keyed, "level", keys::LEVELS)?, word(&keyed, "source", keys::SOURCES)?);
-    let channel = word(&keyed, "channel", keys::CHANNELS)?;
+    let given = |key: &str, words: &'static [&'static str], default: Option<&'static str>| -> Read<&'static str> {
+        let missing = || {
+            let mistake = node.wrong(format!("a requirement needs the key `{key}`"));
+            mistake
+                .help(format!("write it here, or once for the whole file above `requirements`: `{key}: {}`", words[0]))
+        };
+        word(&keyed, key, words)?.or(default).ok_or_else(missing)
+    };
+    let level = given("level", keys::LEVELS, None)?;
+    let source = given("source", keys::SOURCES, defaults.source)?;
+    let channel = given("channel", keys::CHANNELS, defaults.channel)?;
     let ambiguity = optional("ambiguity")?;
     if level == "must" && (source != "manual" || ambiguity.is_some()) {
         return wrong("only what the manual says without ambiguity is `must`");
     }
-    let class = keyed.get("class").map(|_| word(&keyed, "class", keys::CLASSES)).transpose()?;
+    let class = word(&keyed, "class", keys::CLASSES)?;
     let class = match (class, optional("reason")?, optional("reading")?) {
         (None, None, None) => Class::Testable,
         (Some("implicit"), Some(reason), None) => Class::Implicit(reason),
@@ -100,12 +121,12 @@ fn requirement(node: &Node, variants: &[String], files: &Files) -> Read<Requirem
     })
 }
 
-/// The value of a key that is one of some words.
-fn word(keyed: &Keyed<'_>, key: &str, words: &'static [&'static str]) -> Read<&'static str> {
-    let node = keyed.must(key)?;
+/// The value of a key that is one of some words, none without the key.
+fn word(keyed: &Keyed<'_>, key: &str, words: &'static [&'static str]) -> Read<Option<&'static str>> {
+    let Some(node) = keyed.get(key) else { return Ok(None) };
     let text = node.text(key)?;
     let found = words.iter().find(|known| **known == text);
-    found.copied().ok_or_else(|| Mistake::unknown(node.spot, key, text, words.iter().copied()))
+    found.map(|word| Some(*word)).ok_or_else(|| Mistake::unknown(node.spot, key, text, words.iter().copied()))
 }
 
 /// The names in a list of bugs, or none if it cannot be read.
