@@ -1,4 +1,4 @@
-//! Where a socket is that carries frames.
+//! The address of a socket that carries Ethernet frames.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,28 +6,28 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-/// Where a socket is, and which side calls the other.
+/// The address of a socket, and whether this side connects or listens.
 ///
-/// Written as `HOST:PORT`, `/path` or `unix:/path` to connect, and with `listen:` in front to wait for the peer.
+/// Written as `HOST:PORT`, `/path` or `unix:/path` to connect, and with the prefix `listen:` to wait for the peer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum SocketAddress {
     /// TCP: host and port to connect to.
     Tcp(String),
     /// A Unix socket to connect to.
     Unix(PathBuf),
-    /// TCP: host and port to wait at; port 0 takes any free one.
+    /// TCP: host and port to listen on; port 0 selects any free port.
     ListenTcp(String),
-    /// A Unix socket to wait at.
+    /// A Unix socket to listen on.
     ListenUnix(PathBuf),
 }
 
-/// A text that is no address of a socket.
+/// The text is not a socket address.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{}` is no address of a socket: write HOST:PORT or /path, with listen: in front to wait for the peer", .0.escape_debug())]
+#[error("`{}` is not a socket address: write HOST:PORT or /path, with the prefix listen: to wait for the peer", .0.escape_debug())]
 pub struct BadAddress(pub String);
 
 impl SocketAddress {
-    /// Whether this side waits for the other.
+    /// Whether this side listens for the peer.
     pub fn listens(&self) -> bool {
         matches!(self, SocketAddress::ListenTcp(_) | SocketAddress::ListenUnix(_))
     }
@@ -37,33 +37,33 @@ impl FromStr for SocketAddress {
     type Err = BadAddress;
 
     fn from_str(text: &str) -> Result<SocketAddress, BadAddress> {
-        let (listens, place) = match text.strip_prefix("listen:") {
-            Some(place) => (true, place),
+        let (listens, target) = match text.strip_prefix("listen:") {
+            Some(target) => (true, target),
             None => (false, text),
         };
-        let path = match place.strip_prefix("unix:") {
+        let path = match target.strip_prefix("unix:") {
             Some(path) if !path.is_empty() => Some(path),
             Some(_) => return Err(BadAddress(text.to_string())),
-            None if place.starts_with(['/', '.']) => Some(place),
+            None if target.starts_with(['/', '.']) => Some(target),
             None => None,
         };
         if let Some(path) = path {
             let path = PathBuf::from(path);
             return Ok(if listens { SocketAddress::ListenUnix(path) } else { SocketAddress::Unix(path) });
         }
-        let port = match place.rsplit_once(':') {
+        let port = match target.rsplit_once(':') {
             Some((host, port)) if is_host(host) => port.parse::<u16>().ok().filter(|port| listens || *port != 0),
             _ => None,
         };
         match port {
             None => Err(BadAddress(text.to_string())),
-            Some(_) if listens => Ok(SocketAddress::ListenTcp(place.to_string())),
-            Some(_) => Ok(SocketAddress::Tcp(place.to_string())),
+            Some(_) if listens => Ok(SocketAddress::ListenTcp(target.to_string())),
+            Some(_) => Ok(SocketAddress::Tcp(target.to_string())),
         }
     }
 }
 
-/// A name, an IPv4 address, or an IPv6 address in brackets.
+/// Whether `host` is a name, an IPv4 address, or an IPv6 address in brackets.
 fn is_host(host: &str) -> bool {
     let inner = host.strip_prefix('[').and_then(|host| host.strip_suffix(']'));
     match inner {
@@ -72,19 +72,19 @@ fn is_host(host: &str) -> bool {
     }
 }
 
-/// As it is read.
+/// Writes the form that [`FromStr`] reads.
 impl fmt::Display for SocketAddress {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            SocketAddress::Tcp(place) => write!(f, "{place}"),
-            SocketAddress::ListenTcp(place) => write!(f, "listen:{place}"),
+            SocketAddress::Tcp(target) => write!(f, "{target}"),
+            SocketAddress::ListenTcp(target) => write!(f, "listen:{target}"),
             SocketAddress::Unix(path) => write!(f, "{}{}", prefix(path), path.display()),
             SocketAddress::ListenUnix(path) => write!(f, "listen:{}{}", prefix(path), path.display()),
         }
     }
 }
 
-/// A path that does not look like one says that it is one.
+/// The prefix `unix:` for a path that does not start with `/` or `.`.
 fn prefix(path: &std::path::Path) -> &'static str {
     if path.to_string_lossy().starts_with(['/', '.']) { "" } else { "unix:" }
 }
@@ -104,14 +104,14 @@ mod tests {
     #[case("listen:0.0.0.0:0", SocketAddress::ListenTcp("0.0.0.0:0".into()))]
     #[case("listen:/run/x", SocketAddress::ListenUnix("/run/x".into()))]
     #[case("listen:unix:wire", SocketAddress::ListenUnix("wire".into()))]
-    fn addresses_are_read_and_shown_alike(#[case] text: &str, #[case] address: SocketAddress) {
+    fn addresses_are_displayed_as_they_are_parsed(#[case] text: &str, #[case] address: SocketAddress) {
         assert_eq!(text.parse(), Ok(address.clone()));
         assert_eq!(address.to_string(), text);
         assert_eq!(address.listens(), text.starts_with("listen:"));
     }
 
     #[rstest]
-    fn what_is_no_address_is_refused(
+    fn invalid_addresses_are_rejected(
         #[values(
             "",
             ":",
@@ -135,8 +135,8 @@ mod tests {
         )]
         text: &str,
     ) {
-        let error = text.parse::<SocketAddress>().expect_err("it is none");
+        let error = text.parse::<SocketAddress>().expect_err("not an address");
         assert_eq!(error, BadAddress(text.to_string()));
-        assert!(!error.to_string().contains('\u{1b}'), "nothing reaches the terminal as it is");
+        assert!(!error.to_string().contains('\u{1b}'), "control characters are escaped");
     }
 }

@@ -4,36 +4,36 @@ use std::time::Instant;
 
 use station::{Duration, Time};
 
-/// The monotonic clock of the machine, counted in nanoseconds from a start.
+/// The monotonic clock of the host, in nanoseconds from a start.
 ///
-/// Changes of the date do not move it. Copies show the same time.
+/// Changes of the system date do not affect it. Copies show the same time.
 #[derive(Clone, Copy, Debug)]
 pub struct Clock {
     start: Instant,
 }
 
 impl Clock {
-    /// A clock that shows [`Time::ZERO`] now.
+    /// Starts a clock: it shows [`Time::ZERO`] now.
     pub fn start() -> Clock {
         Clock { start: Instant::now() }
     }
 
-    /// What it shows.
+    /// The present time of the clock.
     pub fn now(&self) -> Time {
         self.at(Instant::now())
     }
 
-    /// What it shows at `instant`; before its start it shows [`Time::ZERO`].
+    /// The time of the clock at `instant`; [`Time::ZERO`] if that is before its start.
     pub fn at(&self, instant: Instant) -> Time {
         Time::ZERO + instant.saturating_duration_since(self.start)
     }
 
-    /// A clock that shows [`Time::ZERO`] when this one shows `zero`.
+    /// A clock that starts when this one shows `zero`.
     pub fn started_at(&self, zero: Time) -> Clock {
         Clock { start: self.start + zero.since(Time::ZERO) }
     }
 
-    /// How long it is from now to `until`; zero where that has gone by.
+    /// The time from now to `until`; zero if `until` has passed.
     pub fn remaining(&self, until: Time) -> Duration {
         until.since(self.now())
     }

@@ -1,20 +1,20 @@
-//! Why a link is of no use.
+//! The errors of links.
 
 use thiserror::Error;
 
-/// Why a link cannot be used; each is one sentence that says where, what, and what to do.
+/// Why a link cannot be used. The text is one sentence: where, what happened, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LinkError {
-    /// It cannot be opened: absent, down, or without the privilege.
+    /// The link cannot be opened: it is absent or down, or the process lacks the privilege.
     #[error("{0}")]
     Unusable(String),
-    /// It was open and is lost: the peer has closed, the interface has vanished or was taken down.
+    /// The link was open and is lost: the peer closed it, or the interface was removed or taken down.
     #[error("{0}")]
     Gone(String),
 }
 
 impl LinkError {
-    /// Whether the link was open before, so that [`recover`](crate::Port::recover) may bring it back.
+    /// Whether the link was open before; [`recover`](crate::Port::recover) may then restore it.
     pub fn is_gone(&self) -> bool {
         matches!(self, LinkError::Gone(_))
     }

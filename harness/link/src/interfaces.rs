@@ -1,42 +1,42 @@
-//! The network interfaces of the machine.
+//! The network interfaces of the host.
 
-/// A network interface.
+/// A network interface and its state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interface {
-    /// Its name, for instance `eth0`.
+    /// The name, for instance `eth0`.
     pub name: String,
-    /// Its MAC address, if it has one.
+    /// The MAC address; `None` if the interface has none.
     pub mac: Option<[u8; 6]>,
-    /// Whether it is switched on.
+    /// Whether the interface is up (IFF_UP).
     pub up: bool,
-    /// Whether something is plugged in.
+    /// Whether a cable with a peer is plugged in (IFF_RUNNING).
     pub running: bool,
-    /// Whether it leads back to this machine.
+    /// Whether it is a loopback interface.
     pub loopback: bool,
 }
 
-/// The network interfaces that there are, in the order in which the machine numbers them.
+/// Lists the network interfaces, in the order of their interface index.
 pub fn interfaces() -> Vec<Interface> {
     let mut found: Vec<_> = pnet_datalink::interfaces();
     found.sort_by_key(|interface| interface.index);
-    let to_ours = |interface: pnet_datalink::NetworkInterface| Interface {
+    let convert = |interface: pnet_datalink::NetworkInterface| Interface {
         mac: interface.mac.map(|mac| mac.octets()),
         up: interface.is_up(),
         running: interface.is_running(),
         loopback: interface.is_loopback(),
         name: interface.name,
     };
-    found.into_iter().map(to_ours).collect()
+    found.into_iter().map(convert).collect()
 }
 
-/// The names of the Ethernet interfaces, for a message that says which ones there are.
+/// Lists the names of the Ethernet interfaces for an error message.
 pub(crate) fn known_names() -> String {
     let names: Vec<_> =
         interfaces().into_iter().filter(|known| !known.loopback).map(|known| escaped(&known.name)).collect();
-    if names.is_empty() { "this machine has none".to_string() } else { format!("there are {}", names.join(", ")) }
+    if names.is_empty() { "this host has none".to_string() } else { format!("the interfaces are {}", names.join(", ")) }
 }
 
-/// A name that is not ours, fit to be shown.
+/// Escapes a name for output.
 pub(crate) fn escaped(name: &str) -> String {
     name.escape_debug().to_string()
 }

@@ -1,4 +1,4 @@
-//! Being asked to stop: Ctrl-C and the signal of `kill`.
+//! Requests to stop: SIGINT (Ctrl-C) and SIGTERM (`kill`).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Once, OnceLock};
@@ -8,22 +8,22 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 static WATCH: Once = Once::new();
 
-/// From now on, the first interrupt only sets what [`requested`] says; a second one ends the process at once.
+/// From now on the first interrupt only sets the flag that [`requested`] returns; a second one ends the process at once.
 ///
-/// The process then ends with the status that shells give to an interrupt, 130. Calling it again changes nothing.
+/// The process then exits with status 130, the status that shells use for an interrupt. Calling it again has no effect.
 pub fn watch() {
     WATCH.call_once(|| {
         let flag = REQUESTED.get_or_init(Arc::default);
         for signal in [SIGINT, SIGTERM] {
-            // The order matters: the one that ends the process looks at the flag before the other sets it. Where
-            // the system refuses, an interrupt ends the process as it always does.
+            // The order matters: the handler that ends the process reads the flag before the other handler sets it. If the
+            // registration fails, an interrupt ends the process as by default.
             let _ = signal_hook::flag::register_conditional_shutdown(signal, 130, Arc::clone(flag));
             let _ = signal_hook::flag::register(signal, Arc::clone(flag));
         }
     });
 }
 
-/// Whether the process has been asked to stop since [`watch`] was called.
+/// Whether an interrupt has occurred since [`watch`] was called.
 pub fn requested() -> bool {
     REQUESTED.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
 }

@@ -1,14 +1,14 @@
-//! How punctual a wire was, counted without memory for each sample.
+//! Timing statistics of a wire, in histograms of constant size.
 
 use station::{Duration, Time};
 
-/// Steps in which each power of two is divided; a figure is too large by at most one in so many.
+/// Buckets per power of two; a value read from the histogram is too large by at most 1/32.
 const STEPS: usize = 32;
 const STEP_BITS: u32 = STEPS.trailing_zeros();
-/// Every number of nanoseconds has its place.
-const PLACES: usize = (64 - STEP_BITS as usize + 1) * STEPS;
+/// Buckets for all 64-bit numbers of nanoseconds.
+const BUCKETS: usize = (64 - STEP_BITS as usize + 1) * STEPS;
 
-/// How often which duration was seen, to 3 %.
+/// A histogram of durations, with an error of at most 3 %.
 #[derive(Clone, Debug)]
 pub struct Histogram {
     counts: Box<[u64]>,
@@ -18,7 +18,7 @@ pub struct Histogram {
 
 impl Default for Histogram {
     fn default() -> Histogram {
-        Histogram { counts: vec![0; PLACES].into_boxed_slice(), total: 0, max: 0 }
+        Histogram { counts: vec![0; BUCKETS].into_boxed_slice(), total: 0, max: 0 }
     }
 }
 
@@ -26,50 +26,50 @@ impl Histogram {
     /// Counts one sample.
     pub fn record(&mut self, sample: Duration) {
         let nanos = u64::try_from(sample.as_nanos()).unwrap_or(u64::MAX);
-        self.counts[place(nanos)] += 1;
+        self.counts[bucket(nanos)] += 1;
         self.total += 1;
         self.max = self.max.max(nanos);
     }
 
-    /// How many samples there were.
+    /// The number of samples.
     pub fn count(&self) -> u64 {
         self.total
     }
 
-    /// The largest sample, exactly.
+    /// The largest sample; exact.
     pub fn max(&self) -> Duration {
         Duration::from_nanos(self.max)
     }
 
     /// The duration that the share `quantile` (from 0 to 1) of all samples did not exceed; zero without samples.
     pub fn quantile(&self, quantile: f64) -> Duration {
-        let wanted = ((self.total as f64 * quantile).ceil() as u64).clamp(1, self.total.max(1));
-        let mut seen = 0;
-        for (place, count) in self.counts.iter().enumerate() {
-            seen += count;
-            if seen >= wanted {
-                return Duration::from_nanos(highest(place).min(self.max));
+        let rank = ((self.total as f64 * quantile).ceil() as u64).clamp(1, self.total.max(1));
+        let mut sum = 0;
+        for (bucket, count) in self.counts.iter().enumerate() {
+            sum += count;
+            if sum >= rank {
+                return Duration::from_nanos(largest_in(bucket).min(self.max));
             }
         }
         self.max()
     }
 
-    /// What half of the samples did not exceed.
+    /// The median.
     pub fn p50(&self) -> Duration {
         self.quantile(0.5)
     }
 
-    /// What 99 % of the samples did not exceed.
+    /// The 99 % quantile.
     pub fn p99(&self) -> Duration {
         self.quantile(0.99)
     }
 
-    /// What 99.9 % of the samples did not exceed.
+    /// The 99.9 % quantile.
     pub fn p999(&self) -> Duration {
         self.quantile(0.999)
     }
 
-    /// Forgets all samples and keeps the memory.
+    /// Removes all samples and keeps the allocated memory.
     pub fn reset(&mut self) {
         self.counts.fill(0);
         self.total = 0;
@@ -77,23 +77,23 @@ impl Histogram {
     }
 }
 
-/// Small numbers have a place each; above, each power of two has [`STEPS`] places.
-fn place(nanos: u64) -> usize {
+/// The bucket of `nanos`: one for each number below `2 * STEPS`, above that [`STEPS`] for each power of two.
+fn bucket(nanos: u64) -> usize {
     let shift = (u64::BITS - nanos.leading_zeros()).saturating_sub(STEP_BITS + 1);
     (shift as usize) * STEPS + (nanos >> shift) as usize
 }
 
-/// The largest number that has this place.
-fn highest(place: usize) -> u64 {
-    if place < 2 * STEPS {
-        return place as u64;
+/// The largest number that falls into `bucket`.
+fn largest_in(bucket: usize) -> u64 {
+    if bucket < 2 * STEPS {
+        return bucket as u64;
     }
-    let shift = (place / STEPS - 1) as u32;
-    let head = (place % STEPS + STEPS) as u64;
+    let shift = (bucket / STEPS - 1) as u32;
+    let head = (bucket % STEPS + STEPS) as u64;
     ((head << shift) - 1).wrapping_add(1 << shift)
 }
 
-/// How late the stations of a wire were woken, and how far apart they sent.
+/// How late the stations of a wire were woken, and the intervals at which they sent.
 #[derive(Clone, Debug, Default)]
 pub struct Lateness {
     wakes: Histogram,
@@ -102,17 +102,17 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    /// How late stations were woken: the time from a deadline to the wake.
+    /// The time from the deadline of a station to its wake.
     pub fn wakes(&self) -> &Histogram {
         &self.wakes
     }
 
-    /// The time from one wake in which a station sent to the next wake in which the same station sent.
+    /// The time between two consecutive wakes in which the same station sent.
     pub fn gaps(&self) -> &Histogram {
         &self.gaps
     }
 
-    /// Forgets everything.
+    /// Removes all samples.
     pub fn reset(&mut self) {
         self.wakes.reset();
         self.gaps.reset();
@@ -132,7 +132,7 @@ impl Lateness {
         }
     }
 
-    /// The clock starts anew, so gaps do not reach across; the samples stay.
+    /// Handles a restart of the clock: no gap spans it; the samples stay.
     pub(crate) fn clock_restarts(&mut self) {
         self.last_sent.fill(None);
     }
@@ -143,19 +143,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_duration_has_a_place_that_is_right_to_three_percent() {
+    fn the_bucket_of_each_duration_is_right_to_three_percent() {
         let mut before = 0;
         let edges = (0..64).flat_map(|bit| [(1_u64 << bit) - 1, 1 << bit, (1 << bit) + 1, (1 << bit) / 3 * 4]);
         let mut samples: Vec<u64> = edges.chain([u64::MAX]).collect();
         samples.sort_unstable();
         for nanos in samples {
-            let place = place(nanos);
-            assert!(place >= before && place < PLACES, "{nanos} has place {place}");
-            let most = highest(place);
-            assert!(most >= nanos && (most - nanos) as f64 <= nanos as f64 * 0.032, "{nanos} is shown as {most}");
-            assert_eq!(self::place(most), place);
-            assert!(most == u64::MAX || self::place(most + 1) == place + 1);
-            before = place;
+            let bucket = bucket(nanos);
+            assert!(bucket >= before && bucket < BUCKETS, "{nanos} is in bucket {bucket}");
+            let most = largest_in(bucket);
+            assert!(most >= nanos && (most - nanos) as f64 <= nanos as f64 * 0.032, "{nanos} is read as {most}");
+            assert_eq!(self::bucket(most), bucket);
+            assert!(most == u64::MAX || self::bucket(most + 1) == bucket + 1);
+            before = bucket;
         }
     }
 
@@ -166,15 +166,18 @@ mod tests {
         for micros in 1..=1000 {
             histogram.record(Duration::from_micros(micros));
         }
-        let close = |found: Duration, wanted: u64| {
-            let wanted = Duration::from_micros(wanted);
-            assert!(found >= wanted && found <= wanted + wanted / 31, "{found:?} for {wanted:?}");
+        let close = |observed: Duration, expected: u64| {
+            let expected = Duration::from_micros(expected);
+            assert!(
+                observed >= expected && observed <= expected + expected / 31,
+                "expected {expected:?}, observed {observed:?}"
+            );
         };
         close(histogram.p50(), 500);
         close(histogram.p99(), 990);
         close(histogram.p999(), 999);
         close(histogram.quantile(0.0), 1);
-        assert_eq!(histogram.quantile(1.0), Duration::from_millis(1), "the largest is exact");
+        assert_eq!(histogram.quantile(1.0), Duration::from_millis(1), "the maximum is exact");
         histogram.record(Duration::MAX);
         assert_eq!(histogram.max(), Duration::from_nanos(u64::MAX));
         histogram.reset();

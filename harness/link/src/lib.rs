@@ -1,10 +1,11 @@
-//! The only sockets, terminals and unsafe code: network interfaces, QEMU sockets, lines over Unix sockets.
+//! Network interfaces, QEMU sockets, serial lines, and text lines over Unix sockets. All sockets, terminals and `unsafe` code are here.
 //!
 //! A [`Port`] carries Ethernet frames; [`Nic`] is one at a network interface, [`FrameSocket`] one at a socket. A [`Wire`]
 //! puts any number of stations of this process on one port and runs them by the [`Clock`]. A [`SerialBus`] does the same with a
-//! serial line, whose octets somebody else has to [`Split`] into frames. The rest is what a process with a real wire needs: [`realtime`], [`privileges`], [`interrupt`], and [`lines`] for a control channel.
+//! serial line; a [`Split`] of the caller finds the frames in its bytes. [`realtime`], [`privileges`] and [`interrupt`] are for
+//! the process that drives a real wire, [`lines`] is for a control channel.
 //!
-//! This room must not know what the frames mean, nor who judges them.
+//! This crate must not know what the frames mean, nor which rules they are checked against.
 
 mod address;
 mod clock;

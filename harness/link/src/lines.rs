@@ -1,4 +1,4 @@
-//! Lines of text over a Unix socket: one that serves, one that asks.
+//! Lines of text over a Unix socket: server and client.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -12,30 +12,30 @@ use crate::sys::{For, wait};
 use crate::{Clock, LinkError};
 use station::{Duration, Time};
 
-/// The longest line, in octets.
+/// The longest line, in bytes.
 const LONGEST_LINE: usize = 64 * 1024;
-/// How long a peer may take to accept a line.
+/// How long a peer may take to accept a line before the connection counts as lost.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 fn shown(path: &Path) -> String {
     escaped(&path.to_string_lossy())
 }
 
-/// Listens at `path`, for this user only; a name that a process has left behind is taken over.
+/// Listens at `path`, for this user only; replaces a stale socket file that no process listens on.
 pub(crate) fn take_place(path: &Path) -> Result<UnixListener, LinkError> {
-    let unusable = |why: String| LinkError::Unusable(format!("nobody can connect at {}: {why}", shown(path)));
+    let unusable = |why: String| LinkError::Unusable(format!("cannot listen at {}: {why}", shown(path)));
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(unusable(error.to_string())),
         Ok(found) if !found.file_type().is_socket() => {
-            return Err(unusable("there is a file that is no socket; choose another name".to_string()));
+            return Err(unusable("a file that is not a socket exists there; choose another name".to_string()));
         }
         Ok(_) if UnixStream::connect(path).is_ok() => {
             return Err(unusable("another process listens there; choose another name".to_string()));
         }
         Ok(_) => {}
     }
-    // Nobody may connect before the rights are set, so it comes into being under another name.
+    // No process may connect before the permissions are set, so the socket is created under another name and then renamed.
     let mut name = path.as_os_str().to_owned();
     name.push(format!(".{}", std::process::id()));
     let early = PathBuf::from(name);
@@ -48,11 +48,11 @@ pub(crate) fn take_place(path: &Path) -> Result<UnixListener, LinkError> {
     };
     made().map_err(|error: io::Error| {
         let _ = fs::remove_file(&early);
-        unusable(format!("{error}; choose a short path in a folder of your own"))
+        unusable(format!("{error}; choose a short path in a folder that you own"))
     })
 }
 
-/// Where others connect to speak line by line.
+/// A Unix socket at which clients connect to exchange lines.
 #[derive(Debug)]
 pub struct Listener {
     listener: UnixListener,
@@ -60,23 +60,23 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Listens at `path`, for this user only; the name goes when this is dropped.
+    /// Listens at `path`, for this user only; the file is removed on drop.
     pub fn bind(path: &Path) -> Result<Listener, LinkError> {
         Ok(Listener { listener: take_place(path)?, path: path.to_owned() })
     }
 
-    /// Takes one who wants to connect, if there is one; nothing is waited for.
+    /// Accepts a client if one is waiting; does not block.
     pub fn accept(&self) -> Result<Option<Connection>, LinkError> {
         match self.listener.accept() {
             Ok((stream, _)) => Connection::new(stream, &self.path).map(Some),
             Err(error) if not_now(&error) || error.kind() == io::ErrorKind::ConnectionAborted => Ok(None),
             Err(error) => {
-                Err(LinkError::Gone(format!("nobody can connect at {} any more: {error}", shown(&self.path))))
+                Err(LinkError::Gone(format!("cannot accept connections at {} any more: {error}", shown(&self.path))))
             }
         }
     }
 
-    /// Where it is.
+    /// The path of the socket.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -88,7 +88,7 @@ impl Drop for Listener {
     }
 }
 
-/// One who speaks line by line.
+/// A connection that carries lines.
 #[derive(Debug)]
 pub struct Connection {
     stream: UnixStream,
@@ -101,7 +101,7 @@ impl Connection {
         let name = shown(path);
         stream
             .set_nonblocking(true)
-            .map_err(|error| LinkError::Gone(format!("the connection at {name} does not work: {error}")))?;
+            .map_err(|error| LinkError::Gone(format!("the connection at {name} cannot be used: {error}")))?;
         Ok(Connection { stream, input: Vec::new(), name })
     }
 
@@ -109,9 +109,9 @@ impl Connection {
         LinkError::Gone(format!("the connection at {} has ended: {why}", self.name))
     }
 
-    /// The next line without its end, if one is there; nothing is waited for.
+    /// Returns the next line without its line ending, if one has arrived; does not block.
     ///
-    /// What is not UTF-8 is shown as replacement characters. A line beyond 64 KiB ends the connection.
+    /// Bytes that are not UTF-8 become replacement characters. A line longer than 64 KiB ends the connection.
     pub fn poll_line(&mut self) -> Result<Option<String>, LinkError> {
         loop {
             if let Some(end) = self.input.iter().position(|octet| *octet == b'\n') {
@@ -123,11 +123,11 @@ impl Connection {
                 return Ok(Some(String::from_utf8_lossy(&line).into_owned()));
             }
             if self.input.len() > LONGEST_LINE {
-                return Err(self.gone("a line has no end"));
+                return Err(self.gone("a line is longer than 64 KiB"));
             }
             let mut piece = [0; 4096];
             match self.stream.read(&mut piece) {
-                Ok(0) => return Err(self.gone("the peer has closed it")),
+                Ok(0) => return Err(self.gone("the peer closed it")),
                 Ok(count) => self.input.extend_from_slice(&piece[..count]),
                 Err(error) if not_now(&error) => return Ok(None),
                 Err(error) => return Err(self.gone(&error.to_string())),
@@ -135,7 +135,7 @@ impl Connection {
         }
     }
 
-    /// Sends `line` with an end; ends of lines within it are sent as spaces. A peer that takes nothing for 1 s is gone.
+    /// Sends `line` with a line ending; line breaks in it are sent as spaces. A peer that accepts nothing for 1 s is gone.
     pub fn write_line(&mut self, line: &str) -> Result<(), LinkError> {
         let clock = Clock::start();
         let mut octets = line.replace(['\n', '\r'], " ").into_bytes();
@@ -143,20 +143,20 @@ impl Connection {
         let mut rest = octets.as_slice();
         while !rest.is_empty() {
             match self.stream.write(rest) {
-                Ok(0) => return Err(self.gone("the peer takes nothing any more")),
+                Ok(0) => return Err(self.gone("the peer accepts no more data")),
                 Ok(count) => rest = &rest[count..],
                 Err(error) if not_now(&error) && clock.now().since(Time::ZERO) < PATIENCE => {
                     wait(self.stream.as_fd(), For::Writing, &clock, Time::ZERO + PATIENCE)
                         .map_err(|error| self.gone(&error.to_string()))?;
                 }
-                Err(error) if not_now(&error) => return Err(self.gone("the peer takes nothing any more")),
+                Err(error) if not_now(&error) => return Err(self.gone("the peer accepts no more data")),
                 Err(error) => return Err(self.gone(&error.to_string())),
             }
         }
         Ok(())
     }
 
-    /// Waits for a line up to `timeout`.
+    /// Waits for a line, at most `timeout`.
     pub fn wait_line(&mut self, timeout: Duration) -> Result<Option<String>, LinkError> {
         let clock = Clock::start();
         let until = Time::ZERO + timeout;
@@ -176,7 +176,7 @@ fn not_now(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }
 
-/// One who asks line by line, each answered by a line.
+/// A client that sends lines and receives one line as the answer to each.
 #[derive(Debug)]
 pub struct Client {
     path: PathBuf,
@@ -184,15 +184,15 @@ pub struct Client {
 }
 
 impl Client {
-    /// Connects to who listens at `path`.
+    /// Connects to the server at `path`.
     pub fn connect(path: &Path) -> Result<Client, LinkError> {
         let connection = connect(path).map_err(LinkError::Unusable)?;
         Ok(Client { path: path.to_owned(), connection: Some(connection) })
     }
 
-    /// Sends `line` and waits for the answer up to `timeout`.
+    /// Sends `line` and waits for the answer, at most `timeout`.
     ///
-    /// After an error the connection is made anew, so that a late answer is never taken for that to the next line.
+    /// After an error the next call opens a new connection, so a late answer is never taken for the answer to the next line.
     pub fn ask(&mut self, line: &str, timeout: Duration) -> Result<String, LinkError> {
         let mut connection = match self.connection.take() {
             Some(connection) => connection,
@@ -205,7 +205,7 @@ impl Client {
                 Ok(answer)
             }
             None => Err(LinkError::Gone(format!(
-                "{} has not answered `{}` within {} ms",
+                "{} did not answer `{}` within {} ms",
                 shown(&self.path),
                 escaped(line),
                 timeout.as_millis()
@@ -215,7 +215,8 @@ impl Client {
 }
 
 fn connect(path: &Path) -> Result<Connection, String> {
-    let trouble = |why: String| format!("nobody answers at {}: {why}; start what listens there", shown(path));
+    let trouble =
+        |why: String| format!("cannot connect to {}: {why}; start the program that listens there", shown(path));
     let stream = UnixStream::connect(path).map_err(|error| trouble(error.to_string()))?;
     Connection::new(stream, path).map_err(|error| trouble(error.to_string()))
 }

@@ -1,7 +1,7 @@
-//! Raw Ethernet at a network interface, by a packet socket of our own.
+//! Raw Ethernet on a network interface, through a Linux packet socket.
 //!
-//! The portable library reads neither 802.1Q tags (the kernel takes them out of the frame and hands them over beside
-//! it) nor the kernel's times of arrival, so the socket is ours.
+//! The portable library (`pnet_datalink`) reads neither 802.1Q tags, which the kernel removes from the frame and passes as
+//! auxiliary data, nor the kernel's timestamps; this module does.
 
 use std::fmt;
 use std::io;
@@ -14,30 +14,30 @@ use crate::sys::{For, pause, wait};
 use crate::{Clock, LinkError, Port};
 use station::{Duration, Time};
 
-/// Longer than any frame that a kernel hands over in one piece.
+/// Longer than any frame that the kernel delivers in one piece.
 const BUFFER: usize = VIRTIO_HEAD + (1 << 16) + 256;
-/// Destination and source address.
+/// Destination and source address, in bytes.
 const ADDRESSES: usize = 12;
-/// A frame that waited longer than this did not wait: the date was changed in between.
+/// A timestamp older than this is wrong: the system date was changed in between.
 const LONGEST_WAIT: Duration = Duration::from_secs(10);
-/// How long [`Nic::open`] and [`Port::recover`] wait for a peer to be plugged in; then there is silence.
+/// How long [`Nic::open`] and [`Port::recover`] wait for the carrier; without it they succeed, and the line is silent.
 const WAIT_FOR_CARRIER: Duration = Duration::from_secs(3);
-/// How often [`Port::recover`] looks whether the interface is back.
+/// How often [`Port::recover`] checks whether the interface is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
-/// Says of the head in front of a frame that a checksum is still to be filled in.
+/// VIRTIO_NET_HDR_F_NEEDS_CSUM: the checksum of the frame is still to be filled in.
 const NEEDS_CHECKSUM: u8 = 1;
 
-/// A network interface; frames are sent from any address and seen whomever they are for.
+/// A network interface in promiscuous mode: sends frames with any source address and receives frames for any destination.
 pub struct Nic {
     name: String,
     socket: OwnedFd,
     facts: Facts,
-    /// Each frame comes and goes with a head of [`VIRTIO_HEAD`] octets.
+    /// Whether each frame has a virtio header of [`VIRTIO_HEAD`] bytes, in both directions.
     headed: bool,
     buffer: Box<[u8]>,
     outgoing: Vec<u8>,
     lost: u64,
-    /// Why the line is gone, until it has been recovered: the kernel says it only once.
+    /// Why the interface is gone, until it is recovered: the kernel reports the error only once.
     gone: Option<LinkError>,
 }
 
@@ -50,19 +50,19 @@ impl fmt::Debug for Nic {
 impl Nic {
     /// Opens the interface `name`, which needs no IP configuration.
     ///
-    /// It has to be there, to be switched on and to carry Ethernet; the process needs the privilege of raw sockets. A
-    /// cable need not be plugged in, which is waited for up to 3 s: see [`Port::carrier`].
+    /// The interface must exist, be up and carry Ethernet frames; the process needs root or CAP_NET_RAW. Waits up to 3 s for the
+    /// carrier, but succeeds without it: see [`Port::carrier`].
     pub fn open(name: &str) -> Result<Nic, LinkError> {
         let shown = escaped(name);
-        let trouble = |error: io::Error| match error.kind() {
+        let unusable = |error: io::Error| match error.kind() {
             io::ErrorKind::PermissionDenied => no_privilege(&shown),
             _ => LinkError::Unusable(format!("the interface {shown} cannot be opened: {error}")),
         };
         check(name)?;
-        let socket = packet::open().map_err(trouble)?;
-        let facts = usable(&shown, packet::facts(socket.as_fd(), name).map_err(trouble)?)?;
-        let headed = packet::ask_for_everything(socket.as_fd()).map_err(trouble)?;
-        packet::bind(socket.as_fd(), facts.index).map_err(trouble)?;
+        let socket = packet::open().map_err(unusable)?;
+        let facts = require_usable(&shown, packet::facts(socket.as_fd(), name).map_err(unusable)?)?;
+        let headed = packet::ask_for_everything(socket.as_fd()).map_err(unusable)?;
+        packet::bind(socket.as_fd(), facts.index).map_err(unusable)?;
         let buffer = vec![0; BUFFER].into_boxed_slice();
         let outgoing = Vec::new();
         let nic = Nic { name: name.to_string(), socket, facts, headed, buffer, outgoing, lost: 0, gone: None };
@@ -75,21 +75,21 @@ impl Nic {
         &self.name
     }
 
-    /// What a failed call means; nothing for what a switch would do too, that is lose the frame.
+    /// Maps the error of a call to a lost interface; no error if only the frame is lost, as a switch may lose it.
     fn judge(&mut self, error: &io::Error) -> Result<(), LinkError> {
         let shown = escaped(&self.name);
         let why = match error.raw_os_error() {
             Some(libc::ENOBUFS | libc::EAGAIN | libc::EINTR | libc::EMSGSIZE | libc::EINVAL) => return Ok(()),
             Some(libc::ENETDOWN) => self.why_down(&shown),
             Some(libc::ENODEV | libc::ENXIO) => vanished(&shown),
-            _ => format!("the interface {shown} does not work any more: {error}; open it again"),
+            _ => format!("the interface {shown} has failed: {error}; open it again"),
         };
         let gone = LinkError::Gone(why);
         self.gone = Some(gone.clone());
         Err(gone)
     }
 
-    /// Gives an interface that has just been brought up the time that it needs to find its peer.
+    /// Waits until the interface has carrier, at most [`WAIT_FOR_CARRIER`]: it takes a moment after it was brought up.
     fn wait_for_carrier(&self, clock: &Clock, until: Time) {
         let until = until.min(clock.now() + WAIT_FOR_CARRIER);
         while !self.carrier() && !clock.remaining(until).is_zero() {
@@ -108,7 +108,7 @@ impl Nic {
         }
     }
 
-    /// Puts what the kernel handed over into `into` as it was on the wire; false for what is not to be seen.
+    /// Writes the received frame to `into` as it was on the wire; returns false for frames that this host has sent.
     fn restore(&mut self, packet: &Packet, into: &mut Vec<u8>) -> bool {
         let head = if self.headed { VIRTIO_HEAD } else { 0 };
         if packet.outgoing || packet.length < head {
@@ -167,14 +167,14 @@ impl Port for Nic {
         let shown = escaped(&self.name);
         loop {
             let found = packet::facts(self.socket.as_fd(), &self.name)
-                .map_err(|error| LinkError::Gone(format!("the interface {shown} does not work any more: {error}")));
-            let why = match found.and_then(|facts| usable(&shown, facts)) {
-                // The same socket is tied anew: for that, unlike for a new one, no privilege is needed.
+                .map_err(|error| LinkError::Gone(format!("the interface {shown} has failed: {error}")));
+            let why = match found.and_then(|facts| require_usable(&shown, facts)) {
+                // The same socket is bound again: unlike opening a new one, this needs no privilege.
                 Ok(facts) => match packet::bind(self.socket.as_fd(), facts.index) {
                     Ok(()) => {
                         self.facts = facts;
                         self.gone = None;
-                        // An error that the old interface has left behind would be taken for one of the new.
+                        // A pending error of the old interface would be taken for one of the new interface.
                         while packet::receive(self.socket.as_fd(), &mut self.buffer).is_err_and(|error| is_down(&error))
                         {
                         }
@@ -214,7 +214,7 @@ fn is_down(error: &io::Error) -> bool {
     error.raw_os_error() == Some(libc::ENETDOWN)
 }
 
-/// The moment on the clock that now shows `now` at which the kernel took the frame in, which it says by the date.
+/// Converts the kernel's timestamp, which counts from 1970, to the time of a clock that now shows `now`.
 fn arrival(now: Time, stamp: Option<Duration>) -> Time {
     let date = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     match stamp.and_then(|stamp| date.checked_sub(stamp)) {
@@ -223,7 +223,7 @@ fn arrival(now: Time, stamp: Option<Duration>) -> Time {
     }
 }
 
-/// Does what a sender has left to its hardware: the ones' complement sum from `start` on, put at `start + offset`.
+/// Fills in a checksum that the sender left to its hardware: the ones' complement sum from `start` on, at `start + offset`.
 fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
     let Some(covered) = frame.get_mut(start..).filter(|covered| covered.len() >= offset + 2) else { return };
     let mut sum: u64 =
@@ -231,7 +231,7 @@ fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
     while sum > 0xFFFF {
         sum = (sum & 0xFFFF) + (sum >> 16);
     }
-    // Zero would say "no checksum"; its other form says the same sum.
+    // Zero means "no checksum" (RFC 768); 0xFFFF is the same sum in ones' complement.
     let checksum = match !(sum as u16) {
         0 => 0xFFFF,
         checksum => checksum,
@@ -239,7 +239,7 @@ fn fill_in_checksum(frame: &mut [u8], start: usize, offset: usize) {
     covered[offset..offset + 2].copy_from_slice(&checksum.to_be_bytes());
 }
 
-/// Says what is wrong with the interface `name` as far as that can be said without a privilege.
+/// Checks the interface `name` as far as this needs no privilege.
 fn check(name: &str) -> Result<(), LinkError> {
     let shown = escaped(name);
     let known = crate::interfaces();
@@ -253,7 +253,8 @@ fn check(name: &str) -> Result<(), LinkError> {
     Ok(())
 }
 
-fn usable(shown: &str, facts: Option<Facts>) -> Result<Facts, LinkError> {
+/// Fails if the interface is absent, is down or carries no Ethernet frames.
+fn require_usable(shown: &str, facts: Option<Facts>) -> Result<Facts, LinkError> {
     match facts {
         None => Err(absent(shown)),
         Some(facts) if !facts.ethernet => Err(no_ethernet(shown)),
@@ -267,7 +268,7 @@ fn absent(shown: &str) -> LinkError {
 }
 
 fn vanished(shown: &str) -> String {
-    format!("the interface {shown} has vanished; plug its adapter in again")
+    format!("the interface {shown} was removed; plug its adapter in again")
 }
 
 fn no_ethernet(shown: &str) -> LinkError {
@@ -282,7 +283,7 @@ fn no_privilege(shown: &str) -> LinkError {
     let program =
         std::env::current_exe().map_or_else(|_| "encspec".to_string(), |path| escaped(&path.to_string_lossy()));
     LinkError::Unusable(format!(
-        "the interface {shown} cannot be opened without the privilege of raw sockets: give it with `{}`, or run as root",
+        "the interface {shown} needs root or CAP_NET_RAW: grant it with `{}`, or run as root",
         crate::privileges::how_to_grant(&program)
     ))
 }

@@ -1,6 +1,6 @@
-//! Raw Ethernet at a network interface through the portable library, for systems without packet sockets of Linux.
+//! Raw Ethernet on a network interface through `pnet_datalink`, for systems without Linux packet sockets.
 //!
-//! Times of arrival are those at which this process took the frame, and 802.1Q tags are as the system leaves them.
+//! The arrival time is the time at which this process read the frame; 802.1Q tags are as the system delivers them.
 
 use std::fmt;
 use std::io;
@@ -16,16 +16,16 @@ use crate::sys::pause;
 use crate::{Clock, LinkError, Port};
 use station::{Duration, Time};
 
-/// Frames that may wait between the thread that takes them off the wire and the one that asks for them.
+/// The number of frames that the queue between the reading thread and [`Port::receive`] holds.
 const WAITING: usize = 4096;
-/// How long the reading thread may outlive the port.
+/// The read timeout of the reading thread: it outlives the port by at most this.
 const LINGERS: Duration = Duration::from_millis(200);
-/// How often [`Port::recover`] looks whether the interface is back.
+/// How often [`Port::recover`] checks whether the interface is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
 type Arrived = Result<(Instant, Vec<u8>), io::Error>;
 
-/// A network interface; frames are sent from any address and seen whomever they are for.
+/// A network interface in promiscuous mode: sends frames with any source address and receives frames for any destination.
 pub struct Nic {
     name: String,
     mac: Option<[u8; 6]>,
@@ -51,7 +51,7 @@ impl fmt::Debug for Nic {
 }
 
 impl Nic {
-    /// Opens the interface `name`, which has to be there and to be switched on; the process needs the privilege for it.
+    /// Opens the interface `name`, which must exist and be up; the process needs the privilege for raw Ethernet.
     pub fn open(name: &str) -> Result<Nic, LinkError> {
         let shown = escaped(name);
         let interface = datalink::interfaces().into_iter().find(|known| known.name == name);
@@ -72,18 +72,18 @@ impl Nic {
             Err(error) => return Err(trouble(&error)),
         };
         let closed = Arc::new(AtomicBool::new(false));
-        let (hand, arrived) = sync_channel(WAITING);
-        let over = Arc::clone(&closed);
+        let (sink, arrived) = sync_channel(WAITING);
+        let stop = Arc::clone(&closed);
         let read = move || {
-            while !over.load(Ordering::Relaxed) {
+            while !stop.load(Ordering::Relaxed) {
                 let taken = match receiver.next() {
                     Ok(frame) => Ok((Instant::now(), frame.to_vec())),
                     Err(error) if idle(&error) => continue,
                     Err(error) => Err(error),
                 };
                 let last = taken.is_err();
-                // Frames that nobody takes in time are lost, as they are in a full socket.
-                let _ = hand.try_send(taken);
+                // When the queue is full the frame is lost, as in a full socket buffer.
+                let _ = sink.try_send(taken);
                 if last {
                     return;
                 }
@@ -96,7 +96,7 @@ impl Nic {
 
     fn gone(&mut self, why: &dyn fmt::Display) -> LinkError {
         self.open = None;
-        LinkError::Gone(format!("{} does not work any more: {why}; bring it up again", self.describe()))
+        LinkError::Gone(format!("{} has failed: {why}; bring it up again", self.describe()))
     }
 }
 
@@ -131,7 +131,7 @@ impl Port for Nic {
                 Ok(Some(clock.at(when)))
             }
             Some(Err(error)) => Err(self.gone(&error)),
-            None => Err(self.gone(&"nobody reads it")),
+            None => Err(self.gone(&"the reading thread has ended")),
         }
     }
 

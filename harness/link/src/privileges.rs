@@ -1,8 +1,8 @@
-//! What a process may do beyond its user's rights, and giving it up.
+//! Privileges of the process, and dropping them.
 
 use crate::LinkError;
 
-/// The number of CAP_NET_RAW, as `capabilities(7)` has it.
+/// The number of CAP_NET_RAW, see `capabilities(7)`.
 #[cfg(target_os = "linux")]
 const RAW_SOCKETS: u32 = 13;
 /// The number of CAP_DAC_OVERRIDE.
@@ -12,7 +12,7 @@ const WRITE_ALL_FILES: u32 = 1;
 #[cfg(target_os = "linux")]
 const LOCK_MEMORY: u32 = 14;
 
-/// The line for a shell that gives `program` what a live bench needs.
+/// The shell command that gives `program` the capabilities for a live bench.
 pub fn how_to_grant(program: &str) -> String {
     format!("sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock=ep {program}")
 }
@@ -23,7 +23,7 @@ pub fn has_raw_sockets() -> bool {
     has(RAW_SOCKETS)
 }
 
-/// Whether this process may lock as much memory as it likes.
+/// Whether this process may lock any amount of memory (CAP_IPC_LOCK).
 #[cfg(target_os = "linux")]
 pub(crate) fn may_lock_memory() -> bool {
     has(LOCK_MEMORY)
@@ -34,24 +34,24 @@ fn has(capability: u32) -> bool {
     effective("/proc/thread-self/status").is_some_and(|set| set >> capability & 1 == 1)
 }
 
-/// Whether this process may open raw sockets; elsewhere than on Linux, opening one tells.
+/// Returns true: on systems other than Linux only opening a raw socket shows whether it is allowed.
 #[cfg(not(target_os = "linux"))]
 pub fn has_raw_sockets() -> bool {
     true
 }
 
-/// Gives up, for good, all privileges beyond those of the user; what is open already stays usable.
+/// Drops all privileges beyond those of the user for good; open sockets and files stay usable.
 ///
-/// Under `sudo` the process becomes the user who called it, in all its threads. Otherwise the calling
-/// thread and those that it starts later give their capabilities up; that other threads still hold theirs is an
-/// error, so it is called before they are started. Kept are the right to lock memory, as locked memory could not grow
-/// without it, and in a process that root has started the right to write reports anywhere.
+/// Under `sudo` all threads of the process change to the user who called `sudo`. Otherwise the calling thread, and those that it
+/// starts later, drop their capabilities. It is an error if another thread still holds capabilities, so call this before
+/// starting threads. Two capabilities stay: CAP_IPC_LOCK, because locked memory cannot grow without it, and, in a process
+/// started by root, CAP_DAC_OVERRIDE, to write reports anywhere.
 #[cfg(target_os = "linux")]
 pub fn drop() -> Result<(), LinkError> {
     use crate::sys::process::{become_user, effective_user, keep_capabilities, unlock_limited_memory};
 
     let cannot = |error: std::io::Error| {
-        LinkError::Unusable(format!("the privileges of this process cannot be given up: {error}; run it without them"))
+        LinkError::Unusable(format!("the privileges of this process cannot be dropped: {error}; run it without them"))
     };
     let root = effective_user() == 0;
     if root
@@ -66,13 +66,13 @@ pub fn drop() -> Result<(), LinkError> {
     verify(kept)
 }
 
-/// Elsewhere than on Linux there is nothing that could be given up piece by piece.
+/// Does nothing: systems other than Linux have no capabilities that could be dropped one by one.
 #[cfg(not(target_os = "linux"))]
 pub fn drop() -> Result<(), LinkError> {
     Ok(())
 }
 
-/// User and group of who has called `sudo`, unless that was root.
+/// User and group of the caller of `sudo`, unless that is root.
 #[cfg(target_os = "linux")]
 fn caller() -> Option<(u32, u32)> {
     let number = |name| std::env::var(name).ok()?.parse().ok();
@@ -80,19 +80,19 @@ fn caller() -> Option<(u32, u32)> {
     (user != 0).then_some((user, group))
 }
 
-/// Fails if a thread of this process has more than `kept`.
+/// Fails if a thread of this process has capabilities beyond `kept`.
 #[cfg(target_os = "linux")]
 fn verify(kept: u64) -> Result<(), LinkError> {
     let threads = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let mut in_force = threads.filter_map(|thread| effective(thread.path().join("status")));
     if in_force.any(|set| set & !kept != 0) {
-        let why = "a thread of this process keeps its privileges: they have to be given up before others are started";
+        let why = "a thread of this process keeps its privileges: drop them before starting threads";
         return Err(LinkError::Unusable(why.to_string()));
     }
     Ok(())
 }
 
-/// The capabilities in force that the file `status` of a thread tells.
+/// The effective capabilities (CapEff) in the `/proc` file `status` of a thread.
 #[cfg(target_os = "linux")]
 fn effective(status: impl AsRef<std::path::Path>) -> Option<u64> {
     let text = std::fs::read_to_string(status).ok()?;

@@ -1,6 +1,6 @@
-//! A serial line, or a pseudoterminal that stands for one: octets in and out, nothing translated.
+//! A serial line, or a pseudoterminal in its place: bytes in and out, without translation.
 //!
-//! This room must not know where a frame ends.
+//! This module must not know where a frame ends.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -15,28 +15,27 @@ use crate::sys::{For, pause, wait};
 use crate::{Clock, LinkError};
 use station::{Duration, Parity, Time};
 
-/// Octets that are read at once.
+/// The size of the read buffer, in bytes.
 const SCRATCH: usize = 4096;
-/// How long a line may take nothing before it is given up.
+/// How long a line may accept no data before it counts as gone.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How often [`Serial::recover`] looks whether the line is back.
+/// How often [`Serial::recover`] checks whether the line is back.
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
 
-/// How a serial line is driven.
+/// The settings of a serial line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SerialSettings {
-    /// Bits in a second.
+    /// The rate in bit/s.
     pub baud: u32,
-    /// The parity bit.
     pub parity: Parity,
-    /// Whether what is sent comes back, as adapters without a switch for it let it.
+    /// Whether sent bytes come back as an echo, as with adapters that do not switch their receiver off.
     pub echo: bool,
-    /// Whether the hardware switches the driver of RS-485; else the adapter does it by itself.
+    /// Whether the UART switches the RS-485 driver by RTS; otherwise the adapter switches it.
     pub rs485: bool,
 }
 
 impl SerialSettings {
-    /// A line at `baud` with even parity, whose adapter does everything by itself.
+    /// A line at `baud` with even parity, whose adapter switches the RS-485 driver and has no echo.
     pub fn new(baud: u32) -> SerialSettings {
         SerialSettings { baud, parity: Parity::Even, echo: false, rs485: false }
     }
@@ -47,20 +46,20 @@ pub struct Serial {
     path: PathBuf,
     settings: SerialSettings,
     line: File,
-    /// What the line was like before.
+    /// The settings before this process opened the line, to restore them.
     before: Termios,
-    /// Whether it is open for sending, too.
+    /// Whether it is open for sending.
     sends: bool,
     is_pty: bool,
     scratch: Box<[u8]>,
-    /// What was sent and has not come back yet, where it does.
+    /// Sent bytes whose echo has not arrived yet.
     echo: Vec<u8>,
     garbled: u64,
-    /// The other end, where this is the controlling one.
+    /// The other end, if this is the controlling end of a pseudoterminal.
     far_end: Option<FarEnd>,
 }
 
-/// The other end of a pseudoterminal of ours, held open so that the line stays while nobody else has it open.
+/// The other end of a pseudoterminal, held open so that the line stays up while no other program has it open.
 struct FarEnd {
     link: PathBuf,
     _open: Box<Serial>,
@@ -68,7 +67,7 @@ struct FarEnd {
 
 impl Drop for FarEnd {
     fn drop(&mut self) {
-        // Where somebody took it away there is nothing left to be done.
+        // Another program may have removed the link already.
         let _ = std::fs::remove_file(&self.link);
     }
 }
@@ -82,15 +81,15 @@ impl std::fmt::Debug for Serial {
 impl Serial {
     /// Opens the line at `path`, for this process alone, with eight bits.
     ///
-    /// A pseudoterminal keeps neither baud rate nor parity and is taken all the same, although others may have it open, too; any
-    /// other line that does not keep them is refused.
+    /// A pseudoterminal keeps neither baud rate nor parity; it is accepted all the same, and other programs may have it open too.
+    /// Any other line must keep both, or this fails.
     pub fn open(path: &Path, settings: &SerialSettings) -> Result<Serial, LinkError> {
         Serial::opened(path, settings, true)
     }
 
     /// Opens the line at `path` as [`Serial::open`] does, but only to listen: nothing can be sent.
     ///
-    /// Where RTS is what switches the driver of RS-485 on, it is taken away, so that the bus stays free.
+    /// Clears RTS, because it may switch the RS-485 driver on, which would occupy the bus.
     pub fn listen(path: &Path, settings: &SerialSettings) -> Result<Serial, LinkError> {
         let settings = SerialSettings { echo: false, rs485: false, ..settings.clone() };
         Serial::opened(path, &settings, false)
@@ -98,10 +97,10 @@ impl Serial {
 
     fn opened(path: &Path, settings: &SerialSettings, sends: bool) -> Result<Serial, LinkError> {
         let shown = escaped(&path.display().to_string());
-        let trouble = |error: io::Error| {
+        let unusable = |error: io::Error| {
             let hint = match error.kind() {
                 io::ErrorKind::PermissionDenied => {
-                    "; the user needs the right to use it, for instance by the group dialout"
+                    "; the user needs access to it, for instance through the group dialout"
                 }
                 io::ErrorKind::NotFound => "; is the adapter plugged in?",
                 _ => "",
@@ -109,18 +108,18 @@ impl Serial {
             LinkError::Unusable(format!("the serial line {shown} cannot be opened: {error}{hint}"))
         };
         let flags = libc::O_NOCTTY | libc::O_NONBLOCK;
-        let line = OpenOptions::new().read(true).write(sends).custom_flags(flags).open(path).map_err(trouble)?;
+        let line = OpenOptions::new().read(true).write(sends).custom_flags(flags).open(path).map_err(unusable)?;
         if !rustix::termios::isatty(&line) {
-            return Err(LinkError::Unusable(format!("{shown} is no serial line")));
+            return Err(LinkError::Unusable(format!("{shown} is not a serial line")));
         }
-        let before = rustix::termios::tcgetattr(&line).map_err(|error| trouble(error.into()))?;
+        let before = rustix::termios::tcgetattr(&line).map_err(|error| unusable(error.into()))?;
         let is_pty = prepare(&line, before.clone(), settings, &shown)?;
         if !is_pty {
-            rustix::termios::ioctl_tiocexcl(&line).map_err(|error| trouble(error.into()))?;
+            rustix::termios::ioctl_tiocexcl(&line).map_err(|error| unusable(error.into()))?;
         }
         #[cfg(target_os = "linux")]
         if !sends {
-            // A line without RTS has none to be taken away.
+            // A line without RTS returns an error, which does not matter here.
             let _ = crate::sys::serial::take_rts_away(line.as_fd());
         }
         let scratch = vec![0; SCRATCH].into_boxed_slice();
@@ -129,21 +128,21 @@ impl Serial {
         Ok(Serial { path, settings, line, before, sends, is_pty, scratch, echo, garbled: 0, far_end: None })
     }
 
-    /// Makes a pseudoterminal and gives its controlling end; `link` becomes a symbolic link to the other end, which somebody can
-    /// open and close as often as he likes. The link goes when this does.
+    /// Creates a pseudoterminal and returns its controlling end; `link` becomes a symbolic link to the other end, which programs
+    /// may open and close any number of times. The link is removed on drop.
     pub fn controlling(link: &Path, settings: &SerialSettings) -> Result<Serial, LinkError> {
         let shown = escaped(&link.display().to_string());
         let (line, path) = pty::open()?;
         let far_end = Serial::open(&path, settings)?;
-        let trouble = |error: io::Error| LinkError::Unusable(format!("there is no pseudoterminal to be had: {error}"));
-        rustix::io::ioctl_fionbio(&line, true).map_err(|error| trouble(error.into()))?;
+        let unusable = |error: io::Error| LinkError::Unusable(format!("cannot create a pseudoterminal: {error}"));
+        rustix::io::ioctl_fionbio(&line, true).map_err(|error| unusable(error.into()))?;
         std::os::unix::fs::symlink(&path, link).map_err(|error| {
             LinkError::Unusable(format!(
-                "the link {shown} cannot be made: {error}; choose another name or take it away"
+                "cannot create the link {shown}: {error}; remove the file or choose another name"
             ))
         })?;
         let far_end = FarEnd { link: link.to_owned(), _open: Box::new(far_end) };
-        let before = rustix::termios::tcgetattr(&line).map_err(|error| trouble(error.into()))?;
+        let before = rustix::termios::tcgetattr(&line).map_err(|error| unusable(error.into()))?;
         Ok(Serial {
             path: link.to_owned(),
             settings: settings.clone(),
@@ -158,40 +157,40 @@ impl Serial {
         })
     }
 
-    /// Whether it is a pseudoterminal, which has no bit times.
+    /// Whether it is a pseudoterminal, on which bytes take no time.
     pub fn is_pty(&self) -> bool {
         self.is_pty
     }
 
-    /// How it is driven.
+    /// The settings with which the line was opened.
     pub fn settings(&self) -> &SerialSettings {
         &self.settings
     }
 
-    /// How often what came back was not what was sent: somebody else was sending too.
+    /// How often the echo differed from the sent bytes: another station was sending at the same time.
     pub fn garbled(&self) -> u64 {
         self.garbled
     }
 
-    /// What it is, for messages.
+    /// The kind and path of the line for messages: `the serial line /dev/ttyUSB0`.
     pub fn describe(&self) -> String {
         format!("the serial line {}", escaped(&self.path.display().to_string()))
     }
 
-    /// Sends `octets`; it comes back once the kernel has them all.
+    /// Sends `octets`; returns when the kernel has accepted all of them.
     pub fn send(&mut self, octets: &[u8]) -> Result<(), LinkError> {
         let clock = Clock::start();
         let mut rest = octets;
         while !rest.is_empty() {
             match self.line.write(rest) {
-                Ok(0) => return Err(self.gone("it takes nothing any more")),
+                Ok(0) => return Err(self.gone("it accepts no more data")),
                 Ok(count) => rest = &rest[count..],
                 Err(error) if not_now(&error) && clock.now().since(Time::ZERO) < PATIENCE => {
                     let until = Time::ZERO + PATIENCE;
                     wait(self.line.as_fd(), For::Writing, &clock, until)
                         .map_err(|error| self.gone(&error.to_string()))?;
                 }
-                Err(error) if not_now(&error) => return Err(self.gone("it takes nothing any more")),
+                Err(error) if not_now(&error) => return Err(self.gone("it accepts no more data")),
                 Err(error) => return Err(self.gone(&error.to_string())),
             }
         }
@@ -201,11 +200,11 @@ impl Serial {
         Ok(())
     }
 
-    /// Appends the octets that are here to `into`, without waiting; false if there are none.
+    /// Appends the bytes that have arrived to `into`, without waiting; returns false if there are none.
     pub fn receive(&mut self, into: &mut Vec<u8>) -> Result<bool, LinkError> {
         match self.line.read(&mut self.scratch) {
-            // A line that hung up, or a pseudoterminal whose other end was closed.
-            Ok(0) => Err(self.gone("the other end has closed")),
+            // The line hung up, or the other end of the pseudoterminal was closed.
+            Ok(0) => Err(self.gone("the other end was closed")),
             Ok(count) => {
                 let before = into.len();
                 into.extend_from_slice(&self.scratch[..count]);
@@ -217,14 +216,14 @@ impl Serial {
         }
     }
 
-    /// Waits until octets are here, or `clock` shows `until`.
+    /// Waits until bytes arrive or `clock` shows `until`.
     pub fn wait(&self, clock: &Clock, until: Time) -> Result<(), LinkError> {
         wait(self.line.as_fd(), For::Reading, clock, until).map_err(|error| self.gone(&error.to_string()))
     }
 
-    /// Throws away what has come in and was not read.
+    /// Discards received bytes that were not read.
     pub fn forget(&mut self) {
-        // A line that is gone says so again when it is read.
+        // If the line is gone, the next read fails again.
         let _ = rustix::termios::tcflush(&self.line, QueueSelector::IFlush);
         self.echo.clear();
     }
@@ -235,7 +234,7 @@ impl Serial {
             if self.far_end.is_some() {
                 return Ok(());
             }
-            // The old one is still open for this process alone; who recovers is this process.
+            // The old line is still open exclusively, also towards this process itself.
             let _ = rustix::termios::ioctl_tiocnxcl(&self.line);
             match Serial::opened(&self.path, &self.settings, self.sends) {
                 Ok(line) => {
@@ -252,14 +251,14 @@ impl Serial {
         LinkError::Gone(format!("{} is gone: {why}", self.describe()))
     }
 
-    /// Takes away what we have sent ourselves from the octets behind `from`.
+    /// Removes the echo of sent bytes from the received bytes after `from`.
     fn take_echo(&mut self, into: &mut Vec<u8>, from: usize) {
-        let came = into.get(from..).unwrap_or_default();
-        let count = self.echo.len().min(came.len());
+        let received = into.get(from..).unwrap_or_default();
+        let count = self.echo.len().min(received.len());
         if count == 0 {
             return;
         }
-        if self.echo[..count] == came[..count] {
+        if self.echo[..count] == received[..count] {
             self.echo.drain(..count);
             into.drain(from..from + count);
         } else {
@@ -272,15 +271,15 @@ impl Serial {
 impl Drop for Serial {
     fn drop(&mut self) {
         let _ = rustix::termios::ioctl_tiocnxcl(&self.line);
-        // A line that is gone needs no settings.
+        // A line that is gone has no settings to restore.
         let _ = rustix::termios::tcsetattr(&self.line, OptionalActions::Now, &self.before);
     }
 }
 
-/// Makes the line carry octets as they are; says whether it is a pseudoterminal.
+/// Sets the line to raw mode with `settings`; returns whether it is a pseudoterminal.
 fn prepare(line: &File, mut state: Termios, settings: &SerialSettings, shown: &str) -> Result<bool, LinkError> {
-    let trouble = |what: &str, error: io::Error| {
-        LinkError::Unusable(format!("the serial line {shown} does not take {what}: {error}; choose another adapter"))
+    let refused = |what: &str, error: io::Error| {
+        LinkError::Unusable(format!("the serial line {shown} does not accept {what}: {error}; choose another adapter"))
     };
     state.make_raw();
     state.control_modes |= ControlModes::CS8 | ControlModes::PARENB | ControlModes::CREAD | ControlModes::CLOCAL;
@@ -288,32 +287,33 @@ fn prepare(line: &File, mut state: Termios, settings: &SerialSettings, shown: &s
     state.special_codes[rustix::termios::SpecialCodeIndex::VMIN] = 1;
     state.special_codes[rustix::termios::SpecialCodeIndex::VTIME] = 0;
     let rate = format!("{} bit/s", settings.baud);
-    state.set_speed(settings.baud).map_err(|error| trouble(&rate, error.into()))?;
-    rustix::termios::tcsetattr(line, OptionalActions::Now, &state).map_err(|error| trouble(&rate, error.into()))?;
-    let kept = rustix::termios::tcgetattr(line).map_err(|error| trouble("any settings", error.into()))?;
-    // A pseudoterminal takes everything and clears the parity, so that each line is asked for one at first.
+    state.set_speed(settings.baud).map_err(|error| refused(&rate, error.into()))?;
+    rustix::termios::tcsetattr(line, OptionalActions::Now, &state).map_err(|error| refused(&rate, error.into()))?;
+    let kept = rustix::termios::tcgetattr(line).map_err(|error| refused("any settings", error.into()))?;
+    // A pseudoterminal accepts all settings but clears the parity bit. So each line is first set to even parity.
     let is_pty = !kept.control_modes.contains(ControlModes::PARENB);
     if settings.parity != Parity::Even {
         state.control_modes.set(ControlModes::PARODD, settings.parity == Parity::Odd);
         state.control_modes.set(ControlModes::PARENB, settings.parity != Parity::None);
         let set = rustix::termios::tcsetattr(line, OptionalActions::Now, &state);
-        set.map_err(|error| trouble("this parity", error.into()))?;
+        set.map_err(|error| refused("this parity", error.into()))?;
     }
     if !is_pty && kept.output_speed().abs_diff(settings.baud) > settings.baud / 50 {
         return Err(LinkError::Unusable(format!(
-            "the serial line {shown} runs at {} bit/s and not at {rate}",
+            "the serial line {shown} runs at {} bit/s instead of {rate}",
             kept.output_speed()
         )));
     }
     #[cfg(target_os = "linux")]
     {
-        // What gathers octets for a while still delivers them.
+        // A driver without low-latency mode delivers the bytes later, which is tolerable.
         let _ = crate::sys::serial::low_latency(line.as_fd());
         if settings.rs485 && !is_pty {
-            crate::sys::serial::drive_rs485(line.as_fd()).map_err(|error| trouble("the driver of RS-485", error))?;
+            crate::sys::serial::drive_rs485(line.as_fd())
+                .map_err(|error| refused("switching the RS-485 driver", error))?;
         }
     }
-    rustix::termios::tcflush(line, QueueSelector::IOFlush).map_err(|error| trouble("any settings", error.into()))?;
+    rustix::termios::tcflush(line, QueueSelector::IOFlush).map_err(|error| refused("any settings", error.into()))?;
     Ok(is_pty)
 }
 
@@ -321,14 +321,14 @@ fn not_now(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }
 
-/// Two ends of a line that is none, for tests and for a device and a master in one machine.
+/// Pseudoterminals, for tests and for a device and a master on the same host.
 pub mod pty {
     use super::{File, LinkError, PathBuf};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
-    /// The controlling end of a new pseudoterminal, and the path of the other end.
+    /// Creates a pseudoterminal; returns its controlling end and the path of the other end.
     ///
-    /// It lives as long as the controlling end is open.
+    /// The pseudoterminal exists as long as the controlling end is open.
     pub fn open() -> Result<(File, PathBuf), LinkError> {
         let made = || -> rustix::io::Result<(File, PathBuf)> {
             let control = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
@@ -337,6 +337,6 @@ pub mod pty {
             let name = ptsname(&control, Vec::new())?;
             Ok((File::from(control), PathBuf::from(String::from_utf8_lossy(name.to_bytes()).into_owned())))
         };
-        made().map_err(|error| LinkError::Unusable(format!("there is no pseudoterminal to be had: {error}")))
+        made().map_err(|error| LinkError::Unusable(format!("cannot create a pseudoterminal: {error}")))
     }
 }

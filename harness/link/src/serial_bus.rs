@@ -1,4 +1,4 @@
-//! Many stations of this process on one serial line, run by the clock: the live sibling of the virtual bus.
+//! Runs any number of stations of this process on one serial line in real time; the counterpart of the virtual bus.
 
 use std::collections::VecDeque;
 
@@ -7,69 +7,67 @@ use crate::{Clock, Lateness, LinkError, Serial};
 use plain_text::hex_start;
 use station::{Duration, Outbox, Station, Time};
 
-/// Bits on the line for one octet: start bit, 8 bits, even parity, stop bit.
+/// Bits on the line for one byte: start bit, 8 data bits, parity bit, stop bit.
 const BITS_PER_OCTET: u64 = 11;
-/// So many bits of silence end a frame.
+/// Bits of silence that end a frame: the synchronization time of PROFIBUS (TSYN, 33 bits).
 const SILENCE_BITS: u64 = 33;
-/// A shorter silence is not told from octets that the kernel has gathered.
+/// The shortest silence that is detected: a shorter gap may come from the kernel, which delivers bytes in batches.
 const SHORTEST_SILENCE: Duration = Duration::from_millis(20);
-/// A step comes back after so long even if nothing happens, so that the caller can look at other things.
+/// The longest time that a step takes if nothing happens; it then returns to the caller.
 const LONGEST_STEP: Duration = Duration::from_millis(100);
 
-/// Finds the frames in octets; who knows the protocol implements it.
+/// Splits a stream of bytes into frames; implemented for each protocol.
 pub trait Split: Send {
-    /// Takes octets as they came.
+    /// Takes received bytes.
     fn push(&mut self, octets: &[u8]);
 
-    /// The next piece that is complete.
+    /// Returns the next complete piece.
     fn next_piece(&mut self) -> Option<Piece>;
 
-    /// Says that the line was silent, so that what waits is over; gives the next piece, until there is none.
+    /// Reports that the line was silent, which ends an incomplete piece; returns the next piece, until there is none.
     fn silence(&mut self) -> Option<Piece>;
 
-    /// Whether octets wait for others to follow.
+    /// Whether the last piece is incomplete.
     fn is_waiting(&self) -> bool;
 }
 
-/// What a [`Split`] finds.
+/// A piece of the byte stream, as found by a [`Split`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// The octets.
     pub octets: Vec<u8>,
-    /// Whether they are a frame, else damage.
+    /// Whether the bytes are a valid frame; otherwise they are damaged.
     pub is_frame: bool,
 }
 
-/// What was on the line.
+/// A frame, or damaged bytes, on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Heard<'a> {
-    /// When its first bit was sent, as far as that can be known.
+    /// The time of its first bit, estimated for received bytes.
     pub begin: Time,
-    /// When it ended.
+    /// The time of its last bit.
     pub end: Time,
-    /// The station of this process that sent it; none came in.
+    /// The index of the station of this process that sent it; `None` if it was received.
     pub sender: Option<usize>,
-    /// Its octets.
     pub octets: &'a [u8],
-    /// Whether they are a frame, else damage.
+    /// Whether the bytes are a valid frame; otherwise they are damaged.
     pub is_frame: bool,
 }
 
 /// Any number of stations of this process on one serial line.
 ///
-/// The stations belong to the caller and are handed in at each step, always in the same order. Each of them hears everything
-/// but what it has sent itself.
+/// The caller owns the stations and passes them to each step, always in the same order. Each station receives everything except
+/// what it has sent itself.
 pub struct SerialBus {
     serial: Serial,
     split: Box<dyn Split>,
     clock: Clock,
-    /// What the tap was told last: its time never goes back.
+    /// The time last reported to the tap; it never goes back.
     told: Time,
     pieces: VecDeque<(Time, Piece)>,
-    /// When the octets began that wait for others.
+    /// When the incomplete piece began.
     hearing: Option<Time>,
     last_octet: Time,
-    /// What our stations sent for each other: when it ends, who sent it.
+    /// Frames between stations of this process: end time, sender, bytes.
     among_us: VecDeque<(Time, usize, Vec<u8>)>,
     input: Vec<u8>,
     outbox: Outbox,
@@ -84,7 +82,7 @@ impl std::fmt::Debug for SerialBus {
 }
 
 impl SerialBus {
-    /// A bus on `serial`, whose frames `split` finds; its clock shows [`Time::ZERO`] now.
+    /// A bus on `serial` with the framing `split`; its clock starts at [`Time::ZERO`] now.
     pub fn new(serial: Serial, split: Box<dyn Split>) -> SerialBus {
         SerialBus {
             serial,
@@ -107,32 +105,31 @@ impl SerialBus {
         &self.clock
     }
 
-    /// What the clock shows.
+    /// The present time of the clock.
     pub fn now(&self) -> Time {
         self.clock.now()
     }
 
-    /// The line.
     pub fn serial(&self) -> &Serial {
         &self.serial
     }
 
-    /// How punctual the stations were woken, since the start or the last [`reset_lateness`](Self::reset_lateness).
+    /// How late the stations were woken, since the start or the last [`reset_lateness`](Self::reset_lateness).
     pub fn lateness(&self) -> &Lateness {
         &self.lateness
     }
 
-    /// Forgets how punctual the stations were woken.
+    /// Resets the statistics of [`lateness`](Self::lateness).
     pub fn reset_lateness(&mut self) {
         self.lateness.reset();
     }
 
-    /// How many frames the guard has held back.
+    /// The number of frames that the guard has held back.
     pub fn held_back(&self) -> u64 {
         self.held_back
     }
 
-    /// Sets the clock to [`Time::ZERO`] and throws away what came before.
+    /// Sets the clock to [`Time::ZERO`] and discards everything received before.
     pub fn restart(&mut self) {
         self.serial.forget();
         while self.split.silence().is_some() {}
@@ -144,12 +141,12 @@ impl SerialBus {
         self.lateness.clock_restarts();
     }
 
-    /// After [`LinkError::Gone`]: tries to get the line back until the clock shows `until`.
+    /// After [`LinkError::Gone`]: tries to restore the line until the clock shows `until`.
     pub fn recover(&mut self, until: Time) -> Result<(), LinkError> {
         self.serial.recover(&self.clock, until)
     }
 
-    /// Says nothing for `time` and gives what is heard in it, frames and damage.
+    /// Listens for `time` without sending; returns the frames and damaged bytes received.
     pub fn listen(&mut self, time: Duration) -> Result<Vec<Piece>, LinkError> {
         let until = self.now() + time;
         let mut heard = Vec::new();
@@ -160,7 +157,7 @@ impl SerialBus {
         Ok(heard)
     }
 
-    /// Listens for `time` and refuses a bus on which anybody says anything.
+    /// Listens for `time`; fails if another station sends on the bus.
     pub fn refuse_traffic(&mut self, time: Duration) -> Result<(), LinkError> {
         let until = self.now() + time;
         let mut heard: Option<Vec<u8>> = None;
@@ -169,7 +166,7 @@ impl SerialBus {
             let step = self.step(&mut [], until, &mut |_| false, &mut tap)?;
             if let Some(octets) = heard {
                 return Err(LinkError::Unusable(format!(
-                    "somebody else sends on {}: {}; take the other master off the bus",
+                    "another station sends on {}: {}; disconnect the other master from the bus",
                     self.serial.describe(),
                     hex_start(&octets, 16)
                 )));
@@ -180,12 +177,12 @@ impl SerialBus {
         }
     }
 
-    /// Waits for what comes next, but not beyond `until`, and lets it happen: one frame is delivered, or one station is woken.
+    /// Waits for the next event, at most until `until`, and handles it: delivers one frame or wakes one station.
     ///
-    /// What has come in is read before a station is woken. Each frame that a station sends is shown to `guard`; if that agrees it
-    /// goes out at once and is shown to `tap`, which also sees everything that comes in, damage included.
+    /// Received bytes are read before a station is woken. Each frame that a station sends is passed to `guard`; if it returns true
+    /// the frame is sent at once and passed to `tap`, which also gets everything received, including damaged bytes.
     ///
-    /// A line that is gone is an error; the step may then have been done in part.
+    /// Fails if the line is gone; the step may then have been done in part.
     pub fn step(
         &mut self,
         stations: &mut [&mut dyn Station],
@@ -196,7 +193,7 @@ impl SerialBus {
         let break_off = self.now() + LONGEST_STEP;
         loop {
             if let Some((begin, piece)) = self.pieces.pop_front() {
-                let end = self.tell(self.last_octet);
+                let end = self.report_time(self.last_octet);
                 let (octets, is_frame) = (&piece.octets[..], piece.is_frame);
                 tap(Heard { begin: begin.min(end), end, sender: None, octets, is_frame });
                 self.deliver(stations, (None, end), octets, guard, tap)?;
@@ -225,19 +222,19 @@ impl SerialBus {
                 return Ok(Step::Worked);
             }
             let silence = self.split.is_waiting().then(|| self.last_octet + self.silence());
-            let ours = self.among_us.front().map(|(end, _, _)| *end);
-            let next = [due.map(|(due, _)| due), silence, ours, Some(break_off), Some(until)];
+            let internal = self.among_us.front().map(|(end, _, _)| *end);
+            let next = [due.map(|(due, _)| due), silence, internal, Some(break_off), Some(until)];
             let next = next.into_iter().flatten().min().unwrap_or(until);
             self.serial.wait(&self.clock, next)?;
         }
     }
 
-    /// Reads what is here and finds the frames in it.
+    /// Reads the received bytes and splits them into frames.
     fn read(&mut self, stations: &mut [&mut dyn Station]) -> Result<(), LinkError> {
         self.input.clear();
-        let came = self.serial.receive(&mut self.input)?;
+        let received = self.serial.receive(&mut self.input)?;
         let now = self.now();
-        if came {
+        if received {
             if self.hearing.is_none() {
                 self.hearing = Some(now - self.lasts(self.input.len()));
                 stations.iter_mut().for_each(|station| station.carrier(now));
@@ -297,7 +294,7 @@ impl SerialBus {
         result
     }
 
-    /// Sends what the station at `index` has put into the outbox.
+    /// Sends the frames that the station at `index` has put into the outbox.
     fn drain(
         &mut self,
         stations: &mut [&mut dyn Station],
@@ -315,7 +312,7 @@ impl SerialBus {
                 self.held_back += 1;
                 continue;
             }
-            let begin = self.tell(self.clock.now());
+            let begin = self.report_time(self.clock.now());
             if let Err(error) = self.serial.send(octets) {
                 result = result.and(Err(error));
                 continue;
@@ -333,7 +330,7 @@ impl SerialBus {
         result
     }
 
-    /// How long `count` octets last on the line; on a pseudoterminal no time.
+    /// The transmission time of `count` bytes; zero on a pseudoterminal.
     fn lasts(&self, count: usize) -> Duration {
         if self.serial.is_pty() {
             return Duration::ZERO;
@@ -349,14 +346,14 @@ impl SerialBus {
         Duration::from_nanos(count.saturating_mul(1_000_000_000) / u64::from(self.serial.settings().baud.max(1)))
     }
 
-    /// The time to be told for something that happened at `time`.
-    fn tell(&mut self, time: Time) -> Time {
+    /// The time to report for an event at `time`: never earlier than the last reported time.
+    fn report_time(&mut self, time: Time) -> Time {
         self.told = self.told.max(time);
         self.told
     }
 }
 
-/// Which station is to be woken next, and when.
+/// The next deadline and the index of its station.
 fn earliest(stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
     let due = stations.iter().enumerate().filter_map(|(index, station)| Some((station.deadline()?, index)));
     due.min()

@@ -1,4 +1,4 @@
-//! Ethernet frames over a stream, as QEMU's `-netdev stream` has them: four octets of length, then the frame.
+//! Ethernet frames over a stream, in the format of QEMU's `-netdev stream`: the length in four bytes, then the frame.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream, ToSocketAddrs};
@@ -13,46 +13,55 @@ use crate::sys::{For, pause, set_option, wait};
 use crate::{Clock, LinkError, Port, SocketAddress};
 use station::{Duration, Time};
 
-/// Octets in front of each frame: its length, most significant first.
+/// The size of the length field in front of each frame, in bytes; big-endian.
 const HEAD: usize = 4;
-/// The longest frame that QEMU sends.
+/// The longest frame that QEMU sends (its `NET_BUFSIZE`), in bytes.
 const LONGEST_FRAME: usize = 4096 + 65536;
-/// Octets that are read at once.
+/// The size of the read buffer, in bytes.
 const SCRATCH: usize = 1 << 16;
-/// Octets that wait for a peer that is slow; frames beyond them are dropped.
+/// The size of the send queue for a slow peer, in bytes; further frames are dropped.
 const WAITING: usize = 1 << 20;
-/// A peer that takes nothing for so long is gone.
+/// A peer that accepts no data for this time counts as gone.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How long [`FrameSocket::open`] waits for a peer that has to come here.
+/// How long [`FrameSocket::open`] waits for a peer to connect.
 const WAIT_FOR_PEER: Duration = Duration::from_secs(30);
-/// How long a connection may take to be made.
+/// The timeout for connecting to a peer.
 const CONNECT: Duration = Duration::from_secs(3);
-/// A call may take at least so long, even where the time is over.
+/// The shortest timeout for connecting, even if the given time has passed.
 const SHORTEST_CALL: Duration = Duration::from_millis(10);
-/// How often [`Port::recover`] calls again.
+/// How often [`Port::recover`] tries to connect.
 const CALL_AGAIN: Duration = Duration::from_millis(50);
+/// TCP keepalive: the first probe is sent after this many seconds of silence.
+#[cfg(target_os = "linux")]
+const KEEPALIVE_IDLE_S: i32 = 3;
+/// TCP keepalive: seconds between probes.
+#[cfg(target_os = "linux")]
+const KEEPALIVE_INTERVAL_S: i32 = 1;
+/// TCP keepalive: unanswered probes after which the connection counts as lost.
+#[cfg(target_os = "linux")]
+const KEEPALIVE_PROBES: i32 = 3;
 
-/// A socket that carries Ethernet frames: firmware under QEMU, another encspec.
+/// A socket that carries Ethernet frames, to firmware under QEMU or to another encspec.
 #[derive(Debug)]
 pub struct FrameSocket {
     address: SocketAddress,
     listener: Option<Listener>,
     stream: Option<Stream>,
-    /// Where each read goes first.
+    /// The read buffer.
     scratch: Box<[u8]>,
     input: Vec<u8>,
-    /// How much of `input` has been handed out.
+    /// How many bytes of `input` have been returned as frames.
     taken: usize,
     read_at: Instant,
     output: Vec<u8>,
-    /// How much of `output` the peer has taken.
+    /// How many bytes of `output` have been sent.
     written: usize,
     blocked_since: Option<Instant>,
     lost: u64,
 }
 
 impl FrameSocket {
-    /// Connects to the peer, or waits for it up to 30 s where it has to come here.
+    /// Connects to the peer, or listens and waits up to 30 s for it to connect.
     pub fn open(address: &SocketAddress) -> Result<FrameSocket, LinkError> {
         let mut socket = FrameSocket::bind(address)?;
         if socket.stream.is_none() {
@@ -64,7 +73,7 @@ impl FrameSocket {
         Ok(socket)
     }
 
-    /// As [`open`](Self::open), but does not wait for a peer that has to come here: until it comes the line is
+    /// Like [`open`](Self::open), but does not wait for the peer to connect: until it does, all calls fail with
     /// [`LinkError::Gone`], and [`Port::recover`] waits for it.
     pub fn bind(address: &SocketAddress) -> Result<FrameSocket, LinkError> {
         let (address, listener) = Listener::bind(address)?;
@@ -84,7 +93,7 @@ impl FrameSocket {
         if socket.listener.is_none() {
             let stream = Stream::connect(&socket.address, CONNECT).map_err(|error| {
                 LinkError::Unusable(format!(
-                    "nobody answers at {}: {error}; start the peer first, or wait for it with listen: in front",
+                    "cannot connect to {}: {error}; start the peer first, or wait for it with the prefix listen:",
                     socket.describe()
                 ))
             })?;
@@ -93,7 +102,7 @@ impl FrameSocket {
         Ok(socket)
     }
 
-    /// Where it is; for a port that was left open, the one that was taken.
+    /// The address of the socket; with the actual port if any free port was requested.
     pub fn address(&self) -> &SocketAddress {
         &self.address
     }
@@ -112,13 +121,13 @@ impl FrameSocket {
         self.blocked_since = None;
     }
 
-    /// Hands the next whole frame out of what was read; false while it is not complete.
+    /// Moves the next complete frame of the input to `into`; returns false if there is none.
     fn next_frame(&mut self, into: &mut Vec<u8>) -> Result<bool, LinkError> {
         loop {
             let Some((head, rest)) = self.input[self.taken..].split_first_chunk::<HEAD>() else { return Ok(false) };
             let length = u32::from_be_bytes(*head) as usize;
             if length > LONGEST_FRAME {
-                return Err(self.gone(&format!("it babbles, {length} octets are no length of a frame")));
+                return Err(self.gone(&format!("it sent an invalid frame length, {length} bytes")));
             }
             let Some(frame) = rest.get(..length) else { return Ok(false) };
             self.taken += HEAD + length;
@@ -130,14 +139,14 @@ impl FrameSocket {
         }
     }
 
-    /// Reads what is there; false if that is nothing.
+    /// Reads the data that has arrived; returns false if there is none.
     fn fill(&mut self) -> Result<bool, LinkError> {
-        let Some(stream) = &mut self.stream else { return Err(self.gone("nobody is connected")) };
+        let Some(stream) = &mut self.stream else { return Err(self.gone("no peer is connected")) };
         self.input.drain(..self.taken);
         self.taken = 0;
         match stream.read(&mut self.scratch) {
-            Ok(0) if !self.input.is_empty() => Err(self.gone("it has closed in the middle of a frame")),
-            Ok(0) => Err(self.gone("it has closed")),
+            Ok(0) if !self.input.is_empty() => Err(self.gone("it closed the connection in the middle of a frame")),
+            Ok(0) => Err(self.gone("it closed the connection")),
             Ok(count) => {
                 self.input.extend_from_slice(&self.scratch[..count]);
                 self.read_at = Instant::now();
@@ -148,12 +157,12 @@ impl FrameSocket {
         }
     }
 
-    /// Writes what waits, as far as the peer takes it now.
+    /// Writes as much of the send queue as the peer accepts now.
     fn flush(&mut self) -> Result<(), LinkError> {
         while self.written < self.output.len() {
-            let Some(stream) = &mut self.stream else { return Err(self.gone("nobody is connected")) };
+            let Some(stream) = &mut self.stream else { return Err(self.gone("no peer is connected")) };
             match stream.write(&self.output[self.written..]) {
-                Ok(0) => return Err(self.gone("it takes nothing any more")),
+                Ok(0) => return Err(self.gone("it accepts no more data")),
                 Ok(count) => {
                     self.written += count;
                     self.blocked_since = None;
@@ -161,7 +170,7 @@ impl FrameSocket {
                 Err(error) if nothing_now(&error) => {
                     let since = *self.blocked_since.get_or_insert_with(Instant::now);
                     if since.elapsed() > PATIENCE {
-                        return Err(self.gone(&format!("it has taken no frame for {} s", PATIENCE.as_secs())));
+                        return Err(self.gone(&format!("it has accepted no data for {} s", PATIENCE.as_secs())));
                     }
                     return Ok(());
                 }
@@ -174,7 +183,7 @@ impl FrameSocket {
     }
 }
 
-/// Neither an error nor the end: there is nothing to be had at the moment.
+/// Whether a non-blocking call has nothing to do now, which is no error.
 fn nothing_now(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted)
 }
@@ -182,7 +191,7 @@ fn nothing_now(error: &io::Error) -> bool {
 impl Port for FrameSocket {
     fn send(&mut self, frame: &[u8]) -> Result<(), LinkError> {
         if self.stream.is_none() {
-            return Err(self.gone("nobody is connected"));
+            return Err(self.gone("no peer is connected"));
         }
         self.flush()?;
         let Some(length) = u32::try_from(frame.len()).ok().filter(|_| self.output.len() - self.written < WAITING)
@@ -207,9 +216,9 @@ impl Port for FrameSocket {
             if clock.remaining(until).is_zero() {
                 return Ok(None);
             }
-            let wanted = if self.written < self.output.len() { For::Both } else { For::Reading };
-            let Some(stream) = &self.stream else { return Err(self.gone("nobody is connected")) };
-            if let Err(error) = wait(stream.as_fd(), wanted, clock, until) {
+            let events = if self.written < self.output.len() { For::Both } else { For::Reading };
+            let Some(stream) = &self.stream else { return Err(self.gone("no peer is connected")) };
+            if let Err(error) = wait(stream.as_fd(), events, clock, until) {
                 return Err(self.gone(&error.to_string()));
             }
         }
@@ -227,7 +236,7 @@ impl Port for FrameSocket {
                     self.adopt(stream);
                     return Ok(());
                 }
-                Err(error) if nothing_now(&error) => "nobody has connected".to_string(),
+                Err(error) if nothing_now(&error) => "no peer has connected".to_string(),
                 Err(error) => error.to_string(),
             };
             if clock.remaining(until).is_zero() {
@@ -265,10 +274,10 @@ enum Stream {
 impl Stream {
     fn connect(address: &SocketAddress, timeout: Duration) -> io::Result<Stream> {
         let stream = match address {
-            SocketAddress::Tcp(place) | SocketAddress::ListenTcp(place) => {
+            SocketAddress::Tcp(host) | SocketAddress::ListenTcp(host) => {
                 let mut last = io::Error::new(io::ErrorKind::NotFound, "the host has no address");
                 let mut found = None;
-                for target in place.to_socket_addrs()? {
+                for target in host.to_socket_addrs()? {
                     match TcpStream::connect_timeout(&target, timeout) {
                         Ok(stream) => {
                             found = Some(stream);
@@ -285,7 +294,7 @@ impl Stream {
         Ok(stream)
     }
 
-    /// Makes calls come back at once, frames go out at once, and a peer that has vanished be noticed.
+    /// Makes the stream non-blocking, disables Nagle's algorithm, and enables keepalive.
     fn prepare(&self) -> io::Result<()> {
         match self {
             Stream::Tcp(stream) => {
@@ -319,14 +328,14 @@ impl Stream {
     }
 }
 
-/// Asks a peer that says nothing for 3 s whether it is still there, and gives it up after three more seconds.
+/// Enables TCP keepalive: a peer that does not respond for about 6 s counts as lost.
 fn notice_silence(socket: BorrowedFd<'_>) -> io::Result<()> {
     set_option(socket, libc::SOL_SOCKET, libc::SO_KEEPALIVE, 1_i32)?;
     #[cfg(target_os = "linux")]
     for (option, value) in [
-        (libc::TCP_KEEPIDLE, 3),
-        (libc::TCP_KEEPINTVL, 1),
-        (libc::TCP_KEEPCNT, 3),
+        (libc::TCP_KEEPIDLE, KEEPALIVE_IDLE_S),
+        (libc::TCP_KEEPINTVL, KEEPALIVE_INTERVAL_S),
+        (libc::TCP_KEEPCNT, KEEPALIVE_PROBES),
         (libc::TCP_USER_TIMEOUT, PATIENCE.as_millis() as i32),
     ] {
         set_option(socket, libc::IPPROTO_TCP, option, value)?;
@@ -341,20 +350,17 @@ enum Listener {
 }
 
 impl Listener {
-    /// Takes its place where `address` says that peers come here; the address then names the port that was taken.
+    /// Listens if `address` is one to listen on; the returned address has the actual port.
     fn bind(address: &SocketAddress) -> Result<(SocketAddress, Option<Listener>), LinkError> {
         match address {
-            SocketAddress::ListenTcp(place) => {
-                let taken = |error: io::Error| {
-                    LinkError::Unusable(format!(
-                        "nobody can connect at {}: {error}; choose another port",
-                        escaped(place)
-                    ))
+            SocketAddress::ListenTcp(target) => {
+                let unusable = |error: io::Error| {
+                    LinkError::Unusable(format!("cannot listen at {}: {error}; choose another port", escaped(target)))
                 };
-                let listener = TcpListener::bind(place).map_err(taken)?;
-                listener.set_nonblocking(true).map_err(taken)?;
-                let port = listener.local_addr().map_err(taken)?.port();
-                let host = place.rsplit_once(':').map_or(place.as_str(), |(host, _)| host);
+                let listener = TcpListener::bind(target).map_err(unusable)?;
+                listener.set_nonblocking(true).map_err(unusable)?;
+                let port = listener.local_addr().map_err(unusable)?.port();
+                let host = target.rsplit_once(':').map_or(target.as_str(), |(host, _)| host);
                 Ok((SocketAddress::ListenTcp(format!("{host}:{port}")), Some(Listener::Tcp(listener))))
             }
             SocketAddress::ListenUnix(path) => {
@@ -364,7 +370,7 @@ impl Listener {
         }
     }
 
-    /// Waits for a peer until `clock` shows `until`.
+    /// Waits for a peer to connect until `clock` shows `until`.
     fn accept(&self, clock: &Clock, until: Time) -> io::Result<Stream> {
         let socket = match self {
             Listener::Tcp(listener) => listener.as_fd(),
@@ -383,7 +389,7 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         if let Listener::Unix(_, path) = self {
-            // A name that is gone already is as good.
+            // The file may have been removed already.
             let _ = std::fs::remove_file(path);
         }
     }

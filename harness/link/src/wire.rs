@@ -1,49 +1,49 @@
-//! Many stations of this process on one port, run by the clock.
+//! Runs any number of stations of this process on one port in real time.
 
 use std::collections::VecDeque;
 
 use crate::{Clock, Lateness, LinkError, Port};
 use station::{Duration, Outbox, Station, Time};
 
-/// What a network interface fills a shorter frame up to, in octets without check sequence.
+/// The length to which a network interface pads a shorter frame, in bytes without frame check sequence.
 const PADDED: usize = 60;
-/// A step comes back after so long even if nothing happens, so that the caller can look at other things.
+/// The longest time that a step takes if nothing happens; it then returns to the caller.
 const LONGEST_STEP: Duration = Duration::from_millis(100);
-/// So many frames are delivered in a row while a station is due; then the station has its turn.
+/// The number of frames delivered in a row while a station is due; then the station is woken.
 const FRAMES_BEFORE_A_WAKE: u32 = 256;
-/// A station that was woken so often in a row and is due still is left alone for [`LEFT_ALONE`].
+/// A station that is still due after this many wakes in a row is suspended for [`LEFT_ALONE`].
 const WAKES_IN_A_ROW: u32 = 1_000;
-/// How long a station that wants to be woken for ever is left alone.
+/// How long a station that is always due is suspended, so that other stations and the port are served.
 const LEFT_ALONE: Duration = Duration::from_millis(1);
-/// How many waiting frames are thrown away at most when the clock starts anew.
+/// The maximum number of waiting frames that a restart of the clock discards.
 const THROWN_AWAY: usize = 100_000;
 
-/// A station of this process on a wire, with the MAC address at which it is.
+/// A station of this process on a wire, with its MAC address.
 pub type Local<'a> = ([u8; 6], &'a mut dyn Station);
 
-/// What one [`Wire::step`] did.
+/// The result of one [`Wire::step`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// The time given has come and nothing that was due by then is left.
+    /// The given time has come, and everything due by then is done.
     Idle,
-    /// A frame was delivered, a station was woken, or it is merely time to look at other things: step again.
+    /// A frame was delivered, a station was woken, or the step has reached its longest time: step again.
     Worked,
 }
 
-/// Any number of stations of this process on one port: the live sibling of the virtual wire.
+/// Any number of stations of this process on one port; the counterpart of the virtual wire.
 ///
-/// The stations belong to the caller and are handed in at each step, always in the same order. A frame for one address reaches
-/// the station at that address, a frame for a group reaches all of them but the sender. A wire reaches out to a
-/// port and among its own stations alike.
+/// The caller owns the stations and passes them to each step, always in the same order. A unicast frame is delivered to the
+/// station with that address, a multicast frame to all stations but the sender. Frames go to the port and to the other stations
+/// of the wire.
 pub struct Wire {
     port: Box<dyn Port>,
     clock: Clock,
-    /// What the tap and the stations were told last: their time never goes back.
+    /// The time last reported to the tap and the stations; it never goes back.
     told: Time,
-    /// A frame that came in, and when.
+    /// The arrival time of the received frame in `incoming` that is not delivered yet.
     pending: Option<Time>,
     incoming: Vec<u8>,
-    /// Frames of stations here for stations here: who sent it, and the frame.
+    /// Frames between stations of this process: sender, frame.
     among_us: VecDeque<(usize, Vec<u8>)>,
     spare: Vec<Vec<u8>>,
     outbox: Outbox,
@@ -54,7 +54,7 @@ pub struct Wire {
     held_back: u64,
 }
 
-/// How a station behaves when it is woken.
+/// The wakes in a row of a station.
 #[derive(Clone, Copy, Debug, Default)]
 struct Turns {
     in_a_row: u32,
@@ -68,7 +68,7 @@ impl std::fmt::Debug for Wire {
 }
 
 impl Wire {
-    /// A wire that reaches out through `port`; its clock shows [`Time::ZERO`] now.
+    /// A wire on `port`; its clock starts at [`Time::ZERO`] now.
     pub fn new(port: Box<dyn Port>) -> Wire {
         Wire {
             port,
@@ -92,44 +92,44 @@ impl Wire {
         &self.clock
     }
 
-    /// What the clock shows.
+    /// The present time of the clock.
     pub fn now(&self) -> Time {
         self.clock.now()
     }
 
-    /// What this wire reaches out through.
+    /// The port of this wire.
     pub fn port(&self) -> &dyn Port {
         self.port.as_ref()
     }
 
-    /// What this wire reaches out through, to ask for what was lost.
+    /// The port of this wire, mutable, for [`Port::lost`].
     pub fn port_mut(&mut self) -> &mut dyn Port {
         self.port.as_mut()
     }
 
-    /// How punctual the stations were woken, since the start or the last [`reset_lateness`](Self::reset_lateness).
+    /// How late the stations were woken, since the start or the last [`reset_lateness`](Self::reset_lateness).
     pub fn lateness(&self) -> &Lateness {
         &self.lateness
     }
 
-    /// Forgets how punctual the stations were woken.
+    /// Resets the statistics of [`lateness`](Self::lateness).
     pub fn reset_lateness(&mut self) {
         self.lateness.reset();
     }
 
-    /// How many frames the guard has held back.
+    /// The number of frames that the guard has held back.
     pub fn held_back(&self) -> u64 {
         self.held_back
     }
 
-    /// Sets the clock to [`Time::ZERO`] and throws the frames away that arrived before.
+    /// Sets the clock to [`Time::ZERO`] and discards the frames that arrived before.
     pub fn restart(&mut self) {
         let cut = self.clock.now();
         self.pending = None;
         self.among_us.clear();
         let mut kept = None;
         for _ in 0..THROWN_AWAY {
-            // A line that is gone says so again at the next step.
+            // If the line is gone, the next step fails again.
             let Ok(Some(time)) = self.port.receive(&self.clock, Time::ZERO, &mut self.incoming) else { break };
             if time > cut {
                 kept = Some(Time::ZERO + time.since(cut));
@@ -144,21 +144,20 @@ impl Wire {
         self.lateness.clock_restarts();
     }
 
-    /// After [`LinkError::Gone`]: tries to get the line back until the clock shows `until`.
+    /// After [`LinkError::Gone`]: tries to restore the line until the clock shows `until`.
     pub fn recover(&mut self, until: Time) -> Result<(), LinkError> {
         self.port.recover(&self.clock, until)
     }
 
-    /// Waits for what comes next, but not beyond `until`, and lets it happen: one frame is delivered, or one station
-    /// is woken.
+    /// Waits for the next event, at most until `until`, and handles it: delivers one frame or wakes one station.
     ///
-    /// Frames that wait come before stations that are due; of several of those, the one due first. A station is
-    /// never woken before its deadline, and what is due or has arrived after `until` is left for later. Each frame
-    /// that a station sends is shown to `guard`; if that agrees it goes out at once, filled up to 60 octets with zeros,
-    /// is shown to `tap`, and is kept for those stations here that it is for. `tap` also sees each frame that comes
-    /// in, whomever it is for. What is shown to `tap` is never earlier than what was shown before.
+    /// Waiting frames are delivered before due stations are woken; of several due stations the one with the earliest deadline comes
+    /// first. A station is never woken before its deadline. Frames that arrive and deadlines that fall after `until` are left for
+    /// a later step. Each frame that a station sends is passed to `guard`; if it returns true the frame is padded to 60 bytes with
+    /// zeros, sent at once, passed to `tap`, and queued for the stations of this wire that it is addressed to. `tap` also gets each
+    /// received frame, whatever its destination. The times passed to `tap` never decrease.
     ///
-    /// A line that is gone is an error; the step may then have been done in part.
+    /// Fails if the line is gone; the step may then have been done in part.
     pub fn step(
         &mut self,
         stations: &mut [Local<'_>],
@@ -170,7 +169,7 @@ impl Wire {
             self.turns.resize(stations.len(), Turns::default());
         }
         if let Some((sender, frame)) = self.among_us.pop_front() {
-            let now = self.tell(self.clock.now());
+            let now = self.report_time(self.clock.now());
             let result = self.deliver(stations, Some(sender), now, &frame, guard, tap);
             self.spare.push(frame);
             return result.map(|()| Step::Worked);
@@ -192,11 +191,11 @@ impl Wire {
                     self.pending = None;
                     self.delivered_in_a_row = if due.is_some() { self.delivered_in_a_row + 1 } else { 0 };
                     let frame = std::mem::take(&mut self.incoming);
-                    let now = self.tell(arrived);
+                    let now = self.report_time(arrived);
                     tap(now, &frame);
                     let result = self.deliver(stations, None, now, &frame, guard, tap);
                     self.incoming = frame;
-                    // What the frame has put off will not be woken for: it was late all the same.
+                    // A deadline that the frame has moved is not woken for any more, but it was missed: count it.
                     if let Some((deadline, index)) = due
                         && stations[index].1.deadline().is_none_or(|next| next > deadline)
                     {
@@ -220,7 +219,7 @@ impl Wire {
         }
     }
 
-    /// Which station is to be woken next, and when.
+    /// The next deadline and the index of its station.
     fn next_deadline(&self, stations: &[Local<'_>]) -> Option<(Time, usize)> {
         let due = stations
             .iter()
@@ -238,7 +237,7 @@ impl Wire {
         guard: &mut dyn FnMut(&[u8]) -> bool,
         tap: &mut dyn FnMut(Time, &[u8]),
     ) -> Result<(), LinkError> {
-        let now = self.tell(self.clock.now());
+        let now = self.report_time(self.clock.now());
         self.lateness.woken(deadline, now);
         let station = &mut stations[index].1;
         station.wake(now, &mut self.outbox);
@@ -273,7 +272,7 @@ impl Wire {
         result
     }
 
-    /// Sends what the station at `index` has put into the outbox.
+    /// Sends the frames that the station at `index` has put into the outbox.
     fn drain(
         &mut self,
         stations: &[Local<'_>],
@@ -294,7 +293,7 @@ impl Wire {
             self.padded.clear();
             self.padded.extend_from_slice(frame);
             self.padded.resize(frame.len().max(PADDED), 0);
-            let now = self.tell(self.clock.now());
+            let now = self.report_time(self.clock.now());
             match self.port.send(&self.padded) {
                 Ok(()) => tap(now, &self.padded),
                 Err(error) => {
@@ -315,14 +314,14 @@ impl Wire {
         result
     }
 
-    /// The time to be told for something that happened at `time`.
-    fn tell(&mut self, time: Time) -> Time {
+    /// The time to report for an event at `time`: never earlier than the last reported time.
+    fn report_time(&mut self, time: Time) -> Time {
         self.told = self.told.max(time);
         self.told
     }
 }
 
-/// Whether `frame` is for the station at `mac`: by its address, or by a group's.
+/// Whether the destination of `frame` is `mac` or a multicast address.
 fn is_for(frame: &[u8], mac: [u8; 6]) -> bool {
     frame.get(..6).is_some_and(|destination| destination[0] & 1 == 1 || destination == mac)
 }

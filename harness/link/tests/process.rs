@@ -1,4 +1,4 @@
-//! What concerns a whole process: privileges, interrupts, punctuality. Each trial is a process of its own, which this
+//! Tests that affect a whole process: privileges, interrupts, real-time settings. Each test runs in its own process, which this
 //! program starts by calling itself.
 
 use std::env;
@@ -10,33 +10,36 @@ use std::thread;
 
 use encspec_link::{Clock, LinkError, Nic, Port, interrupt, namespace, privileges, realtime};
 use libtest_mimic::{Arguments, Failed, Trial};
-use station::Duration;
+use station::{Duration, Time};
 
-/// Names the part that a process started by this program has to play.
+/// The environment variable with the name of the test that a child process has to run.
 const PART: &str = "ENCSPEC_TEST_PART";
-/// What a part ends with that cannot be played here.
+/// The exit status of a child process whose test cannot run on this host.
 const SKIPPED: u8 = 77;
 
-/// A user and a group that every system has and that own nothing.
+/// How long a child process waits for the second interrupt.
+const END_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// The user and group `nobody`, which every system has.
 const NOBODY: &str = "65534";
 
 type Part = fn() -> Result<(), String>;
 
 const PARTS: [(&str, Part); 7] = [
-    ("raw_sockets_are_given_up_and_what_is_open_still_works", raw_sockets_are_given_up),
-    ("under_sudo_the_process_becomes_who_called_it", becomes_who_called),
-    ("a_thread_that_keeps_its_privileges_is_told", another_thread_is_told),
-    ("what_is_granted_for_punctuality_is_said_and_memory_can_still_be_had", punctuality),
+    ("raw_sockets_are_dropped_and_open_ones_still_work", raw_sockets_are_dropped),
+    ("under_sudo_the_process_changes_to_the_calling_user", changes_to_the_calling_user),
+    ("a_thread_that_keeps_its_privileges_is_reported", another_thread_is_reported),
+    ("granted_real_time_settings_are_reported_and_memory_can_be_allocated", real_time_settings),
     ("memory_that_was_locked_under_sudo_can_still_grow", memory_after_sudo),
-    ("without_privileges_nothing_is_granted_and_everything_works", punctuality_without_privileges),
-    ("what_a_punctual_thread_starts_is_ordinary", ordinary_children),
+    ("without_privileges_no_setting_is_granted_and_everything_works", real_time_settings_without_privileges),
+    ("children_of_a_real_time_thread_are_ordinary", ordinary_children),
 ];
 
-/// Those that find themselves called through `sudo` by nobody.
+/// The tests whose environment looks as if the user `nobody` had called `sudo`.
 const AS_UNDER_SUDO: [&str; 3] = [
-    "under_sudo_the_process_becomes_who_called_it",
+    "under_sudo_the_process_changes_to_the_calling_user",
     "memory_that_was_locked_under_sudo_can_still_grow",
-    "without_privileges_nothing_is_granted_and_everything_works",
+    "without_privileges_no_setting_is_granted_and_everything_works",
 ];
 
 fn main() -> ExitCode {
@@ -44,7 +47,7 @@ fn main() -> ExitCode {
         return play(&part);
     }
     let mut trials: Vec<_> = PARTS.iter().map(|(name, _)| Trial::test(*name, || in_a_process(name))).collect();
-    trials.push(Trial::test("the_first_interrupt_asks_and_the_second_ends", interrupts));
+    trials.push(Trial::test("the_first_interrupt_requests_a_stop_and_the_second_ends_the_process", interrupts));
     libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
 }
 
@@ -77,60 +80,60 @@ fn myself(part: &str) -> Result<Command, Failed> {
 
 fn in_a_process(part: &str) -> Result<(), Failed> {
     let output = myself(part)?.output()?;
-    let said = String::from_utf8_lossy(&output.stderr).trim().to_string();
+    let text = String::from_utf8_lossy(&output.stderr).trim().to_string();
     match output.status.code() {
         Some(0) => Ok(()),
         Some(code) if code == i32::from(SKIPPED) && env::var_os("ENCSPEC_REQUIRE_ALL").is_none() => {
-            eprintln!("skipped: {said}");
+            eprintln!("skipped: {text}");
             Ok(())
         }
-        _ => Err(format!("{}: {said}", output.status).into()),
+        _ => Err(format!("{}: {text}", output.status).into()),
     }
 }
 
 fn ensure(holds: bool, what: &str) -> Result<(), String> {
-    if holds { Ok(()) } else { Err(format!("not so: {what}")) }
+    if holds { Ok(()) } else { Err(format!("not true: {what}")) }
 }
 
-fn said(error: LinkError) -> String {
+fn text(error: LinkError) -> String {
     error.to_string()
 }
 
-/// Sends a frame from one to the other, which has to arrive.
+/// Sends a frame from one interface to the other and checks that it arrives.
 fn crosses(from: &mut Nic, to: &mut Nic) -> Result<(), String> {
     let clock = Clock::start();
     let sent = [[0xFF; 12].as_slice(), &[0x88, 0xB5], &[7; 46]].concat();
-    from.send(&sent).map_err(said)?;
+    from.send(&sent).map_err(text)?;
     let mut frame = Vec::new();
-    let arrived = to.receive(&clock, clock.now() + Duration::from_secs(60), &mut frame).map_err(said)?;
+    let arrived = to.receive(&clock, clock.now() + Duration::from_secs(60), &mut frame).map_err(text)?;
     ensure(arrived.is_some() && frame == sent, "the frame crosses the cable")
 }
 
 fn both() -> Result<(Nic, Nic), String> {
-    Ok((Nic::open("left").map_err(said)?, Nic::open("right").map_err(said)?))
+    Ok((Nic::open("left").map_err(text)?, Nic::open("right").map_err(text)?))
 }
 
-/// What `/proc` says of the capabilities of this thread.
+/// The effective and permitted capabilities of this thread, read from `/proc`.
 fn capabilities() -> Result<String, String> {
     let status = fs::read_to_string("/proc/thread-self/status").map_err(|error| error.to_string())?;
     let lines = status.lines().filter(|line| line.starts_with("CapEff") || line.starts_with("CapPrm"));
     Ok(lines.map(|line| line.split_whitespace().last().unwrap_or_default()).collect::<Vec<_>>().join(" "))
 }
 
-/// Someone who keeps the privileges of this process and does to the cable what it is told, when it is told.
+/// A child process that keeps the privileges and runs `script` when it receives a line.
 fn keeper(script: &str) -> Result<Child, String> {
     let mut shell = Command::new("sh");
     shell.args(["-c", &format!("read line; {script}")]).stdin(Stdio::piped());
     shell.spawn().map_err(|error| error.to_string())
 }
 
-fn raw_sockets_are_given_up() -> Result<(), String> {
+fn raw_sockets_are_dropped() -> Result<(), String> {
     let (mut left, mut right) = both()?;
     let mut keeper = keeper(
         "ip link del left; ip link add left type veth peer name right; ip link set left up; ip link set right up",
     )?;
     ensure(privileges::has_raw_sockets(), "the privilege is there before")?;
-    privileges::drop().map_err(said)?;
+    privileges::drop().map_err(text)?;
     ensure(!privileges::has_raw_sockets(), "the privilege is gone")?;
     // CAP_DAC_OVERRIDE and CAP_IPC_LOCK, numbers 1 and 14.
     let kept = "0000000000004002 0000000000004002";
@@ -139,65 +142,68 @@ fn raw_sockets_are_given_up() -> Result<(), String> {
     ensure(in_a_thread == kept, "also in a thread that starts later")?;
     crosses(&mut left, &mut right)?;
 
-    let why = said(Nic::open("left").err().ok_or("a new socket can be opened")?);
+    let why = text(Nic::open("left").err().ok_or("a new socket can be opened")?);
     let program = env::current_exe().map_err(|error| error.to_string())?;
     let advice = format!(
-        "the interface left cannot be opened without the privilege of raw sockets: give it with \
+        "the interface left needs root or CAP_NET_RAW: grant it with \
          `sudo setcap cap_net_raw,cap_sys_nice,cap_ipc_lock=ep {}`, or run as root",
         program.display()
     );
     ensure(why == advice, &why)?;
 
-    // The interfaces vanish and others come under their names: an open socket is enough to use them.
+    // The interfaces are replaced by others with the same names: an open socket is enough to use them.
     drop(keeper.stdin.take().map(|mut line| writeln!(line)));
     keeper.wait().map_err(|error| error.to_string())?;
     let clock = Clock::start();
     let until = clock.now() + Duration::from_secs(5);
     for nic in [&mut left, &mut right] {
-        ensure(nic.receive(&clock, until, &mut Vec::new()).is_err(), "it has vanished")?;
-        nic.recover(&clock, until).map_err(said)?;
+        ensure(nic.receive(&clock, until, &mut Vec::new()).is_err(), "it was removed")?;
+        nic.recover(&clock, until).map_err(text)?;
     }
     crosses(&mut left, &mut right)?;
-    privileges::drop().map_err(said)
+    privileges::drop().map_err(text)
 }
 
-fn becomes_who_called() -> Result<(), String> {
+fn changes_to_the_calling_user() -> Result<(), String> {
     let (mut left, mut right) = both()?;
     let (_end, waits) = channel::<()>();
     let other = thread::spawn(move || waits.recv().is_err());
-    privileges::drop().map_err(said)?;
+    privileges::drop().map_err(text)?;
     let tasks = fs::read_dir("/proc/self/task").map_err(|error| error.to_string())?;
-    let mut seen = 0;
+    let mut checked = 0;
     for task in tasks.flatten() {
         let status = fs::read_to_string(task.path().join("status")).map_err(|error| error.to_string())?;
         for name in ["Uid:", "Gid:", "Groups:"] {
             let values = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
             ensure(values.split_whitespace().all(|value| value == NOBODY), &format!("{name} {values}"))?;
         }
-        seen += 1;
+        checked += 1;
     }
-    ensure(seen == 2 && !other.is_finished(), "both threads were looked at")?;
+    ensure(checked == 2 && !other.is_finished(), "both threads were checked")?;
     ensure(capabilities()? == "0000000000000000 0000000000000000", "no capability is left")?;
     crosses(&mut left, &mut right)?;
     ensure(Nic::open("left").is_err_and(|error| error.to_string().contains("setcap")), "no new socket")?;
-    privileges::drop().map_err(said)
+    privileges::drop().map_err(text)
 }
 
-fn another_thread_is_told() -> Result<(), String> {
+fn another_thread_is_reported() -> Result<(), String> {
     let (_end, waits) = channel::<()>();
     let other = thread::spawn(move || waits.recv().is_err());
     let error = privileges::drop().err().ok_or("the other thread went unnoticed")?;
     ensure(!other.is_finished(), "the other thread runs")?;
-    let why = "a thread of this process keeps its privileges: they have to be given up before others are started";
+    let why = "a thread of this process keeps its privileges: drop them before starting threads";
     ensure(error == LinkError::Unusable(why.to_string()), &error.to_string())
 }
 
-/// How the kernel schedules the calling thread: 0 for ordinary, 1 for SCHED_FIFO (field 41 of `proc(5)`).
+/// The field of `/proc/PID/stat` with the scheduling policy, counted from 1, see `proc(5)`.
+const POLICY_FIELD: usize = 41;
+
+/// The scheduling policy of the calling thread: 0 for ordinary, 1 for SCHED_FIFO.
 fn policy() -> Result<String, String> {
     let stat = fs::read_to_string("/proc/thread-self/stat").map_err(|error| error.to_string())?;
     // The name in parentheses may hold spaces; what follows starts with field 3.
     let (_, fields) = stat.rsplit_once(')').ok_or("no fields")?;
-    Ok(fields.split_whitespace().nth(41 - 3).unwrap_or_default().to_string())
+    Ok(fields.split_whitespace().nth(POLICY_FIELD - 3).unwrap_or_default().to_string())
 }
 
 fn locked_memory() -> Result<u64, String> {
@@ -206,8 +212,8 @@ fn locked_memory() -> Result<u64, String> {
     line.trim().trim_end_matches(" kB").parse().map_err(|_| line.to_string())
 }
 
-/// Asks for memory of all kinds: new, grown, and a deep stack.
-fn memory_can_be_had() -> Result<(), String> {
+/// Allocates memory of all kinds: new, grown, and a deep stack.
+fn memory_can_be_allocated() -> Result<(), String> {
     fn deep(left: u32) -> u64 {
         let page = std::hint::black_box([left; 1024]);
         if left == 0 { 0 } else { deep(left - 1) + u64::from(page[7]) }
@@ -217,33 +223,33 @@ fn memory_can_be_had() -> Result<(), String> {
     ensure(block[(64 << 20) - 1] == 2 && deep(1000) == 500_500, "memory is there")
 }
 
-fn punctuality() -> Result<(), String> {
-    let scheduling = realtime::raise();
-    let expected = ["scheduled before ordinary processes (SCHED_FIFO, priority 40)", "memory locked"];
-    ensure(scheduling.granted == expected && scheduling.refused.is_empty(), &format!("{scheduling:?}"))?;
-    ensure(policy()? == "1", "the kernel schedules it so")?;
+fn real_time_settings() -> Result<(), String> {
+    let settings = realtime::raise();
+    let expected = ["real-time scheduling (SCHED_FIFO, priority 40)", "memory locked"];
+    ensure(settings.granted == expected && settings.refused.is_empty(), &format!("{settings:?}"))?;
+    ensure(policy()? == "1", "the kernel reports SCHED_FIFO")?;
     ensure(locked_memory()? > 0, "the kernel has locked memory")?;
-    privileges::drop().map_err(said)?;
-    ensure(policy()? == "1", "that stays")?;
-    memory_can_be_had()
+    privileges::drop().map_err(text)?;
+    ensure(policy()? == "1", "SCHED_FIFO stays after dropping privileges")?;
+    memory_can_be_allocated()
 }
 
 fn memory_after_sudo() -> Result<(), String> {
     realtime::raise();
-    privileges::drop().map_err(said)?;
-    ensure(policy()? == "1", "the kernel still schedules it so")?;
-    memory_can_be_had()
+    privileges::drop().map_err(text)?;
+    ensure(policy()? == "1", "the kernel still reports SCHED_FIFO")?;
+    memory_can_be_allocated()
 }
 
-fn punctuality_without_privileges() -> Result<(), String> {
-    privileges::drop().map_err(said)?;
-    let scheduling = realtime::raise();
-    let [ordinary, limited @ ..] = scheduling.refused.as_slice() else { return Err(format!("{scheduling:?}")) };
-    ensure(ordinary.starts_with("scheduled like any other process, as CAP_SYS_NICE is missing ("), ordinary)?;
-    let expected = "memory not locked, as CAP_IPC_LOCK is missing: give it with `setcap`, or run as root";
-    ensure(limited == [expected] || scheduling.granted == ["memory locked"], &format!("{scheduling:?}"))?;
-    ensure((limited == [expected]) == (locked_memory()? == 0), "what is said is so")?;
-    memory_can_be_had()
+fn real_time_settings_without_privileges() -> Result<(), String> {
+    privileges::drop().map_err(text)?;
+    let settings = realtime::raise();
+    let [ordinary, limited @ ..] = settings.refused.as_slice() else { return Err(format!("{settings:?}")) };
+    ensure(ordinary.starts_with("no real-time scheduling, CAP_SYS_NICE is missing ("), ordinary)?;
+    let expected = "memory not locked, CAP_IPC_LOCK is missing: grant it with `setcap`, or run as root";
+    ensure(limited == [expected] || settings.granted == ["memory locked"], &format!("{settings:?}"))?;
+    ensure((limited == [expected]) == (locked_memory()? == 0), "the report agrees with the kernel")?;
+    memory_can_be_allocated()
 }
 
 fn ordinary_children() -> Result<(), String> {
@@ -252,10 +258,10 @@ fn ordinary_children() -> Result<(), String> {
     ensure(in_a_thread == "0", "a thread is ordinary")?;
     let shell = Command::new("cat").arg("/proc/self/stat").output().map_err(|error| error.to_string())?;
     let stat = String::from_utf8_lossy(&shell.stdout).into_owned();
-    ensure(stat.split_whitespace().nth(40) == Some("0"), "a command is ordinary")
+    ensure(stat.split_whitespace().nth(POLICY_FIELD - 1) == Some("0"), "a command is ordinary")
 }
 
-/// Says `ready`, then `asked` once it was interrupted, and goes on until it is ended.
+/// Prints `ready`, then `requested` after the first interrupt, and runs on until a second interrupt ends it.
 fn wait_for_interrupts() -> ExitCode {
     interrupt::watch();
     interrupt::watch();
@@ -266,9 +272,9 @@ fn wait_for_interrupts() -> ExitCode {
     while !interrupt::requested() {
         thread::yield_now();
     }
-    println!("asked");
+    println!("requested");
     let clock = Clock::start();
-    while clock.now().as_nanos() < 20_000_000_000 {
+    while clock.now() < Time::ZERO + END_TIMEOUT {
         thread::yield_now();
     }
     ExitCode::from(4)
@@ -280,14 +286,14 @@ fn interrupts() -> Result<(), Failed> {
         let mut lines = BufReader::new(child.stdout.take().ok_or("no output")?).lines();
         let process = child.id().to_string();
         let kill = |signal: &str| Command::new("kill").args(["-s", signal, &process]).status();
-        let mut heard = vec![lines.next().transpose()?];
+        let mut printed = vec![lines.next().transpose()?];
         kill(first)?;
-        heard.push(lines.next().transpose()?);
+        printed.push(lines.next().transpose()?);
         kill(second)?;
         let status = child.wait()?;
-        let heard: Vec<_> = heard.iter().flatten().map(String::as_str).collect();
-        if heard != ["ready", "asked"] || status.code() != Some(130) {
-            return Err(format!("{first} and {second}: {heard:?}, {status}").into());
+        let printed: Vec<_> = printed.iter().flatten().map(String::as_str).collect();
+        if printed != ["ready", "requested"] || status.code() != Some(130) {
+            return Err(format!("{first} and {second}: printed {}; {status}", printed.join(", ")).into());
         }
     }
     Ok(())

@@ -1,8 +1,8 @@
-//! Numbers with their noun.
+//! Counts with a noun in the singular or plural.
 
 use alloc::{format, string::String};
 
-/// `n` things, in the singular or the plural.
+/// Formats `n` with the noun `one` or `many`: `1 case`, `0 cases`.
 pub fn count(n: usize, one: &str, many: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {many}") }
 }

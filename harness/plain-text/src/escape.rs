@@ -1,21 +1,21 @@
-//! Text that a device, a capture or a file chose, made harmless to show.
+//! Escapes text that comes from a device, a capture or a file, so that it is safe on a terminal.
 
 use alloc::{
     format,
     string::{String, ToString},
 };
 
-/// From this length on, in octets, a text of a station is cut.
+/// The longest text of a station that is printed whole, in bytes; the rest is cut off.
 const LONGEST_TEXT: usize = 240;
-/// So many zeros at the end of a text are shown as one.
+/// From this many zero bytes at the end of a text on, only one of them is printed.
 const MANY_ZEROS: usize = 4;
 
-/// Whether a character could steer a terminal or turn the direction of writing.
+/// Whether a character could control a terminal or change the writing direction (Unicode bidirectional controls).
 pub fn steers(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-/// The text with every character escaped that could steer a terminal or turn the direction of writing.
+/// Escapes every character of the text for which [`steers`] is true.
 pub fn printable(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {
@@ -24,8 +24,8 @@ pub fn printable(text: &str) -> String {
     shown
 }
 
-/// A text that a station chose, safe to show: what is not printable ASCII is escaped, it ends after 240 octets, and of four or
-/// more zeros at its end one is shown.
+/// Escapes the text of a station for output: escapes every byte that is not printable ASCII, cuts the text after 240 bytes, and
+/// prints four or more zeros at its end as one zero.
 pub fn escaped(octets: &[u8]) -> String {
     let text = octets.len() - octets.iter().rev().take_while(|octet| **octet == 0).count();
     if octets.len() - text >= MANY_ZEROS && text < LONGEST_TEXT {
@@ -43,13 +43,13 @@ mod tests {
     use alloc::format;
 
     #[test]
-    fn nothing_steers_a_terminal() {
+    fn control_characters_are_escaped() {
         assert_eq!(printable("a\u{1b}[31m\u{202e}b\u{e9}"), "a\\u{1b}[31m\\u{202e}b\u{e9}");
         assert_eq!(escaped(b"a\x1b[31m\xe9"), "a\\x1b[31m\\xe9");
     }
 
     #[test]
-    fn long_texts_are_cut_and_zeros_at_the_end_are_shown_once() {
+    fn long_texts_are_cut_and_trailing_zeros_are_printed_once() {
         assert_eq!(escaped(&[b'a'; 241]), format!("{}..", "a".repeat(240)));
         assert_eq!(escaped(b"abc\0\0\0\0"), "abc\\x00..");
         assert_eq!(escaped(b"abc\0\0\0"), "abc\\x00\\x00\\x00");

@@ -1,9 +1,9 @@
-//! Octets in hexadecimal.
+//! Bytes in hexadecimal.
 
 use alloc::string::String;
 use core::fmt::Write as _;
 
-/// The octets as two capital digits each, with a space between them: `0A FF`.
+/// Formats each byte as two uppercase digits, separated by spaces: `0A FF`.
 pub fn hex(octets: &[u8]) -> String {
     let mut text = String::with_capacity(3 * octets.len());
     for (index, octet) in octets.iter().enumerate() {
@@ -13,7 +13,7 @@ pub fn hex(octets: &[u8]) -> String {
     text
 }
 
-/// The first `most` octets, as [`hex`] writes them.
+/// Formats at most the first `most` bytes, like [`hex`].
 pub fn hex_start(octets: &[u8], most: usize) -> String {
     hex(octets.get(..most).unwrap_or(octets))
 }

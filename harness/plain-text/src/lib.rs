@@ -1,6 +1,6 @@
-//! Text for people: octets in hexadecimal, harmless text from devices, counts, and the word that was probably meant.
+//! Text for people: bytes in hexadecimal, escaped text from devices, counts, and suggestions for misspelled words.
 //!
-//! Every message, report and page of the workspace uses these, so that the same thing always looks the same.
+//! Every message, report and page of the workspace uses these functions, so the format is the same everywhere.
 //! This crate must not know what the text is about.
 #![no_std]
 

@@ -1,17 +1,17 @@
-//! The known word that was probably meant by an unknown one.
+//! Suggestions for misspelled words.
 
 use alloc::{borrow::ToOwned, string::String};
 
-/// Finds the candidate that `word` was probably meant to be, if one is near enough (a third of its letters differ).
+/// Finds the candidate with the smallest Damerau-Levenshtein distance to `word`, or `None` if more than a third of the letters differ.
 ///
-/// Among equally near ones the first wins, so that a message does not depend on anything but the candidates' order.
+/// Of equally near candidates the first wins: the result depends only on the order of the candidates.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let mut best = Nearest::new(word);
     candidates.into_iter().for_each(|candidate| best.offer(candidate));
     best.found()
 }
 
-/// The search behind [`nearest`], for candidates that come by callback.
+/// The search of [`nearest`], for candidates that come one by one from a callback.
 pub struct Nearest<'w> {
     word: &'w str,
     distance: usize,
@@ -19,18 +19,18 @@ pub struct Nearest<'w> {
 }
 
 impl<'w> Nearest<'w> {
-    /// Begins to look for what `word` was meant to be.
+    /// Starts a search for the candidate nearest to `word`.
     pub fn new(word: &'w str) -> Nearest<'w> {
         Nearest { word, distance: (word.chars().count() / 3).max(1) + 1, found: None }
     }
 
-    /// Takes one more candidate.
+    /// Compares one more candidate.
     pub fn offer(&mut self, candidate: &str) {
-        // A word with one change cannot be nearer but by being the same, and nobody looks for what is known.
+        // Nothing but the word itself is nearer than one change, and a known word is never searched for.
         if self.distance <= 1 {
             return;
         }
-        // Each letter more or less is a change, and most candidates are told apart by that.
+        // The difference in length is a lower bound of the distance; it rules out most candidates.
         if self.word.len().abs_diff(candidate.len()) >= self.distance && self.word.is_ascii() && candidate.is_ascii() {
             return;
         }

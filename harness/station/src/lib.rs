@@ -1,10 +1,10 @@
-//! What a party on a wire is.
+//! The trait of a station on a wire, and of the stand of a device under test.
 //!
-//! A [`Station`] is given a frame or a deadline and the time `now`; it hands back frames and names its next
-//! deadline. It does no I/O and has no clock, so that the same station runs on a virtual wire, on a network
-//! interface and on a socket. A [`Stand`] is what holds a device under test in its hands: power, shaft, buttons.
+//! A [`Station`] takes a frame or a deadline and the time `now`; it returns frames and its next deadline. It does no I/O and
+//! has no clock, so the same station runs on a virtual wire, on a network interface and on a socket. A [`Stand`] controls the
+//! power, the shaft and the buttons of a device under test.
 //!
-//! This room must not know what the frames mean: no protocol, no device, no file, no socket.
+//! This crate must not know what the frames mean: no protocol, no device, no file, no socket.
 #![no_std]
 
 extern crate alloc;
@@ -20,27 +20,27 @@ pub use parity::Parity;
 pub use stand::{Refusal, Stand, StandAction};
 pub use time::Time;
 
-/// A party on a wire: a state machine that turns frames and deadlines into frames.
+/// A station on a wire: a state machine that turns frames and deadlines into frames.
 ///
-/// The caller keeps one rule: one input, then all outputs are taken from the outbox, then the next input.
+/// The caller gives one input, takes all outputs from the outbox, and only then gives the next input.
 pub trait Station {
-    /// Takes one frame off the wire at `now`; the frames it answers with are put into `out`.
+    /// Receives one frame at `now` and puts its answers into `out`.
     ///
-    /// Every frame on the segment is offered, also those for others: address filtering is the station's own.
+    /// The caller passes every frame of the segment, also those for other stations; the station filters by address.
     fn receive(&mut self, now: Time, frame: &[u8], out: &mut Outbox);
 
-    /// Does what is due at `now`; the frames it sends are put into `out`.
+    /// Does what is due at `now` and puts the frames that it sends into `out`.
     ///
-    /// It may be called early or late; a station then does what is due and nothing else.
+    /// It may be called early or late; the station does only what is due at `now`.
     fn wake(&mut self, now: Time, out: &mut Outbox);
 
-    /// Hears that another party begins to send at `now`, where the wire lets that be noticed.
+    /// Reports that another station starts to send at `now`, on a wire where this can be detected.
     ///
-    /// Only who waits for an answer on a bus needs it; [`Station::receive`] comes when the frame has ended.
+    /// Only a station that waits for an answer on a bus needs it; [`Station::receive`] follows when the frame has ended.
     fn carrier(&mut self, now: Time) {
         let _ = now;
     }
 
-    /// The next time at which [`Station::wake`] has something to do, or `None` while only a frame can change that.
+    /// The next time at which [`Station::wake`] has something to do, or `None` while the station only waits for frames.
     fn deadline(&self) -> Option<Time>;
 }

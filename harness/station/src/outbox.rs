@@ -1,10 +1,10 @@
-//! Where a station puts the frames that it sends.
+//! The buffer for the frames that a station sends.
 
 use alloc::vec::Vec;
 
-/// The frames that a station sends in answer to one input, in order.
+/// The frames that a station sends in response to one input, in order.
 ///
-/// One buffer holds them all and is reused, so that sending a cyclic frame allocates nothing.
+/// One buffer holds all frames and is reused, so sending a cyclic frame does not allocate.
 #[derive(Debug, Default)]
 pub struct Outbox {
     octets: Vec<u8>,
@@ -12,28 +12,28 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// An empty outbox.
+    /// Creates an empty outbox.
     pub fn new() -> Outbox {
         Outbox::default()
     }
 
-    /// Sends `frame`, complete from the first octet of the destination address, without checksum sequence.
+    /// Sends `frame`, which starts with the destination address and has no frame check sequence.
     #[inline]
     pub fn push(&mut self, frame: &[u8]) {
         self.octets.extend_from_slice(frame);
         self.ends.push(self.octets.len());
     }
 
-    /// Sends the frame that `write` appends to the buffer it is given; whatever stood there before is left alone.
+    /// Sends the frame that `write` appends to the buffer; `write` must not change what the buffer holds already.
     #[inline]
     pub fn push_with(&mut self, write: impl FnOnce(&mut Vec<u8>)) {
         let start = self.octets.len();
         write(&mut self.octets);
-        debug_assert!(self.octets.len() >= start, "a frame is appended, nothing is taken away");
+        debug_assert!(self.octets.len() >= start, "the frame is appended to the buffer");
         self.ends.push(self.octets.len());
     }
 
-    /// The frames in the order they were sent.
+    /// The frames in the order in which they were sent.
     #[inline]
     pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
         let mut start = 0;
@@ -44,13 +44,13 @@ impl Outbox {
         })
     }
 
-    /// Whether nothing was sent.
+    /// Whether no frame was sent.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// Forgets the frames and keeps the memory.
+    /// Removes the frames and keeps the allocated memory.
     #[inline]
     pub fn clear(&mut self) {
         self.octets.clear();

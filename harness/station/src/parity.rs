@@ -1,13 +1,13 @@
 //! The parity bit of a serial line.
 
-/// The parity bit of each octet.
+/// The parity bit of each character on a serial line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Parity {
-    /// The number of ones is even, as PROFIBUS has it.
+    /// Even parity, as on PROFIBUS.
     #[default]
     Even,
-    /// The number of ones is odd.
+    /// Odd parity.
     Odd,
-    /// There is none.
+    /// No parity bit.
     None,
 }

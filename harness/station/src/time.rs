@@ -1,19 +1,19 @@
-//! Time as the wire sees it: nanoseconds since the start of the run.
+//! Time on the wire: nanoseconds since the start of the run.
 
 use core::fmt;
 use core::ops::{Add, AddAssign, Sub};
 use core::time::Duration;
 
-/// An instant in nanoseconds since the start of the run (a bit at 12 Mbit/s lasts 83 of them).
+/// An instant in nanoseconds since the start of the run. Nanoseconds, because a bit at 12 Mbit/s lasts only 83 ns.
 ///
-/// Range: 0 to 584 years. Sums that leave the range stop at its end instead of wrapping.
+/// Range: 0 to 584 years. Arithmetic saturates at the ends of the range.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Time(u64);
 
 impl Time {
     /// The start of the run.
     pub const ZERO: Time = Time(0);
-    /// The end of all time, for "never".
+    /// The largest time, for "never".
     pub const MAX: Time = Time(u64::MAX);
 
     /// The instant `nanos` nanoseconds after the start of the run.
@@ -34,13 +34,13 @@ impl Time {
         Time(self.0.saturating_add(nanos))
     }
 
-    /// The nanoseconds that went by since `earlier`, or 0 if `earlier` is later.
+    /// The nanoseconds since `earlier`, or 0 if `earlier` is later.
     #[inline]
     pub const fn nanos_since(self, earlier: Time) -> u64 {
         self.0.saturating_sub(earlier.0)
     }
 
-    /// The time that went by since `earlier`, or zero if `earlier` is later.
+    /// The time since `earlier`, or zero if `earlier` is later.
     #[inline]
     pub const fn since(self, earlier: Time) -> Duration {
         Duration::from_nanos(self.nanos_since(earlier))
@@ -75,7 +75,7 @@ impl Sub<Duration> for Time {
     }
 }
 
-/// Seconds with microseconds, as Wireshark shows them: `12.000345`.
+/// Formats as seconds with microseconds, like Wireshark: `12.000345`.
 impl fmt::Display for Time {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}.{:06}", self.0 / 1_000_000_000, self.0 / 1_000 % 1_000_000)
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_stop_at_the_ends_of_the_range() {
+    fn arithmetic_saturates_at_the_ends_of_the_range() {
         assert_eq!(Time::MAX + Duration::from_nanos(1), Time::MAX);
         assert_eq!(Time::ZERO - Duration::from_secs(1), Time::ZERO);
         assert_eq!(Time::ZERO.since(Time::MAX), Duration::ZERO);
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn shown_as_seconds_and_microseconds() {
+    fn displayed_as_seconds_and_microseconds() {
         assert_eq!(alloc::format!("{}", Time::from_nanos(12_000_345_678)), "12.000345");
     }
 }

@@ -156,7 +156,7 @@ fn a_mistake_on_the_command_line(#[case] arguments: &[&str], #[case] says: &str)
 }
 
 #[rstest]
-#[case::serial(&["record", "a.pcapng", "--serial", "/dev/null", "--baud", "9600"], "is no serial line")]
+#[case::serial(&["record", "a.pcapng", "--serial", "/dev/null", "--baud", "9600"], "is not a serial line")]
 #[case::nic(&["record", "a.pcapng", "--nic", "nowhere-at-all"], "nowhere-at-all")]
 fn a_place_that_cannot_be_listened_at(#[case] arguments: &[&str], #[case] says: &str) {
     let folder = Folder::new("nowhere");

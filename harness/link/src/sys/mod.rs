@@ -1,6 +1,6 @@
-//! System calls that no safe library has, each behind a function that is safe to call.
+//! Safe functions for system calls for which no safe library exists.
 //!
-//! This room must not know what is waited for, nor what the frames mean.
+//! This module must not know what the descriptors and frames are used for.
 #![expect(unsafe_code, reason = "system calls; every block says why it is sound")]
 
 #[cfg(target_os = "linux")]
@@ -16,20 +16,20 @@ use std::os::fd::{AsRawFd, BorrowedFd};
 use crate::Clock;
 use station::{Duration, Time};
 
-/// What is waited for.
+/// The events that [`wait`] waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum For {
-    /// Something can be read, an error and the end of the stream included.
+    /// Data can be read; also an error or the end of the stream.
     Reading,
-    /// Something can be written.
+    /// Data can be written.
     Writing,
-    /// Either of them.
+    /// Either of the two.
     Both,
 }
 
-/// Waits until `socket` is ready for what is wanted, or `clock` shows `until`; an interrupt ends the wait early.
-pub fn wait(socket: BorrowedFd<'_>, wanted: For, clock: &Clock, until: Time) -> io::Result<()> {
-    let events = match wanted {
+/// Waits until `socket` is ready for `event` or `clock` shows `until`; an interrupt ends the wait early.
+pub fn wait(socket: BorrowedFd<'_>, event: For, clock: &Clock, until: Time) -> io::Result<()> {
+    let events = match event {
         For::Reading => libc::POLLIN,
         For::Writing => libc::POLLOUT,
         For::Both => libc::POLLIN | libc::POLLOUT,
@@ -37,9 +37,9 @@ pub fn wait(socket: BorrowedFd<'_>, wanted: For, clock: &Clock, until: Time) -> 
     poll(&mut [libc::pollfd { fd: socket.as_raw_fd(), events, revents: 0 }], clock.remaining(until))
 }
 
-/// Lets time go by until `clock` shows `until`; an interrupt ends it early.
+/// Sleeps until `clock` shows `until`; an interrupt ends it early.
 pub fn pause(clock: &Clock, until: Time) {
-    // Without a socket, the only failure is an interrupt, and that is an end too.
+    // Without a descriptor the only error is an interrupt, which ends the sleep.
     let _ = poll(&mut [], clock.remaining(until));
 }
 
@@ -58,7 +58,7 @@ fn poll(entries: &mut [libc::pollfd], timeout: Duration) -> io::Result<()> {
 #[cfg(not(target_os = "linux"))]
 fn poll(entries: &mut [libc::pollfd], timeout: Duration) -> io::Result<()> {
     let timeout = i32::try_from(timeout.as_micros().div_ceil(1000)).unwrap_or(i32::MAX);
-    // SAFETY: `entries` lives through the call and its length is handed over.
+    // SAFETY: `entries` lives through the call and its length is passed.
     let result = unsafe { libc::poll(entries.as_mut_ptr(), entries.len() as libc::nfds_t, timeout) };
     interrupted_is_fine(result)
 }
@@ -73,7 +73,7 @@ fn interrupted_is_fine(result: libc::c_int) -> io::Result<()> {
 
 /// Sets an option of a socket.
 ///
-/// `T` is an integer or a structure of C that holds no reference.
+/// `T` is an integer or a C structure without pointers.
 pub fn set_option<T: Copy>(socket: BorrowedFd<'_>, level: i32, name: i32, value: T) -> io::Result<()> {
     let length = size_of::<T>() as libc::socklen_t;
     // SAFETY: `value` lives through the call and `length` is its size; the kernel only reads it.

@@ -1,4 +1,4 @@
-//! Packet sockets of Linux.
+//! Linux packet sockets, see `packet(7)`.
 
 use std::ffi::CString;
 use std::io;
@@ -8,67 +8,68 @@ use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use super::set_option;
 use station::Duration;
 
-/// A number as the network has it, in the kernel's field for a protocol.
+/// ETH_P_ALL in network byte order: frames of all protocols.
 const EVERYTHING: u16 = (libc::ETH_P_ALL as u16).to_be();
 
-/// What the kernel tells of an interface.
+/// The state of an interface, as the kernel reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// Its number, which changes when an interface of the same name is made anew.
+    /// The interface index, which changes when an interface of the same name is created again.
     pub index: i32,
-    /// Whether it is switched on.
+    /// Whether the interface is up (IFF_UP).
     pub up: bool,
-    /// Whether something is plugged in.
+    /// Whether a cable with a peer is plugged in (IFF_RUNNING).
     pub running: bool,
     /// Whether it carries Ethernet frames.
     pub ethernet: bool,
-    /// Its MAC address.
+    /// The MAC address.
     pub mac: [u8; 6],
 }
 
-/// A frame as the kernel hands it over.
+/// The metadata of a received frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Packet {
-    /// How many octets of the buffer it takes, the head of [`VIRTIO_HEAD`] octets included.
+    /// Its length in the buffer in bytes, including the virtio header of [`VIRTIO_HEAD`] bytes.
     pub length: usize,
-    /// When it arrived, since 1970.
+    /// The kernel's timestamp of its arrival, since 1970.
     pub stamp: Option<Duration>,
-    /// The tag that was taken out behind the addresses: type and content.
+    /// The VLAN tag that the kernel removed after the addresses: TPID and TCI.
     pub tag: Option<(u16, u16)>,
-    /// Whether this machine has sent it.
+    /// Whether this host has sent it.
     pub outgoing: bool,
 }
 
-/// Octets in front of each frame: flags, kinds, and where a checksum is still to be filled in.
+/// The size of `virtio_net_hdr` in front of each frame in bytes: flags, GSO fields, and where a checksum is to be filled in.
 pub const VIRTIO_HEAD: usize = 10;
 
 /// Opens a packet socket that does not block and receives nothing yet.
 pub fn open() -> io::Result<OwnedFd> {
     let kind = libc::SOCK_RAW | libc::SOCK_CLOEXEC | libc::SOCK_NONBLOCK;
-    // SAFETY: no memory is handed over.
+    // SAFETY: no memory is passed.
     let socket = unsafe { libc::socket(libc::AF_PACKET, kind, 0) };
     if socket < 0 {
         return Err(io::Error::last_os_error());
     }
-    // SAFETY: the kernel has just handed out this descriptor, nobody else owns it.
+    // SAFETY: the kernel has just returned this descriptor, no other object owns it.
     Ok(unsafe { OwnedFd::from_raw_fd(socket) })
 }
 
-/// Asks for tags, times of arrival, and unfinished checksums; says whether each frame has a [`VIRTIO_HEAD`].
+/// Enables VLAN tags, timestamps and incomplete checksums; returns whether each frame has a [`VIRTIO_HEAD`].
 pub fn ask_for_everything(socket: BorrowedFd<'_>) -> io::Result<bool> {
     set_option(socket, libc::SOL_PACKET, libc::PACKET_AUXDATA, 1_i32)?;
     set_option(socket, libc::SOL_SOCKET, libc::SO_TIMESTAMPNS, 1_i32)?;
-    // Older kernels know no such option: what is outgoing is then told frame by frame.
+    // Older kernels lack this option and mark outgoing frames one by one instead.
     let _ = set_option(socket, libc::SOL_PACKET, libc::PACKET_IGNORE_OUTGOING, 1_i32);
-    let room = 4 << 20;
-    if set_option(socket, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, room).is_err() {
-        // Without the privilege the kernel gives as much as it allows to everybody.
-        let _ = set_option(socket, libc::SOL_SOCKET, libc::SO_RCVBUF, room);
+    /// The size of the receive buffer, in bytes.
+    const RECEIVE_BUFFER: i32 = 4 << 20;
+    if set_option(socket, libc::SOL_SOCKET, libc::SO_RCVBUFFORCE, RECEIVE_BUFFER).is_err() {
+        // Without the privilege the kernel limits the buffer to `net.core.rmem_max`.
+        let _ = set_option(socket, libc::SOL_SOCKET, libc::SO_RCVBUF, RECEIVE_BUFFER);
     }
     Ok(set_option(socket, libc::SOL_PACKET, libc::PACKET_VNET_HDR, 1_i32).is_ok())
 }
 
-/// Ties the socket to the interface `index` and lets it see frames for every address.
+/// Binds the socket to the interface `index` in promiscuous mode.
 pub fn bind(socket: BorrowedFd<'_>, index: i32) -> io::Result<()> {
     // SAFETY: a structure of integers, for which zero is a value.
     let mut address: libc::sockaddr_ll = unsafe { zeroed() };
@@ -90,9 +91,9 @@ pub fn bind(socket: BorrowedFd<'_>, index: i32) -> io::Result<()> {
     set_option(socket, libc::SOL_PACKET, libc::PACKET_ADD_MEMBERSHIP, all)
 }
 
-/// Takes one frame off the socket, or none where none is waiting.
+/// Receives one frame; `None` if none is waiting.
 pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<Packet>> {
-    /// Room for what comes with a frame, aligned as its heads have to be.
+    /// The buffer for control messages, with the alignment of their headers.
     #[repr(C, align(8))]
     struct Control([MaybeUninit<u8>; 128]);
     let mut control = Control([MaybeUninit::uninit(); 128]);
@@ -120,19 +121,19 @@ pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<P
     // SAFETY: the kernel has filled in `message`, whose control buffer is still alive and as long as it says.
     let mut next = unsafe { libc::CMSG_FIRSTHDR(&raw const message) };
     while !next.is_null() {
-        // SAFETY: `next` is a head inside the control buffer, as CMSG_FIRSTHDR and CMSG_NXTHDR make sure.
+        // SAFETY: `next` is a header inside the control buffer, as CMSG_FIRSTHDR and CMSG_NXTHDR ensure.
         let head = unsafe { std::ptr::read_unaligned(next) };
         match (head.cmsg_level, head.cmsg_type) {
             (libc::SOL_SOCKET, libc::SCM_TIMESTAMPNS) => {
-                // SAFETY: `next` is such a head, and a message of this type holds a timespec.
+                // SAFETY: `next` is such a header, and a message of this type holds a timespec.
                 let stamp: libc::timespec = unsafe { content(next) };
                 let seconds = u64::try_from(stamp.tv_sec).unwrap_or_default();
                 packet.stamp = Some(Duration::new(seconds, u32::try_from(stamp.tv_nsec).unwrap_or_default()));
             }
             (libc::SOL_PACKET, libc::PACKET_AUXDATA) => {
-                // SAFETY: `next` is such a head, and a message of this type holds a tpacket_auxdata.
-                let told: libc::tpacket_auxdata = unsafe { content(next) };
-                packet.tag = tag(&told);
+                // SAFETY: `next` is such a header, and a message of this type holds a tpacket_auxdata.
+                let auxdata: libc::tpacket_auxdata = unsafe { content(next) };
+                packet.tag = tag(&auxdata);
             }
             _ => {}
         }
@@ -142,36 +143,36 @@ pub fn receive(socket: BorrowedFd<'_>, buffer: &mut [u8]) -> io::Result<Option<P
     Ok(Some(packet))
 }
 
-/// What follows the head at `head`.
+/// The data of the control message at `head`.
 ///
 /// # Safety
-/// `head` points to the head of a control message that holds a `T`.
+/// `head` points to the header of a control message that holds a `T`.
 unsafe fn content<T: Copy>(head: *const libc::cmsghdr) -> T {
-    // SAFETY: the caller vouches that a `T` stands there; it need not be aligned.
+    // SAFETY: the caller ensures that a `T` is there; it need not be aligned.
     unsafe { std::ptr::read_unaligned(libc::CMSG_DATA(head).cast::<T>()) }
 }
 
-fn tag(told: &libc::tpacket_auxdata) -> Option<(u16, u16)> {
-    let valid = told.tp_status & libc::TP_STATUS_VLAN_VALID != 0 || told.tp_vlan_tci != 0;
-    let named = told.tp_status & libc::TP_STATUS_VLAN_TPID_VALID != 0;
-    valid.then_some((if named { told.tp_vlan_tpid } else { libc::ETH_P_8021Q as u16 }, told.tp_vlan_tci))
+fn tag(auxdata: &libc::tpacket_auxdata) -> Option<(u16, u16)> {
+    let valid = auxdata.tp_status & libc::TP_STATUS_VLAN_VALID != 0 || auxdata.tp_vlan_tci != 0;
+    let has_tpid = auxdata.tp_status & libc::TP_STATUS_VLAN_TPID_VALID != 0;
+    valid.then_some((if has_tpid { auxdata.tp_vlan_tpid } else { libc::ETH_P_8021Q as u16 }, auxdata.tp_vlan_tci))
 }
 
-/// Sends what is in `octets`; a socket tied to an interface needs no address.
+/// Sends `octets`; a socket bound to an interface needs no address.
 pub fn send(socket: BorrowedFd<'_>, octets: &[u8]) -> io::Result<()> {
-    // SAFETY: `octets` lives through the call and its length is handed over.
+    // SAFETY: `octets` lives through the call and its length is passed.
     let sent = unsafe {
         libc::send(socket.as_raw_fd(), octets.as_ptr().cast(), octets.len(), libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL)
     };
     if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
-/// How many frames were dropped since the last call because nobody took them.
+/// The number of frames dropped since the last call because the receive buffer was full.
 pub fn dropped(socket: BorrowedFd<'_>) -> u64 {
     // SAFETY: a structure of integers, for which zero is a value.
     let mut counts: libc::tpacket_stats = unsafe { zeroed() };
     let mut length = size_of::<libc::tpacket_stats>() as libc::socklen_t;
-    // SAFETY: `counts` and `length` live through the call; the kernel writes no more than `length` octets.
+    // SAFETY: `counts` and `length` live through the call; the kernel writes no more than `length` bytes.
     let result = unsafe {
         libc::getsockopt(
             socket.as_raw_fd(),
@@ -184,7 +185,7 @@ pub fn dropped(socket: BorrowedFd<'_>) -> u64 {
     if result == 0 { u64::from(counts.tp_drops) } else { 0 }
 }
 
-/// What the kernel tells of the interface `name`; none where there is no such interface.
+/// Reads the state of the interface `name`; `None` if there is no such interface.
 pub fn facts(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option<Facts>> {
     let Ok(name) = CString::new(name) else { return Ok(None) };
     let octets = name.as_bytes_with_nul();
@@ -197,7 +198,7 @@ pub fn facts(socket: BorrowedFd<'_>, name: &str) -> io::Result<Option<Facts>> {
         *to = *from as libc::c_char;
     }
     let ask = |question: libc::Ioctl, request: &mut libc::ifreq| {
-        // SAFETY: `request` is what these questions take, and it lives through the call.
+        // SAFETY: these requests take an `ifreq`, and it lives through the call.
         let result = unsafe { libc::ioctl(socket.as_raw_fd(), question, &raw mut *request) };
         if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
     };

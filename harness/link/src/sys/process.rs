@@ -1,4 +1,4 @@
-//! Scheduling, memory, privileges and the private network of a process.
+//! Scheduling, memory, privileges and the network namespace of a process.
 
 use std::io;
 
@@ -6,35 +6,35 @@ fn checked(result: libc::c_int) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
-/// Schedules the calling thread before all ordinary ones, at `priority` from 1 to 99; what it starts is ordinary again.
+/// Sets the calling thread to SCHED_FIFO with `priority` 1 to 99; threads and processes that it starts do not inherit it.
 pub fn schedule_first(priority: i32) -> io::Result<()> {
     let parameters = libc::sched_param { sched_priority: priority };
     // SAFETY: `parameters` lives through the call; 0 means the calling thread.
     checked(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &raw const parameters) })
 }
 
-/// Lets the timers of the calling thread run out when they are due and not up to `nanoseconds` later.
+/// Sets the timer slack of the calling thread: its timers expire at most `nanoseconds` late.
 pub fn timer_slack(nanoseconds: libc::c_ulong) -> io::Result<()> {
-    // SAFETY: no memory is handed over.
+    // SAFETY: no memory is passed.
     checked(unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, nanoseconds) })
 }
 
-/// Lifts the limit of locked memory, so that memory which is asked for later can be locked too.
+/// Removes the limit of locked memory, so that memory allocated later can be locked too.
 pub fn lift_memory_limit() -> io::Result<()> {
     let all = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
     // SAFETY: `all` lives through the call.
     checked(unsafe { libc::setrlimit(libc::RLIMIT_MEMLOCK, &raw const all) })
 }
 
-/// Keeps the memory of the process from being paged out, also what it asks for later.
+/// Locks the present and future memory of the process against paging.
 pub fn lock_memory() -> io::Result<()> {
-    // SAFETY: no memory is handed over.
+    // SAFETY: no memory is passed.
     checked(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) })
 }
 
-/// Lets the memory of the process be paged out again, unless all of it may be locked without a privilege.
+/// Unlocks the memory of the process, unless the limit of locked memory is infinite.
 ///
-/// Beyond a limit, locked memory that grows, a stack for one, is an error.
+/// With a limit, locked memory cannot grow beyond it: growth, for instance of a stack, would fail.
 pub fn unlock_limited_memory() -> io::Result<()> {
     let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
     // SAFETY: `limit` lives through the call.
@@ -42,25 +42,25 @@ pub fn unlock_limited_memory() -> io::Result<()> {
     if limit.rlim_cur == libc::RLIM_INFINITY {
         return Ok(());
     }
-    // SAFETY: no memory is handed over.
+    // SAFETY: no memory is passed.
     checked(unsafe { libc::munlockall() })
 }
 
-/// Gives the calling thread a network of its own, which has nothing but a loopback interface that is down.
+/// Moves the calling thread into a new network namespace, which has only a loopback interface that is down.
 pub fn private_network() -> io::Result<()> {
-    // SAFETY: no memory is handed over; no other thread is concerned.
+    // SAFETY: no memory is passed; no other thread is concerned.
     checked(unsafe { libc::unshare(libc::CLONE_NEWNET) })
 }
 
-/// The user that the process acts as.
+/// The effective user of the process.
 pub fn effective_user() -> libc::uid_t {
-    // SAFETY: always succeeds, no memory is handed over.
+    // SAFETY: always succeeds, no memory is passed.
     unsafe { libc::geteuid() }
 }
 
-/// Becomes the user `user` of the group `group`, in all threads and for good.
+/// Changes to the user `user` and the group `group`, in all threads and for good.
 pub fn become_user(user: libc::uid_t, group: libc::gid_t) -> io::Result<()> {
-    // SAFETY: `group` lives through the call and is one entry; the others hand no memory over.
+    // SAFETY: `group` lives through the call and is one entry; the other calls pass no memory.
     unsafe {
         checked(libc::setgroups(1, &raw const group))?;
         checked(libc::setresgid(group, group, group))?;
@@ -68,7 +68,7 @@ pub fn become_user(user: libc::uid_t, group: libc::gid_t) -> io::Result<()> {
     }
 }
 
-/// Version 3 of the structures below, of two words of 32 bits for each set.
+/// _LINUX_CAPABILITY_VERSION_3: two 32-bit words for each set of capabilities.
 const VERSION: u32 = 0x2008_0522;
 
 #[repr(C)]
@@ -85,7 +85,7 @@ struct Sets {
     inheritable: u32,
 }
 
-/// Keeps of the capabilities of the calling thread those in `kept`, one bit for each; it has none that it had not.
+/// Drops all capabilities of the calling thread that are not in the bit mask `kept`; adds none.
 pub fn keep_capabilities(kept: u64) -> io::Result<()> {
     let mut head = Head { version: VERSION, process: 0 };
     let mut sets = [Sets::default(); 2];

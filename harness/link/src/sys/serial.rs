@@ -1,18 +1,18 @@
-//! What Linux lets be set at a serial line beyond termios.
+//! Linux settings of a serial line beyond termios.
 
 use std::io;
 use std::os::fd::{AsRawFd, BorrowedFd};
 
-/// Where the flags stand in `serial_struct`, in words of 32 bits.
+/// The index of the flags in `serial_struct`, in 32-bit words.
 const FLAGS: usize = 4;
-/// Octets are handed over at once instead of being gathered.
+/// ASYNC_LOW_LATENCY: received bytes are delivered at once instead of in batches.
 const LOW_LATENCY: u32 = 1 << 13;
-/// More words than `serial_struct` has on any machine.
+/// More words than `serial_struct` has on any architecture.
 const WORDS: usize = 32;
 
-/// The kernel is to hand over received octets at once; a line that cannot do so says so.
+/// Makes the kernel deliver received bytes at once; fails if the driver does not support it.
 pub fn low_latency(line: BorrowedFd<'_>) -> io::Result<()> {
-    // The structure holds a pointer, which wants its alignment.
+    // The structure holds a pointer, which requires its alignment.
     #[repr(C, align(16))]
     struct Line([u32; WORDS]);
     let mut state = Line([0; WORDS]);
@@ -23,17 +23,20 @@ pub fn low_latency(line: BorrowedFd<'_>) -> io::Result<()> {
     }
     state.0[FLAGS] |= LOW_LATENCY;
     let pointer = &raw const state;
-    // SAFETY: `state` is what the kernel has written but for one flag; it only reads it.
+    // SAFETY: `state` is what the kernel has written except for one flag; the kernel only reads it.
     match unsafe { libc::ioctl(line.as_raw_fd(), libc::TIOCSSERIAL as _, pointer) } {
         0 => Ok(()),
         _ => Err(io::Error::last_os_error()),
     }
 }
 
-/// The hardware is to switch the driver of RS-485 on while it sends; a line that cannot do so says so.
+/// Makes the hardware switch the RS-485 driver on by RTS while it sends; fails if the driver does not support it.
 pub fn drive_rs485(line: BorrowedFd<'_>) -> io::Result<()> {
+    /// SER_RS485_ENABLED.
     const ENABLED: u32 = 1;
+    /// SER_RS485_RTS_ON_SEND.
     const RTS_ON_SEND: u32 = 1 << 1;
+    /// TIOCSRS485.
     const SET: libc::c_ulong = 0x542F;
     let settings: [u32; 8] = [ENABLED | RTS_ON_SEND, 0, 0, 0, 0, 0, 0, 0];
     let pointer = &raw const settings;
@@ -44,7 +47,7 @@ pub fn drive_rs485(line: BorrowedFd<'_>) -> io::Result<()> {
     }
 }
 
-/// The line RTS is to be off; a line that has none says so.
+/// Clears RTS; fails on a line without RTS.
 pub fn take_rts_away(line: BorrowedFd<'_>) -> io::Result<()> {
     let lines: libc::c_int = libc::TIOCM_RTS;
     let pointer = &raw const lines;

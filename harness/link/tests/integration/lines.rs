@@ -1,4 +1,4 @@
-//! Lines over a Unix socket, with both sides in one process.
+//! Lines over a Unix socket, with server and client in one process.
 
 use encspec_link::LinkError;
 use encspec_link::lines::{Client, Connection, Listener};
@@ -13,7 +13,7 @@ use testing::patience::patiently;
 const LONG: Duration = Duration::from_secs(5);
 
 fn accepted(listener: &Listener) -> Connection {
-    listener.accept().expect("the listener works").expect("somebody has connected")
+    listener.accept().expect("the listener works").expect("a client has connected")
 }
 
 #[test]
@@ -22,10 +22,10 @@ fn a_line_is_answered_by_a_line() {
         let folder = Folder::new("answer");
         let path = folder.join("line");
         let listener = Listener::bind(&path).expect("a free name");
-        assert!(listener.accept().expect("the listener works").is_none(), "nobody is waited for");
+        assert!(listener.accept().expect("the listener works").is_none(), "accept does not block");
         let mut client = Client::connect(&path).expect("it listens");
         let mut connection = accepted(&listener);
-        assert_eq!(connection.poll_line(), Ok(None), "no line is waited for");
+        assert_eq!(connection.poll_line(), Ok(None), "poll_line does not block");
         let serving = thread::spawn(move || {
             for _ in 0..2 {
                 let line = connection.wait_line(LONG).expect("the client is there").expect("a line comes");
@@ -42,7 +42,7 @@ fn a_line_is_answered_by_a_line() {
 }
 
 #[test]
-fn lines_come_in_any_pieces_and_several_at_once() {
+fn lines_arrive_in_any_pieces_and_several_at_once() {
     patiently(|| {
         let folder = Folder::new("pieces");
         let path = folder.join("line");
@@ -58,12 +58,12 @@ fn lines_come_in_any_pieces_and_several_at_once() {
         assert_eq!(line().as_deref(), Some(""));
         assert_eq!(line(), None);
         drop(peer);
-        assert!(connection.poll_line().is_err_and(|error| error.is_gone()), "half a line is none");
+        assert!(connection.poll_line().is_err_and(|error| error.is_gone()), "half a line is not a line");
     });
 }
 
 #[test]
-fn a_line_without_end_and_a_peer_that_takes_nothing_end_the_connection() {
+fn an_endless_line_and_a_peer_that_accepts_no_data_end_the_connection() {
     patiently(|| {
         let folder = Folder::new("flood");
         let path = folder.join("line");
@@ -71,28 +71,28 @@ fn a_line_without_end_and_a_peer_that_takes_nothing_end_the_connection() {
         let mut peer = UnixStream::connect(&path).expect("it listens");
         let mut connection = accepted(&listener);
         let flood = thread::spawn(move || {
-            // It ends in an error once the other side has hung up.
+            // Writing fails once the other side has closed.
             let _ = peer.write_all(&vec![b'x'; 1 << 20]);
             peer
         });
         let mut result = connection.wait_line(LONG);
-        assert!(result.is_err_and(|error| error.to_string().contains("a line has no end")));
+        assert!(result.is_err_and(|error| error.to_string().contains("a line is longer than 64 KiB")));
         drop(connection);
         flood.join().expect("the peer runs");
 
         let mut peer = UnixStream::connect(&path).expect("it listens");
         let mut connection = accepted(&listener);
-        // It also talks meanwhile, which must not keep anybody busy.
+        // The peer also sends meanwhile; the writer must not spin because of it.
         peer.write_all(b"help\n").expect("a line");
         loop {
             result = connection.write_line(&"y".repeat(4096)).map(|()| None);
             if let Err(error) = result {
-                assert!(error.is_gone() && error.to_string().contains("takes nothing any more"), "{error}");
+                assert!(error.is_gone() && error.to_string().contains("accepts no more data"), "{error}");
                 break;
             }
         }
         let mut taken = vec![0; 4096];
-        peer.read_exact(&mut taken).expect("what was written is there");
+        peer.read_exact(&mut taken).expect("the written data arrives");
     });
 }
 
@@ -104,8 +104,8 @@ fn a_late_answer_is_never_taken_for_that_to_the_next_line() {
         let listener = Listener::bind(&path).expect("a free name");
         let mut client = Client::connect(&path).expect("it listens");
         let mut first = accepted(&listener);
-        let error = client.ask("led power", Duration::from_millis(30)).expect_err("nobody answers");
-        assert_eq!(error, LinkError::Gone(format!("{} has not answered `led power` within 30 ms", path.display())));
+        let error = client.ask("led power", Duration::from_millis(30)).expect_err("no answer");
+        assert_eq!(error, LinkError::Gone(format!("{} did not answer `led power` within 30 ms", path.display())));
         assert_eq!(first.poll_line().expect("it was sent").as_deref(), Some("led power"));
         let _ = first.write_line("too late");
         let asking = thread::spawn(move || client.ask("counter nvm", LONG));
@@ -129,12 +129,12 @@ fn only_this_user_may_connect_and_only_one_process_listens() {
         let listener = Listener::bind(&path).expect("a free name");
         let mode = fs::metadata(&path).expect("it is there").permissions().mode();
         assert_eq!(mode & 0o777, 0o600);
-        let error = Listener::bind(&path).expect_err("somebody listens");
+        let error = Listener::bind(&path).expect_err("a process listens");
         assert!(error.to_string().contains("another process listens there"), "{error}");
         assert_eq!(listener.path(), path);
         drop(listener);
-        assert!(!path.exists(), "the name goes with who listens");
-        let error = Client::connect(&path).expect_err("nobody listens");
-        assert!(matches!(&error, LinkError::Unusable(why) if why.starts_with("nobody answers at ")), "{error}");
+        assert!(!path.exists(), "the file is removed on drop");
+        let error = Client::connect(&path).expect_err("no process listens");
+        assert!(matches!(&error, LinkError::Unusable(why) if why.starts_with("cannot connect to ")), "{error}");
     });
 }

@@ -1,4 +1,4 @@
-//! Sockets, interfaces, serial lines and lines of text, each with both its sides in one process.
+//! Sockets, interfaces, serial lines and text lines, with both ends in one process.
 
 mod common;
 mod lines;

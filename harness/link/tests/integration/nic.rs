@@ -1,4 +1,4 @@
-//! A network interface, tried at one end of a virtual cable in a network of its own.
+//! A network interface at one end of a virtual cable (veth), in a network namespace.
 #![cfg(target_os = "linux")]
 
 use crate::common::{frame, next, silent, two_ends};
@@ -8,7 +8,7 @@ use station::{Duration, Time};
 use std::net::UdpSocket;
 use testing::patience::patiently;
 
-const SOMEBODY: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
+const PEER: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
 
 fn both() -> (Nic, Nic, Clock) {
     let open = |name| Nic::open(name).unwrap_or_else(|error| panic!("{error}"));
@@ -16,33 +16,33 @@ fn both() -> (Nic, Nic, Clock) {
 }
 
 #[test]
-fn a_frame_for_any_address_crosses_the_cable_as_it_is() {
+fn a_frame_for_any_address_crosses_the_cable_unchanged() {
     patiently(|| {
         if !two_ends() {
             return;
         }
         let (mut left, mut right, clock) = both();
         for length in [14, 59, 60, 1514] {
-            let sent = frame(SOMEBODY, length);
+            let sent = frame(PEER, length);
             left.send(&sent).expect("it is sent");
             assert_eq!(next(&mut right, &clock).1, sent);
         }
     });
 }
 
-/// A tag of each kind that the kernel takes out of a frame: priority only, a network and a priority, a service's.
+/// Each kind of VLAN tag that the kernel removes from a frame: priority only, VLAN and priority, service tag.
 #[rstest]
 #[case::priority_only(0x8100, 0xC000)]
-#[case::network_and_priority(0x8100, 0xC123)]
+#[case::vlan_and_priority(0x8100, 0xC123)]
 #[case::all_zero(0x8100, 0x0000)]
-#[case::of_a_service(0x88A8, 0x6001)]
-fn a_tag_stays_where_it_was(#[case] kind: u16, #[case] content: u16) {
+#[case::service_tag(0x88A8, 0x6001)]
+fn a_vlan_tag_is_restored(#[case] kind: u16, #[case] content: u16) {
     patiently(|| {
         if !two_ends() {
             return;
         }
         let (mut left, mut right, clock) = both();
-        let plain = frame(SOMEBODY, 60);
+        let plain = frame(PEER, 60);
         let mut sent = plain[..12].to_vec();
         sent.extend_from_slice(&kind.to_be_bytes());
         sent.extend_from_slice(&content.to_be_bytes());
@@ -59,11 +59,11 @@ fn the_longest_tagged_frame_is_sent_and_a_longer_one_is_lost() {
             return;
         }
         let (mut left, mut right, clock) = both();
-        let mut tagged = frame(SOMEBODY, 1518);
+        let mut tagged = frame(PEER, 1518);
         tagged[12..16].copy_from_slice(&[0x81, 0x00, 0xC0, 0x00]);
         left.send(&tagged).expect("it is sent");
         assert_eq!(next(&mut right, &clock).1, tagged);
-        left.send(&frame(SOMEBODY, 1600)).expect("a frame that is too long is no trouble of the line");
+        left.send(&frame(PEER, 1600)).expect("a frame that is too long is dropped without an error");
         assert!(silent(&mut right, &clock));
     });
 }
@@ -75,14 +75,14 @@ fn the_time_of_arrival_is_that_of_the_kernel() {
             return;
         }
         let (mut left, mut right, clock) = both();
-        // The kernel begins to stamp frames a moment after the first socket asks for it.
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        // The kernel starts to timestamp frames a moment after the first socket requests it.
+        left.send(&frame(PEER, 60)).expect("it is sent");
         next(&mut right, &clock);
         assert!(silent(&mut right, &clock));
         let before = clock.now();
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        left.send(&frame(PEER, 60)).expect("it is sent");
         let after = clock.now();
-        assert!(silent(&mut left, &clock), "the frame lies and waits meanwhile");
+        assert!(silent(&mut left, &clock), "the frame waits in the receive buffer meanwhile");
         let (arrived, _) = next(&mut right, &clock);
         let slack = Duration::from_millis(1);
         assert!(arrived + slack >= before && arrived <= after + slack, "sent {before} to {after}, arrived {arrived}");
@@ -90,7 +90,7 @@ fn the_time_of_arrival_is_that_of_the_kernel() {
 }
 
 #[test]
-fn own_frames_are_not_seen() {
+fn sent_frames_do_not_come_back() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -99,22 +99,22 @@ fn own_frames_are_not_seen() {
         let mut second = Nic::open("left").expect("an interface can be opened twice");
         left.send(&frame([0xFF; 6], 60)).expect("it is sent");
         next(&mut right, &clock);
-        assert!(silent(&mut left, &clock) && silent(&mut second, &clock), "what goes out is not what comes in");
+        assert!(silent(&mut left, &clock) && silent(&mut second, &clock), "sent frames are not received");
     });
 }
 
 #[test]
-fn nothing_is_waited_for_once_the_time_is_over() {
+fn receive_does_not_wait_after_its_time_has_passed() {
     patiently(|| {
         if !two_ends() {
             return;
         }
         let (mut left, mut right, clock) = both();
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
+        left.send(&frame(PEER, 60)).expect("it is sent");
         let mut into = Vec::new();
         assert!(
             right.receive(&clock, Time::ZERO, &mut into).expect("the line works").is_some(),
-            "what is there is handed out"
+            "a frame that has arrived is returned"
         );
         assert!(right.receive(&clock, Time::ZERO, &mut into).expect("the line works").is_none());
         let until = clock.now() + Duration::from_millis(20);
@@ -124,9 +124,9 @@ fn nothing_is_waited_for_once_the_time_is_over() {
     });
 }
 
-/// The kernel leaves the checksum of UDP on a virtual cable to a network adapter that is not there.
+/// On a virtual cable the kernel leaves the UDP checksum to the network adapter, which does not exist.
 #[test]
-fn a_checksum_that_was_left_to_the_hardware_is_filled_in() {
+fn a_checksum_left_to_the_hardware_is_filled_in() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -138,19 +138,19 @@ fn a_checksum_that_was_left_to_the_hardware_is_filled_in() {
         let socket = UdpSocket::bind("10.9.8.1:50000").expect("a socket of the kernel");
         for payload in [&b"odd"[..], b"even"] {
             socket.send_to(payload, "10.9.8.2:34964").expect("it is sent");
-            let seen = loop {
-                let (_, seen) = next(&mut right, &clock);
-                if seen[12..14] == [0x08, 0x00] {
-                    break seen;
+            let received = loop {
+                let (_, received) = next(&mut right, &clock);
+                if received[12..14] == [0x08, 0x00] {
+                    break received;
                 }
             };
-            assert_ne!(seen[40..42], [0, 0], "no checksum at all would prove nothing");
-            assert_eq!(udp_sum(&seen), 0xFFFF, "the sum over pseudo header and datagram, RFC 768");
+            assert_ne!(received[40..42], [0, 0], "the datagram has a checksum");
+            assert_eq!(udp_sum(&received), 0xFFFF, "the sum over pseudo header and datagram, RFC 768");
         }
     });
 }
 
-/// RFC 768: addresses, a zero, the protocol and the length of UDP, then the datagram; 0xFFFF if the checksum is right.
+/// The sum of RFC 768 over addresses, a zero, the protocol, the UDP length and the datagram; 0xFFFF if the checksum is right.
 fn udp_sum(frame: &[u8]) -> u64 {
     let ip = &frame[14..];
     let udp = &ip[20..usize::from(u16::from_be_bytes([ip[2], ip[3]]))];
@@ -167,7 +167,7 @@ fn udp_sum(frame: &[u8]) -> u64 {
 }
 
 #[test]
-fn an_interface_that_cannot_be_used_says_why_in_one_sentence() {
+fn the_error_of_an_unusable_interface_is_one_sentence() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -176,21 +176,21 @@ fn an_interface_that_cannot_be_used_says_why_in_one_sentence() {
             Err(LinkError::Unusable(why)) => why,
             other => panic!("{name}: {other:?}"),
         };
-        assert_eq!(why("eth\n7"), "there is no interface eth\\n7: there are right, left");
+        assert_eq!(why("eth\n7"), "there is no interface eth\\n7: the interfaces are right, left");
         assert_eq!(
             why("a-name-beyond-the-fifteen"),
-            "there is no interface a-name-beyond-the-fifteen: there are right, left"
+            "there is no interface a-name-beyond-the-fifteen: the interfaces are right, left"
         );
-        assert_eq!(why("lo"), "the interface lo carries no Ethernet frames: there are right, left");
+        assert_eq!(why("lo"), "the interface lo carries no Ethernet frames: the interfaces are right, left");
         namespace::run(&["link", "set", "left", "down"]).expect("left can be taken down");
         assert_eq!(why("left"), "the interface left is down: bring it up with `ip link set left up`");
-        namespace::run(&["link", "del", "left"]).expect("left can be taken away");
-        assert_eq!(why("left"), "there is no interface left: this machine has none");
+        namespace::run(&["link", "del", "left"]).expect("left can be deleted");
+        assert_eq!(why("left"), "there is no interface left: this host has none");
     });
 }
 
 #[test]
-fn what_is_known_of_an_interface() {
+fn interfaces_are_listed_with_their_state() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -205,12 +205,12 @@ fn what_is_known_of_an_interface() {
     });
 }
 
-/// The kernel tells of a carrier a moment after it has come or gone.
+/// Waits for a change of the carrier, which the kernel reports with a short delay.
 #[track_caller]
 fn until_carrier(nic: &Nic, there: bool) {
     let clock = Clock::start();
     while nic.carrier() != there {
-        assert!(clock.now() < Time::ZERO + crate::common::LONG, "carrier {there} is waited for");
+        assert!(clock.now() < Time::ZERO + crate::common::LONG, "timeout while waiting for carrier {there}");
         std::thread::yield_now();
     }
 }
@@ -228,11 +228,11 @@ fn a_line_that_is_taken_down_is_gone_until_it_is_up_again() {
         let mut into = Vec::new();
         for _ in 0..2 {
             assert_eq!(right.receive(&clock, clock.now() + crate::common::LONG, &mut into), Err(gone.clone()));
-            assert_eq!(right.send(&frame(SOMEBODY, 60)), Err(gone.clone()));
+            assert_eq!(right.send(&frame(PEER, 60)), Err(gone.clone()));
         }
         until_carrier(&left, false);
-        assert!(silent(&mut left, &clock), "which is silence and no error");
-        left.send(&frame(SOMEBODY, 60)).expect("and what is sent is lost");
+        assert!(silent(&mut left, &clock), "the other end is silent and has no error");
+        left.send(&frame(PEER, 60)).expect("a sent frame is lost without an error");
         let before = clock.now();
         assert!(right.recover(&clock, before + crate::common::A_WHILE).expect_err("it is still down").is_gone());
         assert!(clock.now() >= before + crate::common::A_WHILE);
@@ -241,32 +241,32 @@ fn a_line_that_is_taken_down_is_gone_until_it_is_up_again() {
         right.recover(&clock, clock.now() + crate::common::LONG).expect("it is back");
         until_carrier(&left, true);
         until_carrier(&right, true);
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
-        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60));
+        left.send(&frame(PEER, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(PEER, 60));
     });
 }
 
 #[test]
-fn an_interface_that_vanishes_and_comes_back_under_its_name_is_used_again() {
+fn an_interface_that_is_removed_and_created_again_is_recovered() {
     patiently(|| {
         if !two_ends() {
             return;
         }
         let (_, mut right, clock) = both();
-        namespace::run(&["link", "del", "left"]).expect("the pair can be taken away");
+        namespace::run(&["link", "del", "left"]).expect("the pair can be deleted");
         let error =
-            right.receive(&clock, clock.now() + crate::common::LONG, &mut Vec::new()).expect_err("right has vanished");
-        assert_eq!(error, LinkError::Gone("the interface right has vanished; plug its adapter in again".to_string()));
+            right.receive(&clock, clock.now() + crate::common::LONG, &mut Vec::new()).expect_err("right was removed");
+        assert_eq!(error, LinkError::Gone("the interface right was removed; plug its adapter in again".to_string()));
         namespace::veth("left", "right").expect("a new pair");
         right.recover(&clock, clock.now() + crate::common::LONG).expect("it is back");
         let mut left = Nic::open("left").expect("left can be opened");
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
-        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60), "frames for any address are seen again");
+        left.send(&frame(PEER, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(PEER, 60), "frames for any address are received again");
     });
 }
 
 #[test]
-fn frames_that_nobody_takes_are_counted_as_lost() {
+fn frames_that_overflow_the_receive_buffer_are_counted_as_lost() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -274,7 +274,7 @@ fn frames_that_nobody_takes_are_counted_as_lost() {
         let (mut left, mut right, clock) = both();
         assert_eq!(right.lost(), 0);
         for _ in 0..40_000 {
-            left.send(&frame(SOMEBODY, 1514)).expect("it is sent");
+            left.send(&frame(PEER, 1514)).expect("it is sent");
         }
         let lost = right.lost();
         assert!(lost > 0 && right.lost() == lost, "counted once: {lost}");
@@ -287,7 +287,7 @@ fn frames_that_nobody_takes_are_counted_as_lost() {
 }
 
 #[test]
-fn the_portable_way_carries_frames_both_ways() {
+fn the_portable_implementation_carries_frames_both_ways() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -295,8 +295,8 @@ fn the_portable_way_carries_frames_both_ways() {
         let mut left = portable::Nic::open("left").expect("left can be opened");
         let mut right = portable::Nic::open("right").expect("right can be opened");
         let clock = Clock::start();
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
-        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60));
+        left.send(&frame(PEER, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(PEER, 60));
         right.send(&frame([0xFF; 6], 1514)).expect("it is sent");
         assert_eq!(next(&mut left, &clock).1, frame([0xFF; 6], 1514));
         assert!(silent(&mut left, &clock) && silent(&mut right, &clock));
@@ -309,8 +309,8 @@ fn the_portable_way_carries_frames_both_ways() {
         namespace::run(&["link", "set", "right", "up"]).expect("right can be brought up");
         right.recover(&clock, clock.now() + crate::common::LONG).expect("it is back");
         let mut left = Nic::open("left").expect("left finds its peer again");
-        left.send(&frame(SOMEBODY, 60)).expect("it is sent");
-        assert_eq!(next(&mut right, &clock).1, frame(SOMEBODY, 60));
+        left.send(&frame(PEER, 60)).expect("it is sent");
+        assert_eq!(next(&mut right, &clock).1, frame(PEER, 60));
     });
 }
 
@@ -323,7 +323,7 @@ fn an_interface_without_a_cable_can_be_opened_and_is_silent() {
         namespace::run(&["link", "set", "left", "down"]).expect("left can be taken down");
         let mut right = Nic::open("right").expect("it is up");
         until_carrier(&right, false);
-        right.send(&frame(SOMEBODY, 60)).expect("what is sent is lost");
+        right.send(&frame(PEER, 60)).expect("a sent frame is lost without an error");
         assert!(silent(&mut right, &Clock::start()));
     });
 }

@@ -1,4 +1,4 @@
-//! Frames over a stream, against a peer that is played octet by octet.
+//! Frames over a stream, against a peer that the test plays byte by byte.
 
 use crate::common::{A_WHILE, LONG, frame, next, silent};
 use encspec_link::{Clock, FrameSocket, LinkError, Port, SocketAddress};
@@ -12,16 +12,16 @@ use std::{fs, thread};
 use testing::Folder;
 use testing::patience::patiently;
 
-const SOMEBODY: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
+const PEER: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
 
-/// As QEMU writes it: the length in four octets, most significant first, then the frame.
+/// The format of QEMU: the length in four bytes, big-endian, then the frame.
 fn packed(frame: &[u8]) -> Vec<u8> {
     let mut octets = vec![0, 0, (frame.len() >> 8) as u8, frame.len() as u8];
     octets.extend_from_slice(frame);
     octets
 }
 
-/// A socket that is connected to a peer of this test.
+/// A socket that is connected to a peer in this test.
 fn connected() -> (FrameSocket, TcpStream, Clock) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let address = format!("127.0.0.1:{}", listener.local_addr().expect("it has an address").port());
@@ -32,16 +32,16 @@ fn connected() -> (FrameSocket, TcpStream, Clock) {
 }
 
 #[test]
-fn frames_are_written_as_qemu_has_them() {
+fn frames_are_written_in_the_format_of_qemu() {
     patiently(|| {
         let (mut socket, mut peer, clock) = connected();
         for length in [14, 60, 1518] {
-            let sent = frame(SOMEBODY, length);
+            let sent = frame(PEER, length);
             socket.send(&sent).expect("it is sent");
-            let mut seen = vec![0; 4 + length];
-            peer.read_exact(&mut seen).expect("it arrives");
-            assert_eq!(seen, packed(&sent));
-            peer.write_all(&seen).expect("the peer answers");
+            let mut received = vec![0; 4 + length];
+            peer.read_exact(&mut received).expect("it arrives");
+            assert_eq!(received, packed(&sent));
+            peer.write_all(&received).expect("the peer answers");
             assert_eq!(next(&mut socket, &clock).1, sent);
         }
         assert_eq!(socket.mac(), None);
@@ -50,34 +50,34 @@ fn frames_are_written_as_qemu_has_them() {
 }
 
 #[test]
-fn a_frame_may_come_in_any_pieces() {
+fn a_frame_may_arrive_in_any_pieces() {
     patiently(|| {
         let (mut socket, mut peer, clock) = connected();
         let stream: Vec<u8> =
-            [20, 60, 0, 33].into_iter().flat_map(|length| packed(&frame(SOMEBODY, length)[..length])).collect();
+            [20, 60, 0, 33].into_iter().flat_map(|length| packed(&frame(PEER, length)[..length])).collect();
         for cut in 0..=stream.len() {
             peer.write_all(&stream[..cut]).expect("the first piece");
-            let mut seen = Vec::new();
-            while seen.len() < [24, 88, 92, 129].iter().filter(|end| **end <= cut && **end != 92).count() {
-                seen.push(next(&mut socket, &clock).1.len());
+            let mut lengths = Vec::new();
+            while lengths.len() < [24, 88, 92, 129].iter().filter(|end| **end <= cut && **end != 92).count() {
+                lengths.push(next(&mut socket, &clock).1.len());
             }
             let mut into = Vec::new();
-            assert_eq!(socket.receive(&clock, Time::ZERO, &mut into), Ok(None), "nothing whole is left at {cut}");
+            assert_eq!(socket.receive(&clock, Time::ZERO, &mut into), Ok(None), "no complete frame is left at {cut}");
             peer.write_all(&stream[cut..]).expect("the second piece");
-            while seen.len() < 3 {
-                seen.push(next(&mut socket, &clock).1.len());
+            while lengths.len() < 3 {
+                lengths.push(next(&mut socket, &clock).1.len());
             }
-            assert_eq!(seen, [20, 60, 33], "an empty frame is none; cut at {cut}");
+            assert_eq!(lengths, [20, 60, 33], "an empty frame is skipped; cut at {cut}");
         }
         assert!(silent(&mut socket, &clock));
     });
 }
 
 #[test]
-fn an_arrival_is_when_the_frame_was_whole() {
+fn a_frame_arrives_when_it_is_complete() {
     patiently(|| {
         let (mut socket, mut peer, clock) = connected();
-        let octets = packed(&frame(SOMEBODY, 60));
+        let octets = packed(&frame(PEER, 60));
         peer.write_all(&octets[..30]).expect("the first piece");
         assert!(silent(&mut socket, &clock));
         let before = clock.now();
@@ -87,102 +87,102 @@ fn an_arrival_is_when_the_frame_was_whole() {
     });
 }
 
-/// What a peer sends before it closes, and what is said then.
+/// What a peer sends before it closes, and the reason in the error.
 #[rstest]
-#[case::nothing(&[], "it has closed")]
-#[case::half_a_length(&[0, 0], "it has closed in the middle of a frame")]
-#[case::half_a_frame(&[0, 0, 0, 60, 1, 2, 3], "it has closed in the middle of a frame")]
+#[case::nothing(&[], "it closed the connection")]
+#[case::half_a_length(&[0, 0], "it closed the connection in the middle of a frame")]
+#[case::half_a_frame(&[0, 0, 0, 60, 1, 2, 3], "it closed the connection in the middle of a frame")]
 fn a_peer_that_closes_is_gone(#[case] last: &[u8], #[case] why: &str) {
     patiently(|| {
         let (mut socket, mut peer, clock) = connected();
-        peer.write_all(&packed(&frame(SOMEBODY, 60))).expect("a last frame");
+        peer.write_all(&packed(&frame(PEER, 60))).expect("a last frame");
         peer.write_all(last).expect("a piece");
         drop(peer);
-        assert_eq!(next(&mut socket, &clock).1, frame(SOMEBODY, 60), "what came before is handed out");
-        let gone = socket.receive(&clock, clock.now() + LONG, &mut Vec::new()).expect_err("nobody is there");
+        assert_eq!(next(&mut socket, &clock).1, frame(PEER, 60), "frames received before are returned");
+        let gone = socket.receive(&clock, clock.now() + LONG, &mut Vec::new()).expect_err("the peer has closed");
         let name = socket.describe();
         assert_eq!(gone, LinkError::Gone(format!("the peer at {name} is gone: {why}; start it again")));
         assert!(!socket.carrier());
-        assert!(socket.send(&frame(SOMEBODY, 60)).is_err_and(|error| error.is_gone()));
+        assert!(socket.send(&frame(PEER, 60)).is_err_and(|error| error.is_gone()));
         assert!(socket.receive(&clock, Time::ZERO, &mut Vec::new()).is_err_and(|error| error.is_gone()));
     });
 }
 
-/// Longest length that is taken, and two that are no length of a frame.
+/// The longest valid length, and two invalid ones.
 #[rstest]
 #[case::longest(69_632, true)]
 #[case::one_more(69_633, false)]
 #[case::absurd(u32::MAX, false)]
-fn a_length_beyond_all_frames_is_babble(#[case] length: u32, #[case] taken: bool) {
+fn a_length_beyond_the_longest_frame_is_an_error(#[case] length: u32, #[case] valid: bool) {
     patiently(|| {
         let (mut socket, mut peer, clock) = connected();
         peer.write_all(&length.to_be_bytes()).expect("a length");
         let result = socket.receive(&clock, clock.now() + A_WHILE, &mut Vec::new());
-        if taken {
-            assert_eq!(result, Ok(None), "the frame is waited for");
+        if valid {
+            assert_eq!(result, Ok(None), "the rest of the frame is missing");
             let writer = thread::spawn(move || peer.write_all(&vec![7; length as usize]).map(|()| peer));
             assert_eq!(next(&mut socket, &clock).1, vec![7; length as usize]);
             writer.join().expect("the peer runs").expect("the peer writes");
         } else {
-            let why = result.expect_err("that is no frame").to_string();
-            assert!(why.contains(&format!("it babbles, {length} octets are no length of a frame")), "{why}");
+            let why = result.expect_err("the length is invalid").to_string();
+            assert!(why.contains(&format!("it sent an invalid frame length, {length} bytes")), "{why}");
         }
     });
 }
 
 #[test]
-fn a_peer_that_is_slow_loses_whole_frames_and_holds_nobody_up() {
+fn a_slow_peer_loses_whole_frames_and_does_not_block_the_sender() {
     patiently(|| {
         let (mut socket, mut peer, clock) = connected();
         let sent = 20_000_u32;
         let begin = clock.now();
         for number in 0..sent {
-            let mut numbered = frame(SOMEBODY, 1500);
+            let mut numbered = frame(PEER, 1500);
             numbered[14..18].copy_from_slice(&number.to_be_bytes());
-            socket.send(&numbered).expect("a slow peer is no trouble");
+            socket.send(&numbered).expect("a slow peer is no error");
         }
-        assert!(clock.now().since(begin) < LONG, "nobody waited for the peer");
-        assert!(socket.lost() > 0, "the test has to send more than fits");
+        assert!(clock.now().since(begin) < LONG, "sending did not wait for the peer");
+        assert!(socket.lost() > 0, "the test sends more than the queue holds");
         let (arrived, numbers) = channel();
         let reader = thread::spawn(move || {
             let mut octets = vec![0; 1504];
             while peer.read_exact(&mut octets).is_ok() {
-                assert_eq!(octets[..4], [0, 0, 5, 0xDC], "frames stay whole");
+                assert_eq!(octets[..4], [0, 0, 5, 0xDC], "frames stay complete");
                 if arrived.send(u32::from_be_bytes([octets[18], octets[19], octets[20], octets[21]])).is_err() {
                     return;
                 }
             }
         });
-        // What waits is written when there is room, also while nothing is sent.
-        let wanted = usize::try_from(u64::from(sent) - socket.lost()).expect("a small number");
-        let mut seen: Vec<u32> = Vec::new();
-        while seen.len() < wanted && clock.now().since(begin) < 2 * LONG {
+        // Queued frames are written as soon as the peer accepts them, also while nothing is sent.
+        let expected = usize::try_from(u64::from(sent) - socket.lost()).expect("a small number");
+        let mut received: Vec<u32> = Vec::new();
+        while received.len() < expected && clock.now().since(begin) < 2 * LONG {
             let until = clock.now() + Duration::from_millis(5);
             assert_eq!(socket.receive(&clock, until, &mut Vec::new()), Ok(None));
-            seen.extend(numbers.try_iter());
+            received.extend(numbers.try_iter());
         }
         drop(socket);
         reader.join().expect("the peer reads");
-        seen.extend(numbers.try_iter());
-        assert!(seen.is_sorted(), "in the order of sending");
-        assert_eq!(seen.len(), wanted);
+        received.extend(numbers.try_iter());
+        assert!(received.is_sorted(), "in the order of sending");
+        assert_eq!(received.len(), expected);
     });
 }
 
 #[rstest]
 #[case::tcp("listen:127.0.0.1:0")]
 #[case::unix("listen:unix:PATH")]
-fn one_that_listens_takes_the_next_peer_when_one_has_gone(#[case] address: &str) {
+fn a_listening_socket_accepts_the_next_peer_after_one_has_closed(#[case] address: &str) {
     patiently(|| {
         let folder = Folder::new(&format!("listen-{}", address.len()));
         let path = folder.join("wire");
         let address: SocketAddress = address.replace("PATH", &path.display().to_string()).parse().expect("an address");
-        let mut socket = FrameSocket::bind(&address).expect("the place is free");
+        let mut socket = FrameSocket::bind(&address).expect("the address is free");
         let clock = Clock::start();
         let mut into = Vec::new();
         assert!(
             socket.receive(&clock, Time::ZERO, &mut into).is_err_and(|error| error.is_gone()),
-            "nobody has come yet"
+            "no peer has connected yet"
         );
         assert!(socket.recover(&clock, clock.now() + A_WHILE).is_err_and(|error| error.is_gone()));
         let there: SocketAddress =
@@ -191,33 +191,36 @@ fn one_that_listens_takes_the_next_peer_when_one_has_gone(#[case] address: &str)
             let mut peer = FrameSocket::open(&there).expect("it listens");
             socket.recover(&clock, clock.now() + LONG).expect("a peer is here");
             assert!(socket.carrier());
-            peer.send(&frame(SOMEBODY, 60 + round)).expect("it is sent");
-            assert_eq!(next(&mut socket, &clock).1, frame(SOMEBODY, 60 + round));
+            peer.send(&frame(PEER, 60 + round)).expect("it is sent");
+            assert_eq!(next(&mut socket, &clock).1, frame(PEER, 60 + round));
             socket.send(&frame([0xFF; 6], 60)).expect("it is sent");
             assert_eq!(next(&mut peer, &clock).1, frame([0xFF; 6], 60));
             drop(peer);
             assert!(socket.receive(&clock, clock.now() + LONG, &mut into).is_err_and(|error| error.is_gone()));
         }
         drop(socket);
-        assert!(!path.exists(), "the name goes with who listens");
+        assert!(!path.exists(), "the file is removed on drop");
     });
 }
 
 #[test]
-fn one_that_connects_calls_again_until_the_peer_is_back() {
+fn a_connecting_socket_tries_again_until_the_peer_is_back() {
     patiently(|| {
         let folder = Folder::new("again");
         let path = folder.join("wire");
         let listener = UnixListener::bind(&path).expect("a free name");
         let address = SocketAddress::Unix(path.clone());
-        let mut socket = FrameSocket::open(&address).expect("somebody listens");
+        let mut socket = FrameSocket::open(&address).expect("the peer listens");
         let clock = Clock::start();
         let (mut peer, _) = listener.accept().expect("it was called");
-        peer.write_all(&packed(&frame(SOMEBODY, 60))[..10]).expect("a piece that must not survive");
+        peer.write_all(&packed(&frame(PEER, 60))[..10]).expect("a piece that must be discarded");
         drop((listener, peer));
         fs::remove_file(&path).expect("the name is there");
         assert!(socket.receive(&clock, clock.now() + LONG, &mut Vec::new()).is_err_and(|error| error.is_gone()));
-        assert!(socket.recover(&clock, clock.now() + A_WHILE).is_err_and(|error| error.is_gone()), "nobody is back");
+        assert!(
+            socket.recover(&clock, clock.now() + A_WHILE).is_err_and(|error| error.is_gone()),
+            "the peer is not back"
+        );
 
         let returns = thread::spawn(move || {
             let listener = UnixListener::bind(path)?;
@@ -232,7 +235,7 @@ fn one_that_connects_calls_again_until_the_peer_is_back() {
 }
 
 #[test]
-fn a_socket_that_cannot_be_opened_says_why_in_one_sentence() {
+fn the_error_of_an_unusable_socket_is_one_sentence() {
     patiently(|| {
         let folder = Folder::new("unusable");
         let path = folder.join("wire");
@@ -241,37 +244,37 @@ fn a_socket_that_cannot_be_opened_says_why_in_one_sentence() {
             other => panic!("{address}: {other:?}"),
         };
         let shown = path.display();
-        let nobody = why(&path.display().to_string());
-        assert!(nobody.starts_with(&format!("nobody answers at the socket {shown}: ")), "{nobody}");
-        assert!(nobody.ends_with("; start the peer first, or wait for it with listen: in front"), "{nobody}");
+        let no_peer = why(&path.display().to_string());
+        assert!(no_peer.starts_with(&format!("cannot connect to the socket {shown}: ")), "{no_peer}");
+        assert!(no_peer.ends_with("; start the peer first, or wait for it with the prefix listen:"), "{no_peer}");
 
         fs::write(&path, "a report").expect("a file");
         let file = why(&format!("listen:{shown}"));
         assert_eq!(
             file,
-            format!("nobody can connect at {shown}: there is a file that is no socket; choose another name")
+            format!("cannot listen at {shown}: a file that is not a socket exists there; choose another name")
         );
         assert_eq!(fs::read_to_string(&path).expect("it is still there"), "a report");
 
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let port = listener.local_addr().expect("it has an address").port();
         let taken = why(&format!("listen:127.0.0.1:{port}"));
-        assert!(taken.starts_with(&format!("nobody can connect at 127.0.0.1:{port}: ")), "{taken}");
+        assert!(taken.starts_with(&format!("cannot listen at 127.0.0.1:{port}: ")), "{taken}");
     });
 }
 
 #[test]
-fn a_name_that_a_dead_process_has_left_is_taken_over_and_a_living_one_is_not() {
+fn a_stale_socket_file_is_replaced_and_a_used_one_is_not() {
     patiently(|| {
         let folder = Folder::new("stale");
         let path = folder.join("wire");
         drop(UnixListener::bind(&path).expect("a free name"));
-        assert!(path.exists(), "the name stays behind");
+        assert!(path.exists(), "the file stays");
         let address = SocketAddress::ListenUnix(path.clone());
-        let first = FrameSocket::bind(&address).expect("the name is taken over");
-        let error = FrameSocket::bind(&address).expect_err("somebody listens");
+        let first = FrameSocket::bind(&address).expect("the file is replaced");
+        let error = FrameSocket::bind(&address).expect_err("a process listens");
         let why = "another process listens there; choose another name";
-        assert_eq!(error, LinkError::Unusable(format!("nobody can connect at {}: {why}", path.display())));
+        assert_eq!(error, LinkError::Unusable(format!("cannot listen at {}: {why}", path.display())));
         drop(first);
         FrameSocket::bind(&address).expect("it is free again");
     });

@@ -1,4 +1,4 @@
-//! Stations on a live wire: a port that is played by the test, and a virtual cable.
+//! Stations on a live wire: with a port that the test simulates, and with a virtual cable.
 
 use crate::common::{A_WHILE, LONG, frame, two_ends};
 use encspec_link::{Clock, LinkError, Local, Nic, Port, Step, Wire, namespace};
@@ -12,12 +12,12 @@ const TWO: [u8; 6] = [0x02, 0, 0, 0, 0, 0x02];
 const THREE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x03];
 const ALL: [u8; 6] = [0xFF; 6];
 const GROUP: [u8; 6] = [0x01, 0x0E, 0xCF, 0, 0, 0];
-const STRANGER: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
+const ELSEWHERE: [u8; 6] = [0x02, 0, 0, 0, 0, 0x55];
 
-/// What a played port has in store and what it was given, shared with the test.
+/// The frames that a simulated port will receive and those it has sent, shared with the test.
 #[derive(Default)]
 struct Line {
-    /// Frames that come in, each so long after the start of the wire.
+    /// Frames to receive, with the time since the start of the wire.
     incoming: VecDeque<(Time, Vec<u8>)>,
     sent: Vec<Vec<u8>>,
     gone: bool,
@@ -75,16 +75,16 @@ impl Port for Played {
     }
 }
 
-/// A station that keeps what happens to it, sends `sends` at each of its deadlines and answers nothing.
+/// A station that records its calls, sends `sends` at each of its deadlines and answers nothing.
 #[derive(Default)]
 struct Scripted {
     deadlines: VecDeque<Time>,
     sends: Vec<Vec<u8>>,
     received: Vec<(Time, Vec<u8>)>,
     woken: Vec<Time>,
-    /// Wants to be woken at once, for ever.
+    /// Is always due.
     restless: bool,
-    /// A frame puts an end to all of its deadlines.
+    /// A received frame removes all of its deadlines.
     gives_up: bool,
 }
 
@@ -120,13 +120,13 @@ fn millis(millis: u64) -> Time {
     Time::ZERO + Duration::from_millis(millis)
 }
 
-/// Steps until nothing is left up to `until`; returns what the tap saw.
+/// Steps until everything up to `until` is done; returns what the tap got.
 fn run(wire: &mut Wire, stations: &mut [Local<'_>], until: Time) -> Vec<(Time, Vec<u8>)> {
-    let mut seen = Vec::new();
-    let mut tap = |time, frame: &[u8]| seen.push((time, frame.to_vec()));
+    let mut tapped = Vec::new();
+    let mut tap = |time, frame: &[u8]| tapped.push((time, frame.to_vec()));
     while wire.step(stations, until, &mut |_| true, &mut tap).expect("the line works") == Step::Worked {}
     assert!(wire.now() >= until);
-    seen
+    tapped
 }
 
 fn played() -> (Played, Wire) {
@@ -135,38 +135,42 @@ fn played() -> (Played, Wire) {
 }
 
 #[test]
-fn a_frame_reaches_the_station_that_it_is_for_and_a_group_reaches_all() {
+fn a_unicast_frame_reaches_its_station_and_a_multicast_frame_reaches_all() {
     patiently(|| {
         let (port, mut wire) = played();
-        for to in [ONE, TWO, ALL, GROUP, STRANGER] {
+        for to in [ONE, TWO, ALL, GROUP, ELSEWHERE] {
             port.line().incoming.push_back((millis(1), frame(to, 60)));
         }
         port.line().incoming.push_back((millis(2), vec![1, 2, 3]));
         let (mut one, mut two) = (Scripted::default(), Scripted::default());
-        let seen = run(&mut wire, &mut [(ONE, &mut one), (TWO, &mut two)], millis(5));
+        let tapped = run(&mut wire, &mut [(ONE, &mut one), (TWO, &mut two)], millis(5));
         let to = |station: &Scripted| station.received.iter().map(|(_, frame)| frame[..6].to_vec()).collect::<Vec<_>>();
         assert_eq!(to(&one), [ONE, ALL, GROUP]);
         assert_eq!(to(&two), [TWO, ALL, GROUP]);
-        assert_eq!(seen.len(), 6, "the tap also sees what is for nobody here");
-        assert_eq!(seen[5], (millis(2), vec![1, 2, 3]));
-        assert!(one.received.iter().all(|(time, _)| *time == millis(1)), "the time is that of the arrival");
+        assert_eq!(tapped.len(), 6, "the tap also gets frames for stations elsewhere");
+        assert_eq!(tapped[5], (millis(2), vec![1, 2, 3]));
+        assert!(one.received.iter().all(|(time, _)| *time == millis(1)), "the time is the arrival time");
     });
 }
 
 #[test]
-fn what_a_station_sends_goes_out_and_reaches_the_others_here() {
+fn a_sent_frame_goes_to_the_port_and_to_the_other_stations_of_the_wire() {
     patiently(|| {
         let (port, mut wire) = played();
-        let sends = [frame(TWO, 60), frame(GROUP, 60), frame(STRANGER, 64), frame(ONE, 14)];
+        let sends = [frame(TWO, 60), frame(GROUP, 60), frame(ELSEWHERE, 64), frame(ONE, 14)];
         let mut one = Scripted::at([1], &sends);
         let (mut two, mut three) = (Scripted::default(), Scripted::default());
-        let seen = run(&mut wire, &mut [(ONE, &mut one), (TWO, &mut two), (THREE, &mut three)], millis(5));
-        let mut filled_up = frame(ONE, 14);
-        filled_up.resize(60, 0);
-        let all = [sends[0].clone(), sends[1].clone(), sends[2].clone(), filled_up];
+        let tapped = run(&mut wire, &mut [(ONE, &mut one), (TWO, &mut two), (THREE, &mut three)], millis(5));
+        let mut padded = frame(ONE, 14);
+        padded.resize(60, 0);
+        let all = [sends[0].clone(), sends[1].clone(), sends[2].clone(), padded];
         assert_eq!(port.line().sent, all);
-        assert_eq!(seen.iter().map(|(_, frame)| frame.clone()).collect::<Vec<_>>(), all, "each is shown once");
-        assert_eq!(one.received, [], "nobody hears itself");
+        assert_eq!(
+            tapped.iter().map(|(_, frame)| frame.clone()).collect::<Vec<_>>(),
+            all,
+            "the tap gets each frame once"
+        );
+        assert_eq!(one.received, [], "a station does not receive its own frames");
         assert_eq!(two.received.iter().map(|(_, frame)| frame.clone()).collect::<Vec<_>>(), sends[..2]);
         assert_eq!(three.received.iter().map(|(_, frame)| frame.clone()).collect::<Vec<_>>(), sends[1..2]);
         assert!(two.received[0].0 >= one.woken[0]);
@@ -174,27 +178,27 @@ fn what_a_station_sends_goes_out_and_reaches_the_others_here() {
 }
 
 #[test]
-fn what_the_guard_refuses_is_seen_by_nobody() {
+fn a_frame_that_the_guard_refuses_reaches_neither_port_nor_station() {
     patiently(|| {
         let (port, mut wire) = played();
         let mut one = Scripted::at([1], &[frame(TWO, 60), frame(GROUP, 61)]);
         let mut two = Scripted::default();
-        let mut shown = 0;
-        let mut asked = Vec::new();
+        let mut tapped = 0;
+        let mut guarded = Vec::new();
         let mut guard = |frame: &[u8]| {
-            asked.push(frame[..6].to_vec());
+            guarded.push(frame[..6].to_vec());
             frame[..6] == GROUP
         };
         let stations: &mut [Local<'_>] = &mut [(ONE, &mut one), (TWO, &mut two)];
-        while wire.step(stations, millis(3), &mut guard, &mut |_, _| shown += 1) == Ok(Step::Worked) {}
-        assert_eq!(asked, [TWO, GROUP]);
+        while wire.step(stations, millis(3), &mut guard, &mut |_, _| tapped += 1) == Ok(Step::Worked) {}
+        assert_eq!(guarded, [TWO, GROUP]);
         assert_eq!(port.line().sent, [frame(GROUP, 61)]);
-        assert_eq!((shown, two.received.len(), wire.held_back()), (1, 1, 1));
+        assert_eq!((tapped, two.received.len(), wire.held_back()), (1, 1, 1));
     });
 }
 
 #[test]
-fn frames_that_wait_come_before_stations_that_are_due() {
+fn waiting_frames_are_delivered_before_due_stations_are_woken() {
     patiently(|| {
         let (port, mut wire) = played();
         for number in 0..1000_u16 {
@@ -203,12 +207,12 @@ fn frames_that_wait_come_before_stations_that_are_due() {
             port.line().incoming.push_back((millis(2), numbered));
         }
         let mut one = Scripted::at([1, 1, 1], &[]);
-        // All of it lies in the past once the first step is done.
+        // All frames and deadlines are in the past before the first step.
         let stations: &mut [Local<'_>] = &mut [(ONE, &mut one)];
         while wire.now() < millis(3) {}
         while wire.step(stations, millis(3), &mut |_| true, &mut |_, _| {}) == Ok(Step::Worked) {}
         assert_eq!(one.received.len(), 1000);
-        assert_eq!(one.woken.len(), 3, "a flood does not keep the stations asleep for ever");
+        assert_eq!(one.woken.len(), 3, "a flood of frames does not block the stations");
         let first = one.woken[0];
         let before = one.received.iter().take_while(|(time, _)| *time < first).count();
         assert!((1..=256).contains(&before), "{before} frames came before the first wake");
@@ -219,10 +223,10 @@ fn frames_that_wait_come_before_stations_that_are_due() {
 }
 
 #[test]
-fn nobody_is_woken_early_and_lateness_is_counted() {
+fn no_station_is_woken_early_and_lateness_is_recorded() {
     patiently(|| {
         let (_port, mut wire) = played();
-        let mut one = Scripted::at((1..=50).map(|n| n * 2), &[frame(STRANGER, 60)]);
+        let mut one = Scripted::at((1..=50).map(|n| n * 2), &[frame(ELSEWHERE, 60)]);
         run(&mut wire, &mut [(ONE, &mut one)], millis(110));
         assert_eq!(one.woken.len(), 50);
         let late: Vec<_> =
@@ -240,13 +244,13 @@ fn nobody_is_woken_early_and_lateness_is_counted() {
     });
 }
 
-/// A frame that waited while we were away ends what was due before it is done, as the end of a connection does.
+/// A frame that arrived while the wire was not stepped cancels an overdue deadline, as the end of a connection does.
 #[test]
-fn what_is_overdue_and_then_put_off_was_late_all_the_same() {
+fn a_missed_deadline_that_a_frame_cancels_is_recorded_as_late() {
     patiently(|| {
         let (port, mut wire) = played();
         port.line().incoming.push_back((millis(5), frame(ONE, 60)));
-        let mut one = Scripted { gives_up: true, ..Scripted::at([1], &[frame(STRANGER, 60)]) };
+        let mut one = Scripted { gives_up: true, ..Scripted::at([1], &[frame(ELSEWHERE, 60)]) };
         while wire.now() < millis(6) {
             std::thread::yield_now();
         }
@@ -257,7 +261,7 @@ fn what_is_overdue_and_then_put_off_was_late_all_the_same() {
 }
 
 #[test]
-fn what_is_due_later_than_asked_for_is_left_for_later() {
+fn events_after_the_end_of_a_step_are_left_for_later_steps() {
     patiently(|| {
         let (port, mut wire) = played();
         port.line().incoming.push_back((millis(1), frame(ONE, 60)));
@@ -270,12 +274,12 @@ fn what_is_due_later_than_asked_for_is_left_for_later() {
         assert_eq!((one.received.len(), one.woken.len()), (1, 1), "although the clock is past it");
         run(&mut wire, &mut [(ONE, &mut one)], millis(22));
         assert_eq!((one.received.len(), one.woken.len()), (2, 2));
-        assert_eq!(one.received[1].0, millis(20), "it is still the time of the arrival");
+        assert_eq!(one.received[1].0, millis(20), "the time is still the arrival time");
     });
 }
 
 #[test]
-fn a_step_comes_back_although_nothing_happens() {
+fn a_step_returns_although_nothing_happens() {
     patiently(|| {
         let (_port, mut wire) = played();
         let mut one = Scripted::default();
@@ -288,35 +292,35 @@ fn a_step_comes_back_although_nothing_happens() {
 }
 
 #[test]
-fn a_station_that_wants_to_be_woken_for_ever_keeps_nobody_from_anything() {
+fn a_station_that_is_always_due_does_not_block_the_others() {
     patiently(|| {
         let (_port, mut wire) = played();
         let mut restless = Scripted { restless: true, ..Scripted::default() };
         let mut two = Scripted::at([5], &[]);
         run(&mut wire, &mut [(ONE, &mut restless), (TWO, &mut two)], millis(20));
         assert_eq!(two.woken.len(), 1);
-        assert!(restless.woken.len() >= 1000, "it is left alone only after a thousand wakes");
+        assert!(restless.woken.len() >= 1000, "it is suspended only after a thousand wakes");
     });
 }
 
 #[test]
-fn what_is_shown_never_goes_back_in_time() {
+fn reported_times_never_decrease() {
     patiently(|| {
         let (port, mut wire) = played();
-        // The kernel's times may be earlier than what a station has just sent, and out of order.
+        // The kernel's timestamps may be earlier than a frame that a station has just sent, and out of order.
         for at in [30, 10, 20] {
             port.line().incoming.push_back((millis(at), frame(ALL, 60)));
         }
-        let mut one = Scripted::at([5, 25, 35], &[frame(STRANGER, 60)]);
-        let seen = run(&mut wire, &mut [(ONE, &mut one)], millis(50));
-        assert_eq!(seen.len(), 6);
-        assert!(seen.is_sorted_by_key(|(time, _)| *time), "{seen:?}");
+        let mut one = Scripted::at([5, 25, 35], &[frame(ELSEWHERE, 60)]);
+        let tapped = run(&mut wire, &mut [(ONE, &mut one)], millis(50));
+        assert_eq!(tapped.len(), 6);
+        assert!(tapped.is_sorted_by_key(|(time, _)| *time), "{tapped:?}");
         assert!(one.received.is_sorted_by_key(|(time, _)| *time));
     });
 }
 
 #[test]
-fn a_restart_sets_the_clock_to_zero_and_forgets_what_waited() {
+fn a_restart_sets_the_clock_to_zero_and_discards_waiting_frames() {
     patiently(|| {
         let (port, mut wire) = played();
         let mut one = Scripted::at([1], &[frame(TWO, 60)]);
@@ -328,17 +332,17 @@ fn a_restart_sets_the_clock_to_zero_and_forgets_what_waited() {
         for _ in 0..2 {
             wire.step(stations, millis(4), &mut |_| true, &mut |_, _| {}).expect("the line works");
         }
-        assert_eq!(port.line().incoming.len(), 0, "one is looked at and kept");
+        assert_eq!(port.line().incoming.len(), 0, "one frame is read and kept for later");
         port.line().incoming.push_back((millis(91), frame(ALL, 60)));
         wire.restart();
         assert!(wire.now() < millis(100));
         let (mut fresh, mut other) = (Scripted::at([1], &[]), Scripted::default());
-        let seen = run(&mut wire, &mut [(ONE, &mut other), (TWO, &mut fresh)], millis(3));
-        assert_eq!(seen, [], "nothing that lay there is shown");
+        let tapped = run(&mut wire, &mut [(ONE, &mut other), (TWO, &mut fresh)], millis(3));
+        assert_eq!(tapped, [], "no waiting frame is tapped");
         assert_eq!(
             (fresh.received.len(), fresh.woken.len()),
             (0, 1),
-            "nor delivered, nor what was on its way among stations"
+            "no waiting frame and no frame between stations is delivered"
         );
         assert_eq!((one.woken.len(), two.received.len()), (1, 1));
     });
@@ -349,19 +353,19 @@ fn a_line_that_is_gone_is_an_error_until_it_is_recovered() {
     patiently(|| {
         let (port, mut wire) = played();
         port.line().gone = true;
-        let mut one = Scripted::at([1, 2], &[frame(STRANGER, 60)]);
+        let mut one = Scripted::at([1, 2], &[frame(ELSEWHERE, 60)]);
         let gone = LinkError::Gone("the peer is gone".to_string());
-        let mut shown = 0;
+        let mut tapped = 0;
         let stations: &mut [Local<'_>] = &mut [(ONE, &mut one)];
-        assert_eq!(wire.step(stations, millis(10), &mut |_| true, &mut |_, _| shown += 1), Err(gone));
+        assert_eq!(wire.step(stations, millis(10), &mut |_| true, &mut |_, _| tapped += 1), Err(gone));
         wire.recover(millis(20)).expect("it comes back");
-        while wire.step(stations, millis(10), &mut |_| true, &mut |_, _| shown += 1) == Ok(Step::Worked) {}
-        assert_eq!((shown, port.line().sent.len()), (2, 2));
+        while wire.step(stations, millis(10), &mut |_| true, &mut |_, _| tapped += 1) == Ok(Step::Worked) {}
+        assert_eq!((tapped, port.line().sent.len()), (2, 2));
     });
 }
 
 #[test]
-fn two_wires_speak_over_a_cable_at_one_millisecond() {
+fn two_wires_exchange_frames_over_a_cable_at_one_millisecond() {
     patiently(|| {
         if !two_ends() {
             return;
@@ -373,22 +377,22 @@ fn two_wires_speak_over_a_cable_at_one_millisecond() {
         let far = std::thread::spawn(move || {
             let mut far = Wire::new(Box::new(right));
             let mut two = Scripted::default();
-            let mut seen = 0;
-            while seen < 200 && far.now() < Time::ZERO + LONG {
+            let mut tapped = 0;
+            while tapped < 200 && far.now() < Time::ZERO + LONG {
                 let until = far.now() + A_WHILE;
-                seen += run(&mut far, &mut [(TWO, &mut two)], until).len();
+                tapped += run(&mut far, &mut [(TWO, &mut two)], until).len();
             }
-            (two, seen)
+            (two, tapped)
         });
         let sent = run(&mut near, &mut [(ONE, &mut one)], millis(250));
-        let (two, seen) = far.join().expect("the far end runs");
-        assert_eq!((sent.len(), seen, two.received.len()), (200, 200, 200));
+        let (two, tapped) = far.join().expect("the far end runs");
+        assert_eq!((sent.len(), tapped, two.received.len()), (200, 200, 200));
         assert_eq!(near.lateness().wakes().count(), 200);
     });
 }
 
 #[test]
-fn a_wire_whose_interface_is_taken_down_says_so_and_goes_on_when_it_is_back() {
+fn a_wire_whose_interface_is_taken_down_fails_and_recovers_when_it_is_up_again() {
     patiently(|| {
         if !two_ends() {
             return;
