@@ -1,4 +1,5 @@
-//! The deviations attached to a part of a device: a handle that is nothing at all for a plain device.
+//! The handle by which a device calls the hooks of the deviations attached to it. Without the feature `deviations` it
+//! is empty.
 
 #[cfg(feature = "deviations")]
 use alloc::rc::Rc;
@@ -7,7 +8,7 @@ use core::cell::RefCell;
 #[cfg(not(feature = "deviations"))]
 use core::marker::PhantomData;
 
-/// The hooks of the deviations of one device, if it has any; `H` is the trait of the hooks.
+/// The hooks of the deviations of one device, if there are any. `H` is the trait of the hooks.
 pub struct Attached<H: ?Sized> {
     #[cfg(feature = "deviations")]
     hooks: Option<Rc<RefCell<H>>>,
@@ -23,13 +24,14 @@ impl<H: ?Sized> Attached<H> {
     #[cfg(not(feature = "deviations"))]
     pub const NONE: Attached<H> = Attached { hooks: PhantomData };
 
-    /// These deviations.
+    /// A handle that calls `hooks`.
     #[cfg(feature = "deviations")]
     pub fn new(hooks: Rc<RefCell<H>>) -> Attached<H> {
         Attached { hooks: Some(hooks) }
     }
 
-    /// What the deviations make of `value`, which is what the manual says; a hook that asks the device meets it without deviations.
+    /// Passes `value`, the result that the manual requires, through `hook` and returns the result. A hook that calls
+    /// back into the device gets values without deviations.
     #[inline(always)]
     pub fn apply<T>(&self, value: T, hook: impl FnOnce(&mut H, T) -> T) -> T {
         #[cfg(feature = "deviations")]
@@ -41,13 +43,13 @@ impl<H: ?Sized> Attached<H> {
         value
     }
 
-    /// Reports an event to the deviations, or lets them change what `hook` captures.
+    /// Reports an event to the deviations, or lets them change the values that `hook` captures.
     #[inline]
     pub fn notify(&self, hook: impl FnOnce(&mut H)) {
         self.apply((), |hooks, ()| hook(hooks));
     }
 
-    /// Whether there are any deviations: for what is too costly to prepare for none.
+    /// Whether any deviation is attached. Use it to skip preparing costly arguments for hooks.
     #[inline]
     pub fn is_any(&self) -> bool {
         #[cfg(feature = "deviations")]
@@ -57,7 +59,7 @@ impl<H: ?Sized> Attached<H> {
     }
 }
 
-/// Kept out of the way of devices without deviations, for which each hook is one comparison.
+/// Calls the hook. It is not inlined, so a device without deviations pays one comparison per hook.
 #[cfg(feature = "deviations")]
 #[cold]
 #[inline(never)]

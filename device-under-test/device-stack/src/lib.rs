@@ -1,10 +1,11 @@
-//! PROFINET and PROFIBUS DP device stacks, sans-IO, for whatever stands behind them.
+//! PROFINET and PROFIBUS DP device stacks without I/O.
 //!
-//! [`profinet::Device`] and [`profibus::Device`] are [`Station`](station::Station)s: they take frames and the time, and give
-//! frames. What a device *does* is an application behind a trait, [`profinet::Application`] or [`profibus::Application`]: what
-//! it says of itself, its cyclic data, its records and diagnoses, what it stores. No encoder is known here.
+//! [`profinet::Device`] and [`profibus::Device`] are [`Station`](station::Station)s: they receive frames and the
+//! current time, and return frames to send. What a device *does* is defined by an application, an implementation of
+//! [`profinet::Application`] or [`profibus::Application`]: identification, cyclic data, records, diagnoses, stored
+//! data. The stacks know nothing about encoders.
 //!
-//! A slave that gives its outputs back as inputs; a master asks it for its status:
+//! A slave that returns its outputs as inputs; a master requests its FDL status:
 //!
 //! ```
 //! use device_stack::Attached;
@@ -16,7 +17,7 @@
 //!
 //! struct Mirror {
 //!     identity: Identity,
-//!     seen: Vec<u8>,
+//!     outputs: Vec<u8>,
 //! }
 //!
 //! impl Application for Mirror {
@@ -36,7 +37,7 @@
 //!         true
 //!     }
 //!     fn check_configuration(&mut self, _: Time, identifiers: &[u8]) -> Option<Sums> {
-//!         // One module of two octets each way.
+//!         // One module with two input bytes and two output bytes.
 //!         (identifiers == [0x31]).then_some(Sums { inputs: 2, outputs: 2 })
 //!     }
 //!     fn configuration(&self, out: &mut Vec<u8>) {
@@ -45,10 +46,10 @@
 //!     fn exchange_begins(&mut self, _: Time) {}
 //!     fn exchange_ends(&mut self, _: Time, _: End) {}
 //!     fn outputs(&mut self, _: Time, data: Option<&[u8]>) {
-//!         self.seen = data.unwrap_or(&[0; 2]).to_vec();
+//!         self.outputs = data.unwrap_or(&[0; 2]).to_vec();
 //!     }
 //!     fn inputs(&mut self, _: Time, data: &mut [u8]) {
-//!         data.copy_from_slice(&self.seen);
+//!         data.copy_from_slice(&self.outputs);
 //!     }
 //!     fn diagnosis(&mut self, _: Time, _: &mut Vec<u8>) -> DiagnosisBits {
 //!         DiagnosisBits::default()
@@ -83,19 +84,19 @@
 //!     abilities: None,
 //!     set_ext_prm: false,
 //! };
-//! let mirror = Mirror { identity, seen: vec![0; 2] };
+//! let mirror = Mirror { identity, outputs: vec![0; 2] };
 //! let mut device = Device::new(mirror, BaudRate(1_500_000), Attached::NONE);
 //!
-//! // The master 2 asks 5 for its status, and is answered min TSDR later: a slave that is not ready for the ring.
+//! // Master 2 requests the FDL status of station 5. The answer is due min TSDR later: a slave, not in the ring.
 //! let mut out = Outbox::new();
 //! device.receive(Time::ZERO, &[0x10, 5, 2, 0x49, 0x50, 0x16], &mut out);
 //! device.wake(device.deadline().expect("an answer is due"), &mut out);
 //! assert_eq!(out.frames().next(), Some(&[0x10, 2, 5, 0x00, 0x07, 0x16][..]));
 //! ```
 //!
-//! For PROFINET the plain device of `reference-devices` (`models/plain.rs`) is the shortest application there is.
+//! For PROFINET, the plain IO device of `reference-devices` (`models/plain.rs`) is the shortest application.
 //!
-//! This crate must not know encoders, nor anything of the controller's side.
+//! This crate must not depend on encoder crates or on the controller side.
 #![no_std]
 
 extern crate alloc;
@@ -107,12 +108,13 @@ extern crate std;
 mod attached;
 pub mod profibus;
 pub mod profinet;
+mod supply;
 
 pub use attached::Attached;
 
 use station::Time;
 
-/// The earlier one of two times, of which there may be none.
+/// The earlier of two optional times.
 #[inline]
 fn earlier(one: Option<Time>, other: Option<Time>) -> Option<Time> {
     match (one, other) {

@@ -1,10 +1,11 @@
-//! The seam between a PROFIBUS DP slave and the encoder behind it.
+//! The interface between a PROFIBUS DP slave and its application.
 //!
-//! The stack speaks FDL and DP and owns what all slaves share: addresses and frame counts, the states from Power_On to
-//! Data_Exch, watchdog, lock, freeze and sync, the six octets of the diagnosis, the polling of DP-V1. The application is what
-//! one manual describes: parameters, configurations, cyclic data, blocks of the diagnosis, records, what is stored.
+//! The stack implements what all slaves share: FDL, addresses and frame count bits, the states from Power_On to
+//! Data_Exch, watchdog, lock, Freeze and Sync, the first six bytes of the diagnosis, the polling of DP-V1. The
+//! application implements what one manual describes: parameters, configurations, cyclic data, diagnosis blocks,
+//! records, stored data.
 //!
-//! This room must not know frames, access points or bit times, nor any particular encoder.
+//! This module must not depend on frames, service access points, bit times or a particular encoder.
 
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -13,190 +14,190 @@ use wire::profibus::cfg::Sums;
 use wire::profibus::dpv1::{Abilities, ErrorDecode, RecordError};
 use wire::profibus::prm::{PrmBlock, SetPrm};
 
-/// The encoder behind a PROFIBUS DP slave.
+/// The application of a PROFIBUS DP slave, for instance an encoder.
 ///
-/// Every call says what time it is; time never goes backwards.
+/// Every call passes the current time, which never goes backwards.
+#[allow(unused_variables, reason = "the names document the parameters")]
 pub trait Application {
-    /// What the slave is and can do; it never changes.
+    /// The identification and the features of the slave; they never change.
     fn identity(&self) -> &Identity;
 
-    /// The supply has come: memory and switches are read, everything volatile is as at the beginning.
+    /// The supply was switched on: load memory, read switches and initialise everything volatile.
     ///
-    /// The stack stays silent for [`Identity::boot_time`] from here on.
+    /// The stack sends nothing during [`Identity::boot_time`] from here on.
     fn power_up(&mut self, now: Time);
 
-    /// The supply has gone: what is volatile is lost, what is being written to memory is not written.
+    /// The supply failed: volatile data are lost, and a running write to memory is not completed.
     ///
-    /// [`exchange_ends`](Application::exchange_ends) is not called for it.
+    /// The stack does not call [`exchange_ends`](Application::exchange_ends) in this case.
     fn power_down(&mut self, now: Time);
 
-    /// The station address as switches or memory have it; the stack takes it when it starts.
+    /// The station address from switches or memory. The stack reads it at its start.
     ///
-    /// A station with 127 or more is silent.
+    /// With an address of 127 or more the slave sends nothing.
     fn address(&self) -> u8;
 
-    /// Whether the bus may give the slave another address now; asked at each Set_Slave_Address.
+    /// Whether Set_Slave_Address is permitted now. The stack checks it for each request.
     fn takes_address(&self) -> bool;
 
-    /// Stores the address that the bus has given; `is_final` if it may not be changed again.
+    /// Stores the address from Set_Slave_Address. `is_final` is its No_Add_Chg: the address must not change again.
     fn set_address(&mut self, now: Time, address: u8, is_final: bool);
 
-    /// Checks the parameters and takes them over if they are right; `false` is answered with Prm_Fault.
+    /// Checks the parameters of Set_Prm and applies them if they are valid. `false` results in Prm_Fault.
     ///
-    /// The stack has checked the seven octets of the head. The user octets are complete, with those of DP-V1 in front.
+    /// The stack has checked the seven bytes of the standard part. The user parameters are complete, with the three
+    /// DP-V1 bytes first.
     fn parameters(&mut self, now: Time, parameters: &SetPrm) -> bool;
 
-    /// Checks the blocks of Set_Ext_Prm and takes them over if they are right; only asked if [`Identity::set_ext_prm`] says so.
+    /// Checks the blocks of Set_Ext_Prm and applies them if they are valid. Called only if [`Identity::set_ext_prm`]
+    /// is set.
     fn more_parameters(&mut self, now: Time, blocks: &[PrmBlock]) -> bool {
-        let (_, _) = (now, blocks);
         false
     }
 
-    /// Checks the identifiers of Chk_Cfg against the parameters taken before: how much is exchanged, or none for Cfg_Fault.
+    /// Checks the identifiers of Chk_Cfg against the parameters. Returns the lengths of inputs and outputs, or `None`
+    /// for Cfg_Fault.
     fn check_configuration(&mut self, now: Time, identifiers: &[u8]) -> Option<Sums>;
 
-    /// Appends the identifiers that Get_Cfg tells.
+    /// Appends the identifiers that Get_Cfg reports.
     fn configuration(&self, out: &mut Vec<u8>);
 
-    /// Parameters and configuration are right: cyclic data follow.
+    /// Parameters and configuration are valid: data exchange begins.
     fn exchange_begins(&mut self, now: Time);
 
-    /// The cyclic data end; [`outputs`](Application::outputs) with none was called before.
+    /// Data exchange ends. The stack has called [`outputs`](Application::outputs) with `None` before.
     fn exchange_ends(&mut self, now: Time, end: End);
 
-    /// Takes outputs: once for each Data_Exchange that takes effect, or none when they are cleared, fail-safe or missing.
+    /// Receives outputs: once for each Data_Exchange that takes effect, and `None` when they are cleared, fail-safe
+    /// or missing.
     fn outputs(&mut self, now: Time, data: Option<&[u8]>);
 
-    /// Fills in the inputs, after the outputs of the same Data_Exchange; all of `data` is written.
+    /// Fills in the inputs, after the outputs of the same Data_Exchange. Write all of `data`.
     ///
-    /// Also asked by RD_Inp, and once by Freeze.
+    /// Also called for RD_Inp, and once for Freeze.
     fn inputs(&mut self, now: Time, data: &mut [u8]);
 
-    /// A Global_Control of the master has come, for the groups of the slave or for those that follow the clock of the bus.
+    /// The master sent a Global_Control to a group of the slave, or to the group of the bus clock.
     ///
-    /// It comes before freeze and sync are followed. Whether it is the clock, the parameters say.
-    fn clock(&mut self, now: Time) {
-        let _ = now;
-    }
+    /// Called before Freeze and Sync are carried out. The parameters define whether it is the clock.
+    fn clock(&mut self, now: Time) {}
 
-    /// Appends the blocks behind the six octets of the diagnosis, and says which bits of the head belong to them.
+    /// Appends the blocks after the first six bytes of the diagnosis, and returns the bits in those bytes that belong
+    /// to them.
     ///
-    /// It is asked before the slave is parameterised too.
+    /// Also called before the slave is parameterised.
     fn diagnosis(&mut self, now: Time, out: &mut Vec<u8>) -> DiagnosisBits;
 
-    /// Whether the diagnosis has changed since this was asked last, so that the master is to fetch it.
+    /// Whether the diagnosis has changed since the last call, so that the master must fetch it.
     fn diagnosis_changed(&mut self) -> bool;
 
     /// Writes a record of DP-V1.
     fn write(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), Refusal> {
-        let (_, _, _) = (now, access, data);
         Err(Refusal::error(RecordError::INVALID_INDEX))
     }
 
-    /// Reads a record of DP-V1 and appends it to `out`, complete; the stack cuts it to the length asked for.
+    /// Reads a record of DP-V1 and appends all of it to `out`. The stack truncates it to the requested length.
     fn read(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), Refusal> {
-        let (_, _, _) = (now, access, out);
         Err(Refusal::error(RecordError::INVALID_INDEX))
     }
 
-    /// A connection of a class 2 master has ended, or all that MS1 left open is forgotten.
-    fn forget(&mut self, now: Time, channel: Channel) {
-        let (_, _) = (now, channel);
-    }
+    /// A connection of a class 2 master, or MS1, has ended: drop responses that were not fetched.
+    fn forget(&mut self, now: Time, channel: Channel) {}
 
-    /// Does at `now` what the stand does to the sensor, and says when it will be done; `None` if it has no means for it.
+    /// Carries out an action of the stand on the sensor. Returns when it is complete, or `None` if the application
+    /// does not support the action.
     ///
-    /// Power and link are the stack's and never come here. Without supply it is called too.
+    /// The stack handles power and link itself. The call also occurs without supply.
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time>;
 
-    /// Whether what is fed to the device is enough for it to work; while it is not, it is as if its supply were cut.
+    /// Whether the supply suffices for the device to work. While it does not, the device behaves as with the supply
+    /// cut.
     fn is_alive(&self) -> bool {
         true
     }
 
-    /// Somebody looks at the LEDs at `now` and has `seen` what the stack knows: what they show together is settled here, once.
+    /// The stand reads the LEDs at `now`: compute here, once, the state that they share. `status` is the state of the
+    /// stack.
     ///
-    /// [`led`](Application::led) follows for each LED that is looked at, with the same `now` and `seen`. Nothing is called
-    /// between them.
-    fn look(&mut self, now: Time, seen: &Seen) {
-        let (_, _) = (now, seen);
-    }
+    /// The stack then calls [`led`](Application::led) for each LED that is read, with the same `now` and `status` and
+    /// nothing in between.
+    fn look(&mut self, now: Time, status: &Seen) {}
 
-    /// What the LED `name` shows at `now` to who has `seen` what the stack knows, in a word of `device.yaml`.
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str>;
+    /// What the LED `name` shows at `now`, as a word of `device.yaml`. `status` is the state of the stack.
+    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str>;
 
-    /// How often the counter `name` has counted; `None` if there is none of this name.
+    /// The value of the counter `name`; `None` if there is no counter of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
 
     /// The next time at which [`advance`](Application::advance) has something to do.
     fn deadline(&self) -> Option<Time>;
 
-    /// Does what is due at `now`; called early or late it does what is due and nothing else.
+    /// Does what is due at `now`. An early or late call is allowed.
     fn advance(&mut self, now: Time);
 }
 
-/// What a slave is and can do, as its GSD says.
+/// The identification and the features of a slave, as in its GSD.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Ident_Number.
     pub ident: u16,
-    /// How long the slave is silent after power-up.
+    /// Time from power-up to the first answer.
     pub boot_time: Duration,
-    /// Whether it can freeze its inputs.
+    /// Freeze_Mode_supp: it can freeze its inputs.
     pub freeze: bool,
-    /// Whether it can synchronise its outputs.
+    /// Sync_Mode_supp: it can synchronise its outputs.
     pub sync: bool,
-    /// Whether outputs without data are taken as clear if Set_Prm says so.
+    /// Fail_Safe: a Data_Exchange without data clears the outputs, if Set_Prm enables it.
     pub fail_safe: bool,
-    /// Whether the first three user octets of Set_Prm are those of DP-V1.
+    /// Whether the first three user parameter bytes of Set_Prm are those of DP-V1.
     pub dpv1: bool,
     /// Whether a class 1 master can read and write records.
     pub ms1: bool,
-    /// How many connections of class 2 masters there can be; 0 without MS2.
+    /// Number of connections of class 2 masters; 0 without MS2.
     pub ms2: usize,
-    /// What the slave says of itself in a connection of a class 2 master.
+    /// The features and addresses in the answer to the Initiate of a class 2 master.
     pub abilities: Option<Abilities>,
-    /// Whether there is Set_Ext_Prm.
+    /// Whether the slave supports Set_Ext_Prm.
     pub set_ext_prm: bool,
 }
 
-/// Why cyclic data ended.
+/// Why data exchange ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// The watchdog expired.
     Watchdog,
     /// The master unlocked the slave.
     Unlocked,
-    /// The master sent parameters anew.
+    /// The master sent new parameters.
     Parameters,
     /// Parameters, configuration or outputs were wrong.
     Fault,
 }
 
-/// The bits in the head of the diagnosis that belong to its blocks.
+/// The bits in the first six bytes of the diagnosis that belong to its blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DiagnosisBits {
-    /// Ext_Diag: something is wrong, and the blocks say what.
+    /// Ext_Diag: the blocks report an error.
     pub ext_diag: bool,
-    /// Stat_Diag: the cyclic data are of no use as long as it is set.
+    /// Stat_Diag: the cyclic data are not usable as long as it is set.
     pub stat_diag: bool,
-    /// Ext_Diag_Overflow: there is more to report than has room.
+    /// Ext_Diag_Overflow: not all diagnoses fit.
     pub overflow: bool,
 }
 
-/// Who accesses records.
+/// The master that accesses records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// The class 1 master.
     Ms1,
-    /// A class 2 master, by the access point of its connection.
+    /// A class 2 master, by the service access point of its connection.
     Ms2(u8),
 }
 
-/// Which record is accessed by whom.
+/// The record that is accessed, and the master that accesses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Access {
-    /// Who accesses it.
+    /// The master.
     pub channel: Channel,
     /// Slot_Number.
     pub slot: u8,
@@ -204,7 +205,7 @@ pub struct Access {
     pub index: u8,
 }
 
-/// Why a record was refused: what stands behind the function number.
+/// Why a record was refused: the error bytes after the function number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// Error_Decode.
@@ -216,42 +217,42 @@ pub struct Refusal {
 }
 
 impl Refusal {
-    /// A refusal with an error of DP-V1 and nothing of the maker's.
+    /// A refusal with an error of DP-V1, without a manufacturer specific code.
     pub const fn error(error: RecordError) -> Refusal {
         Refusal { decode: ErrorDecode::DPV1, code_1: error.0, code_2: 0 }
     }
 }
 
-/// How far the slave has come on its way to the exchange of data.
+/// The state of a slave on the way to data exchange.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum State {
-    /// Parameters are awaited.
+    /// Wait_Prm: the slave waits for parameters.
     #[default]
     WaitPrm,
-    /// Parameters are right, a configuration is awaited.
+    /// Wait_Cfg: parameters are valid, the slave waits for a configuration.
     WaitCfg,
-    /// Both are right, data are exchanged.
+    /// Data_Exch: parameters and configuration are valid.
     DataExchange,
 }
 
-/// What the stack knows of itself that an LED may show.
+/// The state of the stack, for LEDs that show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seen {
-    /// Whether there is power, and enough of it.
+    /// Whether the supply is on and sufficient.
     pub has_supply: bool,
-    /// Whether the device has power and does not answer yet.
+    /// Whether the device is booting: it has power and does not answer yet.
     pub is_booting: bool,
-    /// Whether the cable is plugged.
+    /// Whether the cable is plugged in.
     pub is_linked: bool,
-    /// How far the slave has come.
+    /// The state of the slave.
     pub state: State,
-    /// When a frame of whatever kind was heard last.
+    /// When the slave received the last frame of any kind.
     pub heard: Option<Time>,
-    /// Whether the last parameters were wrong.
+    /// Whether the last parameters were invalid.
     pub prm_fault: bool,
-    /// Whether the last configuration was wrong.
+    /// Whether the last configuration was invalid.
     pub cfg_fault: bool,
-    /// Whether the watchdog has expired since parameters were taken last.
+    /// Whether the watchdog has expired since the last valid parameters.
     pub watchdog_expired: bool,
     /// Whether outputs are cleared.
     pub is_clear: bool,

@@ -1,10 +1,12 @@
-//! The device as a party on the bus and as a thing on a stand: supply, cable, and the slave that lives while there is power.
+//! The device: a station on the bus and a specimen on a stand. It handles supply and cable and runs the slave while
+//! it has power.
 
 use super::application::{Application, Seen};
 use super::hooks::SlaveHooks;
 use super::slave::{Env, Slave};
 use crate::attached::Attached;
 use crate::earlier;
+use crate::supply::Supply;
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -12,35 +14,27 @@ use core::time::Duration;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use wire::profibus::fdl::BaudRate;
 
-/// A PROFIBUS DP device: a slave with the encoder behind it.
+/// A PROFIBUS DP device: a slave and its application.
 ///
-/// A stand may let time go by for it at once. While a watchdog runs only the encoder's clock jumps, for the master has not
-/// waited; otherwise that of the whole device does.
+/// A stand can skip time for the device. While a watchdog runs, only the clock of the application jumps, because the
+/// master has not waited. Otherwise the clock of the whole device jumps.
 pub struct Device<A> {
     hooks: Attached<dyn SlaveHooks>,
     application: Box<A>,
-    /// By how much the encoder's clock is ahead of the slave's.
+    /// By how much the clock of the application is ahead of the clock of the slave.
     encoder_ahead: Duration,
     slave: Slave,
     ahead: Duration,
-    /// Whether the supply of the stand is connected.
+    /// Whether the stand supplies the device.
     is_fed: bool,
     supply: Supply,
     is_linked: bool,
-    /// What there was to be seen, by the encoder's clock, as long as nothing happens and no time goes by.
+    /// The slave status at this time of the application's clock, cached until the next event.
     shown: Option<(Time, Seen)>,
 }
 
-/// Whether there is power.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Supply {
-    Off,
-    Booting { until: Time },
-    On,
-}
-
 impl<A: Application> Device<A> {
-    /// A device that has power and is plugged in since long before the run, on a bus of this rate.
+    /// A device that had power and a cable long before the run, on a bus with this baud rate.
     pub fn new(application: A, baud: BaudRate, hooks: Attached<dyn SlaveHooks>) -> Device<A> {
         let slave = Slave::new(baud, hooks.clone(), &application);
         Device {
@@ -56,19 +50,21 @@ impl<A: Application> Device<A> {
         }
     }
 
-    /// The encoder behind the slave.
+    /// The application.
     pub fn application(&self) -> &A {
         &self.application
     }
 
-    /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
+    /// Connects (`true`) or cuts the supply. Without power the device sends nothing and loses everything that is not
+    /// stored.
     pub fn power(&mut self, now: Time, on: bool) {
         self.shown = None;
         self.is_fed = on;
         self.feel_supply(now + self.ahead);
     }
 
-    /// Goes down or starts, as the supply of the stand and what the encoder makes of it say; `now` is by its own clock.
+    /// Starts or stops the device according to the supply and to [`Application::is_alive`]. `now` is the time of the
+    /// slave's clock.
     fn feel_supply(&mut self, now: Time) {
         let at = now + self.encoder_ahead;
         match (self.supply, self.is_fed && self.application.is_alive()) {
@@ -79,7 +75,7 @@ impl<A: Application> Device<A> {
             (Supply::On | Supply::Booting { .. }, false) => {
                 self.application.power_down(at);
                 self.supply = Supply::Off;
-                // An application that was gone for a moment only starts again at once.
+                // After a short interruption the application starts again at once.
                 if self.is_fed && self.application.is_alive() {
                     self.feel_supply(now);
                 }
@@ -89,32 +85,33 @@ impl<A: Application> Device<A> {
     }
 
     fn seen(&self) -> Seen {
-        let seen = Seen {
+        let status = Seen {
             has_supply: self.supply != Supply::Off,
             is_booting: matches!(self.supply, Supply::Booting { .. }),
             is_linked: self.is_linked,
             ..Seen::default()
         };
-        if self.supply == Supply::On { self.slave.seen(seen) } else { seen }
+        if self.supply == Supply::On { self.slave.seen(status) } else { status }
     }
 
     fn skip(&mut self, time: Duration) {
-        match self.supply == Supply::On && self.slave.is_watching() {
-            true => self.encoder_ahead += time,
-            false => self.ahead += time,
+        if self.supply == Supply::On && self.slave.is_watching() {
+            self.encoder_ahead += time;
+        } else {
+            self.ahead += time;
         }
     }
 
     fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Slave, &mut Env<'_>)) {
-        let mut own = Outbox::new();
+        let mut unhooked = Outbox::new();
         let leaves_at_once = self.is_linked && !self.hooks.is_any();
-        let sent = if leaves_at_once { &mut *out } else { &mut own };
+        let sent = if leaves_at_once { &mut *out } else { &mut unhooked };
         let encoder = &mut *self.application;
         let mut env = Env { now, encoder_ahead: self.encoder_ahead, application: encoder, out: sent };
         input(&mut self.slave, &mut env);
         self.slave.settle(&mut env);
         self.feel_supply(now);
-        for telegram in own.frames().filter(|_| self.is_linked) {
+        for telegram in unhooked.frames().filter(|_| self.is_linked) {
             let encoder = &*self.application;
             let telegram = self.hooks.apply(telegram.to_vec(), |hooks, mut telegram| {
                 hooks.goes(encoder, &mut telegram);
@@ -126,7 +123,7 @@ impl<A: Application> Device<A> {
         }
     }
 
-    /// When the encoder has something to do, by the clock of the slave.
+    /// The deadline of the application, by the clock of the slave.
     fn encoder_due(&self) -> Option<Time> {
         self.application.deadline().map(|due| due - self.encoder_ahead)
     }
@@ -143,8 +140,8 @@ impl<A: Application> Station for Device<A> {
             return;
         }
         let application = &*self.application;
-        for heard in self.hooks.apply(Vec::new(), |hooks, _| hooks.comes(application, frame)) {
-            self.run(now + self.ahead, out, |slave, env| slave.receive(env, &heard));
+        for telegram in self.hooks.apply(Vec::new(), |hooks, _| hooks.comes(application, frame)) {
+            self.run(now + self.ahead, out, |slave, env| slave.receive(env, &telegram));
         }
     }
 
@@ -191,7 +188,9 @@ impl<A: Application> Stand for Device<A> {
                 let ahead = self.ahead + self.encoder_ahead;
                 let means = self.application.act(now + ahead, other).map(|done| done - ahead);
                 self.feel_supply(now + self.ahead);
-                return means.ok_or_else(|| Refusal::CannotDo(String::from("the reference device has no such means")));
+                return means.ok_or_else(|| {
+                    Refusal::CannotDo(String::from("the reference device does not support this action"))
+                });
             }
         }
         Ok(now)
@@ -200,13 +199,13 @@ impl<A: Application> Stand for Device<A> {
     fn led(&mut self, now: Time, name: &str) -> Option<&'static str> {
         let now = now + self.ahead + self.encoder_ahead;
         if self.shown.is_none_or(|(at, _)| at != now) {
-            let seen = self.seen();
-            let seen = Seen { heard: seen.heard.map(|time| time + self.encoder_ahead), ..seen };
-            self.application.look(now, &seen);
-            self.shown = Some((now, seen));
+            let status = self.seen();
+            let status = Seen { heard: status.heard.map(|time| time + self.encoder_ahead), ..status };
+            self.application.look(now, &status);
+            self.shown = Some((now, status));
         }
-        let (_, seen) = self.shown.as_ref()?;
-        self.application.led(now, name, seen)
+        let (_, status) = self.shown.as_ref()?;
+        self.application.led(now, name, status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

@@ -1,4 +1,4 @@
-//! Slave_Diag (IEC 61158-6-3): the six octets of the slave, followed by those of the encoder.
+//! Slave_Diag (IEC 61158-6-3): six bytes of the slave, followed by the blocks of the application.
 
 use super::application::{DiagnosisBits, State};
 use super::link::Answer;
@@ -6,19 +6,20 @@ use super::slave::{Env, Slave};
 use alloc::vec::Vec;
 use wire::profibus::diag::{NO_MASTER, SlaveDiag, Status1, Status2, Status3};
 
-/// What was wrong with what the master sent, as the diagnosis reports it.
+/// Errors in the parameters or the configuration from the master, as the diagnosis reports them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Faults {
-    /// Set_Prm was wrong.
+    /// Prm_Fault: Set_Prm was invalid.
     pub prm: bool,
-    /// Chk_Cfg was wrong.
+    /// Cfg_Fault: Chk_Cfg was invalid.
     pub cfg: bool,
-    /// Set_Prm asked for Freeze or Sync, which the slave does not have.
+    /// Not_Supported: Set_Prm requested Freeze or Sync, which the slave does not support.
     pub not_supported: bool,
 }
 
 impl Slave {
-    /// Answers a request for the diagnosis; its master has then fetched what was announced.
+    /// Answers Slave_Diag. If the request comes from the master of the slave, a change of the diagnosis counts as
+    /// fetched.
     pub(super) fn slave_diag(&mut self, env: &mut Env<'_>, sa: u8) -> Answer {
         let mut ext = Vec::new();
         let bits = env.application.diagnosis(env.at(), &mut ext);

@@ -1,4 +1,4 @@
-//! Cyclic data: Data_Exchange, Global_Control, and reading what is exchanged.
+//! Cyclic data: Data_Exchange, Global_Control, RD_Inp and RD_Outp.
 
 use super::application::{End, State};
 use super::diagnosis::Faults;
@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 
 impl Slave {
-    /// Takes outputs and gives inputs.
+    /// Answers Data_Exchange: takes the outputs and returns the inputs.
     pub(super) fn exchange(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
         if !self.is_exchanging_with(sa) {
             return Answer::NO_SERVICE;
@@ -22,14 +22,14 @@ impl Slave {
             self.faults = Faults { cfg: true, ..self.faults };
             return Answer::NO_SERVICE;
         }
-        // Those that are put away for the command have to stay what they are; others come back with what is put in their place.
+        // Outputs held by Sync must not change. Otherwise the buffer is reused and returned by `put`.
         let mut outputs = match self.held {
             Some(_) => self.outputs.clone(),
             None => core::mem::take(&mut self.outputs),
         };
         outputs.resize(self.sums.outputs, 0);
-        for (octet, sent) in outputs.iter_mut().zip(data) {
-            *octet = *sent;
+        for (output, byte) in outputs.iter_mut().zip(data) {
+            *output = *byte;
         }
         let outputs = (!is_fail_safe && !self.is_clear).then_some(outputs);
         match &mut self.held {
@@ -66,7 +66,7 @@ impl Slave {
         inputs
     }
 
-    /// Gives the inputs without taking outputs.
+    /// Answers RD_Inp.
     pub(super) fn read_inputs(&mut self, env: &mut Env<'_>) -> Answer {
         if self.state != State::DataExchange {
             return Answer::NO_SERVICE;
@@ -74,7 +74,7 @@ impl Slave {
         Answer::data(self.inputs(env))
     }
 
-    /// Gives the outputs of the last exchange.
+    /// Answers RD_Outp with the outputs of the last Data_Exchange.
     pub(super) fn read_outputs(&self) -> Answer {
         match self.state {
             State::WaitPrm | State::WaitCfg => Answer::NO_SERVICE,
@@ -82,17 +82,17 @@ impl Slave {
         }
     }
 
-    /// Follows a command of its master.
+    /// Carries out a Global_Control of the master of the slave.
     pub(super) fn global_control(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) {
         let Ok(control) = GlobalControl::parse(data) else { return };
         if self.state != State::DataExchange || self.master != Some(sa) {
             return;
         }
-        let is_meant = self.check(env, Check::Group(control.groups), control.is_for(self.groups));
-        if is_meant || control.groups & CLOCK_GROUP != 0 {
+        let is_addressed = self.check(env, Check::Group(control.groups), control.is_for(self.groups));
+        if is_addressed || control.groups & CLOCK_GROUP != 0 {
             env.application.clock(env.at());
         }
-        if !is_meant {
+        if !is_addressed {
             return;
         }
         let command = control.command;
@@ -130,5 +130,5 @@ impl Slave {
     }
 }
 
-/// The group to which all stations belong that follow the clock of the bus.
+/// The group of all stations that follow the bus clock.
 const CLOCK_GROUP: u8 = 0x80;

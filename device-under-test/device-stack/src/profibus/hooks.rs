@@ -1,6 +1,7 @@
-//! The hooks of a slave: the seams at which a deviation may change what comes in and what goes out, and the checks it may flip.
+//! The hooks of a slave: the seams at which a deviation may change incoming and outgoing data, and the checks that it
+//! may flip.
 //!
-//! The slave itself is plain. Without the feature `deviations` no hook is ever called.
+//! The slave itself conforms. Without the feature `deviations` no hook is called.
 
 use super::application::Application;
 use alloc::vec;
@@ -11,80 +12,81 @@ use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::SetPrm;
 
-/// A yes or no that the slave decides, with what it decides about.
+/// A yes-or-no decision of the slave and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// A telegram to this address is for the slave.
     Address(u8),
-    /// A counted request is the one before once more, and gets the same answer.
+    /// A request with a frame count bit is a repetition, and gets the same answer.
     Repetition,
-    /// Set_Prm comes from a master that may set parameters: the slave belongs to no other one.
+    /// Set_Prm comes from a master that may send parameters: no other master has locked the slave.
     Master(u8),
-    /// The ident number of Set_Prm is that of the slave.
+    /// Set_Prm contains the ident number of the slave.
     Ident(u16),
-    /// Chk_Cfg comes when there are parameters.
+    /// Chk_Cfg comes after valid parameters.
     Order,
-    /// The outputs have as many octets as the configuration says.
+    /// The outputs have the configured length in bytes.
     OutputLength(usize),
-    /// Global_Control is for the groups of the slave.
+    /// Global_Control addresses a group of the slave.
     Group(u8),
-    /// The encoder leaves its address to the bus: Set_Slave_Address is served.
+    /// Set_Slave_Address is served: the application permits it.
     AddressService,
-    /// Set_Slave_Address comes while parameters are awaited.
+    /// Set_Slave_Address comes in Wait_Prm.
     AddressTime,
-    /// The ident number of Set_Slave_Address is that of the slave.
+    /// Set_Slave_Address contains the ident number of the slave.
     AddressIdent(u16),
-    /// This may be the address of a slave.
+    /// A slave may have this address.
     NewAddress(u8),
-    /// The master has turned DP-V1 on, so that it may access records.
+    /// The master has enabled DP-V1 and may access records.
     Dpv1,
 }
 
-/// The hooks of a slave; each default changes nothing. The encoder is passed for reading only.
-#[allow(unused_variables, reason = "the names tell what a seam is about")]
+/// The hooks of a slave; each default changes nothing. The application (`encoder`) is passed for reading only.
+#[allow(unused_variables, reason = "the names document the hook")]
 pub trait SlaveHooks {
-    /// What the slave has decided about this.
+    /// Replaces a decision of the slave, which is `verdict`.
     fn check(&mut self, encoder: &dyn Application, check: Check, verdict: bool) -> bool {
         verdict
     }
 
-    /// The telegrams that the slave hears in the place of one that came off the bus.
+    /// Replaces a received telegram by the telegrams that the slave receives instead.
     fn comes(&mut self, encoder: &dyn Application, telegram: &[u8]) -> Vec<Vec<u8>> {
         vec![telegram.to_vec()]
     }
 
-    /// Changes a telegram that the slave sends; an empty one is not sent.
+    /// Changes a telegram that the slave sends; an empty telegram is not sent.
     fn goes(&mut self, encoder: &dyn Application, telegram: &mut Vec<u8>) {}
 
-    /// How long the slave waits until it answers, from what was agreed.
+    /// Changes the delay of an answer (min TSDR).
     fn delay(&mut self, right: BitTimes) -> BitTimes {
         right
     }
 
-    /// How long the watchdog waits for the master.
+    /// Changes the watchdog time.
     fn watchdog(&mut self, right: Duration) -> Duration {
         right
     }
 
-    /// Changes the parameters that the encoder is given; `false` keeps them from it as if they were right.
+    /// Changes the parameters for the application. `false` hides them from it, as if they were valid.
     fn parameters(&mut self, parameters: &mut SetPrm) -> bool {
         true
     }
 
-    /// How much is exchanged after Chk_Cfg with these identifiers, or none for Cfg_Fault.
+    /// Changes the result of Chk_Cfg with these identifiers: the lengths of inputs and outputs, or `None` for
+    /// Cfg_Fault.
     fn configuration(&mut self, encoder: &dyn Application, identifiers: &[u8], right: Option<Sums>) -> Option<Sums> {
         right
     }
 
-    /// Changes the outputs that the encoder is given; none while they are clear or missing.
+    /// Changes the outputs for the application; `None` while they are clear or missing.
     fn outputs(&mut self, outputs: &mut Option<Vec<u8>>) {}
 
-    /// Changes the inputs that the encoder has given.
+    /// Changes the inputs from the application.
     fn inputs(&mut self, inputs: &mut [u8]) {}
 
-    /// The slave has started anew.
+    /// The slave has restarted.
     fn starts(&mut self) {}
 
-    /// What hands do to the device.
+    /// The stand acts on the device.
     fn act(&mut self, action: &StandAction<'_>) {}
 }

@@ -1,6 +1,6 @@
-//! The data link of a slave: which request is a repetition, when an answer is due, and what it looks like.
+//! The data link of a slave: detects repeated requests, and times and encodes answers.
 //!
-//! This room must not know services and states.
+//! This module must not depend on services and states.
 
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
@@ -8,24 +8,24 @@ use wire::profibus::fdl::{
     AnswerFunction, BaudRate, BitTimes, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, StationType,
 };
 
-/// What a service answers.
+/// The answer of a service.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// The request was taken and there are no data.
+    /// Short acknowledgement: the request was accepted, without data.
     Taken,
-    /// Data; of high priority if the master is to fetch the diagnosis.
+    /// Data, with high priority if the master must fetch the diagnosis.
     Data {
-        /// The octets.
+        /// The data.
         octets: Vec<u8>,
-        /// Whether their priority is high.
+        /// Whether the priority is high.
         is_high: bool,
     },
-    /// Nothing but a function code.
+    /// A function code without data.
     Code(AnswerFunction),
 }
 
 impl Answer {
-    /// The access point is not active for this request.
+    /// RS: the service access point is not active for this request.
     pub const NO_SERVICE: Answer = Answer::Code(AnswerFunction::NO_SERVICE);
 
     /// Data of low priority.
@@ -39,13 +39,13 @@ pub(super) struct Link {
     baud: BaudRate,
     /// min TSDR as the last Set_Prm has it.
     pub delay: BitTimes,
-    /// The last counted request and the answer to it.
+    /// The last request with a frame count bit, and its answer.
     last: Option<Counted>,
-    /// The answer that waits for its time.
+    /// The answer that is due at this time.
     waiting: Option<(Time, Vec<u8>)>,
 }
 
-/// A counted request that was answered.
+/// A request with a frame count bit that was answered.
 struct Counted {
     sa: u8,
     count: FrameCount,
@@ -53,7 +53,7 @@ struct Counted {
 }
 
 impl Link {
-    /// A link that has heard nothing.
+    /// A link that has received nothing.
     pub fn new(baud: BaudRate) -> Link {
         Link { baud, delay: BitTimes::LEAST_DELAY, last: None, waiting: None }
     }
@@ -63,12 +63,12 @@ impl Link {
         self.baud
     }
 
-    /// Another frame has come: an answer that was not sent yet is not sent.
+    /// Another frame was received: discards an answer that was not sent yet.
     pub fn hear(&mut self) {
         self.waiting = None;
     }
 
-    /// Whether a request is the last counted one once more.
+    /// Whether a request repeats the last one with a frame count bit.
     pub fn is_repetition(&self, frame: &DataFrame<'_>) -> bool {
         let (Some(count), Some(last)) = (frame.fc.count(), &self.last) else { return false };
         match (count, last.count) {
@@ -81,7 +81,7 @@ impl Link {
         }
     }
 
-    /// Gives the last answer again, after so many bits.
+    /// Sends the last answer again after `delay`.
     pub fn repeat(&mut self, now: Time, delay: BitTimes) {
         if let Some(last) = &self.last {
             let answer = last.answer.clone();
@@ -89,7 +89,7 @@ impl Link {
         }
     }
 
-    /// Answers a request that came to `own`, after so many bits.
+    /// Answers a request to the address `own` after `delay`.
     pub fn answer(&mut self, now: Time, own: u8, frame: &DataFrame<'_>, answer: &Answer, delay: BitTimes) {
         let Some(octets) = octets(own, frame, answer) else { return };
         match frame.fc.count() {

@@ -1,11 +1,11 @@
-//! PROFIBUS DP, slave side: everything that all slaves share, sans-IO.
+//! PROFIBUS DP, slave side, without I/O: everything that all slaves share.
 //!
-//! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers FDL and DP requests, keeps the states
-//! from Power_On to Data_Exch, the watchdog, the lock, freeze and sync, and polls records of DP-V1 through. A frame comes to it
-//! at the end of its last character, and what it sends begins at once: it waits for min TSDR by itself.
-//! Deviations attach to it at [`SlaveHooks`].
+//! [`Device`] is a [`Station`](station::Station) with an [`Application`]: it answers FDL and DP requests, keeps the
+//! states from Power_On to Data_Exch, the watchdog, the lock, Freeze and Sync, and serves DP-V1 records. It receives
+//! a frame at the end of its last character. What it sends starts at once: the slave itself waits for min TSDR.
+//! Deviations attach to [`SlaveHooks`].
 //!
-//! This module must not know encoders or parameters, nor anything of the master's side.
+//! This module must not depend on encoders, parameters or the master side.
 
 mod address;
 mod application;

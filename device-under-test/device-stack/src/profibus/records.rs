@@ -1,6 +1,7 @@
-//! Records of DP-V1: a class 1 master at one access point, class 2 masters in connections.
+//! DP-V1 records: MS1 for the class 1 master, MS2 connections for class 2 masters.
 //!
-//! A request is acknowledged, and its answer is fetched by an empty poll once it is there. This room must not know records.
+//! A request is acknowledged, and the master fetches the answer with an empty poll once it is available. This module
+//! must not know the content of records.
 
 use super::application::{Access, Channel, Identity, Refusal};
 use super::link::Answer;
@@ -12,14 +13,16 @@ use wire::profibus::dpv1::{self, Abilities, AbortReason, Endpoint, Function, Pdu
 use wire::profibus::fdl::AnswerFunction;
 use wire::profibus::sap::SlaveSap;
 
-/// The most octets of a record.
+/// Longest record in bytes.
 const MOST_DATA: u8 = 240;
-/// The least Send_Timeout that the slave can keep, in 10 ms.
+/// Shortest Send_Timeout of the slave, in units of 10 ms.
 const LEAST_TIMEOUT: u16 = 10;
-/// How long a record takes; invented.
+/// Unit of Send_Timeout: 10 ms (IEC 61158-6-3).
+const SEND_TIMEOUT_UNIT: Duration = Duration::from_millis(10);
+/// Time that the slave needs to process a record; invented.
 const RECORD_TIME: Duration = Duration::from_millis(2);
 
-/// A request to an access point of class 2 masters.
+/// A request to a service access point of class 2 masters.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request<'a> {
     pub sap: u8,
@@ -27,15 +30,15 @@ pub(super) struct Request<'a> {
     pub data: &'a [u8],
 }
 
-/// What waits to be fetched from an access point.
+/// The answer that waits to be fetched from a service access point.
 #[derive(Clone, Debug, Default)]
 struct Desk {
-    /// The answer and when it is there.
+    /// When the answer is available, and its bytes.
     answer: Option<(Time, Vec<u8>)>,
 }
 
 impl Desk {
-    /// What an empty poll gets.
+    /// The answer to an empty poll.
     fn poll(&mut self, now: Time) -> Answer {
         match self.answer.take_if(|(due, _)| *due <= now) {
             Some((_, octets)) => Answer::data(octets),
@@ -60,11 +63,11 @@ struct Connection {
     desk: Desk,
 }
 
-/// All that waits to be fetched, and the connections.
+/// The answers that wait to be fetched, and the MS2 connections.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Records {
     ms1: Desk,
-    /// What the resource manager has to tell to whom.
+    /// The master that waits for the resource manager, and the answer for it.
     manager: Option<(u8, Desk)>,
     connections: Vec<Connection>,
 }
@@ -83,7 +86,7 @@ impl Records {
         Answer::Taken
     }
 
-    /// The class 1 master is gone.
+    /// MS1 has ended.
     pub fn end_ms1(&mut self, env: &mut Env<'_>) {
         self.ms1 = Desk::default();
         env.application.forget(env.at(), Channel::Ms1);
@@ -97,8 +100,8 @@ impl Records {
         if SlaveSap(request.sap) == SlaveSap::RESOURCE_MANAGER {
             return self.manage(env, request, identity);
         }
-        let known = self.connections.iter_mut().position(|of| (of.sap, of.master) == (request.sap, request.master));
-        let Some(at) = known else { return Answer::NO_SERVICE };
+        let position = self.connections.iter_mut().position(|of| (of.sap, of.master) == (request.sap, request.master));
+        let Some(at) = position else { return Answer::NO_SERVICE };
         let Some(connection) = self.connections.get_mut(at) else { return Answer::NO_SERVICE };
         connection.until = env.now + connection.timeout;
         if request.data.is_empty() {
@@ -138,17 +141,17 @@ impl Records {
         let free = (0..identity.ms2 as u8).find(|sap| self.connections.iter().all(|of| of.sap != *sap));
         let Some(sap) = free else { return Answer::Code(AnswerFunction::NO_RESOURCE) };
         let send_timeout = send_timeout.max(LEAST_TIMEOUT);
-        let timeout = Duration::from_millis(u64::from(send_timeout) * 10 * 2);
+        let timeout = SEND_TIMEOUT_UNIT * u32::from(send_timeout) * 2;
         let mut desk = Desk::default();
         let swap = |abilities: Abilities| {
-            let own = identity.abilities.clone().unwrap_or(Abilities {
+            let supported = identity.abilities.clone().unwrap_or(Abilities {
                 features: [1, 0],
                 profile_features: [0, 0],
                 profile: 0,
                 source: Endpoint::default(),
                 destination: Endpoint::default(),
             });
-            Abilities { source: abilities.destination, destination: abilities.source, ..own }
+            Abilities { source: abilities.destination, destination: abilities.source, ..supported }
         };
         desk.put(env.now + RECORD_TIME, &Pdu::InitiateResponse { most_data: MOST_DATA, abilities: swap(abilities) });
         self.connections.push(Connection { sap, master: request.master, timeout, until: env.now + timeout, desk });
@@ -163,20 +166,20 @@ impl Records {
         env.application.forget(env.at(), Channel::Ms2(connection.sap));
     }
 
-    /// Ends connections that were silent for too long.
+    /// Ends MS2 connections whose timeout has expired.
     pub fn wake(&mut self, env: &mut Env<'_>) {
         while let Some(at) = self.connections.iter().position(|of| of.until <= env.now) {
             self.end(env, at);
         }
     }
 
-    /// When a connection has been silent for too long.
+    /// When the next MS2 connection times out.
     pub fn due(&self) -> Option<Time> {
         self.connections.iter().map(|of| of.until).min()
     }
 }
 
-/// The answer to a request for a record.
+/// The answer to a record request.
 fn answer(env: &mut Env<'_>, channel: Channel, data: &[u8]) -> Pdu {
     let at = env.at();
     let access = |record: &Record| Access { channel, slot: record.slot, index: record.index };

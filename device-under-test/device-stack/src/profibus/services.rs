@@ -1,4 +1,4 @@
-//! Which service a frame is for, by its function code and its service access points (IEC 61158-4-3 and 61158-6-3).
+//! Dispatches frames to services by function code and service access points (IEC 61158-4-3 and 61158-6-3).
 
 use super::hooks::Check;
 use super::link::Answer;
@@ -9,14 +9,14 @@ use wire::profibus::fdl::{AnswerFunction, BROADCAST, DataFrame, Frame, RequestFu
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
 impl Slave {
-    /// Takes a frame off the bus.
+    /// Processes a frame from the bus.
     pub fn receive(&mut self, env: &mut Env<'_>, octets: &[u8]) {
         self.heard = Some(env.now);
         self.link.hear();
         let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return };
         let Some(function) = frame.fc.requested() else { return };
-        let is_for_own = self.address <= UNNAMED && self.check(env, Check::Address(frame.da), self.address == frame.da);
-        if frame.destination.segment.is_some() || !(is_for_own || frame.da == BROADCAST) {
+        let is_for_us = self.address <= UNNAMED && self.check(env, Check::Address(frame.da), self.address == frame.da);
+        if frame.destination.segment.is_some() || !(is_for_us || frame.da == BROADCAST) {
             return;
         }
         match function {
@@ -25,7 +25,7 @@ impl Slave {
                     self.global_control(env, frame.sa, frame.data);
                 }
             }
-            _ if !is_for_own || !function.wants_answer() => {}
+            _ if !is_for_us || !function.wants_answer() => {}
             _ => self.serve(env, function, &frame),
         }
     }

@@ -1,4 +1,4 @@
-//! A slave while it has power: what it keeps from one frame to the next, and when something is due.
+//! A slave while it has power: its state and its timers.
 
 use super::application::{Application, End, Identity, Seen, State};
 use super::diagnosis::Faults;
@@ -13,20 +13,20 @@ use station::{Outbox, Time};
 use wire::profibus::cfg::Sums;
 use wire::profibus::fdl::BaudRate;
 
-/// What the slave has in its hands during one input.
+/// The context of each call: current time, application, and output queue.
 pub(super) struct Env<'a> {
-    /// The time by the slave's clock.
+    /// The time of the slave's clock.
     pub now: Time,
-    /// By how much the encoder's clock is ahead.
+    /// By how much the clock of the application is ahead.
     pub encoder_ahead: Duration,
-    /// The encoder.
+    /// The application.
     pub application: &'a mut dyn Application,
-    /// Where frames are sent.
+    /// The queue of frames to send.
     pub out: &'a mut Outbox,
 }
 
 impl Env<'_> {
-    /// The time by the encoder's clock.
+    /// The time of the application's clock.
     pub fn at(&self) -> Time {
         self.now + self.encoder_ahead
     }
@@ -39,33 +39,33 @@ pub(super) struct Slave {
     pub(super) link: Link,
     pub(super) address: u8,
     pub(super) state: State,
-    /// The master that has parameterised the slave.
+    /// The master that has locked the slave.
     pub(super) master: Option<u8>,
     pub(super) groups: u8,
-    /// The time of the watchdog, and when it expires.
+    /// The watchdog time, and when it expires.
     pub(super) watchdog: Option<(Duration, Time)>,
     pub(super) has_fail_safe: bool,
-    /// Whether the master has turned DP-V1 on.
+    /// Whether the master has enabled DP-V1.
     pub(super) has_dpv1: bool,
     pub(super) sums: Sums,
     pub(super) faults: Faults,
     pub(super) has_expired: bool,
     pub(super) is_clear: bool,
-    /// Inputs that Freeze holds.
+    /// The inputs held by Freeze.
     pub(super) frozen: Option<Vec<u8>>,
-    /// Whether Sync holds the outputs, and those that wait for the next one.
+    /// `Some` while Sync holds the outputs, with the outputs that wait for the next Sync.
     pub(super) held: Option<Option<Vec<u8>>>,
     /// The outputs of the last exchange.
     pub(super) outputs: Vec<u8>,
-    /// Whether the master is to fetch the diagnosis.
+    /// Whether the master must fetch the diagnosis.
     pub(super) is_announced: bool,
     pub(super) records: Records,
-    /// When the last frame came.
+    /// When the last frame was received.
     pub(super) heard: Option<Time>,
 }
 
 impl Slave {
-    /// A slave that has just started.
+    /// A slave after its start.
     pub fn new(baud: BaudRate, hooks: Attached<dyn SlaveHooks>, application: &dyn Application) -> Slave {
         Slave {
             hooks,
@@ -91,14 +91,14 @@ impl Slave {
         }
     }
 
-    /// The slave after a new start.
+    /// The slave after a restart.
     pub fn restarted(&self, env: &mut Env<'_>) -> Slave {
         self.hooks.notify(|hooks| hooks.starts());
         Slave::new(self.link.baud(), self.hooks.clone(), env.application)
     }
 
-    /// What there is to be seen of it.
-    pub fn seen(&self, seen: Seen) -> Seen {
+    /// Completes the status of the device with that of the slave.
+    pub fn seen(&self, device: Seen) -> Seen {
         Seen {
             state: self.state,
             heard: self.heard,
@@ -106,7 +106,7 @@ impl Slave {
             cfg_fault: self.faults.cfg,
             watchdog_expired: self.has_expired,
             is_clear: self.is_clear,
-            ..seen
+            ..device
         }
     }
 
@@ -115,7 +115,7 @@ impl Slave {
         self.watchdog.is_some()
     }
 
-    /// What is decided, in the end.
+    /// Returns `verdict`, unless a deviation flips it.
     pub(super) fn check(&self, env: &Env<'_>, check: Check, verdict: bool) -> bool {
         self.hooks.apply(verdict, |hooks, verdict| hooks.check(env.application, check, verdict))
     }
@@ -134,13 +134,13 @@ impl Slave {
         }
     }
 
-    /// After each input: takes note of what the encoder has to tell.
+    /// Called after each event: checks whether the application has a new diagnosis.
     pub fn settle(&mut self, env: &mut Env<'_>) {
         let is_changed = env.application.diagnosis_changed() && self.state == State::DataExchange;
         self.is_announced |= is_changed;
     }
 
-    /// When something is due, the encoder's own affairs apart.
+    /// When the next timer of the slave expires, those of the application excluded.
     pub fn deadline(&self) -> Option<Time> {
         let watchdog = self.watchdog.map(|(_, expires)| expires);
         earlier(self.link.due(), earlier(self.records.due(), watchdog))

@@ -1,4 +1,4 @@
-//! What the master sends before the exchange of data: Set_Prm, Set_Ext_Prm and Chk_Cfg (IEC 61158-6-3, coding of MS0).
+//! The start-up requests of the master: Set_Prm, Set_Ext_Prm and Chk_Cfg (IEC 61158-6-3, coding of MS0).
 
 use super::application::{End, State};
 use super::diagnosis::Faults;
@@ -9,35 +9,35 @@ use core::time::Duration;
 use wire::profibus::fdl::BitTimes;
 use wire::profibus::prm::{Dpv1, Dpv1Status1, PrmBlock, SetPrm, StationStatus};
 
-/// What Set_Prm asks for.
+/// The request in the Lock_Req and Unlock_Req bits of Set_Prm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Wish {
-    /// The slave is to belong to this master.
+    /// Lock the slave for this master.
     Lock,
-    /// The slave is to belong to nobody.
+    /// Unlock the slave.
     Unlock,
-    /// Nothing but min TSDR is to be taken.
+    /// Set min TSDR only.
     DelayOnly,
 }
 
 impl Slave {
-    /// Takes parameters, or gives the slave free.
+    /// Processes Set_Prm: applies the parameters, sets min TSDR only, or unlocks the slave.
     pub(super) fn set_prm(&mut self, env: &mut Env<'_>, sa: u8, data: &[u8]) -> Answer {
-        let may = self.master.is_none_or(|master| master == sa);
-        if !self.check(env, Check::Master(sa), may) {
+        let is_free = self.master.is_none_or(|master| master == sa);
+        if !self.check(env, Check::Master(sa), is_free) {
             return Answer::NO_SERVICE;
         }
         let Ok(parameters) = SetPrm::parse(data) else {
             self.refuse(env, Faults { prm: true, ..self.faults });
             return Answer::Taken;
         };
-        let asks = |bit| parameters.status.has(bit);
-        let wish = match (asks(StationStatus::LOCK_REQ), asks(StationStatus::UNLOCK_REQ)) {
+        let is_set = |bit| parameters.status.has(bit);
+        let request = match (is_set(StationStatus::LOCK_REQ), is_set(StationStatus::UNLOCK_REQ)) {
             (_, true) => Wish::Unlock,
             (true, false) => Wish::Lock,
             (false, false) => Wish::DelayOnly,
         };
-        match wish {
+        match request {
             Wish::Lock => self.take(env, sa, parameters),
             Wish::DelayOnly => self.take_delay(parameters.min_tsdr),
             Wish::Unlock => {
@@ -58,7 +58,7 @@ impl Slave {
 
     fn take(&mut self, env: &mut Env<'_>, sa: u8, mut parameters: SetPrm) {
         let status = parameters.status;
-        let lacks = |asked: StationStatus, has: bool| status.has(asked) && !has;
+        let lacks = |requested: StationStatus, has: bool| status.has(requested) && !has;
         let not_supported = lacks(StationStatus::FREEZE_REQ, self.identity.freeze)
             || lacks(StationStatus::SYNC_REQ, self.identity.sync);
         let dpv1 = parameters.dpv1().filter(|_| self.identity.dpv1).unwrap_or_default();

@@ -1,6 +1,7 @@
-//! The states of a slave and what leads from one to the next (IEC 61158-6-3, MSCY1S).
+//! The states of a slave and their transitions (IEC 61158-6-3, MSCY1S).
 //!
-//! Wait_Prm, after power-up and after every loss of the master; Wait_Cfg, with parameters and without a configuration; Data_Exchange.
+//! Wait_Prm: after power-up and after every loss of the master. Wait_Cfg: with parameters and without a
+//! configuration. Data_Exch: parameters and configuration are valid.
 
 use super::application::{End, State};
 use super::diagnosis::Faults;
@@ -15,7 +16,7 @@ impl Slave {
         self.state == State::DataExchange && self.master.is_none_or(|master| master == sa)
     }
 
-    /// From Wait_Prm to Wait_Cfg; in Data_Exchange new parameters change nothing of the state.
+    /// From Wait_Prm to Wait_Cfg. In Data_Exch new parameters do not change the state.
     pub(super) fn parametrized(&mut self) {
         self.state = match self.state {
             State::WaitPrm | State::WaitCfg => State::WaitCfg,
@@ -23,7 +24,7 @@ impl Slave {
         };
     }
 
-    /// To Data_Exchange, or goes on there with other lengths.
+    /// Enters Data_Exch, or continues there with other lengths.
     pub(super) fn begin(&mut self, env: &mut Env<'_>, sums: Sums) {
         if self.state != State::DataExchange || sums != self.sums {
             self.sums = sums;
@@ -35,13 +36,13 @@ impl Slave {
         }
     }
 
-    /// Back to Wait_Prm, since what the master sent is wrong; the diagnosis says what.
+    /// Back to Wait_Prm because the master sent something invalid. The diagnosis reports `faults`.
     pub(super) fn refuse(&mut self, env: &mut Env<'_>, faults: Faults) {
         self.leave(env, End::Fault);
         self.faults = faults;
     }
 
-    /// Back to Wait_Prm: ends the exchange of data and gives the master up.
+    /// Back to Wait_Prm: ends data exchange and releases the lock.
     pub(super) fn leave(&mut self, env: &mut Env<'_>, end: End) {
         if self.state == State::DataExchange {
             self.put(env, None);
@@ -58,7 +59,7 @@ impl Slave {
         self.records.end_ms1(env);
     }
 
-    /// The watchdog starts anew with each request of the master of the slave.
+    /// Restarts the watchdog if the request comes from the master of the slave.
     pub(super) fn trigger_watchdog(&mut self, now: Time, sa: u8) {
         if self.master == Some(sa)
             && let Some((time, expires)) = &mut self.watchdog

@@ -1,4 +1,4 @@
-//! An application whose clock is ahead of the stack's, for a stand that lets time go by at once.
+//! An application whose clock is ahead of the clock of the stack, for a stand that skips time.
 
 use crate::profinet::{
     Access, Application, ArKey, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, StationData,
@@ -8,11 +8,10 @@ use core::time::Duration;
 use station::{StandAction, Time};
 use wire::http::{Request, Response};
 
-/// The encoder behind a stack, with a clock that may be ahead of the stack's.
+/// An application whose clock may be ahead of the clock of the stack.
 pub(super) struct Ahead<A> {
-    /// The encoder.
     pub inner: A,
-    /// By how much its clock is ahead.
+    /// By how much the clock of the application is ahead.
     pub by: Duration,
 }
 
@@ -93,8 +92,8 @@ impl<A: Application> Application for Ahead<A> {
         self.inner.is_alive()
     }
 
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str> {
-        self.inner.led(now + self.by, name, seen)
+    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str> {
+        self.inner.led(now + self.by, name, status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

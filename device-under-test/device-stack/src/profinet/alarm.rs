@@ -1,9 +1,10 @@
 //! The alarm endpoint of a connection: alarms of low priority, one at a time, with repetition and acknowledgement.
 //!
-//! Every alarm of this stack is shorter than the least that a controller may agree to, 200 octets.
-//! This module must not know diagnoses: it is given whole notifications.
+//! Every alarm of this stack is shorter than 200 bytes, the smallest MaxAlarmDataLength that a controller may set.
+//!
+//! This module must not know diagnoses: it sends complete notifications.
 
-use super::hooks::{Hooks, StackCheck};
+use super::hooks::{AttachedStackHooks, StackCheck};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use station::{Duration, Outbox, Time};
@@ -12,6 +13,9 @@ use wire::octets::Append;
 use wire::profinet::alarm::{AlarmNotification, AlarmPriority, AlarmSpecifier, RtaBody, RtaHeader, RtaKind, RtaPdu};
 use wire::profinet::blocks::connect::{AlarmCrBlockReq, AlarmCrBlockRes};
 use wire::profinet::status::{AbortReason, PnioStatus};
+
+/// Unit of RTATimeoutFactor: 100 ms (IEC 61158-6-10).
+const RTA_TIMEOUT_UNIT: Duration = Duration::from_millis(100);
 
 /// The alarm endpoint of the device in one connection.
 #[derive(Debug)]
@@ -28,48 +32,53 @@ pub(super) struct AlarmEndpoint {
     next_sequence: u16,
     received: u16,
     specifier: u16,
-    hooks: Hooks,
+    hooks: AttachedStackHooks,
 }
 
-/// What becomes of the alarm that is on its way.
+/// The state of the current alarm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Transfer {
-    /// There is none.
+    /// No alarm is pending.
     Idle,
-    /// It was sent and is not acknowledged.
+    /// The alarm was sent and the transport acknowledgement (RTA ACK) is missing.
     Sent { notification: AlarmNotification, sequence: u16, retries_left: u16, due: Time },
-    /// It has arrived; the application of the controller has not acknowledged it.
+    /// The alarm has arrived; the Alarm Ack of the controller's application is missing.
     Arrived { specifier: AlarmSpecifier },
 }
 
-/// What a received PDU or a timer brought about.
+/// The effect of a received PDU or of a timer on the connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// The connection goes on.
+    /// The connection continues.
     GoesOn,
     /// The controller has ended the connection.
     Ended,
-    /// The connection is to be ended.
+    /// The device must end the connection.
     End(AbortReason),
 }
 
 impl AlarmEndpoint {
-    /// Most octets of an alarm that the device can take.
+    /// MaxAlarmDataLength of the device, in bytes.
     const MAX_LENGTH: u16 = 200;
     /// SendSeqNum of the first alarm of a connection.
     const FIRST_SEQUENCE: u16 = 0xFFFF;
-    /// AckSeqNum while nothing was received.
+    /// AckSeqNum before the first received PDU.
     const NOTHING_RECEIVED: u16 = 0xFFFE;
 
-    /// The endpoint with the number `local` for what `request` agrees.
-    pub(super) fn new((peer, mac): (Mac, Mac), local: u16, request: &AlarmCrBlockReq, hooks: Hooks) -> AlarmEndpoint {
+    /// Opens the endpoint with the reference `local` as `request` sets it up.
+    pub(super) fn new(
+        (peer, mac): (Mac, Mac),
+        local: u16,
+        request: &AlarmCrBlockReq,
+        hooks: AttachedStackHooks,
+    ) -> AlarmEndpoint {
         AlarmEndpoint {
             peer,
             mac,
             local,
             remote: request.local_alarm_reference,
             tags: [request.alarm_cr_tag_header_low, request.alarm_cr_tag_header_high],
-            timeout: Duration::from_millis(100) * u32::from(request.rta_timeout_factor),
+            timeout: RTA_TIMEOUT_UNIT * u32::from(request.rta_timeout_factor),
             retries: request.rta_retries,
             hooks,
             waiting: VecDeque::new(),
@@ -80,7 +89,7 @@ impl AlarmEndpoint {
         }
     }
 
-    /// What the answer to Connect says of this endpoint.
+    /// The AlarmCRBlockRes for the answer to Connect.
     pub(super) fn response(&self) -> AlarmCrBlockRes {
         AlarmCrBlockRes {
             alarm_cr_type: 1,
@@ -89,7 +98,7 @@ impl AlarmEndpoint {
         }
     }
 
-    /// Queues an alarm; its sequence number is filled in.
+    /// Queues an alarm and sets its sequence number.
     pub(super) fn push(&mut self, mut notification: AlarmNotification) {
         if !self.hooks.apply(true, |hooks, is_sent| hooks.alarm(&mut notification, is_sent)) {
             return;
@@ -104,7 +113,7 @@ impl AlarmEndpoint {
         source == self.peer && (pdu.header.dst_endpoint, pdu.header.src_endpoint) == (self.local, self.remote)
     }
 
-    /// When a repetition is due.
+    /// When the next alarm or repetition is due.
     pub(super) fn due(&self) -> Option<Time> {
         match &self.transfer {
             Transfer::Sent { due, .. } => Some(*due),
@@ -114,7 +123,7 @@ impl AlarmEndpoint {
         }
     }
 
-    /// Repeats what is due, or sends the next alarm.
+    /// Sends the repetition that is due, or the next alarm.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Outcome {
         match core::mem::replace(&mut self.transfer, Transfer::Idle) {
             Transfer::Idle => {
@@ -139,7 +148,7 @@ impl AlarmEndpoint {
         self.transfer = Transfer::Sent { notification, sequence, retries_left, due: now + self.timeout };
     }
 
-    /// Takes a PDU that [is for](AlarmEndpoint::is_for) this endpoint.
+    /// Processes a PDU that [is for](AlarmEndpoint::is_for) this endpoint.
     pub(super) fn receive(&mut self, priority: AlarmPriority, pdu: &RtaPdu, out: &mut Outbox) -> Outcome {
         match (&pdu.body, pdu.header.kind) {
             (RtaBody::Error { .. }, _) => return Outcome::Ended,
@@ -194,7 +203,7 @@ impl AlarmEndpoint {
         }
     }
 
-    /// Tells the controller that the connection has ended, and why.
+    /// Sends ERR-RTA with `reason` to the controller.
     pub(super) fn abort(&self, reason: AbortReason, out: &mut Outbox) {
         let header = RtaHeader::new(RtaKind::ERR, self.remote, self.local, self.last_sequence(), self.received);
         let body = RtaBody::Error { status: PnioStatus::abort(reason), more: Vec::new() };

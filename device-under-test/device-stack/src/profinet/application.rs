@@ -1,167 +1,172 @@
-//! The seam between a PROFINET device stack and the encoder behind it.
+//! The interface between a PROFINET device stack and its application.
 //!
-//! The stack speaks PROFINET and owns everything that all devices share: DCP, start-up, frames, alarms, LLDP, the
-//! records of identification, I&M and diagnosis, interface and port submodules. The application is what one manual
-//! describes: submodules and their data, records of its own, diagnoses, what is stored, which names are allowed.
+//! The stack implements what all PROFINET devices share: DCP, start-up, cyclic frames, alarms, LLDP, the records of
+//! identification, I&M and diagnosis, interface and port submodules. The application implements what one manual
+//! describes: submodules and their data, its own records, diagnoses, stored data, accepted station names.
 //!
-//! This module must not know frames, blocks or sockets, nor any particular encoder.
+//! This module must not depend on frames, blocks, sockets or a particular encoder.
 
 use alloc::string::String;
 use alloc::vec::Vec;
 use station::{StandAction, Time};
 use wire::http::{Request, Response};
 
-/// The encoder behind a PROFINET device stack.
+/// The application of a PROFINET device, for instance an encoder.
 ///
-/// Every call says what time it is; time never goes backwards. What the application wants to tell of its own accord is
-/// taken from it by [`next_diagnosis`](Application::next_diagnosis) after each other call.
+/// Every call passes the current time, which never goes backwards. After each other call the stack fetches pending
+/// diagnosis changes with [`next_diagnosis`](Application::next_diagnosis).
+#[allow(unused_variables, reason = "the names document the parameters")]
 pub trait Application {
-    /// What the device says of itself; it never changes.
+    /// The identification data of the device; they never change.
     fn identity(&self) -> &Identity;
 
-    /// Every submodule that can be plugged, the alternatives for one subslot one after the other, the default one first.
+    /// Every submodule that can be plugged. Alternatives for one subslot follow each other, the default one first.
     ///
-    /// Interface (subslot 0x8000) and ports are not among them: they belong to the stack.
+    /// The interface (subslot 0x8000) and the ports are not part of the list: the stack adds them.
     fn plugs(&self) -> &[Plug];
 
-    /// The name and the addresses as they are stored; the stack takes them when it starts and after a reset.
+    /// The stored name and addresses. The stack reads them at its start and after a reset.
     fn stored_station(&self) -> StationData;
 
-    /// Takes note of a changed name or address and stores `stored`.
+    /// Reports a changed name or address and stores `stored`.
     ///
-    /// After a permanent DCP Set both are equal; after a temporary one what was set is blank in `stored`. When the call
-    /// returns the storing is done: the stack answers the DCP Set afterwards.
+    /// After a permanent DCP Set both arguments are equal. After a temporary one, the element that was set is blank
+    /// in `stored`. The stack answers the DCP Set after this call returns, so storing must be complete then.
     fn set_station(&mut self, now: Time, current: &StationData, stored: &StationData);
 
-    /// Whether the device may be given this name; the octets come from the wire as they are, the empty name is blank.
+    /// Whether the device accepts this station name. `name` is the raw content of the DCP block; an empty name clears
+    /// the name.
     fn accepts_name(&self, name: &[u8]) -> bool;
 
-    /// Resets what `scope` says to the state at delivery and says whether the device knows this kind of reset.
+    /// Resets the data of `scope` to factory state. Returns `false` if the device does not support this kind of
+    /// reset.
     ///
-    /// The stack then ends its connections, takes the station anew from [`stored_station`](Application::stored_station)
-    /// and goes on living without a power cycle.
+    /// The stack then ends its connections, reads [`stored_station`](Application::stored_station) again and continues
+    /// without a power cycle.
     fn factory_reset(&mut self, now: Time, scope: ResetScope) -> bool;
 
-    /// The supply has come: memory is read, everything volatile is as at the beginning.
+    /// The supply was switched on: load memory and initialise everything volatile.
     ///
-    /// The stack stays silent for [`Identity::boot_time`] from here on.
+    /// The stack sends nothing during [`Identity::boot_time`] from here on.
     fn power_up(&mut self, now: Time);
 
-    /// The supply has gone: what is volatile is lost, what is being written to memory is not written.
+    /// The supply failed: volatile data are lost, and a running write to memory is not completed.
     ///
-    /// Connections and diagnoses are forgotten on both sides; `ended` is not called for them.
+    /// Stack and application drop all connections and diagnoses; `ended` is not called for them.
     fn power_down(&mut self, now: Time);
 
-    /// A connection with cyclic data begins: the Connect was accepted with these submodules, parameters follow.
+    /// A connection with cyclic data begins: Connect was accepted with these submodules, parameter records follow.
     fn started(&mut self, now: Time, ar: ArKey, plugged: &[Plug]);
 
-    /// All parameters of the connection were sent; the time given is when the application is ready, `now` or later.
+    /// All parameters of the connection were sent (PrmEnd). Returns when the application is ready, `now` or later.
     ///
-    /// Until ApplicationReady the stack sends its inputs as bad.
+    /// Until ApplicationReady the stack sends inputs with a bad IOPS.
     fn parameter_end(&mut self, now: Time, ar: ArKey) -> Time;
 
-    /// A connection of any kind has ended, whatever ended it: what it left unread is forgotten.
+    /// A connection of any kind has ended, for any reason: drop responses that it did not fetch.
     fn ended(&mut self, now: Time, ar: ArKey);
 
     /// Writes a record of the application.
     ///
-    /// The place is one that is plugged; the stack refuses other places by itself, and serves its own records.
+    /// A submodule is plugged at the address of `access`: the stack itself refuses other addresses and serves its own
+    /// records.
     fn write_record(&mut self, now: Time, access: Access, data: &[u8]) -> Result<(), RecordRefusal>;
 
-    /// Reads a record of the application and appends it to `out`, complete; the stack cuts it to the length asked for.
+    /// Reads a record of the application and appends all of it to `out`. The stack truncates it to the requested
+    /// length.
     fn read_record(&mut self, now: Time, access: Access, out: &mut Vec<u8>) -> Result<(), RecordRefusal>;
 
-    /// Takes the outputs of a submodule: once for each new frame, or `None` once they have become bad or missing.
+    /// Receives the outputs of a submodule: once for each new frame, and `None` once when they become bad or missing.
     fn outputs(&mut self, now: Time, slot: u16, subslot: u16, data: Option<&[u8]>);
 
-    /// A cyclic frame is about to be sent: what its submodules tell together is settled here, once for the frame.
+    /// A cyclic frame is about to be sent: compute here, once per frame, the values that its submodules share.
     ///
-    /// [`inputs`](Application::inputs) follows for each of its submodules that is plugged and has data, all at the same
-    /// `now`, so that two submodules of one frame never tell of two moments. Nothing is called between them.
-    fn frame(&mut self, now: Time) {
-        let _ = now;
-    }
+    /// The stack then calls [`inputs`](Application::inputs) for each plugged submodule with data in the frame, all
+    /// with the same `now` and nothing in between. All submodules of a frame therefore show the same instant.
+    fn frame(&mut self, now: Time) {}
 
-    /// Fills in the inputs of a submodule, exactly once for each frame sent, and says whether they are good.
+    /// Fills in the inputs of a submodule, exactly once for each frame sent. Returns whether they are good (IOPS).
     ///
-    /// `data` has the input length of the plugged submodule; all of it is written.
+    /// `data` has the input length of the plugged submodule; write all of it.
     fn inputs(&mut self, now: Time, slot: u16, subslot: u16, data: &mut [u8]) -> bool;
 
-    /// The next diagnosis that came or went since the last call, oldest first.
+    /// The next diagnosis that appeared or disappeared since the last call, oldest first.
     ///
-    /// Changes come whether or not there is a connection. The stack keeps the list of what is pending for the diagnosis
-    /// records, sends an alarm for each change while connected, and tells a new connection what is pending already.
+    /// Report changes with or without a connection. The stack keeps the list of pending diagnoses for the diagnosis
+    /// records, sends an alarm for each change while connected, and reports to a new connection what is already
+    /// pending.
     fn next_diagnosis(&mut self) -> Option<DiagnosisChange>;
 
-    /// Does at `now` what the stand does to the sensor, and says when it will be done; `None` if it has no means for it.
+    /// Carries out an action of the stand on the sensor. Returns when it is complete, or `None` if the application
+    /// does not support the action.
     ///
-    /// Power and link are the stack's and never come here. Without supply it is called too, for hands can turn a shaft
-    /// and a voltage can rise all the same.
+    /// The stack handles power and link itself. The call also occurs without supply, because a shaft can be turned
+    /// and a voltage can rise without it.
     fn act(&mut self, now: Time, action: &StandAction<'_>) -> Option<Time>;
 
-    /// Whether what is fed to the device is enough for it to work; asked after [`act`](Application::act) and whenever
-    /// time has gone on.
+    /// Whether the supply suffices for the device to work. The stack checks it after [`act`](Application::act) and
+    /// whenever time has advanced.
     ///
-    /// While it is not, the device is as if its supply were cut: [`power_down`](Application::power_down) comes once it is
-    /// found, and [`power_up`](Application::power_up) once there is enough again.
+    /// While it does not, the device behaves as with the supply cut: the stack calls
+    /// [`power_down`](Application::power_down) when it detects the state, and [`power_up`](Application::power_up)
+    /// when the supply suffices again.
     fn is_alive(&self) -> bool {
         true
     }
 
-    /// What the LED `name` shows at `now` to who has `seen` what the stack knows, in a word of `device.yaml`; `None` if
-    /// the encoder has none of this name.
+    /// What the LED `name` shows at `now`, as a word of `device.yaml`; `None` if the application has no LED of this
+    /// name. `status` is the state of the stack.
     ///
-    /// It is asked without supply too, when an encoder that has LEDs says that they are dark.
-    fn led(&mut self, now: Time, name: &str, seen: &Seen) -> Option<&'static str>;
+    /// The call also occurs without supply; an application with LEDs then reports them as dark.
+    fn led(&mut self, now: Time, name: &str, status: &Seen) -> Option<&'static str>;
 
-    /// How often the counter `name` has counted; `None` if there is none of this name.
+    /// The value of the counter `name`; `None` if there is no counter of this name.
     fn counter(&mut self, now: Time, name: &str) -> Option<u64>;
 
-    /// Whether the web server takes connections; a device without one never does.
+    /// Whether the web server accepts connections. A device without a web server returns `false`.
     fn serves_pages(&self) -> bool {
         false
     }
 
     /// Answers a request to the web server.
     fn page(&mut self, now: Time, request: &Request) -> Response {
-        let (_, _) = (now, request);
         Response::page(404, "")
     }
 
     /// The next time at which [`advance`](Application::advance) has something to do.
     fn deadline(&self) -> Option<Time>;
 
-    /// Does what is due at `now`; called early or late it does what is due and nothing else.
+    /// Does what is due at `now`. An early or late call is allowed.
     fn advance(&mut self, now: Time);
 }
 
-/// What the stack knows of itself that an LED may show.
+/// The state of the stack, for LEDs that show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seen {
-    /// Whether there is power, and enough of it.
+    /// Whether the supply is on and sufficient.
     pub has_supply: bool,
-    /// Whether the device has power and does not answer yet.
+    /// Whether the device is booting: it has power and does not answer yet.
     pub is_booting: bool,
-    /// Whether the cable is plugged; the bench has one, and it is at port 1.
+    /// Whether the cable is plugged in. The bench has one cable, at port 1.
     pub is_linked: bool,
-    /// Whether there is a connection with cyclic data, be it on its way only.
+    /// Whether there is a connection with cyclic data, established or during start-up.
     pub has_connection: bool,
-    /// Whether such a connection has come to the exchange of data, and outputs come.
+    /// Whether such a connection exchanges data and receives outputs.
     pub exchanges_data: bool,
-    /// Whether a connection expects something else than what is plugged.
+    /// Whether the expected configuration of a connection differs from the plugged one.
     pub module_differs: bool,
-    /// Whether the light that DCP Signal asks for is flashing: for 3 s from the Set on, once a second.
+    /// Whether the LED flashes for DCP Signal: once a second for 3 s after the Set.
     pub is_signalling: bool,
 }
 
-/// What a device says of itself in DCP, in the blocks of the start-up and in I&M0.
+/// The identification data of a device in DCP, in the start-up blocks and in I&M0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Vendor number assigned by PI.
     pub vendor_id: u16,
     /// Number of the device family, assigned by the vendor.
     pub device_id: u16,
-    /// Manufacturer specific string of DCP, which tools show as type of the device.
+    /// TypeOfStation (manufacturer specific string) of DCP, which tools show as the device type.
     pub station_type: &'static str,
     /// Order number, at most 20 characters, not padded.
     pub order_id: &'static str,
@@ -171,9 +176,9 @@ pub struct Identity {
     pub ports: u16,
     /// Hardware revision.
     pub hardware_revision: u16,
-    /// Software revision: a letter (V, R, P, U, T), then functional enhancement, bug fix, internal change.
+    /// Software revision: prefix letter (V, R, P, U, T), then functional enhancement, bug fix, internal change.
     pub software_revision: [u8; 4],
-    /// Counts changes of what is plugged.
+    /// Counts changes of the plugged modules.
     pub revision_counter: u16,
     /// Profile id of I&M0.
     pub profile_id: u16,
@@ -181,13 +186,13 @@ pub struct Identity {
     pub profile_specific_type: u16,
     /// Version of the I&M functions, high and low.
     pub im_version: [u8; 2],
-    /// Bit n is set if I&M n is supported; 0 with I&M0 alone.
+    /// Bit n is set if I&M n is supported; 0 with I&M0 only.
     pub im_supported: u16,
-    /// How long the device is silent after power-up.
+    /// Time from power-up to the first frame.
     pub boot_time: core::time::Duration,
 }
 
-/// A submodule that can be plugged, with the module that it is part of.
+/// A submodule that can be plugged, with its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plug {
     /// Application process.
@@ -200,17 +205,17 @@ pub struct Plug {
     pub subslot: u16,
     /// Ident number of the submodule.
     pub submodule_ident: u32,
-    /// Octets that the device sends, without status.
+    /// Input data from the device in bytes, without status.
     pub input_octets: u16,
-    /// Octets that the controller sends, without status.
+    /// Output data to the device in bytes, without status.
     pub output_octets: u16,
 }
 
-/// A connection, as the stack numbers it; a number is not used again.
+/// The number that the stack gives to a connection. Numbers are not reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ArKey(pub u32);
 
-/// Who accesses which record where.
+/// The record that is accessed, its submodule, and the connection that accesses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Access {
     /// The connection, or `None` for a read without one (ReadImplicit).
@@ -225,21 +230,21 @@ pub struct Access {
     pub index: u16,
 }
 
-/// Why a record was refused: the ErrorCode1 that goes with ErrorDecode PNIORW (0x80).
+/// Why a record was refused: ErrorCode1 for ErrorDecode PNIORW (0x80).
 ///
 /// ErrorCode is 0xDE for a read and 0xDF for a write, ErrorCode2 is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RecordRefusal {
-    /// There is no such record at this place.
+    /// The submodule has no record of this index.
     InvalidIndex = 0xB0,
-    /// The record has another length.
+    /// The data have the wrong length.
     WriteLength = 0xB1,
-    /// There is nothing at this place.
+    /// Nothing is plugged at this slot and subslot.
     InvalidSlot = 0xB2,
-    /// The record does not fit the state of the device.
+    /// The state of the device does not allow the access.
     StateConflict = 0xB5,
-    /// The record may not be accessed in this way.
+    /// The record cannot be read, or cannot be written.
     AccessDenied = 0xB6,
     /// A field is out of its range.
     InvalidRange = 0xB7,
@@ -254,48 +259,48 @@ impl RecordRefusal {
     }
 }
 
-/// The name of a device and its addresses; all blank at delivery.
+/// The name and the addresses of a device; all are blank in factory state.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StationData {
-    /// Name of station, in octets as they were set; empty if it has none.
+    /// Name of station, raw bytes as they were set; empty without a name.
     pub name: Vec<u8>,
-    /// IP address, 0.0.0.0 if it has none.
+    /// IP address, 0.0.0.0 without an address.
     pub ip: [u8; 4],
     /// Subnet mask.
     pub mask: [u8; 4],
-    /// Standard gateway, 0.0.0.0 or the own address for none.
+    /// Standard gateway; 0.0.0.0 or the address of the device itself without a gateway.
     pub gateway: [u8; 4],
 }
 
-/// What a reset through DCP concerns.
+/// The data that a reset by DCP clears.
 ///
-/// The first is the older suboption FactoryReset (5), the others are the modes of ResetToFactory (6).
+/// `Factory` is the older suboption FactoryReset (5), the others are the modes of ResetToFactory (6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetScope {
-    /// Everything that was ever set (suboption 5).
+    /// All stored data (suboption 5).
     Factory,
-    /// Mode 1: what the application has stored.
+    /// Mode 1: data stored by the application.
     ApplicationData,
-    /// Mode 2: name and addresses.
+    /// Mode 2: communication parameters, that is name and addresses.
     Communication,
-    /// Mode 3: what engineering has stored.
+    /// Mode 3: data stored by engineering.
     Engineering,
-    /// Mode 4: all that is stored.
+    /// Mode 4: all stored data.
     AllData,
     /// Mode 8: the device as a whole.
     Device,
-    /// Mode 9: the firmware of delivery.
+    /// Mode 9: the factory firmware image.
     FactoryImage,
-    /// A mode that the standard does not know.
+    /// A mode that the standard does not define.
     Other(u16),
 }
 
-/// A diagnosis that comes or goes.
+/// A diagnosis that appears or disappears.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DiagnosisChange {
-    /// Whether it comes (`true`) or goes.
+    /// `true` if it appears, `false` if it disappears.
     pub appears: bool,
-    /// What it says.
+    /// The diagnosis.
     pub diagnosis: Diagnosis,
 }
 
@@ -314,17 +319,17 @@ pub struct Diagnosis {
     pub error_type: u16,
     /// ExtChannelErrorType and its added value, for an extended channel diagnosis.
     pub extended: Option<(u16, u32)>,
-    /// How bad it is.
+    /// The severity.
     pub severity: Severity,
 }
 
-/// How bad a diagnosis is.
+/// The severity of a diagnosis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
-    /// A fault.
+    /// Fault.
     Fault,
-    /// Maintenance is demanded.
+    /// Maintenance demanded.
     MaintenanceDemanded,
-    /// Maintenance is required.
+    /// Maintenance required.
     MaintenanceRequired,
 }

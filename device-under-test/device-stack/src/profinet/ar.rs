@@ -1,4 +1,4 @@
-//! A connection: who opened it, how far it has come, what it exchanges.
+//! A connection (AR): its initiator, its phase, its cyclic data and alarms.
 
 use super::alarm::AlarmEndpoint;
 use super::cyclic::{Consumer, Provider};
@@ -13,30 +13,33 @@ use station::{Duration, Time};
 use wire::profinet::blocks::connect::ArBlockReq;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 
-/// A connection.
+/// Unit of CMInitiatorActivityTimeoutFactor: 100 ms (IEC 61158-6-10).
+const ACTIVITY_TIMEOUT_UNIT: Duration = Duration::from_millis(100);
+
+/// One connection (AR).
 #[derive(Debug)]
 pub(super) struct Ar {
-    /// Its number for the application.
+    /// The number by which the application knows the connection.
     pub key: ArKey,
-    /// What the initiator wanted.
+    /// The ARBlockReq of the initiator.
     pub request: ArBlockReq,
-    /// Where the initiator is.
+    /// IP address of the initiator.
     pub peer: Ipv4Addr,
-    /// The UDP port at which the initiator is called.
+    /// UDP port of the initiator for calls from the device.
     pub peer_port: u16,
-    /// How far it has come.
+    /// The phase of the start-up.
     pub phase: Phase,
     /// The submodules that the initiator expects.
     pub expected: Vec<Expected>,
-    /// How what is plugged differs from them, as told to the initiator.
+    /// The ModuleDiffBlock that was sent to the initiator.
     pub difference: Option<ModuleDiffBlock>,
-    /// Whether what is plugged now differs from them.
+    /// Whether the plugged submodules now differ from the expected ones.
     pub differs: bool,
-    /// Cyclic data and alarms, unless it is for records alone.
+    /// Cyclic data and alarms; `None` for a connection for records only.
     pub exchange: Option<Exchange>,
-    /// ApplicationReady while it is not confirmed.
+    /// The ApplicationReady call until it is confirmed.
     pub call: Option<Call>,
-    /// When the phase is over at the latest, or at last.
+    /// When the current phase ends or times out.
     pub phase_due: Option<Time>,
 }
 
@@ -52,7 +55,7 @@ pub(super) struct Exchange {
 }
 
 impl Ar {
-    /// Takes an event at `now`; says whether it fits.
+    /// Processes an event at `now`. Returns `false` if the phase does not allow it.
     pub(super) fn step(&mut self, now: Time, event: Event) -> bool {
         let Some(next) = self.phase.after(event) else { return false };
         if next != self.phase {
@@ -62,7 +65,7 @@ impl Ar {
         true
     }
 
-    /// Starts the activity timeout again, because the initiator was active.
+    /// Restarts the CMInitiatorActivityTimeout, because the initiator was active.
     pub(super) fn touch(&mut self, now: Time) {
         if self.phase.waits_for_initiator() {
             self.phase_due = Some(now + self.activity_timeout());
@@ -70,15 +73,15 @@ impl Ar {
     }
 
     fn activity_timeout(&self) -> Duration {
-        Duration::from_millis(100) * u32::from(self.request.cm_initiator_activity_timeout_factor)
+        ACTIVITY_TIMEOUT_UNIT * u32::from(self.request.cm_initiator_activity_timeout_factor)
     }
 
-    /// Its submodules.
+    /// The submodules of the connection.
     pub(super) fn scope(&self) -> Scope<'_> {
         Scope::Connection(&self.expected)
     }
 
-    /// When something is to be done without a frame.
+    /// The next time at which a timer of the connection expires.
     pub(super) fn due(&self) -> Option<Time> {
         let due = earlier(self.phase_due, self.call.as_ref().map(Call::due));
         let Some(Exchange { provider, consumer, alarms }) = &self.exchange else { return due };

@@ -1,48 +1,42 @@
-//! The device as a party on the wire and as a thing on a stand: supply, cable, and the stack that lives while there is power.
+//! The device: a station on the wire and a specimen on a stand. It handles supply and cable and runs the stack while
+//! it has power.
 
 use super::ahead::Ahead;
-use super::hooks::{Hooks, StackHooks};
+use super::hooks::StackHooks;
 use super::stack::{Env, Kept, Stack};
 use crate::attached::Attached;
 use crate::earlier;
 use crate::profinet::{Application, Seen};
+use crate::supply::Supply;
 use alloc::string::String;
 use alloc::vec;
 use core::time::Duration;
 use station::{Outbox, Refusal, Stand, StandAction, Station, Time};
 use wire::ethernet::Mac;
 
-/// A PROFINET device: a stack with the encoder behind it.
+/// A PROFINET device: a stack and its application.
 ///
-/// A stand may let time go by for it at once. While a watchdog runs only the encoder's clock jumps, for the other end of
-/// the connection has not waited; otherwise that of the whole device does.
+/// A stand can skip time for the device. While a watchdog runs, only the clock of the application jumps, because the
+/// controller has not waited. Otherwise the clock of the whole device jumps.
 pub struct Device<A> {
     hooks: Attached<dyn StackHooks>,
     application: Ahead<A>,
     stack: Stack,
     ahead: Duration,
-    /// Whether the supply of the stand is connected.
+    /// Whether the stand supplies the device.
     is_fed: bool,
     supply: Supply,
     is_linked: bool,
-    /// What there was to be seen, as long as nothing happens and no time goes by.
+    /// The stack status at this time, cached until the next event.
     shown: Option<(Time, Seen)>,
 }
 
-/// Whether there is power.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Supply {
-    Off,
-    Booting { until: Time },
-    On,
-}
-
 impl<A: Application> Device<A> {
-    /// A device that has power and is plugged in since long before the run: it answers from the start of the run on.
+    /// A device that had power and a cable long before the run: it answers from the start of the run.
     ///
-    /// After a power cycle it is silent for the boot time of its identity.
+    /// After a power cycle it sends nothing during [`Identity::boot_time`](crate::profinet::Identity::boot_time).
     pub fn new(application: A, mac: Mac, hooks: Attached<dyn StackHooks>) -> Device<A> {
-        let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, Hooks(hooks.clone())));
+        let stack = Stack::new(Time::ZERO, &application, Kept::new(mac, hooks.clone()));
         let application = Ahead { inner: application, by: Duration::ZERO };
         Device {
             hooks,
@@ -56,25 +50,27 @@ impl<A: Application> Device<A> {
         }
     }
 
-    /// The encoder behind the stack.
+    /// The application.
     pub fn application(&self) -> &A {
         &self.application.inner
     }
 
-    /// The encoder behind the stack, to be changed.
+    /// The application, mutable.
     pub fn application_mut(&mut self) -> &mut A {
         self.shown = None;
         &mut self.application.inner
     }
 
-    /// Connects (`true`) or cuts the supply; without power all is silent, and what is not stored is lost.
+    /// Connects (`true`) or cuts the supply. Without power the device sends nothing and loses everything that is not
+    /// stored.
     pub fn power(&mut self, now: Time, on: bool) {
         self.shown = None;
         self.is_fed = on;
         self.feel_supply(now + self.ahead);
     }
 
-    /// Goes down or starts, as the supply of the stand and what the encoder makes of it say; `now` is by its own clock.
+    /// Starts or stops the device according to the supply and to [`Application::is_alive`]. `now` is the time of the
+    /// device's clock.
     fn feel_supply(&mut self, now: Time) {
         match (self.supply, self.is_fed && self.application.is_alive()) {
             (Supply::Off, true) => {
@@ -84,7 +80,7 @@ impl<A: Application> Device<A> {
             (Supply::On | Supply::Booting { .. }, false) => {
                 self.application.power_down(now);
                 self.supply = Supply::Off;
-                // An application that was gone for a moment only starts again at once.
+                // After a short interruption the application starts again at once.
                 if self.is_fed && self.application.is_alive() {
                     self.feel_supply(now);
                 }
@@ -93,7 +89,7 @@ impl<A: Application> Device<A> {
         }
     }
 
-    /// Plugs (`true`) or pulls the cable; without it nothing is received and what is sent is lost.
+    /// Plugs in (`true`) or unplugs the cable. Without it the device receives nothing and its frames are lost.
     pub fn link(&mut self, now: Time, up: bool) {
         self.shown = None;
         if up && !self.is_linked {
@@ -102,32 +98,33 @@ impl<A: Application> Device<A> {
         self.is_linked = up;
     }
 
-    /// Whether the light that DCP Signal lets flash is flashing at `now`.
+    /// Whether the LED flashes for DCP Signal at `now`.
     pub fn is_signalling(&self, now: Time) -> bool {
         self.supply == Supply::On && self.stack.is_signalling(now + self.ahead)
     }
 
-    /// What there is to be seen of the stack at `now`.
+    /// The status of device and stack at `now`.
     fn seen(&self, now: Time) -> Seen {
-        let seen = Seen {
+        let status = Seen {
             has_supply: self.supply != Supply::Off,
             is_booting: matches!(self.supply, Supply::Booting { .. }),
             is_linked: self.is_linked,
             ..Seen::default()
         };
-        if self.supply == Supply::On { self.stack.seen(now, seen) } else { seen }
+        if self.supply == Supply::On { self.stack.seen(now, status) } else { status }
     }
 
-    /// Lets `time` go by at once.
+    /// Skips `time`.
     pub fn skip(&mut self, time: Duration) {
         self.shown = None;
-        match self.supply == Supply::On && self.stack.is_watching() {
-            true => self.application.by += time,
-            false => self.ahead += time,
+        if self.supply == Supply::On && self.stack.is_watching() {
+            self.application.by += time;
+        } else {
+            self.ahead += time;
         }
     }
 
-    /// The next time by its own clock at which something is due.
+    /// The next time, by the device's clock, at which something is due.
     fn due(&self) -> Option<Time> {
         match self.supply {
             Supply::Off => None,
@@ -137,14 +134,14 @@ impl<A: Application> Device<A> {
     }
 
     fn run(&mut self, now: Time, out: &mut Outbox, input: impl FnOnce(&mut Stack, &mut Env<'_>)) {
-        let mut own = Outbox::new();
+        let mut unhooked = Outbox::new();
         let leaves_at_once = self.is_linked && !self.hooks.is_any();
-        let sent = if leaves_at_once { &mut *out } else { &mut own };
+        let sent = if leaves_at_once { &mut *out } else { &mut unhooked };
         let mut env = Env { now, application: &mut self.application, out: sent };
         input(&mut self.stack, &mut env);
         self.stack.settle(&mut env);
         self.feel_supply(now);
-        for frame in own.frames().filter(|_| self.is_linked) {
+        for frame in unhooked.frames().filter(|_| self.is_linked) {
             let view = self.stack.view(now, &self.application);
             let frame = self.hooks.apply(frame.to_vec(), |hooks, mut frame| {
                 hooks.goes(&view, &mut frame);
@@ -207,7 +204,9 @@ impl<A: Application> Stand for Device<A> {
             other => {
                 let means = self.application.act(now + self.ahead, other).map(|done| done - self.ahead);
                 self.feel_supply(now + self.ahead);
-                return means.ok_or_else(|| Refusal::CannotDo(String::from("the reference device has no such means")));
+                return means.ok_or_else(|| {
+                    Refusal::CannotDo(String::from("the reference device does not support this action"))
+                });
             }
         }
         Ok(now)
@@ -218,8 +217,8 @@ impl<A: Application> Stand for Device<A> {
         if self.shown.is_none_or(|(at, _)| at != now) {
             self.shown = Some((now, self.seen(now)));
         }
-        let (_, seen) = self.shown.as_ref()?;
-        self.application.led(now, name, seen)
+        let (_, status) = self.shown.as_ref()?;
+        self.application.led(now, name, status)
     }
 
     fn counter(&mut self, now: Time, name: &str) -> Option<u64> {

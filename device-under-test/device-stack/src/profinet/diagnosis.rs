@@ -1,4 +1,4 @@
-//! What is wrong at the moment, as alarms and as records tell it.
+//! Pending diagnoses, and how alarms and records report them.
 
 use super::plugged::{Place, Plugged, Scope};
 use crate::profinet::{Diagnosis, DiagnosisChange, Severity};
@@ -47,7 +47,7 @@ fn item(diagnosis: &Diagnosis, change: Change) -> AlarmItem {
 }
 
 impl Diagnoses {
-    /// Takes note of a change.
+    /// Adds or removes the diagnosis of a change.
     pub(super) fn note(&mut self, change: &DiagnosisChange) {
         self.pending.retain(|pending| !same(pending, &change.diagnosis));
         if change.appears {
@@ -55,7 +55,7 @@ impl Diagnoses {
         }
     }
 
-    /// Everything that is pending in `scope`.
+    /// The pending diagnoses in `scope`.
     pub(super) fn pending(&self, scope: Scope<'_>) -> impl Iterator<Item = &Diagnosis> {
         self.pending.iter().filter(move |diagnosis| scope.contains(place(diagnosis)))
     }
@@ -65,7 +65,8 @@ impl Diagnoses {
         self.pending(scope).any(|diagnosis| diagnosis.severity == Severity::Fault)
     }
 
-    /// The alarm for `change`, once it is noted; `None` where nothing is plugged or the place is not in `connection`.
+    /// The alarm for `change`, which must already be noted. `None` if nothing is plugged at the address or
+    /// `connection` does not contain it.
     pub(super) fn alarm(
         &self,
         change: &DiagnosisChange,
@@ -73,16 +74,16 @@ impl Diagnoses {
         plugged: &Plugged,
     ) -> Option<AlarmNotification> {
         let diagnosis = &change.diagnosis;
-        let here = Scope::Subslot(place(diagnosis));
+        let subslot = Scope::Subslot(place(diagnosis));
         let plug = plugged.at(place(diagnosis)).filter(|_| connection.contains(place(diagnosis)))?;
-        let others = self.pending(here).any(|other| other.channel == diagnosis.channel && !same(other, diagnosis));
-        let (alarm_type, word) = match (change.appears, others) {
+        let others = self.pending(subslot).any(|other| other.channel == diagnosis.channel && !same(other, diagnosis));
+        let (alarm_type, change) = match (change.appears, others) {
             (true, _) => (AlarmType::DIAGNOSIS, Change::Appears),
             (false, true) => (AlarmType::DIAGNOSIS_DISAPPEARS, Change::DisappearsOthersRemain),
             (false, false) => (AlarmType::DIAGNOSIS_DISAPPEARS, Change::Disappears),
         };
         let mut maintenance = 0;
-        for pending in self.pending(here) {
+        for pending in self.pending(subslot) {
             maintenance |= match pending.severity {
                 Severity::Fault => 0,
                 Severity::MaintenanceRequired => 1,
@@ -91,8 +92,8 @@ impl Diagnoses {
         }
         let mut flags = 0;
         for (is_set, flag) in [
-            (self.pending(here).next().is_some(), AlarmSpecifier::CHANNEL_DIAGNOSIS),
-            (self.has_fault(here), AlarmSpecifier::SUBMODULE_DIAGNOSIS_STATE),
+            (self.pending(subslot).next().is_some(), AlarmSpecifier::CHANNEL_DIAGNOSIS),
+            (self.has_fault(subslot), AlarmSpecifier::SUBMODULE_DIAGNOSIS_STATE),
             (self.has_fault(connection), AlarmSpecifier::AR_DIAGNOSIS_STATE),
         ] {
             flags |= if is_set { flag } else { 0 };
@@ -107,14 +108,14 @@ impl Diagnoses {
             module_ident: plug.module_ident,
             submodule_ident: plug.submodule_ident,
             specifier: AlarmSpecifier::new(0, flags),
-            items: maintenance.into_iter().chain([item(diagnosis, word)]).collect(),
+            items: maintenance.into_iter().chain([item(diagnosis, change)]).collect(),
         })
     }
 
-    /// Appends the blocks of a diagnosis record about `scope`; without maintenance there are faults alone.
+    /// Appends the blocks of a diagnosis record about `scope`. Without `with_maintenance` it contains faults only.
     pub(super) fn write(&self, scope: Scope<'_>, with_maintenance: bool, out: &mut Vec<u8>) {
-        let told = |diagnosis: &&Diagnosis| with_maintenance || diagnosis.severity == Severity::Fault;
-        for diagnosis in self.pending(scope).filter(told) {
+        let is_reported = |diagnosis: &&Diagnosis| with_maintenance || diagnosis.severity == Severity::Fault;
+        for diagnosis in self.pending(scope).filter(is_reported) {
             let block = DiagnosisData {
                 api: Some(diagnosis.api),
                 slot: diagnosis.slot,

@@ -1,7 +1,7 @@
-//! The hooks of a PROFINET stack: the seams at which a deviation may change what comes in and what goes out, and the checks it may
-//! flip.
+//! The hooks of a PROFINET stack: the seams at which a deviation may change incoming and outgoing data, and the
+//! checks that it may flip.
 //!
-//! The stack itself is plain. Without the feature `deviations` no hook is ever called.
+//! The stack itself conforms. Without the feature `deviations` no hook is called.
 
 use crate::attached::Attached;
 use crate::profinet::{Access, Application, DiagnosisChange, Plug, StationData};
@@ -17,78 +17,78 @@ use wire::profinet::rpc::Header;
 use wire::profinet::rt::{FrameId, IoxS};
 use wire::profinet::status::{AbortReason, RecordError};
 
-/// A yes or no that the stack decides, with what it decides about; the comment says what `true` means.
+/// A yes-or-no decision of the stack and its subject. Each comment says what `true` means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StackCheck<'a> {
-    /// A frame to this address is for the device alone.
+    /// A frame with this destination is addressed to the device.
     Addressed(Mac),
-    /// The first name, which is that of the device, is the second one, for which Identify looks.
+    /// The name of the device (first) equals the name in an Identify filter (second).
     AskedName(&'a [u8], &'a [u8]),
-    /// The device may be given this name; the empty name is blank.
+    /// The device accepts this name; an empty name clears it.
     Name(&'a [u8]),
-    /// Signal has a value for which the LED flashes.
+    /// The LED flashes for this Signal value.
     Signal(u16),
     /// The connections end, for this reason.
     Ends(AbortReason),
-    /// A block of Connect that is not for this device is passed over.
+    /// The device ignores a block of this type in Connect.
     PassedOver(BlockType),
-    /// The field of this number, the header counted, has a value that the device takes.
+    /// The device accepts the value of the field of this number. The fields of the block header count.
     ArField(&'a ArBlockReq, u8),
-    /// The same of a connection of cyclic data.
+    /// The same for a field of IOCRBlockReq.
     IocrField(&'a IocrBlockReq, u8),
-    /// The same of the connection of alarms.
+    /// The same for a field of AlarmCRBlockReq.
     AlarmCrField(&'a AlarmCrBlockReq, u8),
-    /// A submodule that is expected to have this many octets of inputs has them.
+    /// The plugged submodule has the expected input length in bytes.
     InputLength(u16),
-    /// A submodule that is expected to have this many octets of outputs has them.
+    /// The plugged submodule has the expected output length in bytes.
     OutputLength(u16),
-    /// There is room for a connection beside so many others of its kind: with cyclic data, or for records alone.
+    /// The device accepts one more connection of this kind: with cyclic data, or for records only.
     Room {
-        /// Whether it has cyclic data.
+        /// Whether the connection has cyclic data.
         is_exchange: bool,
-        /// How many others there are.
+        /// The number of open connections of this kind.
         others: usize,
     },
-    /// The old connection of a controller gives way to the new one of the same controller.
+    /// A new connection of a controller replaces its old one.
     GivesWay,
-    /// Outputs are expected under this frame id.
+    /// Frames with this FrameID carry the expected outputs.
     FrameId(FrameId),
-    /// Outputs are expected from this station.
+    /// The outputs are expected from this station.
     Source(Mac),
-    /// A cyclic frame is as long as was agreed.
+    /// A cyclic frame has the agreed length.
     FrameLength(usize),
-    /// Outputs with this status count.
+    /// Outputs with this IOPS are valid.
     ProviderStatus(IoxS),
-    /// The outputs of a submodule were good and are missing from now on.
+    /// The application is informed that the outputs of a submodule, good so far, are missing from now on.
     OutputsEnd,
-    /// Inputs may be good.
+    /// Inputs may have a good IOPS.
     InputsReady,
-    /// The device takes outputs, as their consumer status says.
+    /// The device consumes outputs: their IOCS is good.
     TakesOutputs,
     /// An alarm PDU is for the alarm endpoint of a connection.
     AlarmEndpoint,
-    /// An acknowledgement is that of the alarm that waits for it.
+    /// An acknowledgement belongs to the alarm that waits for one.
     Acknowledgement,
-    /// There is something plugged where this record is looked up.
+    /// A submodule is plugged at the address of this record access.
     Plugged(Access),
-    /// A record is longer than the reader has room for, and is cut.
+    /// A record is longer than the reader accepts and is truncated.
     TooLong,
 }
 
-/// A connection begins or ends.
+/// The begin or end of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Connection {
-    /// It was opened.
+    /// The connection was opened.
     Opened,
-    /// Its controller has released it.
+    /// The controller released it.
     Released,
-    /// Its controller has aborted it.
+    /// The controller aborted it.
     Aborted,
-    /// The device has ended it.
+    /// The device ended it.
     Ended,
 }
 
-/// When the stored name and addresses are taken into use.
+/// When the device starts to use the stored name and addresses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// At power-up.
@@ -97,38 +97,38 @@ pub enum Start {
     Reset,
 }
 
-/// What of a device a deviation can read.
+/// The state of a device that a deviation can read.
 #[derive(Clone, Copy)]
 pub struct StackView<'a> {
-    /// The time by the clock of the stack.
+    /// The time of the stack's clock.
     pub now: Time,
-    /// The application behind the stack.
+    /// The application.
     pub application: &'a dyn Application,
-    /// The address of the device.
+    /// MAC address of the device.
     pub mac: Mac,
     /// The name and the addresses in use.
     pub station: &'a StationData,
-    /// What is plugged, interface and ports among it.
+    /// The plugged submodules, including interface and ports.
     pub plugged: &'a [Plug],
 }
 
 /// The hooks of a stack; each default changes nothing.
-#[allow(unused_variables, reason = "the names tell what a seam is about")]
+#[allow(unused_variables, reason = "the names document the hook")]
 pub trait StackHooks {
-    /// What the stack has decided about this.
+    /// Replaces a decision of the stack, which is `verdict`.
     fn check(&mut self, check: StackCheck<'_>, verdict: bool) -> bool {
         verdict
     }
 
-    /// The frames that the stack receives in the place of one that came.
+    /// Replaces a received frame by the frames that the stack receives instead.
     fn comes(&mut self, view: &StackView<'_>, frames: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
         frames
     }
 
-    /// Changes a frame that the stack sends; an empty one is not sent.
+    /// Changes a frame that the stack sends; an empty frame is not sent.
     fn goes(&mut self, view: &StackView<'_>, frame: &mut Vec<u8>) {}
 
-    /// Changes the body of a call, from the NDR header on, once it is whole.
+    /// Changes the reassembled body of a call, from the NDR header on.
     fn call(&mut self, view: &StackView<'_>, header: &Header, body: &mut Vec<u8>) {}
 
     /// Changes which record is accessed.
@@ -137,45 +137,45 @@ pub trait StackHooks {
     /// Changes a record that was read.
     fn read(&mut self, access: Access, result: &mut Result<Vec<u8>, RecordError>) {}
 
-    /// Changes how it went to write a record.
+    /// Changes the result of writing a record.
     fn written(&mut self, access: Access, data: &[u8], result: &mut Result<(), RecordError>) {}
 
-    /// The value of an element of DCP, as the device says it and compares it with a filter.
+    /// Changes the value of a DCP element that the device reports and compares with Identify filters.
     fn element(&mut self, value: Value) -> Value {
         value
     }
 
-    /// The MAC address, from that of the piece; asked once, and after each reset through DCP.
+    /// Changes the MAC address, which is by default that of the specimen. Called once, and after each reset by DCP.
     fn mac(&mut self, mac: Mac) -> Mac {
         mac
     }
 
-    /// Changes the stored name and addresses that are taken into use.
+    /// Changes the stored name and addresses that the device starts to use.
     fn load_station(&mut self, start: Start, station: &mut StationData) {}
 
-    /// Changes what a Set has made of the station in use and of the stored one, from the one that was in use before.
+    /// Changes the name and addresses in use and the stored ones after a Set; `before` was in use until then.
     fn set_station(&mut self, before: &StationData, station: &mut StationData, stored: &mut StationData) {}
 
-    /// Changes what can be plugged, interface and ports among it.
+    /// Changes the list of submodules that can be plugged, including interface and ports.
     fn plugs(&mut self, plugs: &mut Vec<Plug>) {}
 
-    /// Changes what Connect and ApplicationReady say of modules that differ, from how `all` that are expected compare.
+    /// Changes the ModuleDiffBlock of Connect and ApplicationReady. `all` compares every expected submodule.
     fn difference(&mut self, all: &ModuleDiffBlock, differing: &mut Option<ModuleDiffBlock>) {}
 
-    /// Changes the outputs that a submodule is given; none once they are bad or missing.
+    /// Changes the outputs for a submodule; `None` once they are bad or missing.
     fn outputs(&mut self, slot: u16, subslot: u16, data: &mut Option<Vec<u8>>) {}
 
-    /// How long outputs may be missing, from what was agreed.
+    /// Changes the data hold time.
     fn hold(&mut self, agreed: Duration) -> Duration {
         agreed
     }
 
-    /// Changes a diagnosis that comes or goes; `false` keeps it from the stack.
+    /// Changes a diagnosis that appears or disappears. `false` hides it from the stack.
     fn diagnosis(&mut self, change: &mut DiagnosisChange, is_noted: bool) -> bool {
         is_noted
     }
 
-    /// Changes an alarm; `false` keeps it from being sent.
+    /// Changes an alarm. `false` suppresses it.
     fn alarm(&mut self, alarm: &mut AlarmNotification, is_sent: bool) -> bool {
         is_sent
     }
@@ -183,28 +183,19 @@ pub trait StackHooks {
     /// A connection begins or ends.
     fn connection(&mut self, event: Connection) {}
 
-    /// Whether all connections end now although nothing demands it; asked after each input.
+    /// Whether the device aborts all connections now, without a reason. Called after each event.
     fn aborts(&mut self, aborts: bool) -> bool {
         aborts
     }
 }
 
-/// The deviations of a stack, as its parts ask them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Hooks(pub Attached<dyn StackHooks>);
+/// The hooks of a stack as its parts hold them.
+pub(super) type AttachedStackHooks = Attached<dyn StackHooks>;
 
-impl Hooks {
-    /// The decision that counts: `verdict`, unless a deviation flips it.
+impl AttachedStackHooks {
+    /// Returns `verdict`, unless a deviation flips it.
     #[inline]
     pub(super) fn check(&self, check: StackCheck<'_>, verdict: bool) -> bool {
-        self.0.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
-    }
-}
-
-impl core::ops::Deref for Hooks {
-    type Target = Attached<dyn StackHooks>;
-
-    fn deref(&self) -> &Attached<dyn StackHooks> {
-        &self.0
+        self.apply(verdict, |hooks, verdict| hooks.check(check, verdict))
     }
 }

@@ -1,6 +1,6 @@
-//! ARP, ICMP, UDP and TCP, by smoltcp over a pipe of frames.
+//! ARP, ICMP, UDP and TCP: smoltcp over a queue of frames.
 //!
-//! This module must not know what a datagram says.
+//! This module must not know the content of datagrams.
 
 use super::web::{Pages, Web};
 use crate::profinet::StationData;
@@ -17,23 +17,22 @@ use station::{Duration, Outbox, Time};
 use wire::ethernet::{EtherType, FrameHeader, Mac, pad};
 use wire::profinet::rpc;
 
-/// One of the two sockets of the device.
+/// One of the two UDP sockets of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Port {
-    /// Where the device is called: 34964.
+    /// The socket for calls to the device: port 34964.
     Server,
-    /// From where the device calls: 49153.
+    /// The socket for calls from the device: port 49153.
     Client,
 }
 
-/// A datagram that has come.
+/// A received datagram.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Received {
-    /// To which socket.
+    /// The socket that received it.
     pub port: Port,
-    /// From whom.
+    /// Address and port of the sender.
     pub from: SocketAddrV4,
-    /// What it carries.
     pub payload: Vec<u8>,
 }
 
@@ -49,15 +48,15 @@ pub(super) struct Ip {
 }
 
 impl Ip {
-    /// The UDP port from which the device calls.
+    /// The source port of calls from the device.
     pub(super) const CLIENT_PORT: u16 = 0xC001;
     const DATAGRAMS: usize = 64;
-    /// Room for what has come, in octets: each datagram is taken before the next one comes.
+    /// Receive buffer in bytes. The stack takes each datagram before the next one arrives.
     const RECEIVED: usize = 8 * 1024;
-    /// Room for what waits for the address of its receiver, in octets: the longest record in fragments.
+    /// Send buffer in bytes, for datagrams that wait for ARP: the longest record in fragments.
     const SENT: usize = 32 * 1024;
 
-    /// The stack without an address.
+    /// An IP stack without an address.
     pub(super) fn new(now: Time, mac: Mac) -> Ip {
         let mut pipe = Pipe::default();
         let config = Config::new(EthernetAddress(mac.0).into());
@@ -75,7 +74,7 @@ impl Ip {
         Ip { pipe, interface, sockets, server, client, web, due: None }
     }
 
-    /// Takes the addresses of `station`; without an address nobody is answered.
+    /// Sets the addresses of `station`. Without an address the stack answers no request.
     pub(super) fn configure(&mut self, station: &StationData) {
         let address = Ipv4Addr::from(station.ip);
         let prefix = u32::from_be_bytes(station.mask).leading_ones() as u8;
@@ -85,7 +84,7 @@ impl Ip {
         self.interface.update_ip_addrs(|addresses| {
             addresses.clear();
             if !address.is_unspecified() {
-                // The list has room for at least one address and is empty.
+                // The list is empty and can hold at least one address.
                 addresses.push(IpCidr::Ipv4(Ipv4Cidr::new(address, prefix))).ok();
             }
         });
@@ -93,12 +92,12 @@ impl Ip {
         let routes = self.interface.routes_mut();
         routes.remove_default_ipv4_route();
         if !gateway.is_unspecified() && gateway != address {
-            // The table has room for at least one route and is empty.
+            // The table is empty and can hold at least one route.
             routes.add_default_ipv4_route(gateway).ok();
         }
     }
 
-    /// Takes a frame with ARP or IPv4.
+    /// Processes a frame with ARP or IPv4.
     pub(super) fn receive(&mut self, now: Time, header: &FrameHeader, payload: &[u8], out: &mut Outbox) {
         let mut frame = Vec::with_capacity(FrameHeader::UNTAGGED_LENGTH + payload.len());
         FrameHeader { tag: None, inner_tag: None, ..*header }.write(&mut frame);
@@ -112,7 +111,7 @@ impl Ip {
         matches!(ether_type, EtherType::IPV4 | EtherType::ARP)
     }
 
-    /// The next datagram that has come.
+    /// The next received datagram.
     pub(super) fn next(&mut self) -> Option<Received> {
         [(Port::Server, self.server), (Port::Client, self.client)].into_iter().find_map(|(port, handle)| {
             let (payload, meta) = self.sockets.get_mut::<Socket<'_>>(handle).recv().ok()?;
@@ -121,7 +120,8 @@ impl Ip {
         })
     }
 
-    /// Sends a datagram as soon as the MAC address of the receiver is known; without room for it, it is lost.
+    /// Sends a datagram as soon as the MAC address of the receiver is known. If the buffer is full, the datagram is
+    /// lost.
     pub(super) fn send(&mut self, now: Time, port: Port, to: SocketAddrV4, payload: &[u8], out: &mut Outbox) {
         let handle = match port {
             Port::Server => self.server,
@@ -133,19 +133,19 @@ impl Ip {
         }
     }
 
-    /// Answers what was asked of the web server.
+    /// Answers requests to the web server.
     pub(super) fn serve(&mut self, now: Time, is_open: bool, pages: Pages<'_>, out: &mut Outbox) {
         while self.web.serve(&mut self.sockets, is_open, pages) {
             self.poll(now, out);
         }
     }
 
-    /// When something is to be done without a frame.
+    /// When the next timer of the IP stack expires.
     pub(super) fn due(&self) -> Option<Time> {
         self.due
     }
 
-    /// Does what is due and sends what is ready.
+    /// Does what is due and sends the frames that are ready.
     pub(super) fn poll(&mut self, now: Time, out: &mut Outbox) {
         let instant = instant(now);
         self.interface.poll(instant, &mut self.pipe, &mut self.sockets);
@@ -166,7 +166,7 @@ fn instant(time: Time) -> Instant {
     Instant::from_micros(i64::try_from(time.as_nanos() / 1000).unwrap_or(i64::MAX))
 }
 
-/// A pair of ends: one frame in, any number of frames out.
+/// A network device for smoltcp: one received frame, any number of frames to send.
 #[derive(Debug, Default)]
 struct Pipe {
     incoming: Option<Vec<u8>>,

@@ -1,4 +1,4 @@
-//! LLDP: the device tells its neighbour who it is, and remembers who the neighbour is.
+//! LLDP: the device announces itself to its neighbour and stores the announcement of the neighbour.
 
 use alloc::format;
 use alloc::vec::Vec;
@@ -9,53 +9,53 @@ use wire::lldp::{Lldp, Tlv};
 /// dot3MauType 100BASE-TX full duplex.
 pub(super) const FAST_ETHERNET: u16 = 16;
 
-/// Sends announcements, and keeps what the neighbour has announced.
+/// Sends announcements and stores the last announcement of the neighbour.
 #[derive(Debug)]
 pub(super) struct Announcer {
     due: Time,
     neighbour: Option<Neighbour>,
 }
 
-/// Who is at the other end of the cable.
+/// The station at the other end of the cable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Neighbour {
-    /// The name of its port.
+    /// Name of its port.
     pub port: Vec<u8>,
-    /// Its name; empty if it has none.
+    /// Its name of station; empty without a name.
     pub name: Vec<u8>,
-    /// Its address.
+    /// Its MAC address.
     pub mac: Mac,
 }
 
-/// The addresses that an announcement is made with.
+/// The MAC addresses in an announcement.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Macs {
-    /// The address of the device, by which it is told.
+    /// The address of the device, in the TLVs.
     pub station: Mac,
-    /// The address of the port, from which the frame comes.
+    /// The address of the port, the source of the frame.
     pub port: Mac,
 }
 
 impl Neighbour {
-    /// Its address in the place of a name.
+    /// The MAC address as text, for a neighbour without a name.
     pub(super) fn mac_as_name(&self) -> Vec<u8> {
         let [a, b, c, d, e, f] = self.mac.0;
         format!("{a:02X}-{b:02X}-{c:02X}-{d:02X}-{e:02X}-{f:02X}").into_bytes()
     }
 
-    /// The name of the device by its position: port and name of the neighbour.
+    /// The alias name of the device: port and name of its neighbour.
     pub(super) fn alias(&self) -> Option<Vec<u8>> {
         (!self.name.is_empty()).then(|| [&self.port, &b"."[..], &self.name].concat())
     }
 }
 
 impl Announcer {
-    /// From announcement to announcement.
+    /// Interval between announcements.
     const INTERVAL: Duration = Duration::from_secs(5);
-    /// How long an announcement is true, in seconds.
+    /// TimeToLive of an announcement in seconds.
     const TIME_TO_LIVE: u16 = 20;
 
-    /// Announces from `now` on.
+    /// Sends the first announcement at `now`.
     pub(super) fn new(now: Time) -> Announcer {
         Announcer { due: now, neighbour: None }
     }
@@ -65,22 +65,22 @@ impl Announcer {
         self.due
     }
 
-    /// Announces at `now` again; the neighbour may be another one.
+    /// Sends an announcement at `now` and forgets the neighbour, which may have changed.
     pub(super) fn restart(&mut self, now: Time) {
         *self = Announcer::new(now);
     }
 
-    /// Announces at `now` again, to the neighbour that is there.
+    /// Sends an announcement at `now` and keeps the neighbour.
     pub(super) fn announce(&mut self, now: Time) {
         self.due = now;
     }
 
-    /// The neighbour, once it has announced itself.
+    /// The neighbour, after its first announcement.
     pub(super) fn neighbour(&self) -> Option<&Neighbour> {
         self.neighbour.as_ref()
     }
 
-    /// Takes the announcement of a neighbour; what is none is passed over.
+    /// Stores the announcement of a neighbour. Other payloads are ignored.
     pub(super) fn hear(&mut self, source: Mac, payload: &[u8]) {
         let Ok(lldp) = Lldp::parse(payload) else { return };
         let chassis = lldp.tlvs.iter().find_map(|tlv| match tlv {
@@ -93,26 +93,26 @@ impl Announcer {
         });
         let mac = lldp.tlvs.iter().find_map(|tlv| if let Tlv::ChassisMac(mac) = tlv { Some(*mac) } else { None });
         self.neighbour = port.map(|port| {
-            let mut parts = port.splitn(2, |octet| *octet == b'.');
+            let mut parts = port.splitn(2, |byte| *byte == b'.');
             let port = parts.next().unwrap_or_default().to_vec();
             let name = parts.next().or(chassis.map(Vec::as_slice)).unwrap_or_default().to_vec();
             Neighbour { port, name, mac: mac.unwrap_or(source) }
         });
     }
 
-    /// Sends the announcement out of port 1, which has the cable, if it is due.
+    /// Sends the announcement from port 1, which has the cable, if it is due.
     pub(super) fn wake(&mut self, now: Time, macs: Macs, name: &[u8], out: &mut Outbox) {
         if now < self.due {
             return;
         }
         self.due = now + Announcer::INTERVAL;
         let locally_assigned = Tlv::LOCALLY_ASSIGNED;
-        let own = b"port-001".to_vec();
+        let port_name = b"port-001".to_vec();
         let (chassis, port) = if name.is_empty() {
-            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, own)
+            (Tlv::ChassisId { subtype: Tlv::CHASSIS_MAC_ADDRESS, id: macs.station.0.into() }, port_name)
         } else {
             let chassis = Tlv::ChassisId { subtype: locally_assigned, id: name.to_vec() };
-            (chassis, [&own[..], b".", name].concat())
+            (chassis, [&port_name[..], b".", name].concat())
         };
         let lldp = Lldp {
             tlvs: [

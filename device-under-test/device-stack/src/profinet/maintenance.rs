@@ -1,9 +1,9 @@
-//! Identification and maintenance: what the device says of itself, and the three texts that a user may write.
+//! Identification and maintenance: I&M0, and the texts I&M1 to I&M3 that a user can write.
 
 use crate::profinet::Identity;
 use wire::profinet::blocks::im::{Im0, ImText, SoftwareRevision, padded};
 
-/// The texts I&M1 to I&M3, blank at delivery; they survive a loss of power.
+/// The texts I&M1 to I&M3. They are blank in factory state and survive a loss of power.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Texts([ImText; 3]);
 
@@ -24,10 +24,10 @@ impl Texts {
         self.0.get(usize::from(number).checked_sub(1)?).filter(|_| is_supported)
     }
 
-    /// Stores a text in the place of the one of its kind; I&M4 has none.
+    /// Replaces the text of the same kind. I&M4 is not stored.
     pub(super) fn put(&mut self, text: ImText) {
-        if let Some(place) = self.0.iter_mut().find(|place| place.block() == text.block()) {
-            *place = text;
+        if let Some(stored) = self.0.iter_mut().find(|stored| stored.block() == text.block()) {
+            *stored = text;
         }
     }
 }

@@ -1,10 +1,10 @@
-//! PROFINET, device side: everything that all PROFINET devices share, sans-IO.
+//! PROFINET, device side, without I/O: everything that all PROFINET devices share.
 //!
-//! [`Device`] is a [`Station`](station::Station) around an [`Application`]: it answers DCP, ARP, ICMP, RPC and HTTP, opens and
-//! ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and keeps the records of identification,
-//! I&M and diagnosis. What deviates on purpose attaches to [`StackHooks`].
+//! [`Device`] is a [`Station`](station::Station) with an [`Application`]: it answers DCP, ARP, ICMP, RPC and HTTP,
+//! opens and ends connections, exchanges cyclic frames, sends alarms, announces itself by LLDP and serves the records
+//! of identification, I&M and diagnosis. Deviations attach to [`StackHooks`].
 //!
-//! This module must not know encoders, telegrams or parameters, nor anything of the controller's side.
+//! This module must not depend on encoders, telegrams, parameters or the controller side.
 
 mod ahead;
 mod alarm;

@@ -1,37 +1,37 @@
-//! How far a connection has come: a table of phases and events.
+//! The phases of a connection and the events that change them.
 
-/// How far a connection has come.
+/// A phase of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// Connected; the controller sends parameters.
     Parameters,
-    /// The parameters are complete; the application makes itself ready.
+    /// All parameters were sent (PrmEnd); the application is not ready yet.
     Preparing,
-    /// The controller was told of the readiness and has not confirmed it.
+    /// ApplicationReady was sent and is not confirmed.
     Announcing,
-    /// All is agreed; no outputs have come.
+    /// ApplicationReady is confirmed; no outputs were received.
     Waiting,
     /// Cyclic data in both directions.
     Data,
-    /// A connection for records alone.
+    /// A connection for records only.
     Access,
 }
 
-/// What happens to a connection.
+/// An event of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Event {
-    /// PrmEnd came.
+    /// PrmEnd was received.
     ParametersEnded,
     /// The application is ready.
     ApplicationReady,
     /// The controller confirmed ApplicationReady.
     ReadyConfirmed,
-    /// Outputs came.
+    /// Outputs were received.
     OutputsCame,
 }
 
 impl Phase {
-    /// The phase after `event`, or `None` where it does not fit.
+    /// The phase after `event`, or `None` if this phase does not allow it.
     pub(super) fn after(self, event: Event) -> Option<Phase> {
         match (self, event) {
             (Phase::Parameters, Event::ParametersEnded) => Some(Phase::Preparing),
@@ -57,7 +57,7 @@ impl Phase {
         }
     }
 
-    /// Whether the application has told that it is ready.
+    /// Whether the application has reported that it is ready.
     pub(super) fn is_ready(self) -> bool {
         match self {
             Phase::Announcing | Phase::Waiting | Phase::Data => true,
@@ -73,7 +73,7 @@ impl Phase {
         }
     }
 
-    /// Whether the next step is the initiator's, within its activity timeout.
+    /// Whether the initiator must act next, within its activity timeout.
     pub(super) fn waits_for_initiator(self) -> bool {
         match self {
             Phase::Parameters | Phase::Waiting | Phase::Access => true,

@@ -1,4 +1,4 @@
-//! What the device tells of its interface and its ports: records 0x8080, 0x802A and 0xF841.
+//! The records of the interface and the ports: 0x8080, 0x802A and 0xF841.
 
 use super::lldp::FAST_ETHERNET;
 use super::plugged::{INTERFACE_SUBSLOT, PORT_SUBSLOT, Place};
@@ -14,7 +14,8 @@ const LINK_UP: u8 = 1;
 const LINK_DOWN: u8 = 2;
 const COPPER: u32 = 1;
 
-/// The address of port `number`, from 1, of the device with the address `station`; its last three octets count on.
+/// The MAC address of port `number`, from 1: that of the device, `station`, plus `number`. Only the last three bytes
+/// are counted.
 pub fn port_mac(station: Mac, number: u16) -> Mac {
     let Mac([a, b, c, d, e, f]) = station;
     let [_, d, e, f] = (u32::from_be_bytes([0, d, e, f]) + u32::from(number)).to_be_bytes();
@@ -22,12 +23,12 @@ pub fn port_mac(station: Mac, number: u16) -> Mac {
 }
 
 impl Stack {
-    /// The address of the port at `subslot`: that of the device, counted on by the number of the port.
+    /// The MAC address of the port at `subslot`.
     pub(super) fn port_mac(&self, subslot: u16) -> Mac {
         port_mac(self.kept.mac, subslot - INTERFACE_SUBSLOT)
     }
 
-    /// How the interface is.
+    /// The PDInterfaceDataReal block.
     pub(super) fn interface(&self) -> InterfaceDataReal {
         InterfaceDataReal {
             chassis: self.station.name.clone(),
@@ -38,7 +39,8 @@ impl Stack {
         }
     }
 
-    /// How the port at `place` is, if there is one; the cable is in the first one, for who asks has come through it.
+    /// The PDPortDataReal block of the port at `place`, if it exists. The cable is in the first port, because the
+    /// request came through it.
     pub(super) fn port(&self, place: Place) -> Option<PortDataReal> {
         let plug = self.plugged.ports().find(|plug| Place::from(*plug) == place)?;
         let is_linked = plug.subslot == PORT_SUBSLOT;
@@ -62,7 +64,7 @@ impl Stack {
         })
     }
 
-    /// How the interface and all ports are, one after the other.
+    /// The blocks of the interface and all ports.
     pub(super) fn physical(&self) -> Vec<MultipleBlock> {
         let block = |place: Place, write: &dyn Fn(&mut Vec<u8>)| {
             let mut blocks = Vec::new();

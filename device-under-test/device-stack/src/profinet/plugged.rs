@@ -1,6 +1,6 @@
-//! What is plugged, and how it compares with what a Connect expects.
+//! The plugged submodules, and their comparison with the expected configuration of a Connect.
 
-use super::hooks::Hooks;
+use super::hooks::AttachedStackHooks;
 use crate::profinet::{Identity, Plug};
 use alloc::vec::Vec;
 use wire::profinet::blocks::connect::{ExpectedModule, SubmoduleProperties, SubmoduleType};
@@ -10,14 +10,15 @@ use wire::profinet::blocks::module_diff::{
 
 /// Subslot of the interface, in slot 0.
 pub const INTERFACE_SUBSLOT: u16 = 0x8000;
-/// Submodule ident of the interface; invented for our reference devices.
+/// Submodule ident of the interface; invented for the reference devices.
 pub const INTERFACE_IDENT: u32 = 0x8000;
-/// Subslot of the first port, in slot 0; the others follow.
+/// Subslot of the first port, in slot 0. The other ports have the next subslots.
 pub const PORT_SUBSLOT: u16 = 0x8001;
-/// Submodule ident of the first port; the others follow, and all are invented for our reference devices.
+/// Submodule ident of the first port. The other ports have the next numbers. All are invented for the reference
+/// devices.
 pub const PORT_IDENT: u32 = 0x8001;
 
-/// Where a submodule stands.
+/// The address of a submodule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Place {
     /// Application process.
@@ -34,7 +35,7 @@ impl From<&Plug> for Place {
     }
 }
 
-/// The places that a record is about.
+/// The submodules that a record or a question covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scope<'a> {
     /// One submodule.
@@ -48,14 +49,14 @@ pub(super) enum Scope<'a> {
     },
     /// All submodules of a connection.
     Connection(&'a [Expected]),
-    /// All submodules of an application process.
+    /// All submodules of an API.
     Api(u32),
     /// All submodules.
     Device,
 }
 
 impl Scope<'_> {
-    /// Whether `place` is one of them.
+    /// Whether the scope contains the submodule at `place`.
     pub(super) fn contains(&self, place: Place) -> bool {
         match *self {
             Scope::Subslot(one) => one == place,
@@ -70,24 +71,25 @@ impl Scope<'_> {
 /// A submodule that a Connect expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Expected {
-    /// Where.
+    /// Its address.
     pub place: Place,
     /// Ident number of its module.
     pub module_ident: u32,
     /// Ident number of the submodule.
     pub submodule_ident: u32,
-    /// Which way its data go.
+    /// The direction of its data.
     pub kind: SubmoduleType,
-    /// Whether it takes no octet of any frame, not even for a status; Connect names a place for it all the same.
+    /// Whether it occupies no byte of any frame, not even a status (DiscardIOXS). Connect gives it a frame offset
+    /// nevertheless.
     pub discards_status: bool,
-    /// Octets from the device.
+    /// Input data in bytes.
     pub input_octets: u16,
-    /// Octets to the device.
+    /// Output data in bytes.
     pub output_octets: u16,
 }
 
 impl Expected {
-    /// The submodules of `module`, one after the other.
+    /// The submodules of `module`.
     pub(super) fn of(module: &ExpectedModule) -> impl Iterator<Item = Expected> {
         module.submodules.iter().map(|submodule| {
             let octets = |output| {
@@ -106,14 +108,14 @@ impl Expected {
         })
     }
 
-    /// Whether it has data, be they of length 0, in the frames from the device (`output` false) or to it.
+    /// Whether the submodule is a data object, possibly of length 0, in output frames (`output`) or in input frames.
     pub(super) fn provides(&self, output: bool) -> bool {
         let sends_outputs = matches!(self.kind, SubmoduleType::OUTPUT | SubmoduleType::INPUT_OUTPUT);
         if output { sends_outputs } else { self.kind != SubmoduleType::OUTPUT }
     }
 }
 
-/// What is plugged, and what could be.
+/// The plugged submodules, and those that can be plugged.
 #[derive(Debug)]
 pub(super) struct Plugged {
     possible: Vec<Plug>,
@@ -121,8 +123,9 @@ pub(super) struct Plugged {
 }
 
 impl Plugged {
-    /// What is plugged before the first connection: the first alternative of each subslot of `plugs`, interface and ports.
-    pub(super) fn new(plugs: &[Plug], identity: &Identity, hooks: &Hooks) -> Plugged {
+    /// The state before the first connection: the first alternative of each subslot of `plugs`, the interface and the
+    /// ports.
+    pub(super) fn new(plugs: &[Plug], identity: &Identity, hooks: &AttachedStackHooks) -> Plugged {
         let mut possible = plugs.to_vec();
         let head = plugs.iter().find(|plug| plug.slot == 0);
         let (api, module_ident) = head.map_or((0, 0), |plug| (plug.api, plug.module_ident));
@@ -152,27 +155,27 @@ impl Plugged {
         plugged
     }
 
-    /// Everything that is plugged.
+    /// All plugged submodules.
     pub(super) fn all(&self) -> &[Plug] {
         &self.real
     }
 
-    /// The ports, one after the other.
+    /// The plugged ports.
     pub(super) fn ports(&self) -> impl Iterator<Item = &Plug> {
         self.real.iter().filter(|plug| plug.slot == 0 && plug.subslot > INTERFACE_SUBSLOT)
     }
 
-    /// What is plugged at `place`.
+    /// The submodule plugged at `place`.
     pub(super) fn at(&self, place: Place) -> Option<&Plug> {
         self.real.iter().find(|plug| Place::from(*plug) == place)
     }
 
-    /// The ident of the module that is plugged in the slot of `place` for its application process.
+    /// The ident of the module plugged in the slot of `place` for its API.
     fn module_ident(&self, place: Place) -> Option<u32> {
         self.real.iter().find(|plug| (plug.api, plug.slot) == (place.api, place.slot)).map(|plug| plug.module_ident)
     }
 
-    /// What would be plugged for `expected`: the submodule that fits it in all its numbers.
+    /// The submodule that can be plugged for `expected`: same address, same module and submodule ident.
     pub(super) fn fitting(&self, expected: &Expected) -> Option<Plug> {
         let fits = |plug: &&Plug| {
             Place::from(*plug) == expected.place
@@ -181,7 +184,7 @@ impl Plugged {
         self.possible.iter().find(fits).copied()
     }
 
-    /// Plugs what `expected` wants, as far as it is possible; gives what fits.
+    /// Plugs the expected submodules as far as possible and returns those that fit.
     pub(super) fn adapt(&mut self, expected: &[Expected]) -> Vec<Plug> {
         let fitting: Vec<Plug> = expected.iter().filter_map(|submodule| self.fitting(submodule)).collect();
         for plug in &fitting {
@@ -206,18 +209,18 @@ impl Plugged {
         fitting
     }
 
-    /// How what is plugged differs from `expected`; `None` if it does not.
+    /// The ModuleDiffBlock for `expected`; `None` if nothing differs.
     pub(super) fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
         let differing = expected.iter().filter(|submodule| self.at_fits(submodule).is_none());
         Some(self.compare(differing)).filter(|difference| !difference.apis.is_empty())
     }
 
-    /// Whether what is plugged differs from `expected`.
+    /// Whether the plugged submodules differ from `expected`.
     pub(super) fn differs(&self, expected: &[Expected]) -> bool {
         expected.iter().any(|submodule| self.at_fits(submodule).is_none())
     }
 
-    /// How what is plugged compares with `expected`, submodules that do not differ among it.
+    /// A ModuleDiffBlock with every expected submodule, including those that do not differ.
     pub(super) fn comparison(&self, expected: &[Expected]) -> ModuleDiffBlock {
         self.compare(expected.iter())
     }

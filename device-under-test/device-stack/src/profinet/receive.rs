@@ -1,4 +1,4 @@
-//! Where a received frame goes: to DCP, a connection, the neighbour or the IP stack.
+//! Dispatches received frames to DCP, a connection, LLDP or the IP stack.
 
 use super::alarm::Outcome;
 use super::ar::Ar;
@@ -18,16 +18,16 @@ use wire::profinet::alarm::{AlarmPriority, RtaPdu};
 use wire::profinet::rt::{FrameId, FrameKind};
 
 impl Stack {
-    /// Takes a frame.
+    /// Processes a received frame.
     pub(super) fn receive(&mut self, env: &mut Env<'_>, frame: &[u8]) {
         let Ok((header, payload)) = FrameHeader::parse(frame) else { return };
-        let is_for_us =
+        let is_unicast =
             self.hooks.check(StackCheck::Addressed(header.destination), header.destination == self.kept.mac);
-        if self.sends_as(header.source) || !(is_for_us || header.destination.is_group()) {
+        if self.sends_as(header.source) || !(is_unicast || header.destination.is_group()) {
             return;
         }
         match header.ether_type {
-            EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_for_us),
+            EtherType::PROFINET => self.receive_profinet(env, &header, payload, is_unicast),
             EtherType::LLDP if header.destination == Mac::LLDP_MULTICAST => {
                 self.lldp.hear(header.source, payload);
             }
@@ -49,7 +49,7 @@ impl Stack {
         mac == self.kept.mac || mac.0[..3] == self.kept.mac.0[..3] && is_of_ports()
     }
 
-    /// Takes an ARP packet if it is a probe, which comes from no address and which smoltcp passes over; says whether it did.
+    /// Answers an ARP probe (sender address 0.0.0.0), which smoltcp ignores. Returns whether the packet is a probe.
     fn receive_arp(&self, env: &mut Env<'_>, payload: &[u8]) -> bool {
         let Ok(arp) = Arp::parse(payload) else { return false };
         let is_probe = arp.operation == Operation::REQUEST && arp.sender_ip.is_unspecified();
@@ -59,15 +59,15 @@ impl Stack {
         is_probe
     }
 
-    fn receive_profinet(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
+    fn receive_profinet(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_unicast: bool) {
         let Ok(frame_id) = FrameId::peek(payload) else { return };
         match frame_id.kind() {
-            FrameKind::RtClass1 | FrameKind::RtClass2 if is_for_us => {
+            FrameKind::RtClass1 | FrameKind::RtClass2 if is_unicast => {
                 self.receive_cyclic(env, header.source, frame_id, payload);
             }
-            FrameKind::AlarmHigh if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::High, payload),
-            FrameKind::AlarmLow if is_for_us => self.receive_alarm(env, header.source, AlarmPriority::Low, payload),
-            FrameKind::DcpIdentifyRequest | FrameKind::DcpGetSet => self.receive_dcp(env, header, payload, is_for_us),
+            FrameKind::AlarmHigh if is_unicast => self.receive_alarm(env, header.source, AlarmPriority::High, payload),
+            FrameKind::AlarmLow if is_unicast => self.receive_alarm(env, header.source, AlarmPriority::Low, payload),
+            FrameKind::DcpIdentifyRequest | FrameKind::DcpGetSet => self.receive_dcp(env, header, payload, is_unicast),
             FrameKind::RtClass1
             | FrameKind::RtClass2
             | FrameKind::AlarmHigh

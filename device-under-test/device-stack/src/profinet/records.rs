@@ -1,4 +1,5 @@
-//! The records that all devices have, and which places there are at all; the others are the application's.
+//! The records of the stack, which all devices have, and the check of addresses. All other records belong to the
+//! application.
 
 use super::hooks::StackCheck;
 use super::maintenance;
@@ -14,13 +15,13 @@ use wire::profinet::blocks::im::ImText;
 use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::status::RecordError;
 
-/// I&M0, of which the index is that of I&M1 to I&M15 less their number.
+/// Index of I&M0. I&M1 to I&M15 have the next indices.
 const IM0: u16 = 0xAFF0;
 const IM3: u16 = 0xAFF3;
-/// From here on records are about more than a module; the stack has all there are.
+/// The first index of records that cover more than a module. All of them belong to the stack.
 const WITHOUT_PLACE: u16 = 0xE000;
 
-/// What a record of the stack tells.
+/// The content of a record of the stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Subject {
     Expected,
@@ -35,7 +36,7 @@ enum Subject {
     Physical,
 }
 
-/// About which places it tells it.
+/// The scope of a record of the stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Width {
     Subslot,
@@ -45,7 +46,7 @@ enum Width {
     Device,
 }
 
-/// The record of an index, if it is one of the stack.
+/// Scope and content of the record with this index, if it belongs to the stack.
 fn record(index: u16) -> Option<(Width, Subject)> {
     let width = match index {
         0x8000..=0xBFFF => Width::Subslot,
@@ -74,7 +75,7 @@ fn record(index: u16) -> Option<(Width, Subject)> {
     Some((width, subject))
 }
 
-/// Submodules in the form of an identification record.
+/// Builds an identification record from submodules.
 fn identification(kind: BlockType, submodules: impl Iterator<Item = (Place, u32, u32)>) -> IdentificationData {
     let mut apis: Vec<ApiIdentification> = Vec::new();
     for (place, module_ident, submodule_ident) in submodules {
@@ -102,14 +103,14 @@ fn expected(submodule: &Expected) -> (Place, u32, u32) {
 }
 
 impl Stack {
-    /// Reads a record; `about` is the connection whose records may be read.
+    /// Reads a record. `about` is the connection that a record with connection scope covers.
     pub(super) fn read_record(
         &mut self,
         env: &mut Env<'_>,
         access: Access,
         about: Option<usize>,
     ) -> Result<Vec<u8>, RecordError> {
-        let access = self.looked_up(access);
+        let access = self.hooked_access(access);
         let mut data = Vec::new();
         let result = match record(access.index) {
             Some(record) => self.read_own_record(env, access, record, about, &mut data),
@@ -124,8 +125,8 @@ impl Stack {
         })
     }
 
-    /// Which record is accessed.
-    fn looked_up(&self, access: Access) -> Access {
+    /// The record that is accessed, after the hooks.
+    fn hooked_access(&self, access: Access) -> Access {
         self.hooks.apply(access, |hooks, mut access| {
             hooks.access(&mut access);
             access
@@ -193,7 +194,7 @@ impl Stack {
 
     /// Writes a record.
     pub(super) fn write_record(&mut self, env: &mut Env<'_>, access: Access, data: &[u8]) -> Result<(), RecordError> {
-        let access = self.looked_up(access);
+        let access = self.hooked_access(access);
         let result = match record(access.index) {
             Some((_, subject)) => self.write_own_record(env, access, subject, data),
             None => self
@@ -206,7 +207,7 @@ impl Stack {
         })
     }
 
-    /// Writes a record of the stack: of I&M1 to I&M3 those that the device has, and no others.
+    /// Writes a record of the stack. Only the supported ones of I&M1 to I&M3 are writable.
     fn write_own_record(
         &mut self,
         env: &Env<'_>,
@@ -227,19 +228,19 @@ impl Stack {
         Ok(())
     }
 
-    /// Whether the application may have this record.
+    /// Checks that the record can belong to the application and that its submodule is plugged.
     fn check_application(&self, access: Access) -> Result<(), RecordError> {
         if access.index >= WITHOUT_PLACE { Err(RecordError::INVALID_INDEX) } else { self.check_place(access) }
     }
 
-    /// Whether there is something where the record is looked up.
+    /// Checks that a submodule is plugged at the address of the record.
     fn check_place(&self, access: Access) -> Result<(), RecordError> {
         let place = place(access);
         let is_plugged = self.hooks.check(StackCheck::Plugged(access), self.plugged.at(place).is_some());
         if is_plugged { Ok(()) } else { Err(self.refused_place(place)) }
     }
 
-    /// Why there is no record at `place`, where nothing is plugged.
+    /// The error for a record at `place`, where nothing is plugged.
     fn refused_place(&self, place: Place) -> RecordError {
         let knows_api = self.plugged.all().iter().any(|plug| plug.api == place.api);
         if knows_api { RecordError::INVALID_SLOT } else { RecordError::INVALID_AREA }

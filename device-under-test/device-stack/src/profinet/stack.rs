@@ -1,4 +1,4 @@
-//! The stack while there is power: what it consists of, what is due when, and how connections end.
+//! The stack while the device has power: its parts, its timers, and the end of connections.
 
 use super::alarm::Outcome;
 use super::ar::Ar;
@@ -6,7 +6,7 @@ use super::cm::application_ready;
 use super::cyclic::State;
 use super::dcp::Desk;
 use super::diagnosis::Diagnoses;
-use super::hooks::{Connection, Hooks, StackCheck, StackView, Start};
+use super::hooks::{AttachedStackHooks, Connection, StackCheck, StackView, Start};
 use super::ip::{Ip, Port};
 use super::lldp::{Announcer, Macs, Neighbour};
 use super::maintenance::Texts;
@@ -20,66 +20,65 @@ use station::{Outbox, Time};
 use wire::ethernet::Mac;
 use wire::profinet::status::AbortReason;
 
-/// What every part of the stack is given: the time, the encoder, and where frames go.
+/// The context of each call: current time, application, and output queue.
 pub(super) struct Env<'a> {
-    /// What time it is.
+    /// The current time.
     pub now: Time,
-    /// The encoder.
+    /// The application.
     pub application: &'a mut dyn Application,
-    /// Where frames go.
+    /// The queue of frames to send.
     pub out: &'a mut Outbox,
 }
 
-/// What survives a loss of power, but for what the application stores.
+/// The data that survive a loss of power, except those that the application stores.
 #[derive(Clone, Debug)]
 pub(super) struct Kept {
-    /// The address of the device.
+    /// MAC address of the device.
     pub mac: Mac,
-    /// The address of the piece.
+    /// MAC address of the specimen, before the hooks.
     piece: Mac,
-    hooks: Hooks,
-    /// What a user has written about it.
+    hooks: AttachedStackHooks,
+    /// The texts I&M1 to I&M3.
     pub texts: Texts,
     connections: u32,
 }
 
 impl Kept {
-    /// A device fresh from the factory.
-    pub(super) fn new(piece: Mac, hooks: Hooks) -> Kept {
+    /// Factory state.
+    pub(super) fn new(piece: Mac, hooks: AttachedStackHooks) -> Kept {
         let mac = hooks.apply(piece, |hooks, mac| hooks.mac(mac));
         Kept { mac, piece, hooks, texts: Texts::default(), connections: 0 }
     }
 
-    /// A number that no connection had before.
+    /// A new connection number.
     pub(super) fn next_key(&mut self) -> ArKey {
         self.connections = self.connections.wrapping_add(1);
         ArKey(self.connections)
     }
 }
 
-/// The stack while there is power.
+/// The stack while the device has power.
 pub(super) struct Stack {
-    /// What survives a loss of power.
+    /// The data that survive a loss of power.
     pub kept: Kept,
-    /// Its deviations.
-    pub hooks: Hooks,
+    /// The hooks of the deviations.
+    pub hooks: AttachedStackHooks,
     /// The name and the addresses in use.
     pub station: StationData,
     /// The name and the addresses after the next start.
     pub stored: StationData,
-    /// What is open in DCP.
+    /// The state of DCP.
     pub desk: Desk,
-    /// What is plugged.
     pub plugged: Plugged,
-    /// What is wrong.
+    /// The pending diagnoses.
     pub diagnoses: Diagnoses,
     /// The connections.
     pub ars: Vec<Ar>,
-    /// The addresses, UDP and the web server.
+    /// IP, UDP and the web server.
     pub ip: Ip,
-    /// The calls of controllers.
+    /// The RPC server.
     pub server: Server,
-    /// The announcements, and the neighbour.
+    /// LLDP.
     pub lldp: Announcer,
 }
 
@@ -105,46 +104,46 @@ impl Stack {
         }
     }
 
-    /// What is kept when the power goes.
+    /// The data that survive a loss of power.
     pub(super) fn kept(&self) -> Kept {
         self.kept.clone()
     }
 
-    /// What a deviation can read at `now`.
+    /// The state that a deviation can read at `now`.
     pub(super) fn view<'a>(&'a self, now: Time, application: &'a dyn Application) -> StackView<'a> {
         let plugged = self.plugged.all();
         StackView { now, application, mac: self.kept.mac, station: &self.station, plugged }
     }
 
-    /// The cable was plugged: the neighbours are told who is here.
+    /// The cable was plugged in: announces the device by LLDP and DCP Hello.
     pub(super) fn announce(&mut self, now: Time) {
         self.lldp.restart(now);
         self.desk.announce(now);
     }
 
-    /// Whether the light that DCP lets flash is flashing.
+    /// Whether the LED flashes for DCP Signal.
     pub(super) fn is_signalling(&self, now: Time) -> bool {
         self.desk.is_signalling(now)
     }
 
-    /// Adds to what is `seen` of a device what its stack knows at `now`.
-    pub(super) fn seen(&self, now: Time, seen: Seen) -> Seen {
-        let mut seen = Seen { is_signalling: self.is_signalling(now), ..seen };
+    /// Completes the status of the device with that of the stack at `now`.
+    pub(super) fn seen(&self, now: Time, device: Seen) -> Seen {
+        let mut status = Seen { is_signalling: self.is_signalling(now), ..device };
         for ar in &self.ars {
             let Some(exchange) = &ar.exchange else { continue };
-            seen.has_connection = true;
-            seen.exchanges_data |= ar.phase == Phase::Data && exchange.consumer.expires().is_some();
-            seen.module_differs |= ar.differs;
+            status.has_connection = true;
+            status.exchanges_data |= ar.phase == Phase::Data && exchange.consumer.expires().is_some();
+            status.module_differs |= ar.differs;
         }
-        seen
+        status
     }
 
-    /// The name of the device by its neighbour.
+    /// The alias name of the device, from its neighbour.
     pub(super) fn alias(&self) -> Option<Vec<u8>> {
         self.lldp.neighbour()?.alias()
     }
 
-    /// Who is at the other end of the cable.
+    /// The station at the other end of the cable.
     pub(super) fn neighbour(&self) -> Option<&Neighbour> {
         self.lldp.neighbour()
     }
@@ -209,7 +208,7 @@ impl Stack {
         }
     }
 
-    /// After each input: takes what the application has to tell, and sends alarms that can be sent.
+    /// Called after each event: fetches diagnosis changes from the application and sends alarms that are due.
     pub(super) fn settle(&mut self, env: &mut Env<'_>) {
         while let Some(mut change) = env.application.next_diagnosis() {
             if !self.hooks.apply(true, |hooks, is_noted| hooks.diagnosis(&mut change, is_noted)) {
@@ -236,7 +235,7 @@ impl Stack {
         }
     }
 
-    /// Ends a connection; the other side is told if there is a reason and an alarm endpoint.
+    /// Ends a connection. With a `reason` and an alarm endpoint it sends ERR-RTA.
     pub(super) fn end(&mut self, env: &mut Env<'_>, at: usize, event: Connection, reason: Option<AbortReason>) {
         self.hooks.notify(|hooks| hooks.connection(event));
         let mut ar = self.ars.remove(at);
@@ -249,19 +248,19 @@ impl Stack {
         env.application.ended(env.now, ar.key);
     }
 
-    /// Ends a connection of the device's own accord, for `reason`.
+    /// Aborts a connection with `reason`.
     pub(super) fn abort(&mut self, env: &mut Env<'_>, at: usize, reason: AbortReason) {
         self.end(env, at, Connection::Ended, Some(reason));
     }
 
-    /// Ends all connections for `reason`.
+    /// Aborts all connections with `reason`.
     pub(super) fn abort_all(&mut self, env: &mut Env<'_>, reason: AbortReason) {
         while !self.ars.is_empty() {
             self.abort(env, self.ars.len() - 1, reason);
         }
     }
 
-    /// Uses `station` from now on; neighbours are told a new name at once.
+    /// Starts to use `station`. A new name is announced by LLDP at once.
     pub(super) fn use_station(&mut self, now: Time, station: StationData) {
         self.ip.configure(&station);
         if station.name != self.station.name {
@@ -270,7 +269,7 @@ impl Stack {
         self.station = station;
     }
 
-    /// Takes the stored station into use, after a reset of it.
+    /// Starts to use the stored name and addresses after a reset.
     pub(super) fn restart_station(&mut self, env: &mut Env<'_>) {
         let mac = self.hooks.apply(self.kept.piece, |hooks, mac| hooks.mac(mac));
         if mac != self.kept.mac {
@@ -282,13 +281,13 @@ impl Stack {
         self.use_station(env.now, station);
     }
 
-    /// Whether the outputs of a connection are watched for coming in time.
+    /// Whether a data hold timer runs for the outputs of a connection.
     pub(super) fn is_watching(&self) -> bool {
         let mut exchanges = self.ars.iter().filter_map(|ar| ar.exchange.as_ref());
         exchanges.any(|exchange| exchange.consumer.expires().is_some())
     }
 
-    /// When something is to be done without a frame, the application's own affairs apart.
+    /// When the next timer of the stack expires, those of the application excluded.
     pub(super) fn deadline(&self) -> Option<Time> {
         let connections = self.ars.iter().fold(None, |due, ar| earlier(due, ar.due()));
         let announcements = earlier(self.desk.due(), Some(self.lldp.due()));
@@ -296,8 +295,8 @@ impl Stack {
     }
 }
 
-/// The stored station as it is taken into use.
-fn loaded(hooks: &Hooks, start: Start, stored: &StationData) -> StationData {
+/// The stored name and addresses, after the hooks.
+fn loaded(hooks: &AttachedStackHooks, start: Start, stored: &StationData) -> StationData {
     hooks.apply(stored.clone(), |hooks, mut station| {
         hooks.load_station(start, &mut station);
         station

@@ -1,6 +1,6 @@
-//! The web server: TCP connections, and in each one request and one answer.
+//! The web server: TCP connections with one request and one response each.
 //!
-//! This module must not know what a page says.
+//! This module must not know the content of pages.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -9,7 +9,7 @@ use smoltcp::socket::tcp::{Socket, SocketBuffer, State};
 use smoltcp::time::Duration;
 use wire::http::{PORT, Progress, Request, Response};
 
-/// Who answers a request.
+/// The function that answers requests.
 pub(super) type Pages<'a> = &'a mut dyn FnMut(&Request) -> Response;
 
 /// The connections of the web server.
@@ -19,9 +19,9 @@ pub(super) struct Web {
 
 struct Connection {
     socket: SocketHandle,
-    /// What has come of the request.
+    /// The received part of the request.
     asked: Vec<u8>,
-    /// What is still to be sent of the answer; none before it is known.
+    /// The part of the response that is still to be sent; `None` before there is a response.
     answer: Option<Vec<u8>>,
 }
 
@@ -29,30 +29,33 @@ impl Web {
     const CONNECTIONS: usize = 4;
     const LONGEST_REQUEST: usize = 4096;
 
-    /// A server that nobody can reach yet.
+    /// A server that does not listen yet.
     pub(super) fn new(sockets: &mut SocketSet<'static>) -> Web {
         Web { connections: (0..Web::CONNECTIONS).map(|_| Connection::new(sockets)).collect() }
     }
 
-    /// Forgets all connections, whose address is no longer in use.
+    /// Drops all connections, because their address is no longer in use.
     pub(super) fn forget(&mut self, sockets: &mut SocketSet<'static>) {
         self.connections.iter_mut().for_each(|connection| connection.renew(sockets));
     }
 
-    /// Answers what has come; says whether there is something to be sent.
+    /// Answers received requests. Returns whether there is something to send.
     ///
-    /// While the server is not open it finishes what it has begun and takes nothing new.
+    /// While the server is not open, it finishes running requests and accepts no new ones.
     pub(super) fn serve(&mut self, sockets: &mut SocketSet<'static>, is_open: bool, pages: Pages<'_>) -> bool {
-        let has_sent = self.connections.iter_mut().fold(false, |sent, of| of.go_on(sockets, pages) | sent);
-        match is_open {
-            true => self.listen(sockets),
-            false => self.connections.iter_mut().for_each(|of| of.stop_listening(sockets)),
+        let mut has_sent = false;
+        for connection in &mut self.connections {
+            has_sent |= connection.go_on(sockets, pages);
+        }
+        if is_open {
+            self.listen(sockets);
+        } else {
+            self.connections.iter().for_each(|connection| connection.stop_listening(sockets));
         }
         has_sent
     }
 
-    /// Makes free connections wait for a client; one that only waits for strays of its last client counts as free if there
-    /// is no other.
+    /// Makes free connections listen. If none is free, a connection in TIME-WAIT is reused.
     fn listen(&mut self, sockets: &mut SocketSet<'static>) {
         let is = |of: &Connection, sockets: &SocketSet<'_>, state| of.state(sockets) == state;
         let waits = self.connections.iter().any(|of| is(of, sockets, State::Listen) || is(of, sockets, State::Closed));
@@ -72,7 +75,7 @@ impl Web {
 
 impl Connection {
     const BUFFER: usize = 2048;
-    /// How long a client may be gone before its connection is given up.
+    /// How long a client may be silent before the server drops its connection.
     const PATIENCE: Duration = Duration::from_secs(10);
 
     fn new(sockets: &mut SocketSet<'static>) -> Connection {
@@ -105,14 +108,14 @@ impl Connection {
         }
     }
 
-    /// Takes what has come and sends what there is room for; says whether something was sent.
+    /// Processes received data and sends as much as the buffer takes. Returns whether something was sent.
     fn go_on(&mut self, sockets: &mut SocketSet<'_>, pages: Pages<'_>) -> bool {
         let socket = sockets.get_mut::<Socket<'_>>(self.socket);
         if self.answer.is_none() {
             while socket.can_recv() {
-                let asked = &mut self.asked;
+                let request = &mut self.asked;
                 let taken = socket.recv(|octets| {
-                    asked.extend_from_slice(octets);
+                    request.extend_from_slice(octets);
                     (octets.len(), ())
                 });
                 if taken.is_err() {
@@ -126,7 +129,7 @@ impl Connection {
             };
         }
         let Some(answer) = self.answer.as_mut().filter(|_| socket.may_send()) else {
-            // A client that goes without having asked for anything gets nothing.
+            // A client that leaves without a request gets no response.
             let is_left = socket.state() == State::CloseWait;
             if is_left {
                 socket.close();

@@ -146,7 +146,7 @@ fn devices_at_an_interface_and_the_hands_at_them() {
     assert_eq!(found(&mut wire, &mut controllers[..1], "encoder-1"), 1);
 
     assert_eq!(say(&hand(2), "turn revolutions 1 rpm 60"), "ok done-in 1000000000");
-    let no_light = "cannot the reference device has no such means; there are fault.memory, fault.sensor";
+    let no_light = "cannot the reference device does not support this action; there are fault.memory, fault.sensor";
     assert_eq!(say(&hand(2), "fault light present"), no_light);
     let abilities =
         "ok clock device fault.memory fault.sensor link power renew shaft.acceleration shaft.counts shaft.speed turn";

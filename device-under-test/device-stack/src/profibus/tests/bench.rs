@@ -1,13 +1,13 @@
-//! A master made of frames, which are handed to one device.
+//! A scripted master in front of one device.
 
 use station::{Duration, Outbox, Station, Time};
 use std::vec::Vec;
 use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Format, Frame, FrameCount, FunctionCode, RequestFunction};
 
-/// An answer to a request.
+/// The answer to a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// Nobody answered.
+    /// No answer.
     Silence,
     /// A short acknowledgement.
     Taken,
@@ -18,14 +18,19 @@ pub enum Answer {
 /// RS: the access point is not active.
 pub const RS: Answer = Answer::Told(0x03, Vec::new());
 
-/// A device with a master in front of it.
+/// Idle time before each request.
+const FRAME_GAP: Duration = Duration::from_millis(1);
+/// How long the master waits for an answer: longer than max TSDR at any baud rate of the tests.
+const ANSWER_WAIT: Duration = Duration::from_millis(1);
+
+/// A device and a master.
 pub struct Bench<D> {
     pub device: D,
     pub now: Time,
     pub master: u8,
     pub slave: u8,
     pub count: FrameCount,
-    /// How long the last answer took to come.
+    /// The delay of the last answer.
     pub delay: Duration,
 }
 
@@ -34,7 +39,7 @@ impl<D: Station> Bench<D> {
         Bench { device, now: Time::ZERO, master: 2, slave, count: FrameCount::First, delay: Duration::ZERO }
     }
 
-    /// Lets time go by; what is sent is left alone.
+    /// Advances time and discards what the device sends.
     pub fn wait(&mut self, time: Duration) {
         let until = self.now + time;
         let mut out = Outbox::new();
@@ -45,18 +50,18 @@ impl<D: Station> Bench<D> {
         self.now = until;
     }
 
-    /// Hands `octets` over and waits 1 ms for an answer.
+    /// Sends `octets` and waits [`ANSWER_WAIT`] for an answer.
     pub fn hand(&mut self, octets: &[u8]) -> Option<Vec<u8>> {
-        self.now += Duration::from_millis(1);
-        let (asked, until) = (self.now, self.now + Duration::from_millis(1));
+        self.now += FRAME_GAP;
+        let (sent_at, until) = (self.now, self.now + ANSWER_WAIT);
         let mut out = Outbox::new();
         self.device.receive(self.now, octets, &mut out);
-        assert!(out.is_empty(), "a slave waits for min TSDR");
+        assert!(out.is_empty(), "a slave answers min TSDR later");
         while let Some(due) = self.device.deadline().filter(|due| *due <= until) {
             self.now = self.now.max(due);
             self.device.wake(self.now, &mut out);
             if let Some(frame) = out.frames().next() {
-                self.delay = self.now.since(asked);
+                self.delay = self.now.since(sent_at);
                 return Some(frame.to_vec());
             }
         }
@@ -74,25 +79,25 @@ impl<D: Station> Bench<D> {
         octets
     }
 
-    /// Sends a new request to access points and gives the answer.
+    /// Sends a new request to service access points and returns the answer.
     pub fn ask(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> Answer {
         let octets = self.frame(self.count, saps, data);
         self.count = self.count.next();
         let answer = self.hand(&octets);
-        self.understand(answer, saps)
+        self.parse(answer, saps)
     }
 
-    /// Sends the last request once more, as one does who has not heard the answer.
+    /// Repeats the last request with the same frame count bit, as after a lost answer.
     pub fn repeat(&mut self, saps: Option<(u8, u8)>, data: &[u8]) -> Answer {
         let last = self.count.next();
         let octets = self.frame(last, saps, data);
         let answer = self.hand(&octets);
-        self.understand(answer, saps)
+        self.parse(answer, saps)
     }
 
-    fn understand(&self, answer: Option<Vec<u8>>, saps: Option<(u8, u8)>) -> Answer {
+    fn parse(&self, answer: Option<Vec<u8>>, saps: Option<(u8, u8)>) -> Answer {
         let Some(octets) = answer else { return Answer::Silence };
-        match Frame::parse(&octets).expect("a slave sends frames") {
+        match Frame::parse(&octets).expect("a valid frame") {
             Frame::Data(frame) => {
                 assert_eq!((frame.da, frame.sa), (self.master, self.slave));
                 if frame.format != Format::NoData {
@@ -101,11 +106,11 @@ impl<D: Station> Bench<D> {
                 Answer::Told(frame.fc.0, frame.data.to_vec())
             }
             Frame::ShortAcknowledgement => Answer::Taken,
-            Frame::Token { .. } => panic!("a slave has no token"),
+            Frame::Token { .. } => panic!("a slave sends no token"),
         }
     }
 
-    /// Sends Global_Control to all.
+    /// Sends Global_Control to all slaves.
     pub fn control(&mut self, command: u8, groups: u8) {
         let fc = FunctionCode::request(RequestFunction::SDN_HIGH, FrameCount::Unused);
         let data = [command, groups];
@@ -123,11 +128,11 @@ impl<D: Station> Bench<D> {
         self.ask(Some((62, 62)), data)
     }
 
-    /// The octets of Slave_Diag.
+    /// The bytes of Slave_Diag.
     pub fn diagnosis(&mut self) -> Vec<u8> {
         match self.ask(Some((60, 62)), &[]) {
             Answer::Told(8, octets) => octets,
-            other => panic!("no diagnosis but {other:?}"),
+            other => panic!("expected a diagnosis, observed {other:?}"),
         }
     }
 
@@ -135,7 +140,7 @@ impl<D: Station> Bench<D> {
     pub fn exchange(&mut self, outputs: &[u8]) -> Vec<u8> {
         match self.ask(None, outputs) {
             Answer::Told(8 | 10, octets) => octets,
-            other => panic!("no data but {other:?}"),
+            other => panic!("expected data, observed {other:?}"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Who answers at which address.
+//! Addresses and service access points: which requests are answered.
 
 use super::bench::{Answer, RS};
 use super::toy::{CFG, PRM, bench};
@@ -22,7 +22,7 @@ fn fdl_status_is_answered_by_a_slave_after_eleven_bits() {
 #[case::wrong_sum(&[0x10, 5, 2, 0x49, 0x51, 0x16])]
 #[case::cut(&[0x10, 5, 2, 0x49, 0x50])]
 #[case::broadcast(&[0x10, 127, 2, 0x49, 0xCA, 0x16])]
-fn silence(#[case] frame: &[u8]) {
+fn frames_without_an_answer(#[case] frame: &[u8]) {
     let mut bench = bench(Attached::NONE);
     assert_eq!(bench.hand(frame), None);
 }
@@ -32,7 +32,7 @@ fn silence(#[case] frame: &[u8]) {
 #[case::no_set_ext_prm(53, 62)]
 #[case::other_source(60, 61)]
 #[case::records_before_exchange(51, 51)]
-fn access_points_that_are_not_active(#[case] destination: u8, #[case] source: u8) {
+fn inactive_access_points_answer_rs(#[case] destination: u8, #[case] source: u8) {
     let mut bench = bench(Attached::NONE);
     assert_eq!(bench.ask(Some((destination, source)), &[]), RS);
 }
@@ -53,7 +53,7 @@ fn an_address_is_taken_with_the_right_ident_while_waiting_for_parameters() {
     assert_eq!(bench.ask(Some((55, 62)), &[7, 0xAB, 0xCD, 0]), RS);
 }
 
-/// No octets make the slave panic or answer with what is no frame.
+/// No request makes the slave panic or send an invalid frame.
 #[test]
 fn damaged_requests() {
     let mut bench = bench(Attached::NONE);

@@ -1,4 +1,4 @@
-//! The slave against frames written by hand, with an encoder that keeps octets.
+//! Tests of the slave with a toy application and a scripted master.
 
 mod bench;
 mod finding;

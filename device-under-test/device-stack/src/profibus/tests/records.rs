@@ -1,9 +1,12 @@
-//! Records of DP-V1: acknowledged, polled, refused.
+//! DP-V1 records: acknowledged, polled, refused.
 
 use super::bench::{Answer, RS};
 use super::toy::{CFG, PRM, bench};
 use crate::Attached;
 use core::time::Duration;
+
+/// Longer than the slave needs to process a record, 2 ms.
+const RECORD_WAIT: Duration = Duration::from_millis(5);
 
 #[test]
 fn a_class_1_master_writes_and_reads() {
@@ -13,7 +16,7 @@ fn a_class_1_master_writes_and_reads() {
     let ms1 = Some((51, 51));
     let mut exchange = |request: &[u8]| {
         assert_eq!(bench.ask(ms1, request), Answer::Taken);
-        bench.wait(Duration::from_millis(5));
+        bench.wait(RECORD_WAIT);
         match bench.ask(ms1, &[]) {
             Answer::Told(8, octets) => octets,
             other => panic!("{other:?}"),
@@ -27,7 +30,7 @@ fn a_class_1_master_writes_and_reads() {
 }
 
 #[test]
-fn there_is_room_for_one_request_and_none_without_dpv1() {
+fn one_request_is_accepted_at_a_time_and_none_without_dpv1() {
     let mut bench = bench(Attached::NONE);
     bench.set_prm(&PRM);
     bench.chk_cfg(&CFG);
@@ -42,18 +45,18 @@ fn there_is_room_for_one_request_and_none_without_dpv1() {
 }
 
 #[test]
-fn a_class_2_master_opens_a_connection_which_ends_in_silence() {
+fn a_class_2_master_opens_a_connection_which_times_out() {
     let mut bench = bench(Attached::NONE);
     let initiate = [0x57, 0, 0, 0, 0, 100, 1, 0, 0, 0, 0, 0, 0, 2, 0, 2, 0, 0, 0, 0];
     assert_eq!(bench.ask(Some((0, 50)), &[]), RS);
     assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Taken);
     assert_eq!(bench.ask(Some((49, 50)), &[]), Answer::Told(8, [0x56, 0, 0, 100].into()));
-    bench.wait(Duration::from_millis(5));
+    bench.wait(RECORD_WAIT);
     let Answer::Told(8, granted) = bench.ask(Some((0, 50)), &[]) else { panic!("no answer") };
     assert_eq!(granted[..4], [0x57, 240, 1, 0]);
     assert_eq!(bench.ask(Some((49, 50)), &initiate), Answer::Told(2, [].into()), "there is one connection");
     assert_eq!(bench.ask(Some((0, 50)), &[0x5E, 1, 47, 9]), Answer::Taken);
-    bench.wait(Duration::from_millis(5));
+    bench.wait(RECORD_WAIT);
     assert_eq!(bench.ask(Some((0, 50)), &[]), Answer::Told(8, [0x5E, 1, 47, 3, 1, 2, 3].into()));
     bench.wait(Duration::from_secs(3));
     assert_eq!(bench.ask(Some((0, 50)), &[]), RS);

@@ -1,4 +1,4 @@
-//! From parameters to data and back.
+//! Start-up from parameters to data exchange, and back.
 
 use super::bench::{Answer, RS};
 use super::toy::{CFG, PRM, bench};
@@ -8,9 +8,9 @@ use core::time::Duration;
 use rstest::rstest;
 use station::{Stand, StandAction, Time};
 
-fn changed(at: usize, octet: u8) -> [u8; 11] {
+fn changed(at: usize, byte: u8) -> [u8; 11] {
     let mut prm = PRM;
-    prm[at] = octet;
+    prm[at] = byte;
     prm
 }
 
@@ -35,7 +35,7 @@ fn a_slave_goes_from_parameters_over_configuration_to_data() {
 #[rstest]
 #[case::ident(changed(5, 0xCE))]
 #[case::no_watchdog_factor(changed(1, 0))]
-#[case::of_the_encoder(changed(10, 8))]
+#[case::of_the_application(changed(10, 8))]
 fn wrong_parameters(#[case] prm: [u8; 11]) {
     let mut bench = bench(Attached::NONE);
     assert_eq!(bench.set_prm(&prm), Answer::Taken);
@@ -80,7 +80,7 @@ fn the_watchdog_ends_the_exchange_and_clears_the_outputs() {
 }
 
 #[test]
-fn a_watchdog_counts_in_milliseconds_if_told_so_and_may_be_off() {
+fn a_watchdog_with_1_ms_base_and_without_watchdog() {
     let mut bench = bench(Attached::NONE);
     for (octets, left) in [([0x88, 0x84], true), ([0x80, 0x80], false)] {
         let mut prm = changed(0, octets[0]);
@@ -96,7 +96,7 @@ fn a_watchdog_counts_in_milliseconds_if_told_so_and_may_be_off() {
 }
 
 #[test]
-fn another_master_may_look_and_nothing_else_until_the_slave_is_free() {
+fn another_master_can_only_read_the_diagnosis_until_the_slave_is_unlocked() {
     let mut bench = in_exchange();
     bench.master = 3;
     for (saps, data) in [(Some((61, 62)), &PRM[..]), (Some((62, 62)), &CFG), (None, &[9, 9])] {
@@ -113,7 +113,7 @@ fn another_master_may_look_and_nothing_else_until_the_slave_is_free() {
 }
 
 #[test]
-fn without_lock_only_the_delay_is_taken() {
+fn without_lock_req_only_min_tsdr_is_set() {
     let mut bench = in_exchange();
     let mut prm = changed(0, 0);
     prm[3] = 100;
@@ -170,7 +170,7 @@ fn clear_freeze_and_sync() {
     assert_eq!(bench.device.application().outputs.as_deref(), Some(&[8, 8][..]));
     bench.exchange(&[9, 9]);
     bench.control(0x10, 2);
-    assert_eq!(bench.device.application().outputs.as_deref(), Some(&[8, 8][..]), "another group was meant");
+    assert_eq!(bench.device.application().outputs.as_deref(), Some(&[8, 8][..]), "the command addresses another group");
     bench.control(0x10, 3);
     assert_eq!(bench.device.application().outputs.as_deref(), Some(&[9, 9][..]));
     assert_eq!(bench.device.application().clocks, 7);
@@ -191,15 +191,15 @@ fn a_new_diagnosis_is_announced_until_it_is_fetched() {
             }
         })
         .collect();
-    assert_eq!(codes, [0x08, 0x0A, 0x08], "the change is found with the first frame after it");
+    assert_eq!(codes, [0x08, 0x0A, 0x08], "the first frame after the change detects it");
 }
 
 #[test]
-fn power_cycles_forget_all_and_the_boot_time_is_silent() {
+fn a_power_cycle_resets_the_slave_and_it_sends_nothing_while_booting() {
     let mut bench = in_exchange();
-    bench.device.act(bench.now, &StandAction::Power(false)).expect("there is power");
+    bench.device.act(bench.now, &StandAction::Power(false)).expect("the stand controls power");
     assert_eq!(bench.ask(None, &[1, 2]), Answer::Silence);
-    bench.device.act(bench.now, &StandAction::Power(true)).expect("there is power");
+    bench.device.act(bench.now, &StandAction::Power(true)).expect("the stand controls power");
     bench.wait(Duration::from_millis(90));
     assert_eq!(bench.ask(Some((60, 62)), &[]), Answer::Silence);
     bench.wait(Duration::from_millis(20));

@@ -1,4 +1,4 @@
-//! An encoder that gives back what it was given.
+//! A minimal application: it stores outputs and one record.
 
 use super::bench::Bench;
 use core::time::Duration;
@@ -11,7 +11,7 @@ use wire::profibus::dpv1::RecordError;
 use wire::profibus::fdl::BaudRate;
 use wire::profibus::prm::SetPrm;
 
-/// Two octets each way behind configuration 0x31 0x21.
+/// An application with two input bytes and two output bytes.
 pub struct Toy {
     identity: Identity,
     pub address: u8,
@@ -25,7 +25,7 @@ pub struct Toy {
 
 pub const IDENT: u16 = 0xABCD;
 pub const CFG: [u8; 2] = [0x11, 0x21];
-/// Lock, watchdog 100 ms, min TSDR 11, ident, group 1, DP-V1 on, one octet for the encoder.
+/// Lock_Req, watchdog 100 ms, min TSDR 11, ident number, group 1, DP-V1 enabled, one byte for the application.
 pub const PRM: [u8; 11] = [0x88, 10, 1, 11, 0xAB, 0xCD, 1, 0x80, 0, 0, 7];
 
 pub fn bench(hooks: Attached<dyn SlaveHooks>) -> Bench<Device<Toy>> {

@@ -1,9 +1,9 @@
-//! Whether a Connect can be granted: every block and every field, and which status says that it cannot.
+//! Checks every block and every field of a Connect and gives the status for a refusal.
 //!
-//! A status points at the block by its finder and at the field by its number in the block, the header counted
-//! (IEC 61158-6-10, ErrorCode2 of the faulty blocks). Where the frames put their data is checked in [`super::layout`].
+//! ErrorCode1 of a status names the block. ErrorCode2 is the number of the field in the block, the header fields
+//! included (IEC 61158-6-10). [`super::layout`] checks the layout of the frames.
 
-use super::super::hooks::{Hooks, StackCheck};
+use super::super::hooks::{AttachedStackHooks, StackCheck};
 use super::super::plugged::{Expected, Plugged};
 use super::{cmrpc, layout};
 use alloc::vec::Vec;
@@ -17,25 +17,22 @@ use wire::profinet::dcp::station_name;
 use wire::profinet::rpc::ObjectUuid;
 use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
-/// A Connect that can be granted.
+/// A Connect that passed all checks.
 #[derive(Debug)]
 pub(super) struct Plan {
-    /// The connection.
     pub ar: ArBlockReq,
-    /// What it exchanges, unless it is for records alone.
+    /// Cyclic data and alarms; `None` for a connection for records only.
     pub exchange: Option<ExchangePlan>,
-    /// The UDP port at which the initiator wants to be called, if it says so.
+    /// The UDP port of the initiator for calls from the device, if the request contains it.
     pub rpc_port: Option<u16>,
 }
 
-/// What a connection is to exchange.
+/// Cyclic data and alarms of a requested connection.
 #[derive(Debug)]
 pub(super) struct ExchangePlan {
-    /// The connections of cyclic data, in the order of the request: one of inputs, one of outputs.
+    /// The IOCRs in the order of the request: one for inputs, one for outputs.
     pub iocrs: Vec<IocrBlockReq>,
-    /// The alarms.
     pub alarm_cr: AlarmCrBlockReq,
-    /// The submodules.
     pub expected: Vec<Expected>,
 }
 
@@ -47,7 +44,7 @@ const fn refusal(error: CmrpcError) -> PnioStatus {
     cmrpc(ErrorCode::CONNECT_RESPONSE, error)
 }
 
-/// Refuses with the first field, by its number, whose demand does not hold.
+/// Returns a fault for the first field (by number) whose demand does not hold.
 pub(super) fn demand<const N: usize>(finder: Finder, demands: [(u8, bool); N]) -> Result<(), PnioStatus> {
     match demands.into_iter().find(|(_, holds)| !holds) {
         Some((field, _)) => Err(fault(finder, field)),
@@ -55,7 +52,7 @@ pub(super) fn demand<const N: usize>(finder: Finder, demands: [(u8, bool); N]) -
     }
 }
 
-/// Which part of a status stands for a block; `None` for one that the device does not know.
+/// The ErrorCode1 of a block; `None` for an unknown block.
 fn finder(kind: BlockType) -> Option<Finder> {
     Some(match kind {
         BlockType::AR_REQ => Finder::AR_BLOCK,
@@ -67,16 +64,16 @@ fn finder(kind: BlockType) -> Option<Finder> {
     })
 }
 
-/// What controllers send to every device, and what means nothing to this one: fast start-up, which a device that starts
-/// at its own pace has not, and its parameters (FSParameterBlock, 0x0601). IRInfoBlock is not among them: who sends it
-/// wants RT class 3.
+/// Blocks that controllers send to every device and that this device ignores: fast start-up (ARFSUBlock) and its
+/// parameters (FSParameterBlock, 0x0601), which the device does not support. IRInfoBlock is not part of the list: a
+/// controller that sends it requires RT class 3.
 const PASSED_OVER: [BlockType; 2] = [BlockType::AR_FSU, BlockType(0x0601)];
 
 const BLOCK_LENGTH: u8 = 1;
 const VERSION_HIGH: u8 = 2;
 const VERSION_LOW: u8 = 3;
 
-fn read_blocks(octets: &[u8], hooks: &Hooks) -> Result<Vec<Content>, PnioStatus> {
+fn read_blocks(octets: &[u8], hooks: &AttachedStackHooks) -> Result<Vec<Content>, PnioStatus> {
     let mut reader = Reader::new("Connect", octets);
     let mut contents = Vec::new();
     while !reader.is_empty() {
@@ -97,8 +94,8 @@ fn read_blocks(octets: &[u8], hooks: &Hooks) -> Result<Vec<Content>, PnioStatus>
     Ok(contents)
 }
 
-/// Checks a whole Connect.
-pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &Hooks) -> Result<Plan, PnioStatus> {
+/// Checks a complete Connect.
+pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &AttachedStackHooks) -> Result<Plan, PnioStatus> {
     let mut ars = Vec::new();
     let (mut iocrs, mut alarm_crs, mut expected_blocks) = (Vec::new(), Vec::new(), Vec::new());
     let mut rpc_port = None;
@@ -152,7 +149,7 @@ pub(super) fn connect(octets: &[u8], plugged: &Plugged, hooks: &Hooks) -> Result
     Ok(Plan { ar, exchange: Some(ExchangePlan { iocrs, alarm_cr, expected }), rpc_port })
 }
 
-fn check_ar(ar: &ArBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
+fn check_ar(ar: &ArBlockReq, hooks: &AttachedStackHooks) -> Result<(), PnioStatus> {
     let properties = ar.ar_properties;
     let access = properties.has(ArProperties::DEVICE_ACCESS);
     let initiator = ar.cm_initiator_mac_add;
@@ -181,10 +178,10 @@ fn check_ar(ar: &ArBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
 
 const IOCR_REFERENCE: u8 = 5;
 
-/// Greatest data hold time and watchdog time in units of 31.25 us: 1.92 s.
+/// Longest data hold time and watchdog time in units of 31.25 us: 1.92 s.
 const LONGEST_HOLD: u32 = 61_440;
 
-fn check_iocr(iocr: &IocrBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
+fn check_iocr(iocr: &IocrBlockReq, hooks: &AttachedStackHooks) -> Result<(), PnioStatus> {
     let class = iocr.iocr_properties.rt_class();
     let frame_ids = match class {
         RtClass::RT_CLASS_1 => 0xC000..=0xF7FF,
@@ -215,7 +212,7 @@ fn check_iocr(iocr: &IocrBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
     )
 }
 
-fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq, hooks: &Hooks) -> Result<(), PnioStatus> {
+fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq, hooks: &AttachedStackHooks) -> Result<(), PnioStatus> {
     demand(
         Finder::ALARM_CR_BLOCK,
         [
@@ -234,13 +231,13 @@ fn check_alarm_cr(alarm_cr: &AlarmCrBlockReq, hooks: &Hooks) -> Result<(), PnioS
 
 const NUMBER_OF_APIS: u8 = 4;
 
-/// Direction of the data, and that there is no status of a submodule without data.
+/// The supported bits: direction of the data, and DiscardIOXS for a submodule without data.
 const KNOWN_PROPERTIES: u16 = 0x3 | SubmoduleProperties::DISCARD_IOXS.0;
 
 fn check_expected(
     block: &ExpectedSubmoduleBlockReq,
     plugged: &Plugged,
-    hooks: &Hooks,
+    hooks: &AttachedStackHooks,
     all: &mut Vec<Expected>,
 ) -> Result<(), PnioStatus> {
     let finder = Finder::EXPECTED_SUBMODULE_BLOCK;
@@ -262,7 +259,7 @@ fn check_expected(
             let inputs_fit = hooks.check(StackCheck::InputLength(expected.input_octets), inputs_fit);
             let outputs_fit = real.is_none_or(|plug| plug.output_octets == expected.output_octets);
             let outputs_fit = hooks.check(StackCheck::OutputLength(expected.output_octets), outputs_fit);
-            // Inputs and outputs may stand in either order.
+            // Inputs and outputs may come in either order.
             let count = |direction| descriptions.iter().filter(|one| one.data_description == direction).count();
             let counts = (count(1), count(2), descriptions.len());
             let directions_hold = match expected.kind {

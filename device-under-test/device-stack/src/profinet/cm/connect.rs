@@ -1,4 +1,4 @@
-//! Connect: from the blocks of the request to a connection and the blocks of the answer.
+//! Connect: opens a connection from the blocks of the request and builds the blocks of the answer.
 
 use super::super::alarm::AlarmEndpoint;
 use super::super::ar::{Ar, Exchange};
@@ -22,13 +22,13 @@ use wire::profinet::blocks::module_diff::ModuleDiffBlock;
 use wire::profinet::rpc;
 use wire::profinet::status::{AbortReason, CmrpcError, ErrorCode, PnioStatus};
 
-/// How many connections with cyclic data there can be.
+/// Number of connections with cyclic data that the device supports.
 const EXCHANGE_CONNECTIONS: usize = 1;
 
-/// How many connections for records alone there can be, beside those with cyclic data.
+/// Number of connections for records only that the device supports in addition.
 const ACCESS_CONNECTIONS: usize = 2;
 
-/// UDP port for cyclic data over UDP, which this device has not.
+/// UDP port for cyclic data over UDP, which this device does not support.
 const UDP_RT_PORT: u16 = 0x8892;
 
 impl Stack {
@@ -78,11 +78,11 @@ impl Stack {
         Ok(Answer::done(answer.to_vec()))
     }
 
-    /// Ends the connection of the same UUID, and the one with cyclic data that the controller of `plan` still has here, if there
-    /// is no room beside it.
+    /// Ends the connection of the same UUID. If no connection with cyclic data is free, also ends the one that the
+    /// controller of `plan` still has.
     ///
-    /// A controller that comes again has given up the old connection, of which the device learns only when the outputs
-    /// have been missing for long enough; waiting for that would refuse it for no reason.
+    /// A controller that connects again has dropped its old connection. The device would notice that only when the
+    /// data hold time expires, and would refuse the controller until then without need.
     fn make_way(&mut self, env: &mut Env<'_>, plan: &Plan) {
         let gives_way = |is_old| self.hooks.check(StackCheck::GivesWay, is_old);
         if let Some(at) = self.ars.iter().position(|ar| gives_way(ar.request.ar_uuid == plan.ar.ar_uuid)) {
@@ -99,7 +99,7 @@ impl Stack {
         }
     }
 
-    /// Whether there is room for a connection like `plan` beside the others.
+    /// Whether a connection of the kind of `plan` is free.
     fn has_room(&self, plan: &Plan) -> bool {
         let is_exchange = plan.exchange.is_some();
         let others = self.ars.iter().filter(|ar| ar.exchange.is_some() == is_exchange).count();
@@ -114,7 +114,7 @@ impl Stack {
         }
     }
 
-    /// Opens the cyclic connections and the alarms of `ar`, and appends what is answered about them.
+    /// Opens cyclic data and alarms of `ar` and appends their blocks to the answer.
     fn open_exchange(&mut self, env: &mut Env<'_>, ar: &mut Ar, plan: &ExchangePlan, answer: &mut Connect) {
         let fitting = self.plugged.adapt(&plan.expected);
         ar.phase = Phase::Parameters;
@@ -146,7 +146,7 @@ impl Stack {
         }
     }
 
-    /// How what is plugged differs from `expected`, as the controller is told.
+    /// The ModuleDiffBlock for `expected`, after the hooks.
     fn difference(&self, expected: &[Expected]) -> Option<ModuleDiffBlock> {
         self.hooks.apply(self.plugged.difference(expected), |hooks, mut differing| {
             hooks.difference(&self.plugged.comparison(expected), &mut differing);
@@ -166,7 +166,7 @@ impl Stack {
     }
 }
 
-/// The frame id that holds: where the initiator leaves it open, the first of its class.
+/// The FrameID of an IOCR. If the initiator leaves it open (0xFFFF), the first one of its class.
 fn frame_id(iocr: &IocrBlockReq) -> u16 {
     match (iocr.frame_id, iocr.iocr_properties.rt_class()) {
         (0xFFFF, RtClass::RT_CLASS_1) => 0xC000,
@@ -175,7 +175,7 @@ fn frame_id(iocr: &IocrBlockReq) -> u16 {
     }
 }
 
-/// The ModuleDiffBlock as other blocks carry it.
+/// The ModuleDiffBlock as a raw block.
 pub(super) fn raw(difference: &ModuleDiffBlock) -> Option<RawBlock> {
     let mut octets = Vec::new();
     difference.write(&mut octets);

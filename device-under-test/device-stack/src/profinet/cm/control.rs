@@ -1,4 +1,4 @@
-//! PrmEnd and Release, and ApplicationReady on the way to the controller.
+//! PrmEnd and Release, and the ApplicationReady call to the controller.
 
 use super::super::ar::Ar;
 use super::super::hooks::Connection;
@@ -16,7 +16,7 @@ use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::Uuid;
 use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
-/// Octets of a control block after its version.
+/// Length of a control block after its version, in bytes.
 const BODY: usize = 26;
 const LENGTH_FIELD: u8 = 1;
 const VERSION_HIGH: u8 = 2;
@@ -24,7 +24,7 @@ const VERSION_LOW: u8 = 3;
 const SESSION_KEY: u8 = 6;
 const COMMAND: u8 = 8;
 
-/// Reads the block of a Control or Release; `kind` is the type that it must have.
+/// Reads the block of a Control or Release. Its type must be `kind`.
 fn read(code: ErrorCode, kind: BlockType, finder: Finder, blocks: &[u8]) -> Result<ControlBlock, PnioStatus> {
     let found = |field| PnioStatus::found(code, finder, field);
     let raw = RawBlock::read(&mut Reader::new("Control", blocks)).map_err(|_| found(LENGTH_FIELD))?;
@@ -44,7 +44,7 @@ fn read(code: ErrorCode, kind: BlockType, finder: Finder, blocks: &[u8]) -> Resu
 }
 
 impl Stack {
-    /// Control: PrmEnd after Connect is the one that this device takes.
+    /// Control: this device accepts only PrmEnd after Connect.
     pub(super) fn control(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
         let (code, finder) = (ErrorCode::CONTROL_RESPONSE, Finder::CONTROL_BLOCK);
         let block = read(code, BlockType::PRM_END_REQ, finder, blocks)?;
@@ -63,7 +63,7 @@ impl Stack {
         Ok(Answer::done(Control::from(block.done()).to_vec()))
     }
 
-    /// Release: the connection ends.
+    /// Release: ends the connection.
     pub(super) fn release(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
         let (code, finder) = (ErrorCode::RELEASE_RESPONSE, Finder::RELEASE_BLOCK);
         let block = read(code, BlockType::RELEASE_REQ, finder, blocks)?;
@@ -79,7 +79,7 @@ impl Stack {
     }
 }
 
-/// The call by which `ar` tells its initiator that the application is ready.
+/// The ApplicationReady call to the initiator of `ar`.
 pub(in super::super) fn application_ready(now: Time, mac: Mac, ar: &Ar) -> Call {
     let interface = match ar.request.ar_type {
         ArType::IOSAR => Uuid::SUPERVISOR_INTERFACE,

@@ -1,4 +1,4 @@
-//! Whether the frames of a Connect have a place for everything that is expected, and one place for one thing.
+//! Checks that the frames of a Connect contain every expected submodule once and that nothing overlaps.
 
 use super::super::plugged::{Expected, Place};
 use super::check::{demand, fault};
@@ -15,7 +15,7 @@ const DATA: [u8; 4] = [21, 22, 23, 24];
 /// Fields of the consumer status: number, slot, subslot, offset.
 const CONSUMER_STATUS: [u8; 4] = [25, 26, 27, 28];
 
-/// Checks the frame of `iocr`, whose own fields were checked.
+/// Checks the frame layout of `iocr`, whose other fields are already checked.
 pub(super) fn check(iocr: &IocrBlockReq, expected: &[Expected]) -> Result<(), PnioStatus> {
     let is_output = iocr.iocr_type == IocrType::OUTPUT;
     let apis_known = iocr.apis.iter().all(|api| expected.iter().any(|submodule| submodule.place.api == api.api));
@@ -34,19 +34,20 @@ pub(super) fn check(iocr: &IocrBlockReq, expected: &[Expected]) -> Result<(), Pn
     frame.place(objects(|api| &api.iocs), &consumed, status, CONSUMER_STATUS)
 }
 
-/// Which octets of a frame are taken.
+/// The occupied bytes of a frame.
 struct Frame {
     taken: Vec<bool>,
 }
 
 impl Frame {
-    /// Places all `objects`, each of which must be one of `wanted`; those of `wanted` that have data must be there.
+    /// Places all `objects` in the frame. Each must belong to one of `required`, and each of `required` that has data
+    /// must have an object.
     ///
-    /// Real controllers leave some submodules without data out of both frames.
+    /// Some controllers leave submodules without data out of both frames.
     fn place(
         &mut self,
         objects: impl Iterator<Item = (u32, FrameObject)>,
-        wanted: &[&Expected],
+        required: &[&Expected],
         octets: impl Fn(&Expected) -> usize,
         [number_field, slot_field, subslot_field, offset_field]: [u8; 4],
     ) -> Result<(), PnioStatus> {
@@ -54,9 +55,9 @@ impl Frame {
         for (api, object) in objects {
             let place = Place { api, slot: object.slot_number, subslot: object.subslot_number };
             let in_slot = |submodule: &&Expected| (submodule.place.api, submodule.place.slot) == (api, place.slot);
-            let submodule = wanted.iter().find(|submodule| submodule.place == place && !placed.contains(&place));
+            let submodule = required.iter().find(|submodule| submodule.place == place && !placed.contains(&place));
             let Some(submodule) = submodule else {
-                let knows_slot = wanted.iter().any(in_slot);
+                let knows_slot = required.iter().any(in_slot);
                 return Err(fault(Finder::IOCR_BLOCK, if knows_slot { subslot_field } else { slot_field }));
             };
             let is_free = self.take(object.frame_offset.into(), octets(submodule));
@@ -64,15 +65,15 @@ impl Frame {
             placed.push(place);
         }
         let has_data = |submodule: &&&Expected| submodule.kind != SubmoduleType::NO_IO;
-        let is_complete = wanted.iter().filter(has_data).all(|submodule| placed.contains(&submodule.place));
+        let is_complete = required.iter().filter(has_data).all(|submodule| placed.contains(&submodule.place));
         demand(Finder::IOCR_BLOCK, [(number_field, is_complete)])
     }
 
-    /// Takes `octets` from `offset` on, if they are free.
+    /// Occupies `octets` bytes from `offset` on. Returns `false` if one is occupied or outside the frame.
     fn take(&mut self, offset: usize, octets: usize) -> bool {
         match self.taken.get_mut(offset..offset + octets) {
-            Some(places) if places.iter().all(|taken| !taken) => {
-                places.fill(true);
+            Some(bytes) if bytes.iter().all(|taken| !taken) => {
+                bytes.fill(true);
                 true
             }
             Some(_) | None => false,

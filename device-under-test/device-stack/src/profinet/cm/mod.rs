@@ -1,4 +1,4 @@
-//! Context management: what the operations Connect, Release, Read, Write and Control do.
+//! Context management: the operations Connect, Release, Read, Write and Control.
 
 mod check;
 mod connect;
@@ -15,7 +15,7 @@ use wire::octets::Order;
 use wire::profinet::rpc::{NdrRequest, NdrResponse, Opnum, RejectStatus, Uuid};
 use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
-/// What an operation answers.
+/// The result of an operation.
 struct Answer {
     status: PnioStatus,
     blocks: Vec<u8>,
@@ -33,7 +33,7 @@ impl From<PnioStatus> for Answer {
     }
 }
 
-/// A status that the RPC part of context management gives.
+/// A status of the CMRPC layer.
 const fn cmrpc(code: ErrorCode, error: CmrpcError) -> PnioStatus {
     PnioStatus::found(code, Finder::CMRPC, error.0)
 }
@@ -64,7 +64,7 @@ impl Stack {
         Reply::Response(NdrResponse::body(order, answer.status, ndr.args_maximum, &answer.blocks))
     }
 
-    /// The place of the connection `uuid` among the others; `code` says in which answer its absence is told.
+    /// The index of the connection `uuid`. If there is none, the error carries `code`, the ErrorCode of the answer.
     fn find(&self, code: ErrorCode, uuid: Uuid) -> Result<usize, PnioStatus> {
         let found = self.ars.iter().position(|ar| ar.request.ar_uuid == uuid);
         found.ok_or(cmrpc(code, CmrpcError::AR_UUID_UNKNOWN))
@@ -73,7 +73,7 @@ impl Stack {
 
 type Operation = fn(&mut Stack, &mut Env<'_>, &Request, &[u8]) -> Result<Answer, PnioStatus>;
 
-/// The operations, each with the code that its answers begin with.
+/// The operations, each with the ErrorCode of its answers.
 fn operation(opnum: Opnum) -> Option<(ErrorCode, Operation)> {
     Some(match opnum {
         Opnum::CONNECT => (ErrorCode::CONNECT_RESPONSE, Stack::connect),

@@ -14,7 +14,7 @@ use wire::profinet::blocks::{BlockType, RawBlock};
 use wire::profinet::rpc::{NdrRequest, Uuid};
 use wire::profinet::status::{ErrorCode, Finder, PnioStatus};
 
-/// Octets of a record block after its version.
+/// Length of a record block after its version, in bytes.
 const BODY: usize = 58;
 const BLOCK_TYPE: u8 = 0;
 const BLOCK_LENGTH: u8 = 1;
@@ -22,7 +22,7 @@ const VERSION_HIGH: u8 = 2;
 const VERSION_LOW: u8 = 3;
 const DATA_LENGTH: u8 = 11;
 
-/// Checks the block at the head of a read or write, before its fields are read.
+/// Checks the header of a read or write block, before its fields are read.
 fn check_head(code: ErrorCode, kind: BlockType, octets: &[u8]) -> Result<(), PnioStatus> {
     let found = |field| PnioStatus::found(code, Finder::RECORD, field);
     let raw = RawBlock::read(&mut Reader::new("record", octets)).map_err(|_| found(BLOCK_LENGTH))?;
@@ -55,7 +55,8 @@ impl Stack {
         self.answer_read(env, call, &request, Some(at), true)
     }
 
-    /// Reads a record without a connection; about one, if the request names it.
+    /// Reads a record without a connection. The record covers the connection that the request names as its target, if
+    /// any.
     pub(super) fn read_implicit(
         &mut self,
         env: &mut Env<'_>,
@@ -72,7 +73,8 @@ impl Stack {
         self.answer_read(env, call, &request, target, false)
     }
 
-    /// `about` is the connection that the record may be about; it is the reader's own if the read `is_within`.
+    /// Answers a read. `about` is the connection that the record may cover. If the read `is_within` a connection, it
+    /// is that connection.
     fn answer_read(
         &mut self,
         env: &mut Env<'_>,
@@ -88,16 +90,16 @@ impl Stack {
             Err(error) => (PnioStatus::record(ErrorCode::READ_RESPONSE, error), Vec::new()),
         };
         let most = NdrRequest::parse(call.header.order(), &call.body).map_or(0, |(ndr, _)| ndr.args_maximum as usize);
-        let room = most.saturating_sub(WriteResponse::LENGTH).min(request.header.record_data_length as usize);
-        if self.hooks.check(StackCheck::TooLong, data.len() > room) {
-            data.truncate(room);
+        let longest = most.saturating_sub(WriteResponse::LENGTH).min(request.header.record_data_length as usize);
+        if self.hooks.check(StackCheck::TooLong, data.len() > longest) {
+            data.truncate(longest);
         }
         let mut blocks = Vec::new();
         ReadResponse::to(request, data).write(&mut blocks);
         Ok(Answer { status, blocks })
     }
 
-    /// Writes a record, or several.
+    /// Writes one record or several.
     pub(super) fn write(&mut self, env: &mut Env<'_>, _: &Request, blocks: &[u8]) -> Result<Answer, PnioStatus> {
         let code = ErrorCode::WRITE_RESPONSE;
         let wrong_length = PnioStatus::found(code, Finder::RECORD, DATA_LENGTH);
@@ -117,8 +119,9 @@ impl Stack {
         let records = records.map_err(|_| wrong_length)?;
         let mut inner = Vec::new();
         for record in &records {
-            let is_own = record.header.ar_uuid == request.header.ar_uuid && record.header.index != WRITE_MULTIPLE;
-            let status = if is_own {
+            let is_in_this_ar =
+                record.header.ar_uuid == request.header.ar_uuid && record.header.index != WRITE_MULTIPLE;
+            let status = if is_in_this_ar {
                 self.write_one(env, at, record)
             } else {
                 PnioStatus::found(code, Finder::RECORD, if record.header.index == WRITE_MULTIPLE { 10 } else { 5 })

@@ -1,6 +1,6 @@
-//! The frames that the device receives.
+//! The cyclic frames that the device receives.
 
-use super::super::hooks::{Hooks, StackCheck};
+use super::super::hooks::{AttachedStackHooks, StackCheck};
 use super::super::plugged::{Expected, Place};
 use super::interval;
 use crate::profinet::Application;
@@ -10,10 +10,10 @@ use wire::ethernet::Mac;
 use wire::profinet::blocks::connect::IocrBlockReq;
 use wire::profinet::rt::{CyclicFrame, DataStatus, FrameId, IoxS};
 
-/// Takes the outputs of a connection and watches that they come.
+/// Receives the outputs of a connection and monitors the data hold time.
 #[derive(Debug)]
 pub(in super::super) struct Consumer {
-    hooks: Hooks,
+    hooks: AttachedStackHooks,
     source: Mac,
     frame_id: FrameId,
     data_length: usize,
@@ -23,7 +23,7 @@ pub(in super::super) struct Consumer {
     counter: Option<u16>,
 }
 
-/// The data of a submodule in the frame; its IOPS is behind them.
+/// The position of the data of a submodule in the frame. Its IOPS follows them.
 #[derive(Clone, Copy, Debug)]
 struct Output {
     slot: u16,
@@ -34,17 +34,18 @@ struct Output {
 }
 
 impl Consumer {
-    /// How many steps back of the cycle counter mean an old frame and not a new one.
+    /// A cycle counter that is less than this number of steps back belongs to an old frame.
     const OLD: u16 = 4096;
 
-    /// Takes from `source` what `iocr` agrees, under `frame_id`; outputs of submodules that are not plugged are passed over.
+    /// A consumer for frames from `source` with `frame_id`, laid out as `iocr` says. Outputs of submodules that are
+    /// not plugged are ignored.
     pub(in super::super) fn new(
         source: Mac,
         frame_id: u16,
         iocr: &IocrBlockReq,
         expected: &[Expected],
         is_plugged: impl Fn(&Expected) -> bool,
-        hooks: Hooks,
+        hooks: AttachedStackHooks,
     ) -> Consumer {
         let mut outputs = Vec::new();
         for api in &iocr.apis {
@@ -75,20 +76,20 @@ impl Consumer {
         }
     }
 
-    /// Whether a frame with this source and id is one of these.
+    /// Whether a frame with this source and FrameID belongs to this consumer.
     pub(in super::super) fn expects(&self, source: Mac, frame_id: FrameId) -> bool {
         self.hooks.check(StackCheck::FrameId(frame_id), self.frame_id == frame_id)
             && self.hooks.check(StackCheck::Source(source), self.source == source)
     }
 
-    /// When the outputs count as missing; `None` before the first frame.
+    /// When the data hold time expires; `None` before the first frame.
     pub(in super::super) fn expires(&self) -> Option<Time> {
         self.expires
     }
 
-    /// Takes a frame, from its frame id on, and says whether it was a new one of the right form.
+    /// Processes a frame from its FrameID on. Returns whether it was new and had the right format.
     ///
-    /// The application gets the outputs once it `is_ready`.
+    /// The outputs reach the application once it `is_ready`.
     pub(in super::super) fn receive(
         &mut self,
         now: Time,
@@ -109,8 +110,8 @@ impl Consumer {
         if !is_ready {
             return true;
         }
-        let wanted = DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN;
-        let counts = status.data_status.has(wanted);
+        let required = DataStatus::PRIMARY | DataStatus::DATA_VALID | DataStatus::RUN;
+        let counts = status.data_status.has(required);
         let Consumer { outputs, hooks, .. } = self;
         for output in outputs {
             let end = output.at + output.octets;
@@ -125,7 +126,7 @@ impl Consumer {
         true
     }
 
-    /// Tells the application that no more outputs come.
+    /// Reports to the application that the outputs have ended.
     pub(in super::super) fn stop(&mut self, now: Time, application: &mut dyn Application) {
         self.expires = None;
         let Consumer { outputs, hooks, .. } = self;
@@ -137,7 +138,7 @@ impl Consumer {
 }
 
 impl Output {
-    fn give(&self, now: Time, application: &mut dyn Application, data: Option<&[u8]>, hooks: &Hooks) {
+    fn give(&self, now: Time, application: &mut dyn Application, data: Option<&[u8]>, hooks: &AttachedStackHooks) {
         if !hooks.is_any() {
             return application.outputs(now, self.slot, self.subslot, data);
         }

@@ -1,6 +1,6 @@
 //! Cyclic data of one connection: the provider of the inputs and the consumer of the outputs.
 //!
-//! Both know where each submodule stands in its frame, as agreed in Connect, and allocate nothing per frame.
+//! Both store the offset of each submodule in its frame, as agreed in Connect, and allocate nothing per frame.
 
 mod consumer;
 mod provider;
@@ -15,19 +15,19 @@ use wire::profinet::rt::IoxS;
 /// The unit of send clocks and cycle counters: 31.25 us.
 const CLOCK: Duration = Duration::from_nanos(31_250);
 
-/// The time from frame to frame of a cyclic connection.
+/// The send interval of a cyclic connection.
 fn interval(iocr: &IocrBlockReq) -> Duration {
     CLOCK * u32::from(iocr.send_clock_factor) * u32::from(iocr.reduction_ratio)
 }
 
-/// The status of a submodule.
+/// The IOPS or IOCS for a state.
 fn status(is_good: bool) -> IoxS {
     if is_good { IoxS::GOOD } else { IoxS::BAD }
 }
 
-/// Writes one octet of a frame.
-fn put(frame: &mut [u8], at: usize, octet: u8) {
-    if let Some(place) = frame.get_mut(at) {
-        *place = octet;
+/// Writes one byte of a frame.
+fn put(frame: &mut [u8], at: usize, value: u8) {
+    if let Some(byte) = frame.get_mut(at) {
+        *byte = value;
     }
 }

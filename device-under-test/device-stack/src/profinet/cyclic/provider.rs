@@ -1,4 +1,4 @@
-//! The frames that the device sends.
+//! The cyclic frames that the device sends.
 
 use super::super::plugged::{Expected, Place};
 use super::super::stack::Env;
@@ -9,7 +9,7 @@ use wire::ethernet::{EtherType, FrameHeader, Mac, Vlan};
 use wire::profinet::blocks::connect::IocrBlockReq;
 use wire::profinet::rt::{ApduStatus, DataStatus};
 
-/// Sends the inputs of a connection in time.
+/// Sends the inputs of a connection in each cycle.
 #[derive(Debug)]
 pub(in super::super) struct Provider {
     frame: Vec<u8>,
@@ -20,7 +20,7 @@ pub(in super::super) struct Provider {
     due: Time,
 }
 
-/// The data of a submodule in the frame; its IOPS is behind them.
+/// The position of the data of a submodule in the frame. Its IOPS follows them.
 #[derive(Clone, Copy, Debug)]
 struct Input {
     slot: u16,
@@ -30,28 +30,28 @@ struct Input {
     is_plugged: bool,
 }
 
-/// What the device thinks of the outputs of a submodule.
+/// The position of the IOCS of a submodule in the frame.
 #[derive(Clone, Copy, Debug)]
 struct ConsumerStatus {
     at: usize,
     is_plugged: bool,
 }
 
-/// What a frame says besides data.
+/// The state that determines the status bytes of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct State {
     /// Whether the inputs can be good, because the application is ready.
     pub inputs_are_ready: bool,
-    /// Whether the outputs are taken, because the application is ready.
+    /// Whether the outputs are consumed, because the application is ready.
     pub takes_outputs: bool,
     /// Whether a fault is pending.
     pub has_problem: bool,
 }
 
 impl Provider {
-    /// Sends to `destination` what `iocr` agrees, from the next cycle after `now` on.
+    /// A provider that sends frames to `destination`, laid out as `iocr` says, from the next cycle after `now` on.
     ///
-    /// `is_plugged` says of an expected submodule whether it is there; `iocr` was checked against `expected`.
+    /// `is_plugged` says whether an expected submodule is plugged. `iocr` must have been checked against `expected`.
     pub(in super::super) fn new(
         now: Time,
         (destination, source): (Mac, Mac),
@@ -116,14 +116,14 @@ impl Provider {
         self.due
     }
 
-    /// Sends a frame if one is due; frames that were missed are not sent later.
+    /// Sends a frame if one is due. Missed frames are skipped.
     pub(in super::super) fn wake(&mut self, env: &mut Env<'_>, state: State) {
         if env.now < self.due {
             return;
         }
-        let (behind, cycle) = (env.now.as_nanos() - self.due.as_nanos(), self.cycle_nanos());
-        // Nearly always it is sent in its own cycle.
-        let missed = if behind < cycle { 0 } else { behind - behind % cycle };
+        let (late, cycle) = (env.now.as_nanos() - self.due.as_nanos(), self.cycle_nanos());
+        // A frame is nearly always sent in its own cycle.
+        let missed = if late < cycle { 0 } else { late - late % cycle };
         let sent_at = self.due + Duration::from_nanos(missed);
         self.due = sent_at + self.interval;
         env.application.frame(env.now);
@@ -142,8 +142,8 @@ impl Provider {
         let [high, low] = counter.to_be_bytes();
         let data_status =
             DataStatus(DataStatus::HEALTHY.0 & !if state.has_problem { DataStatus::NO_PROBLEM } else { 0 });
-        for (offset, octet) in [high, low, data_status.0, 0].into_iter().enumerate() {
-            put(&mut self.frame, self.status_at + offset, octet);
+        for (offset, byte) in [high, low, data_status.0, 0].into_iter().enumerate() {
+            put(&mut self.frame, self.status_at + offset, byte);
         }
         env.out.push(&self.frame);
     }

@@ -1,4 +1,4 @@
-//! DCP: who the device is, what it is called, and what may be changed by whoever asks.
+//! DCP: identification, name, addresses and resets.
 
 mod set;
 mod values;
@@ -15,7 +15,7 @@ use wire::profinet::dcp::{
 };
 use wire::profinet::rt::FrameId;
 
-/// What is open in DCP: answers that wait, a transaction, a flashing light, a Hello that is due.
+/// The state of DCP: delayed responses, a transaction, a flashing LED, a Hello that is due.
 #[derive(Debug)]
 pub(super) struct Desk {
     waiting: Vec<Waiting>,
@@ -31,7 +31,7 @@ struct Waiting {
     answer: Dcp,
 }
 
-/// Changes that take effect together.
+/// Changes between Start and Stop, which take effect together.
 #[derive(Debug)]
 struct Transaction {
     owner: Mac,
@@ -41,31 +41,31 @@ struct Transaction {
 }
 
 impl Desk {
-    /// One step of the delay with which Identify is answered.
+    /// One step of the delay of an Identify response (ResponseDelayFactor).
     const DELAY_STEP: Duration = Duration::from_millis(10);
-    /// How many answers can wait.
+    /// How many delayed responses are kept.
     const WAITING: usize = 32;
-    /// How long a light flashes: three times, once a second.
+    /// How long the LED flashes for Signal: three times, once a second.
     const SIGNAL: Duration = Duration::from_secs(3);
-    /// How long a transaction waits for its end.
+    /// How long a transaction waits for its Stop.
     const TRANSACTION: Duration = Duration::from_secs(3);
 
-    /// Nothing is open but the Hello.
+    /// The state after the start: only the Hello is due.
     pub(super) fn new(now: Time) -> Desk {
         Desk { waiting: Vec::new(), transaction: None, signals_until: None, hello: Some(now) }
     }
 
-    /// The Hello is due again.
+    /// Sends the Hello again at `now`.
     pub(super) fn announce(&mut self, now: Time) {
         self.hello = Some(now);
     }
 
-    /// Whether the light is flashing.
+    /// Whether the LED flashes.
     pub(super) fn is_signalling(&self, now: Time) -> bool {
         self.signals_until.is_some_and(|until| now < until)
     }
 
-    /// When something is to be sent or given up.
+    /// When the next timer expires.
     pub(super) fn due(&self) -> Option<Time> {
         let waiting = self.waiting.iter().map(|waiting| waiting.due).min();
         let transaction = self.transaction.as_ref().map(|transaction| transaction.expires);
@@ -74,7 +74,7 @@ impl Desk {
 }
 
 impl Stack {
-    /// Takes a DCP frame.
+    /// Processes a DCP frame.
     pub(super) fn receive_dcp(&mut self, env: &mut Env<'_>, header: &FrameHeader, payload: &[u8], is_for_us: bool) {
         let Ok(request) = Dcp::parse(payload) else { return };
         if request.service_type != ServiceType::REQUEST {
@@ -113,8 +113,8 @@ impl Stack {
 
     /// Whether this is the name in use.
     fn is_called(&self, name: &[u8]) -> bool {
-        let own = &self.station.name;
-        self.hooks.check(StackCheck::AskedName(own, name), own == name)
+        let station_name = &self.station.name;
+        self.hooks.check(StackCheck::AskedName(station_name, name), station_name == name)
     }
 
     fn get(&self, env: &Env<'_>, request: &Dcp) -> Vec<Block> {
@@ -158,7 +158,7 @@ fn outcome(element: Element, result: Result<(), BlockError>) -> Block {
     Block::outcome(element, result.err().unwrap_or(BlockError::OK))
 }
 
-/// An element with nothing to be said about its origin.
+/// A block whose BlockInfo is 0.
 fn plain(value: Value) -> Block {
     Block::tell(BlockInfo::NONE, value)
 }

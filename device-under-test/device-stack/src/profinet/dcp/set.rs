@@ -1,6 +1,7 @@
-//! DCP Set: name, addresses, the flashing light, resets and transactions.
+//! DCP Set: name, addresses, Signal, resets and transactions.
 //!
-//! A name or an address that differs from the one in use ends all connections; one that does not changes nothing.
+//! A name or address that differs from the one in use ends all connections. Setting the same value again has no
+//! effect.
 
 use super::super::hooks::StackCheck;
 use super::super::maintenance::Texts;
@@ -14,7 +15,7 @@ use wire::profinet::dcp::{Block, BlockError, Dcp, Element, ResetMode, Value};
 use wire::profinet::status::AbortReason;
 
 impl Stack {
-    /// Carries out a Set and answers it; a reset takes place after the answer.
+    /// Carries out a Set and answers it. A reset happens after the answer.
     pub(super) fn set(&mut self, env: &mut Env<'_>, source: Mac, request: &Dcp) {
         let mut blocks = alloc::vec::Vec::new();
         let mut has_reset = false;
@@ -45,7 +46,7 @@ impl Stack {
         }
     }
 
-    /// Lets the LED flash.
+    /// Starts the flashing of the LED.
     fn signal(&mut self, env: &Env<'_>, value: u16) -> Result<(), BlockError> {
         if !self.hooks.check(StackCheck::Signal(value), value == Value::FLASH_ONCE) {
             return Err(BlockError::SUBOPTION_NOT_SET);
@@ -54,7 +55,7 @@ impl Stack {
         Ok(())
     }
 
-    /// Ends all connections for `reason` if it `ends` them.
+    /// Aborts all connections with `reason` if `ends` is set.
     fn abort_all_if(&mut self, env: &mut Env<'_>, reason: AbortReason, ends: bool) {
         if self.hooks.check(StackCheck::Ends(reason), ends) {
             self.abort_all(env, reason);
@@ -86,7 +87,7 @@ impl Stack {
         if !is_usable(ip) {
             return Err(BlockError::SUBOPTION_NOT_SET);
         }
-        let wanted = StationData {
+        let requested = StationData {
             ip: ip.address.octets(),
             mask: ip.mask.octets(),
             gateway: ip.gateway.octets(),
@@ -96,35 +97,36 @@ impl Stack {
             env,
             source,
             block,
-            |station, wanted| {
-                (station.ip, station.mask, station.gateway) = (wanted.ip, wanted.mask, wanted.gateway);
+            |station, requested| {
+                (station.ip, station.mask, station.gateway) = (requested.ip, requested.mask, requested.gateway);
             },
-            &wanted,
+            &requested,
         )
     }
 
-    /// Changes what `assign` takes over from its second argument: `wanted`, or the blank station where nothing is kept.
+    /// Changes the name or the addresses. `assign` copies them from its second argument: `requested`, or a blank
+    /// station for the stored data of a temporary Set.
     fn change(
         &mut self,
         env: &mut Env<'_>,
         source: Mac,
         block: &Block,
         assign: impl Fn(&mut StationData, &StationData),
-        wanted: &StationData,
+        requested: &StationData,
     ) -> Result<(), BlockError> {
         let stores = block.qualifier().is_permanent();
         let blank = StationData::default();
-        let kept = if stores { wanted } else { &blank };
+        let retained = if stores { requested } else { &blank };
         match &mut self.desk.transaction {
             Some(transaction) if transaction.owner != source => return Err(BlockError::RESOURCE_ERROR),
             Some(transaction) => {
-                assign(&mut transaction.station, wanted);
-                assign(&mut transaction.stored, kept);
+                assign(&mut transaction.station, requested);
+                assign(&mut transaction.stored, retained);
             }
             None => {
                 let (mut station, mut stored) = (self.station.clone(), self.stored.clone());
-                assign(&mut station, wanted);
-                assign(&mut stored, kept);
+                assign(&mut station, requested);
+                assign(&mut stored, retained);
                 self.adopt(env, station, stored);
             }
         }
@@ -154,7 +156,7 @@ impl Stack {
         }
     }
 
-    /// Uses `station` from now on and lets the application store `stored`.
+    /// Starts to use `station` and lets the application store `stored`.
     fn adopt(&mut self, env: &mut Env<'_>, mut station: StationData, mut stored: StationData) {
         self.hooks.notify(|hooks| hooks.set_station(&self.station, &mut station, &mut stored));
         self.abort_all_if(env, AbortReason::STATION_NAME_CHANGED, station.name != self.station.name);
@@ -194,8 +196,8 @@ fn reset_scope(mode: ResetMode) -> ResetScope {
     }
 }
 
-/// Whether a station can have these addresses: none at all, or one of a host, with a mask without gaps and a gateway of
-/// the same subnet or none.
+/// Whether a station can use these addresses: all 0, or a host address with a contiguous mask and a gateway of the
+/// same subnet or none.
 fn is_usable(ip: &IpParameter) -> bool {
     if *ip == IpParameter::NONE {
         return true;

@@ -8,7 +8,7 @@ use core::net::Ipv4Addr;
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockError, BlockInfo, Element, Value};
 
-/// The elements that the device knows, as it lists them.
+/// The elements that the device supports, in the order of DeviceOptions.
 const KNOWN: [Element; 13] = [
     Element::MAC,
     Element::IP_PARAMETER,
@@ -30,14 +30,14 @@ const IO_DEVICE: u8 = 1;
 /// Device initiative: the device says Hello.
 const SAYS_HELLO: u16 = 1;
 
-/// Why the device does not know `element`.
+/// The error for an unsupported `element`.
 pub(super) fn unknown(element: Element) -> BlockError {
     let knows_option = KNOWN.iter().any(|known| known.option == element.option);
     if knows_option { BlockError::SUBOPTION_NOT_SUPPORTED } else { BlockError::OPTION_NOT_SUPPORTED }
 }
 
 impl Stack {
-    /// The value of `element`, if it has one.
+    /// The value of `element`, if the device supports it and it has a value.
     pub(super) fn value(&self, application: &dyn Application, element: Element) -> Option<Value> {
         let identity = application.identity();
         let value = match element {
@@ -60,7 +60,7 @@ impl Stack {
         Some(self.hooks.apply(value, |hooks, value| hooks.element(value)))
     }
 
-    /// What is told about the origin of a value.
+    /// The BlockInfo of an element.
     pub(super) fn info(&self, element: Element) -> BlockInfo {
         let has_address = self.station.ip != [0; 4];
         if element == Element::IP_PARAMETER && has_address { BlockInfo::IP_SET } else { BlockInfo::NONE }
@@ -76,7 +76,7 @@ impl Stack {
         elements.iter().filter_map(block).collect()
     }
 
-    /// How the device presents itself to whoever looks for it.
+    /// The blocks of an Identify response.
     pub(super) fn presentation(&self, application: &dyn Application) -> Vec<Block> {
         self.blocks(
             application,
@@ -93,7 +93,7 @@ impl Stack {
         )
     }
 
-    /// How the device greets after its start.
+    /// The blocks of the Hello after the start.
     pub(super) fn greeting(&self, application: &dyn Application) -> Vec<Block> {
         self.blocks(
             application,

@@ -1,4 +1,4 @@
-//! The call that the device makes: ApplicationReady, repeated until it is answered.
+//! The call of the device to the controller: ApplicationReady, repeated until it is answered.
 
 use super::pdus;
 use crate::profinet::ArKey;
@@ -24,26 +24,26 @@ pub(in super::super) struct Call {
     reassembler: Reassembler,
 }
 
-/// How a call is getting on.
+/// The progress of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Progress {
-    /// It is not answered.
+    /// There is no answer yet.
     Open,
-    /// It was carried out.
+    /// The controller confirmed it.
     Done,
-    /// It failed, and the connection with it.
+    /// The call failed; the connection must be aborted.
     Failed(AbortReason),
 }
 
 impl Call {
-    /// How long an answer may take before the call is repeated.
+    /// Time without an answer after which the call is repeated.
     const TIMEOUT: Duration = Duration::from_secs(1);
-    /// How often the call is made.
+    /// Number of attempts.
     const ATTEMPTS: u8 = 5;
-    /// Most octets of blocks that the device takes as an answer.
+    /// Longest answer that the device accepts, in bytes of blocks.
     const LONGEST_ANSWER: usize = 4096;
 
-    /// The call of Control with `blocks` at the object `(interface, object)` of the station at `to`.
+    /// A Control call with `blocks` to `interface` and `object` of the station at `to`.
     pub(in super::super) fn control(
         now: Time,
         (mac, key): (Mac, ArKey),
@@ -73,17 +73,17 @@ impl Call {
         }
     }
 
-    /// When the call is to be made the next time, or to be given up.
+    /// When the next attempt is due, or the call times out.
     pub(in super::super) fn due(&self) -> Time {
         self.due
     }
 
-    /// Where the call goes.
+    /// The address of the controller.
     pub(in super::super) fn to(&self) -> SocketAddrV4 {
         self.to
     }
 
-    /// How the call is getting on at `now`, and what is to be sent.
+    /// The progress at `now`, and the PDUs to send.
     pub(in super::super) fn wake(&mut self, now: Time) -> (Progress, &[Vec<u8>]) {
         if now < self.due {
             return (Progress::Open, &[]);
@@ -96,7 +96,7 @@ impl Call {
         (Progress::Open, &self.pdus)
     }
 
-    /// Takes a PDU from `from`; what is no answer to this call is passed over.
+    /// Processes a PDU from `from`. PDUs that do not answer this call are ignored.
     pub(in super::super) fn take(&mut self, now: Time, payload: &[u8], from: SocketAddrV4) -> Progress {
         let Ok(pdu) = Pdu::parse(payload) else { return Progress::Open };
         let is_mine = (pdu.header.activity, pdu.header.sequence) == (self.header.activity, self.header.sequence);

@@ -1,4 +1,4 @@
-//! The endpoint mapper: the device has one interface registered, that of an IO device.
+//! The endpoint mapper. The device registers one interface, that of an IO device.
 
 use super::server::{Reply, Request};
 use crate::profinet::Identity;
@@ -9,20 +9,21 @@ use wire::profinet::rpc::{
     self, Entry, InquiryType, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, RejectStatus, Tower, Uuid,
 };
 
-/// What the device registers.
+/// The entry of the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super) struct Registered {
-    /// The object of the device.
+    /// The object UUID of the device.
     pub object: Uuid,
-    /// How the device calls itself, 64 octets.
+    /// The annotation, 64 bytes.
     pub annotation: Vec<u8>,
 }
 
 impl Registered {
-    /// What a device with this identity registers.
+    /// The entry of a device with this identity.
     ///
-    /// The annotation is the type (25 octets), the order number (20), the hardware revision (5) and the software
-    /// revision: a letter and three numbers of three digits; a blank in between, a zero at the end.
+    /// The annotation is the device type (25 bytes), the order number (20), the hardware revision (5) and the
+    /// software revision (a letter and three numbers of three digits), separated by blanks and terminated by a zero
+    /// byte.
     pub(in super::super) fn new(identity: &Identity) -> Registered {
         let [prefix, functional, fix, internal] = identity.software_revision;
         let (kind, order_id, hardware) = (identity.station_type, identity.order_id, identity.hardware_revision);
@@ -37,14 +38,14 @@ impl Registered {
     }
 }
 
-/// Answers a lookup: the one entry to a nil handle, and then that nothing is left.
+/// Answers a lookup: the entry for a nil handle, then `NOT_REGISTERED`.
 pub(super) fn lookup(request: &Request, order: Order, registered: &Registered, address: [u8; 4]) -> Reply {
     let Ok(lookup) = LookupRequest::parse(request.header.order(), &request.body) else {
         return Reply::Fault(RejectStatus::FAULT_NDR);
     };
     let by_interface = lookup.interface.is_some_and(|(_, interface, ..)| interface == Uuid::DEVICE_INTERFACE);
     let by_object = lookup.object.is_some_and(|(_, object)| object == registered.object);
-    let is_wanted = match lookup.inquiry_type {
+    let matches = match lookup.inquiry_type {
         InquiryType::ALL => true,
         InquiryType::BY_INTERFACE => by_interface,
         InquiryType::BY_OBJECT => by_object,
@@ -57,7 +58,7 @@ pub(super) fn lookup(request: &Request, order: Order, registered: &Registered, a
         entries: Vec::new(),
         status: LookupResponse::NOT_REGISTERED,
     };
-    if is_wanted && lookup.handle.uuid.is_nil() && lookup.max_entries > 0 {
+    if matches && lookup.handle.uuid.is_nil() && lookup.max_entries > 0 {
         response.handle.uuid = registered.object;
         response.status = 0;
         response.entries.push(Entry {

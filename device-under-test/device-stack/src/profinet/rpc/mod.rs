@@ -1,6 +1,6 @@
-//! Calls: the server that controllers call, the endpoint mapper, and the one call that the device makes.
+//! RPC: the server for calls of controllers, the endpoint mapper, and the ApplicationReady call of the device.
 //!
-//! This module must not know what an operation does.
+//! This module must not know the operations.
 
 mod caller;
 mod endpoint_mapper;
@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 use wire::datagram::LONGEST_PAYLOAD;
 use wire::profinet::rpc::{Header, fragments};
 
-/// The PDUs in which a body travels, each in one frame.
+/// The PDUs of a body, each short enough for one frame.
 fn pdus(header: &Header, body: &[u8]) -> Vec<Vec<u8>> {
     fragments(header, body, LONGEST_PAYLOAD - Header::LENGTH)
 }

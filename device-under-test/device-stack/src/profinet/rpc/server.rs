@@ -1,4 +1,5 @@
-//! The server: from PDUs to requests and from replies to PDUs, with fragments, repetitions, pings and cancels.
+//! The RPC server: converts PDUs to requests and replies to PDUs. It handles fragments, repetitions, pings and
+//! cancels.
 
 use super::endpoint_mapper::{self, Registered};
 use super::pdus;
@@ -9,40 +10,40 @@ use wire::profinet::rpc::{
     Assembled, Cancel, CancelAck, Fack, Flags1, Header, Opnum, PacketType, Pdu, Reassembler, RejectStatus, Uuid,
 };
 
-/// A call that is to be carried out.
+/// A complete request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super) struct Request {
-    /// What is called by whom.
+    /// The RPC header.
     pub header: Header,
     /// NDR header and blocks.
     pub body: Vec<u8>,
-    /// Where the caller is.
+    /// Address and port of the caller.
     pub from: SocketAddrV4,
 }
 
-/// What came of a call.
+/// The result of a call.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super) enum Reply {
-    /// It was carried out: NDR header and blocks.
+    /// The call was carried out: NDR header and blocks.
     Response(Vec<u8>),
-    /// It could not be decoded, or failed.
+    /// The request could not be decoded, or the call failed.
     Fault(RejectStatus),
-    /// It was not begun.
+    /// The call was rejected.
     Reject(RejectStatus),
 }
 
-/// What to do with a PDU that came in.
+/// What to do with a received PDU.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super) enum Taken {
-    /// Nothing is to be said.
+    /// No answer.
     Nothing,
-    /// These PDUs go back.
+    /// Send these PDUs back.
     Say(Vec<Vec<u8>>),
-    /// A call is to be carried out.
+    /// Carry out this call.
     Execute(Request),
 }
 
-/// What callers have called, one call for each activity.
+/// The RPC server. It keeps the last answer of each activity.
 #[derive(Debug)]
 pub(in super::super) struct Server {
     reassembler: Reassembler,
@@ -59,12 +60,12 @@ struct Call {
 }
 
 impl Server {
-    /// How many callers are remembered; the one that was silent for longest makes room.
+    /// Number of activities whose answer is kept. The oldest one is dropped first.
     const CALLERS: usize = 16;
-    /// Most octets of a request.
+    /// Longest request in bytes.
     const LONGEST_REQUEST: usize = 65_536;
 
-    /// A server that has started at `now` and lists `registered`.
+    /// A server that was started at `now` and whose endpoint mapper lists `registered`.
     pub(in super::super) fn new(now: Time, registered: Registered) -> Server {
         let seconds = now.as_nanos() / 1_000_000_000;
         Server {
@@ -75,7 +76,7 @@ impl Server {
         }
     }
 
-    /// Takes the payload of a datagram; what is no RPC is passed over.
+    /// Processes the payload of a datagram. Payloads that are not RPC are ignored.
     pub(in super::super) fn take(&mut self, payload: &[u8], from: SocketAddrV4, address: [u8; 4]) -> Taken {
         let Ok(pdu) = Pdu::parse(payload) else { return Taken::Nothing };
         match pdu.header.packet_type {
@@ -94,8 +95,8 @@ impl Server {
         let header = &pdu.header;
         if let Some(call) = self.calls.iter().find(|call| call.activity == header.activity) {
             if is_call(call, header) {
-                let goes_on = header.flags1.has(Flags1::FRAGMENT) && !header.flags1.has(Flags1::LAST_FRAGMENT);
-                return if goes_on { Taken::Nothing } else { Taken::Say(call.answer.clone()) };
+                let is_incomplete = header.flags1.has(Flags1::FRAGMENT) && !header.flags1.has(Flags1::LAST_FRAGMENT);
+                return if is_incomplete { Taken::Nothing } else { Taken::Say(call.answer.clone()) };
             }
             if (call.sequence.wrapping_sub(header.sequence) as i32) > 0 {
                 return Taken::Nothing;
@@ -164,7 +165,7 @@ impl Server {
         Taken::Say([Pdu::new(answer, body).to_vec()].into())
     }
 
-    /// The PDUs that answer a request; they are kept for a caller who asks once more.
+    /// The PDUs that answer a request. They are kept in case the caller repeats the request.
     pub(in super::super) fn answer(&mut self, request: &Request, reply: &Reply) -> Vec<Vec<u8>> {
         let order = request.header.order();
         let mut octets = Vec::new();

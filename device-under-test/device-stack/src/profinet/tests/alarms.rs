@@ -39,7 +39,7 @@ fn send(bench: &mut Bench, priority: AlarmPriority, header: RtaHeader, body: Rta
     bench.send(&frame);
 }
 
-/// Acknowledges `pdu` in the transport, and then, with `sequence`, in the application.
+/// Acknowledges `pdu` by RTA ACK, and then, with `sequence`, by an Alarm Ack.
 fn acknowledge(bench: &mut Bench, pdu: &RtaPdu, sequence: u16) {
     let RtaHeader { dst_endpoint, src_endpoint, send_seq_num, .. } = pdu.header;
     let ack = RtaHeader::new(RtaKind::ACK, src_endpoint, dst_endpoint, 0xFFFE, send_seq_num);
@@ -50,7 +50,7 @@ fn acknowledge(bench: &mut Bench, pdu: &RtaPdu, sequence: u16) {
 }
 
 #[test]
-fn a_diagnosis_comes_and_goes() {
+fn a_diagnosis_appears_and_disappears() {
     let mut bench = Bench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
@@ -93,7 +93,7 @@ fn a_diagnosis_comes_and_goes() {
 }
 
 #[test]
-fn the_status_of_the_station_tells_of_a_fault() {
+fn the_data_status_shows_a_fault() {
     let mut bench = Bench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
@@ -113,7 +113,7 @@ fn an_alarm_without_acknowledgement_is_repeated_and_then_ends_the_connection() {
     bench.exchange(199);
     let frames = bench.take();
     let sent = alarms(&frames);
-    assert_eq!(sent.len(), 4, "once and three times again, 100 ms apart");
+    assert_eq!(sent.len(), 4, "one alarm and three repetitions, 100 ms apart");
     assert!(sent.iter().all(|pdu| *pdu == sent[0]));
     assert_eq!(abort(&frames), None);
     bench.exchange(3);
@@ -121,7 +121,7 @@ fn an_alarm_without_acknowledgement_is_repeated_and_then_ends_the_connection() {
 }
 
 #[test]
-fn what_is_pending_already_is_told_to_a_new_connection() {
+fn pending_diagnoses_are_reported_to_a_new_connection() {
     let mut bench = Bench::new();
     bench.device.application_mut().change(0x9001, true);
     let (status, _) = bench.connect(&full_connect());
@@ -129,7 +129,7 @@ fn what_is_pending_already_is_told_to_a_new_connection() {
     bench.exchange(2);
     bench.prm_end();
     bench.exchange(3);
-    assert!(alarms(&bench.seen).is_empty(), "no alarm before the controller has confirmed ApplicationReady");
+    assert!(alarms(&bench.frames).is_empty(), "no alarm before the controller has confirmed ApplicationReady");
     let call = bench.ready_calls().remove(0);
     bench.answer_ready(&call, PnioStatus::OK);
     assert_eq!(alarms(&bench.take()).len(), 1);
@@ -138,7 +138,7 @@ fn what_is_pending_already_is_told_to_a_new_connection() {
 #[rstest]
 #[case::the_next(0xFFFF, RtaKind::ACK)]
 #[case::a_later_one(0x0003, RtaKind::NACK)]
-fn data_of_the_controller_are_acknowledged_in_order(#[case] sequence: u16, #[case] kind: RtaKind) {
+fn data_pdus_of_the_controller_are_acknowledged_in_order(#[case] sequence: u16, #[case] kind: RtaKind) {
     let mut bench = Bench::new();
     bench.start();
     let header = RtaHeader::new(RtaKind::DATA, 1, 5, sequence, 0xFFFE);
@@ -149,7 +149,7 @@ fn data_of_the_controller_are_acknowledged_in_order(#[case] sequence: u16, #[cas
 #[rstest]
 #[case::low(AlarmPriority::Low)]
 #[case::high(AlarmPriority::High)]
-fn an_error_of_the_controller_ends_the_connection_in_silence(#[case] priority: AlarmPriority) {
+fn an_err_rta_of_the_controller_ends_the_connection_without_an_answer(#[case] priority: AlarmPriority) {
     let mut bench = Bench::new();
     bench.start();
     let status = PnioStatus::abort(AbortReason::ABORT_REQUEST);
@@ -161,7 +161,7 @@ fn an_error_of_the_controller_ends_the_connection_in_silence(#[case] priority: A
 }
 
 #[test]
-fn alarms_of_others_are_passed_over() {
+fn alarms_for_other_endpoints_are_ignored() {
     let mut bench = Bench::new();
     bench.start();
     let status = PnioStatus::abort(AbortReason::ABORT_REQUEST);

@@ -1,4 +1,4 @@
-//! The hand-driven controller: it sends what a test says, keeps what comes, and answers ARP.
+//! A scripted controller: it sends the frames of a test, collects received frames, and answers ARP.
 
 pub use super::blocks::*;
 use super::toy::Toy;
@@ -29,13 +29,15 @@ pub const CONTROLLER_IP: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 1);
 pub const DEVICE_IP: Ipv4Addr = Ipv4Addr::new(192, 168, 0, 10);
 pub const AR: Uuid = Uuid([7; 16]);
 pub const CYCLE: Duration = Duration::from_millis(2);
+/// How long the bench waits for answers to a DCP request: longer than one step of the response delay, 10 ms.
+const DCP_WAIT: Duration = Duration::from_millis(20);
 
-/// A device, a clock, and all frames that went over the wire.
+/// A device, a clock, and a log of all frames.
 pub struct Bench {
     pub device: Device<Toy>,
     pub now: Time,
     pub order: Order,
-    pub seen: Vec<Vec<u8>>,
+    pub frames: Vec<Vec<u8>>,
     log: Vec<(Time, bool, Vec<u8>)>,
     sequence: u32,
     counter: u16,
@@ -46,18 +48,18 @@ impl Bench {
         Bench::of(Toy::new())
     }
 
-    /// A bench with this encoder.
+    /// A bench with this application.
     pub fn of(toy: Toy) -> Bench {
         Bench::with(toy, Attached::NONE)
     }
 
-    /// A bench with this encoder, whose stack deviates.
+    /// A bench with this application and a stack with deviations.
     pub fn with(toy: Toy, hooks: Attached<dyn StackHooks>) -> Bench {
         Bench {
             device: Device::new(toy, DEVICE, hooks),
             now: Time::from_nanos(1_000_000),
             order: Order::Big,
-            seen: Vec::new(),
+            frames: Vec::new(),
             log: Vec::new(),
             sequence: 0,
             counter: 0,
@@ -67,7 +69,7 @@ impl Bench {
     fn collect(&mut self, out: &Outbox) {
         for frame in out.frames() {
             self.log.push((self.now, false, frame.to_vec()));
-            self.seen.push(frame.to_vec());
+            self.frames.push(frame.to_vec());
             let arp = FrameHeader::parse(frame).ok().filter(|(header, _)| header.ether_type == EtherType::ARP);
             if let Some(request) = arp.and_then(|(_, payload)| Arp::parse(payload).ok())
                 && (request.operation, request.target_ip) == (Operation::REQUEST, CONTROLLER_IP)
@@ -79,7 +81,7 @@ impl Bench {
         }
     }
 
-    /// Gives the device a frame.
+    /// Sends a frame to the device.
     pub fn send(&mut self, frame: &[u8]) {
         self.log.push((self.now, true, frame.to_vec()));
         let mut out = Outbox::new();
@@ -87,7 +89,7 @@ impl Bench {
         self.collect(&out);
     }
 
-    /// Lets time go on, waking the device whenever it wants to be woken.
+    /// Advances time and wakes the device at each deadline.
     pub fn run(&mut self, duration: Duration) {
         let end = self.now + duration;
         let mut wakes = 0;
@@ -97,23 +99,23 @@ impl Bench {
             self.device.wake(self.now, &mut out);
             self.collect(&out);
             wakes += 1;
-            assert!(wakes < 100_000, "the device is woken again and again at {}", self.now);
+            assert!(wakes < 100_000, "the deadline of the device does not advance: {}", self.now);
         }
         self.now = end;
     }
 
-    /// The frames that came since the last time.
+    /// The frames received since the last call.
     pub fn take(&mut self) -> Vec<Vec<u8>> {
-        core::mem::take(&mut self.seen)
+        core::mem::take(&mut self.frames)
     }
 
-    /// Sends a DCP request and gives the answers that came within 20 ms.
+    /// Sends a DCP request and returns the answers within [`DCP_WAIT`].
     pub fn dcp(&mut self, request: &Dcp, destination: Mac) -> Vec<Dcp> {
         self.take();
         let mut frame = Vec::new();
         request.write_frame(destination, CONTROLLER, &mut frame);
         self.send(&frame);
-        self.run(Duration::from_millis(20));
+        self.run(DCP_WAIT);
         let profinet = |frame: &Vec<u8>| {
             let (header, payload) = FrameHeader::parse(frame).unwrap();
             let dcp = (header.ether_type == EtherType::PROFINET).then(|| Dcp::parse(payload).ok()).flatten();
@@ -135,7 +137,7 @@ impl Bench {
         }
     }
 
-    /// Sends PDUs and gives the PDUs that came back to port 50000.
+    /// Sends PDUs and returns the PDUs that came back to port 50000.
     pub fn pdus(&mut self, pdus: &[Vec<u8>]) -> Vec<Vec<u8>> {
         self.take();
         for pdu in pdus {
@@ -144,20 +146,20 @@ impl Bench {
             write_udp(from, (DEVICE, SocketAddrV4::new(DEVICE_IP, 0x8894)), pdu, &mut frame).unwrap();
             self.send(&frame);
         }
-        let mut came = Vec::new();
+        let mut answers = Vec::new();
         for frame in self.take() {
             match Datagram::parse(&frame) {
                 Ok(datagram) if datagram.destination.port() == 50_000 => {
                     assert!(datagram.checksum_ok() && datagram.source.port() == 0x8894);
-                    came.push(datagram.payload.to_vec());
+                    answers.push(datagram.payload.to_vec());
                 }
-                _ => self.seen.push(frame),
+                _ => self.frames.push(frame),
             }
         }
-        came
+        answers
     }
 
-    /// Sends a request and gives header and body of the answer.
+    /// Sends a request and returns header and body of the answer.
     pub fn call(&mut self, header: &Header, body: &[u8]) -> Option<(Header, Vec<u8>)> {
         let answers = self.pdus(&fragments(header, body, 1392));
         let mut reassembler = Reassembler::new(1, 1 << 20);
@@ -172,7 +174,7 @@ impl Bench {
         })
     }
 
-    /// Carries out an operation and gives its status and its blocks.
+    /// Carries out an operation and returns its status and its blocks.
     pub fn operate(&mut self, opnum: Opnum, blocks: &[u8]) -> (PnioStatus, Vec<u8>) {
         let header = self.header(opnum);
         let body = NdrRequest::body(self.order, 16_384, blocks);
@@ -196,7 +198,7 @@ impl Bench {
         self.operate(Opnum::RELEASE, &Control::from(ControlBlock::release(AR, 1)).to_vec()).0
     }
 
-    /// The calls of the device that came to port 34964 since frames were last taken.
+    /// The calls of the device to port 34964 since frames were last taken.
     pub fn ready_calls(&mut self) -> Vec<Vec<u8>> {
         let frames = self.take();
         let calls = frames.iter().filter_map(|frame| {
@@ -225,7 +227,7 @@ impl Bench {
         self.send(&frame);
     }
 
-    /// Sends one frame of outputs: the telegram's octets stand at 0, everything is good.
+    /// Sends one frame of outputs. The bytes of the telegram are at offset 0, and every status is good.
     pub fn outputs(&mut self, octets: [u8; 4]) {
         let mut data = [0; 40];
         data[..4].copy_from_slice(&octets);
@@ -243,7 +245,7 @@ impl Bench {
         self.send(&frame);
     }
 
-    /// Exchanges data for a number of cycles.
+    /// Exchanges data for `cycles` cycles.
     pub fn exchange(&mut self, cycles: usize) {
         for _ in 0..cycles {
             self.outputs([1, 2, 3, 4]);
@@ -251,7 +253,7 @@ impl Bench {
         }
     }
 
-    /// Connects and goes on until data are exchanged.
+    /// Connects and completes the start-up until data are exchanged.
     pub fn start(&mut self) {
         let (status, _) = self.connect(&full_connect());
         assert_eq!(status, PnioStatus::OK);
@@ -266,7 +268,7 @@ impl Bench {
         self.take();
     }
 
-    /// The cyclic frames of the device among `frames`: data and status.
+    /// Data and status of the cyclic frames of the device among `frames`.
     pub fn inputs(frames: &[Vec<u8>]) -> Vec<(Vec<u8>, ApduStatus)> {
         let cyclic = |frame: &Vec<u8>| {
             let (header, payload) = FrameHeader::parse(frame).ok()?;
@@ -283,9 +285,9 @@ impl Bench {
         self.log.iter().filter(|(_, is_sent, _)| *is_sent).map(|(_, _, frame)| frame.clone()).collect()
     }
 
-    /// Lets tshark read all frames: it must find nothing malformed and nothing to warn of.
+    /// Checks all frames with tshark: no malformed frame and no warning.
     ///
-    /// Without tshark a line on the terminal says that nobody has looked.
+    /// Without tshark the check is skipped, and a line on the terminal says so.
     pub fn referee(&self) {
         let mut capture = Vec::new();
         for word in [0xA1B2_3C4D_u32, 0x0002_0004, 0, 0, 65_535, 1] {
@@ -306,12 +308,12 @@ impl Bench {
             .stderr(Stdio::null())
             .spawn();
         let Ok(mut tshark) = tshark else {
-            testing::skip("there is no tshark to read the frames");
+            testing::skip("tshark is not installed");
             return;
         };
         tshark.stdin.take().unwrap().write_all(&capture).unwrap();
         let output = tshark.wait_with_output().unwrap();
-        assert!(output.status.success(), "tshark has not read the frames");
+        assert!(output.status.success(), "tshark failed to read the frames");
         assert_eq!(String::from_utf8_lossy(&output.stdout), "");
     }
 }

@@ -1,4 +1,4 @@
-//! The blocks of a Connect that a healthy device grants, for tests to spoil.
+//! The blocks of a Connect that a conforming device accepts. Tests make single fields invalid.
 
 use super::bench::{AR, CONTROLLER};
 use super::toy::API;
@@ -103,7 +103,7 @@ pub fn modules() -> Vec<ExpectedModule> {
     ]
 }
 
-/// The blocks of a Connect with `modules`: data one after the other, the telegram's at the head of both frames.
+/// The blocks of a Connect with `modules`. The data are contiguous; those of the telegram come first in both frames.
 pub fn connect_blocks(modules: &[ExpectedModule]) -> Vec<Content> {
     let (mut inputs, mut outputs) = (iocr(IocrType::INPUT), iocr(IocrType::OUTPUT));
     let (mut input_at, mut output_at) = (0, 0);
@@ -154,7 +154,7 @@ pub fn full_connect() -> Connect {
     Connect::of(connect_blocks(&modules()))
 }
 
-/// A Connect for records alone.
+/// A Connect for records only.
 pub fn access_connect(uuid: Uuid) -> Connect {
     let properties = ArProperties::ACTIVE | ArProperties::DEVICE_ACCESS;
     Connect::of([Content::ArReq(ArBlockReq {

@@ -1,4 +1,4 @@
-//! RPC: fragments, repetitions, pings, cancels, refusals, the endpoint mapper.
+//! RPC: fragments, repetitions, pings, cancels, rejects, and the endpoint mapper.
 
 use super::bench::*;
 use alloc::vec::Vec;
@@ -24,7 +24,7 @@ const RECORD: RecordHeader = RecordHeader {
     record_data_length: 8192,
 };
 
-/// A bench with a connection for records.
+/// A bench with a connection for records only.
 fn connected() -> Bench {
     let mut bench = Bench::new();
     bench.connect(&access_connect(AR));
@@ -40,7 +40,7 @@ fn write_body(order: Order, data: &[u8]) -> Vec<u8> {
 #[rstest]
 #[case::big(Order::Big)]
 #[case::little(Order::Little)]
-fn fragments_go_both_ways(#[case] order: Order) {
+fn requests_and_answers_are_fragmented(#[case] order: Order) {
     let mut bench = connected();
     bench.order = order;
     let data: Vec<u8> = (0..3500_u16).map(|number| number as u8).collect();
@@ -65,7 +65,7 @@ fn fragments_go_both_ways(#[case] order: Order) {
 }
 
 #[test]
-fn a_repeated_request_gets_the_answer_again_and_is_carried_out_once() {
+fn a_repeated_request_gets_the_same_answer_and_is_carried_out_once() {
     let mut bench = connected();
     let header = bench.header(Opnum::WRITE);
     let pdu = Pdu::new(header, &write_body(Order::Big, &[1])).to_vec();
@@ -99,7 +99,7 @@ fn a_cancel_is_acknowledged_and_not_accepted() {
 #[case::operation(|header: &mut Header| header.opnum = Opnum(6), RejectStatus::OPERATION_RANGE)]
 #[case::mapper(|header: &mut Header| header.interface = Uuid::ENDPOINT_MAPPER, RejectStatus::OPERATION_RANGE)]
 #[case::boot_time(|header: &mut Header| header.server_boot = 77, RejectStatus::WRONG_BOOT_TIME)]
-fn calls_that_are_rejected(#[case] spoil: fn(&mut Header), #[case] status: RejectStatus) {
+fn calls_are_rejected(#[case] spoil: fn(&mut Header), #[case] status: RejectStatus) {
     let mut bench = Bench::new();
     let mut header = bench.header(Opnum::CONNECT);
     spoil(&mut header);
@@ -124,7 +124,7 @@ fn a_body_that_cannot_be_decoded_is_a_fault() {
 #[case::write(Opnum::WRITE, 0xDF)]
 #[case::control(Opnum::CONTROL, 0xDD)]
 #[case::read_implicit(Opnum::READ_IMPLICIT, 0xDE)]
-fn a_length_that_is_not_that_of_the_blocks(#[case] opnum: Opnum, #[case] code: u8) {
+fn a_wrong_args_length_is_refused(#[case] opnum: Opnum, #[case] code: u8) {
     let mut bench = Bench::new();
     let mut body = NdrRequest::body(Order::Big, 4096, &[0; 8]);
     body[7] = 9;
@@ -150,7 +150,7 @@ fn an_answer_that_does_not_fit_is_a_fault() {
 #[case::session(|block: &mut ControlBlock| block.session_key = 2, 0xDD81_1406)]
 #[case::command(|block: &mut ControlBlock| block.control_command = ControlCommand::RELEASE, 0xDD81_1408)]
 #[case::twice(|_: &mut ControlBlock| {}, 0xDD81_4006)]
-fn wrong_ends_of_the_parameters(#[case] spoil: fn(&mut ControlBlock), #[case] status: u32) {
+fn a_wrong_prm_end_is_refused(#[case] spoil: fn(&mut ControlBlock), #[case] status: u32) {
     let mut bench = Bench::new();
     bench.connect(&full_connect());
     bench.prm_end();
@@ -164,7 +164,7 @@ fn wrong_ends_of_the_parameters(#[case] spoil: fn(&mut ControlBlock), #[case] st
 #[case::session(|block: &mut ControlBlock| block.session_key = 2, 0xDC81_2806)]
 #[case::command(|block: &mut ControlBlock| block.control_command = ControlCommand::PRM_END, 0xDC81_2808)]
 #[case::unknown(|block: &mut ControlBlock| block.ar_uuid = Uuid([1; 16]), 0xDC81_4005)]
-fn wrong_releases(#[case] spoil: fn(&mut ControlBlock), #[case] status: u32) {
+fn a_wrong_release_is_refused(#[case] spoil: fn(&mut ControlBlock), #[case] status: u32) {
     let mut bench = connected();
     let mut block = ControlBlock::release(AR, 1);
     spoil(&mut block);

@@ -1,4 +1,4 @@
-//! What real controllers have asked of real devices, asked of this one.
+//! Connect requests from captures of real controllers, sent to this device.
 
 use super::bench::*;
 use super::toy::Toy;
@@ -7,9 +7,10 @@ use wire::datagram::Datagram;
 use wire::profinet::blocks::connect::Connect;
 use wire::profinet::rpc::{NdrResponse, Opnum, PacketType, Pdu, Uuid};
 
-/// Every Connect of a capture in turn, to a device in which nothing is plugged: packet number and status, where it is refused.
+/// Sends every Connect of a capture to a device without modules. Returns the number of requests, and packet number
+/// and status of each refused one.
 fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
-    let mut seen = 0;
+    let mut count = 0;
     let mut refused = Vec::new();
     for (at, packet) in
         testing::packets(&testing::shared(&std::format!("captures/profinet/{file}"))?).iter().enumerate()
@@ -20,7 +21,7 @@ fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
         if called != (PacketType::REQUEST, Uuid::DEVICE_INTERFACE, Opnum::CONNECT) {
             continue;
         }
-        seen += 1;
+        count += 1;
         let mut toy = Toy::new();
         toy.plugs.clear();
         let mut bench = Bench::of(toy);
@@ -34,20 +35,20 @@ fn refused(file: &str) -> Option<(usize, Vec<(usize, u32)>)> {
             refused.push((at + 1, ndr.status.into()));
         }
     }
-    Some((seen, refused))
+    Some((count, refused))
 }
 
 #[test]
-fn the_controller_of_the_versamax_is_understood() {
+fn the_connects_of_a_versamax_controller_are_accepted() {
     let Some(outcome) = refused("office-noise-versamax.pcap") else { return };
     assert_eq!(outcome, (4, Vec::new()));
 }
 
 #[test]
-fn controllers_of_thirteen_vendors_are_understood() {
-    let Some((seen, refused)) = refused("merged-many-devices.pcapng") else { return };
-    assert!(seen > 100);
-    // Refused are IRInfoBlock (30, 54, 55: RT_CLASS_3 wanted) and SRInfoBlock (393: redundancy wanted), unknown blocks here.
+fn the_connects_of_controllers_of_thirteen_vendors_are_accepted() {
+    let Some((count, refused)) = refused("merged-many-devices.pcapng") else { return };
+    assert!(count > 100);
+    // IRInfoBlock (packets 30, 54, 55: RT_CLASS_3) and SRInfoBlock (393: system redundancy) are unknown blocks here.
     let unknown_blocks = 0xDB81_4001;
     assert_eq!(refused, [30, 54, 55, 393].map(|number| (number, unknown_blocks)));
 }

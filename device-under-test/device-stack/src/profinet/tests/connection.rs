@@ -1,4 +1,4 @@
-//! From Connect to data and to the end.
+//! The life of a connection, from Connect to its end.
 
 use super::bench::*;
 use alloc::vec::Vec;
@@ -47,12 +47,16 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
     let frames = Bench::inputs(&bench.take());
     assert_eq!(frames.len(), 2);
     let (data, apdu) = &frames[1];
-    assert_eq!(data[..18], [[0xA5; 16].as_slice(), &[0, 0]].concat()[..], "inputs, IOPS and IOCS are bad at first");
+    assert_eq!(
+        data[..18],
+        [[0xA5; 16].as_slice(), &[0, 0]].concat()[..],
+        "IOPS and IOCS are bad before ApplicationReady"
+    );
     assert_eq!(apdu.data_status, DataStatus::HEALTHY);
     assert_eq!(apdu.cycle_counter.wrapping_sub(frames[0].1.cycle_counter), 64);
 
     assert_eq!(bench.prm_end(), PnioStatus::OK);
-    assert_eq!(bench.device.application().outputs, None, "outputs do not count before the encoder is ready");
+    assert_eq!(bench.device.application().outputs, None, "outputs are not consumed before the application is ready");
     bench.take();
     bench.exchange(3);
     let calls = bench.ready_calls();
@@ -68,7 +72,11 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
     bench.exchange(2);
     let frames = Bench::inputs(&bench.take());
     let good = [[0xA5; 16].as_slice(), &[0x80; 7]].concat();
-    assert_eq!(frames.last().unwrap().0[..23], good[..], "IOPS of the telegram, its IOCS, IOPS of the five others");
+    assert_eq!(
+        frames.last().unwrap().0[..23],
+        good[..],
+        "IOPS and IOCS of the telegram, IOPS of the five other submodules"
+    );
     assert_eq!(bench.device.application().outputs.as_deref(), Some(&[1, 2, 3, 4][..]));
 
     assert_eq!(bench.release(), PnioStatus::OK);
@@ -80,7 +88,7 @@ fn a_connection_from_connect_to_release(#[case] order: Order) {
 }
 
 #[test]
-fn advanced_start_up_tells_the_name_of_the_device() {
+fn advanced_start_up_reports_the_name_of_the_device() {
     let mut bench = Bench::new();
     let mut connect = full_connect();
     if let Content::ArReq(ar) = &mut connect.blocks[0].content {
@@ -97,7 +105,7 @@ fn missing_outputs_end_the_connection() {
     let mut bench = Bench::new();
     bench.start();
     bench.run(Duration::from_millis(3));
-    assert_eq!(abort(&bench.take()), None, "the last frame is 5 ms old, it holds for 6");
+    assert_eq!(abort(&bench.take()), None, "the last frame is 5 ms old, the data hold time is 6 ms");
     bench.run(Duration::from_millis(1));
     let frames = bench.take();
     assert_eq!(abort(&frames), Some(AbortReason::CONSUMER_TIMEOUT));
@@ -116,7 +124,7 @@ fn a_silent_initiator_ends_the_connection() {
 }
 
 #[test]
-fn application_ready_is_repeated_and_then_given_up() {
+fn application_ready_is_repeated_and_then_aborted() {
     let mut bench = Bench::new();
     bench.connect(&full_connect());
     bench.prm_end();
@@ -155,7 +163,11 @@ fn a_refused_application_ready_ends_the_connection(#[case] kind: PacketType, #[c
 #[case::backup([1, 2, 3, 4, 0x80], 0x34, None)]
 #[case::problem_of_the_controller([1, 2, 3, 4, 0x80], 0x15, Some([1, 2, 3, 4]))]
 #[case::to_be_ignored([1, 2, 3, 4, 0x80], 0xB5, Some([9, 9, 9, 9]))]
-fn outputs_count_when_all_status_are_good(#[case] head: [u8; 5], #[case] status: u8, #[case] outputs: Option<[u8; 4]>) {
+fn outputs_are_consumed_when_every_status_is_good(
+    #[case] head: [u8; 5],
+    #[case] status: u8,
+    #[case] outputs: Option<[u8; 4]>,
+) {
     let mut bench = Bench::new();
     bench.start();
     bench.outputs([9; 4]);
@@ -166,7 +178,7 @@ fn outputs_count_when_all_status_are_good(#[case] head: [u8; 5], #[case] status:
 }
 
 #[test]
-fn bad_inputs_of_the_encoder_have_a_bad_status() {
+fn bad_inputs_of_the_application_have_a_bad_iops() {
     let mut bench = Bench::new();
     bench.start();
     bench.device.application_mut().good = false;
@@ -176,7 +188,7 @@ fn bad_inputs_of_the_encoder_have_a_bad_status() {
 }
 
 #[test]
-fn unknown_modules_and_submodules_are_told() {
+fn unknown_modules_and_submodules_are_reported() {
     let mut bench = Bench::new();
     let mut modules = modules();
     modules[1].submodules[1].submodule_ident_number = 99;
@@ -186,13 +198,13 @@ fn unknown_modules_and_submodules_are_told() {
     let (status, answer) = bench.connect(&Connect::of(connect_blocks(&modules)));
     assert_eq!(status, PnioStatus::OK);
     let difference = ModuleDiffBlock::parse(&answer.block(BlockType::MODULE_DIFF).unwrap()).unwrap();
-    let told: Vec<_> = difference
+    let reported: Vec<_> = difference
         .apis
         .iter()
         .flat_map(|api| api.modules.iter().map(move |module| (api.api, module.slot, module.module_ident, module.state)))
         .collect();
     assert_eq!(
-        told,
+        reported,
         [
             (0x3D00, 1, 1, ModuleState::PROPER_MODULE),
             (0, 2, 0x20, ModuleState::WRONG_MODULE),
@@ -216,13 +228,13 @@ fn unknown_modules_and_submodules_are_told() {
     bench.answer_ready(&call, PnioStatus::OK);
     bench.exchange(2);
     let frames = Bench::inputs(&bench.take());
-    assert_eq!(frames.last().unwrap().0[16], 0x00, "what is not plugged is not good");
+    assert_eq!(frames.last().unwrap().0[16], 0x00, "a submodule that is not plugged has a bad IOPS");
     bench.referee();
     assert_eq!(bench.device.application().inputs, 0);
 }
 
 #[test]
-fn another_module_is_plugged_if_it_is_possible() {
+fn an_expected_module_is_plugged_if_possible() {
     let mut bench = Bench::new();
     let mut modules = modules();
     let output = SubmoduleType::OUTPUT;
@@ -232,7 +244,7 @@ fn another_module_is_plugged_if_it_is_possible() {
 }
 
 #[test]
-fn a_submodule_without_status_takes_no_octet() {
+fn a_submodule_with_discard_ioxs_occupies_no_byte() {
     let mut bench = Bench::new();
     let mut modules = modules();
     modules[0].submodules[0].submodule_properties = SubmoduleProperties::DISCARD_IOXS;
@@ -247,11 +259,11 @@ fn a_submodule_without_status_takes_no_octet() {
     }
     assert_eq!(bench.connect(&Connect::of(blocks)).0, PnioStatus::OK);
     bench.exchange(2);
-    assert_eq!(Bench::inputs(&bench.take())[0].0[0], 0xA5, "the first octet belongs to the telegram alone");
+    assert_eq!(Bench::inputs(&bench.take())[0].0[0], 0xA5, "the first byte belongs to the telegram only");
 }
 
 #[test]
-fn the_same_connect_again_replaces_the_connection() {
+fn a_repeated_connect_replaces_the_connection() {
     let mut bench = Bench::new();
     bench.start();
     let (status, _) = bench.connect(&full_connect());
@@ -261,19 +273,19 @@ fn the_same_connect_again_replaces_the_connection() {
 }
 
 #[test]
-fn power_and_cable() {
+fn power_cycle_and_cable() {
     let mut bench = Bench::new();
     bench.start();
     bench.device.power(bench.now, false);
     bench.exchange(5);
-    assert!(bench.take().is_empty(), "no power, no frame");
+    assert!(bench.take().is_empty(), "without power the device sends nothing");
     bench.device.power(bench.now, true);
     bench.run(Duration::from_millis(1_999));
-    assert!(bench.take().is_empty(), "it boots");
+    assert!(bench.take().is_empty(), "the device is booting");
     bench.run(Duration::from_millis(1));
     let frames = bench.take();
     assert_eq!(frames.len(), 2, "LLDP and Hello");
-    assert_eq!(bench.release(), PnioStatus::from(0xDC81_4005), "the connection is forgotten");
+    assert_eq!(bench.release(), PnioStatus::from(0xDC81_4005), "the connection is lost");
     bench.take();
     bench.device.link(bench.now, false);
     bench.run(Duration::from_secs(20));

@@ -1,4 +1,4 @@
-//! Damaged frames: whatever comes, the device does not panic, and goes on.
+//! Damaged frames: the device neither panics nor stops.
 
 use super::bench::*;
 use alloc::vec::Vec;
@@ -6,7 +6,7 @@ use station::{Duration, Outbox, Station};
 use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
 use wire::profinet::status::PnioStatus;
 
-/// Frames that a device takes: one of each kind that the other tests send.
+/// Valid frames: one of each kind that the other tests send.
 fn frames() -> Vec<Vec<u8>> {
     let mut bench = Bench::new();
     bench.start();
@@ -22,7 +22,7 @@ fn frames() -> Vec<Vec<u8>> {
         bench.dcp(&request, DEVICE);
     }
     let mut frames = bench.sent();
-    // Of frames of one length, kind and operation one is enough.
+    // One frame of each length, kind and operation.
     let kind = |frame: &Vec<u8>| (frame.len(), frame[12..20].to_vec(), frame.get(110..112).map(<[u8]>::to_vec));
     frames.sort_by_key(kind);
     frames.dedup_by_key(|frame| kind(frame));
@@ -46,11 +46,11 @@ fn no_damaged_frame_makes_the_device_panic() {
     assert!(frames.len() > 8);
     for frame in &frames {
         let mut bench = Bench::new();
-        let mut trials = 0;
-        for trial in damaged(frame) {
-            bench.device.receive(bench.now, &trial, &mut Outbox::new());
-            trials += 1;
-            if trials % 256 == 0 {
+        let mut count = 0;
+        for damaged in damaged(frame) {
+            bench.device.receive(bench.now, &damaged, &mut Outbox::new());
+            count += 1;
+            if count % 256 == 0 {
                 bench.run(Duration::from_millis(1));
             }
         }
@@ -68,8 +68,8 @@ fn no_damaged_frame_makes_a_device_in_data_exchange_panic() {
     for frame in &frames() {
         let mut bench = Bench::new();
         bench.start();
-        for (number, trial) in damaged(frame).enumerate() {
-            bench.device.receive(bench.now, &trial, &mut Outbox::new());
+        for (number, damaged) in damaged(frame).enumerate() {
+            bench.device.receive(bench.now, &damaged, &mut Outbox::new());
             if number % 64 == 0 {
                 bench.exchange(1);
             }
@@ -79,7 +79,7 @@ fn no_damaged_frame_makes_a_device_in_data_exchange_panic() {
 }
 
 #[test]
-fn noise_is_passed_over() {
+fn noise_is_ignored() {
     let mut bench = Bench::new();
     let mut state = 0x2545_F491_4F6C_DD1D_u64;
     let mut random = || {

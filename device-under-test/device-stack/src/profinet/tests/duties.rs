@@ -1,4 +1,5 @@
-//! What every conforming device does, one duty each.
+//! Requirements that every conforming device meets, one function each. The hook tests check that a deviation breaks
+//! them.
 
 use super::bench::*;
 use super::connection::abort;
@@ -17,7 +18,7 @@ use wire::profinet::rpc::{NdrRequest, Opnum, Pdu};
 use wire::profinet::rt::DataStatus;
 use wire::profinet::status::PnioStatus;
 
-/// Does something with a device, and says whether it did its duty.
+/// Runs a device and returns whether it meets one requirement.
 type Trial = fn(&mut Bench) -> bool;
 
 fn set(bench: &mut Bench, qualifier: BlockQualifier, value: Value) {
@@ -28,12 +29,12 @@ pub fn identify_waits(bench: &mut Bench) -> bool {
     bench.dcp(&Dcp::identify(7, 0x103, [Value::AllSelector].into()), Mac::DCP_MULTICAST).is_empty()
 }
 
-pub fn temporary_is_forgotten(bench: &mut Bench) -> bool {
+pub fn temporary_name_is_not_stored(bench: &mut Bench) -> bool {
     set(bench, BlockQualifier::TEMPORARY, Value::NameOfStation(b"new".to_vec()));
     bench.device.application().stored.name.is_empty()
 }
 
-pub fn reset_takes_place(bench: &mut Bench) -> bool {
+pub fn reset_clears_the_name(bench: &mut Bench) -> bool {
     set(bench, BlockQualifier(0), Value::FactoryReset);
     bench.device.application().stored.name.is_empty()
 }
@@ -65,7 +66,7 @@ pub fn inputs_come_under_the_agreed_frame_id(bench: &mut Bench) -> bool {
     bench.take().iter().any(|frame| frame[16..20] == [0x88, 0x92, 0x80, 0x01])
 }
 
-pub fn module_diff_is_told(bench: &mut Bench) -> bool {
+pub fn module_diff_is_reported(bench: &mut Bench) -> bool {
     let mut modules = modules();
     modules[1].submodules[1].submodule_ident_number = 99;
     bench.connect(&Connect::of(connect_blocks(&modules))).1.block(BlockType::MODULE_DIFF).is_some()
@@ -76,7 +77,7 @@ pub fn ready_comes_after_the_parameters(bench: &mut Bench) -> bool {
     bench.take();
     bench.exchange(2);
     let is_late = bench.ready_calls().is_empty();
-    assert_eq!(bench.prm_end(), PnioStatus::OK, "PrmEnd is answered whether early or late");
+    assert_eq!(bench.prm_end(), PnioStatus::OK, "PrmEnd is answered, early or late");
     is_late
 }
 
@@ -116,7 +117,7 @@ pub fn problem_is_indicated(bench: &mut Bench) -> bool {
     Bench::inputs(&bench.take()).last().unwrap().1.data_status == DataStatus(0x15)
 }
 
-pub fn padding_is_passed_over(bench: &mut Bench) -> bool {
+pub fn padding_is_ignored(bench: &mut Bench) -> bool {
     bench.start();
     bench.output_frame(&[0x80; 40], DataStatus::HEALTHY, 8);
     bench.device.application().outputs.as_deref() == Some(&[0x80; 4])
@@ -134,7 +135,7 @@ pub fn bad_status_makes_outputs_bad(bench: &mut Bench) -> bool {
     bench.device.application().outputs.is_none()
 }
 
-pub fn missing_outputs_are_noticed(bench: &mut Bench) -> bool {
+pub fn missing_outputs_are_detected(bench: &mut Bench) -> bool {
     bench.start();
     bench.run(Duration::from_secs(1));
     abort(&bench.take()).is_some()
@@ -158,7 +159,7 @@ pub fn alarm_is_repeated(bench: &mut Bench) -> bool {
     alarms(bench).len() == 2
 }
 
-pub fn pending_diagnosis_is_told(bench: &mut Bench) -> bool {
+pub fn pending_diagnosis_is_reported(bench: &mut Bench) -> bool {
     bench.device.application_mut().change(0x9001, true);
     bench.connect(&full_connect());
     bench.exchange(1);
@@ -179,7 +180,7 @@ pub fn whole_name_is_compared(bench: &mut Bench) -> bool {
     bench.dcp(&Dcp::identify(7, 1, [part].into()), Mac::DCP_MULTICAST).is_empty()
 }
 
-pub fn own_type_is_told(bench: &mut Bench) -> bool {
+pub fn filter_by_type_matches(bench: &mut Bench) -> bool {
     bench.dcp(&Dcp::identify(7, 1, [Value::Vendor(b"TOY".to_vec())].into()), Mac::DCP_MULTICAST).len() == 1
 }
 
@@ -203,7 +204,7 @@ pub fn unknown_index_is_refused(bench: &mut Bench) -> bool {
     !read(bench, 0x101).0.is_ok()
 }
 
-pub fn im0_tells_its_length(bench: &mut Bench) -> bool {
+pub fn im0_has_the_right_length(bench: &mut Bench) -> bool {
     read(bench, 0xAFF0).1[2..4] == [0, 56]
 }
 
@@ -216,12 +217,12 @@ pub fn missing_im_is_refused(bench: &mut Bench) -> bool {
     bench.operate(Opnum::WRITE, &blocks).0 == PnioStatus::from(0xDF80_B000)
 }
 
-pub fn tells_its_name_as_it_is(bench: &mut Bench) -> bool {
+pub fn reports_its_name(bench: &mut Bench) -> bool {
     let answers = bench.dcp(&Dcp::get(3, [Element::NAME_OF_STATION].into()), DEVICE);
     answers[0].blocks()[0].value == Value::NameOfStation(b"toy".to_vec())
 }
 
-pub fn sets_of_others_are_passed_over(bench: &mut Bench) -> bool {
+pub fn sets_for_other_devices_are_ignored(bench: &mut Bench) -> bool {
     let name = Value::NameOfStation(b"new".to_vec());
     let other = Mac([2, 0, 0, 0, 7, 7]);
     bench.dcp(&Dcp::set(3, [Block::set(BlockQualifier::PERMANENT, name)].into()), other);
@@ -262,31 +263,31 @@ pub fn connections_come_and_go(bench: &mut Bench) -> bool {
     first && bench.connect(&full_connect()).0.is_ok()
 }
 
-pub fn a_read_from_outside_is_harmless(bench: &mut Bench) -> bool {
+pub fn an_implicit_read_does_not_disturb(bench: &mut Bench) -> bool {
     bench.start();
     record_is_cut(bench);
     abort(&bench.take()).is_none()
 }
 
 #[rstest]
-#[case::tells_its_name_as_it_is(tells_its_name_as_it_is)]
-#[case::sets_of_others_are_passed_over(sets_of_others_are_passed_over)]
+#[case::reports_its_name(reports_its_name)]
+#[case::sets_for_other_devices_are_ignored(sets_for_other_devices_are_ignored)]
 #[case::has_its_own_mac(has_its_own_mac)]
 #[case::uses_the_stored_address(uses_the_stored_address)]
 #[case::answers_after_a_reset(answers_after_a_reset)]
 #[case::class_3_is_refused(class_3_is_refused)]
 #[case::connections_come_and_go(connections_come_and_go)]
-#[case::a_read_from_outside_is_harmless(a_read_from_outside_is_harmless)]
+#[case::an_implicit_read_does_not_disturb(an_implicit_read_does_not_disturb)]
 #[case::whole_name_is_compared(whole_name_is_compared)]
-#[case::own_type_is_told(own_type_is_told)]
+#[case::filter_by_type_matches(filter_by_type_matches)]
 #[case::mask_is_taken(mask_is_taken)]
-#[case::module_diff_is_told(module_diff_is_told)]
+#[case::module_diff_is_reported(module_diff_is_reported)]
 #[case::unknown_index_is_refused(unknown_index_is_refused)]
 #[case::missing_im_is_refused(missing_im_is_refused)]
-#[case::im0_tells_its_length(im0_tells_its_length)]
+#[case::im0_has_the_right_length(im0_has_the_right_length)]
 #[case::identify_waits(identify_waits)]
-#[case::temporary_is_forgotten(temporary_is_forgotten)]
-#[case::reset_takes_place(reset_takes_place)]
+#[case::temporary_name_is_not_stored(temporary_name_is_not_stored)]
+#[case::reset_clears_the_name(reset_clears_the_name)]
 #[case::answer_in_the_order_of_the_request(answer_in_the_order_of_the_request)]
 #[case::answer_comes_at_once(answer_comes_at_once)]
 #[case::repeated_request_is_carried_out_once(repeated_request_is_carried_out_once)]
@@ -298,13 +299,13 @@ pub fn a_read_from_outside_is_harmless(bench: &mut Bench) -> bool {
 #[case::outputs_have_a_consumer_status(outputs_have_a_consumer_status)]
 #[case::counter_counts(counter_counts)]
 #[case::problem_is_indicated(problem_is_indicated)]
-#[case::padding_is_passed_over(padding_is_passed_over)]
+#[case::padding_is_ignored(padding_is_ignored)]
 #[case::stop_makes_outputs_bad(stop_makes_outputs_bad)]
 #[case::bad_status_makes_outputs_bad(bad_status_makes_outputs_bad)]
-#[case::missing_outputs_are_noticed(missing_outputs_are_noticed)]
+#[case::missing_outputs_are_detected(missing_outputs_are_detected)]
 #[case::first_alarm_is_the_one_before_0(first_alarm_is_the_one_before_0)]
 #[case::alarm_is_repeated(alarm_is_repeated)]
-#[case::pending_diagnosis_is_told(pending_diagnosis_is_told)]
-fn a_device(#[case] does_its_duty: Trial) {
-    assert!(does_its_duty(&mut Bench::new()));
+#[case::pending_diagnosis_is_reported(pending_diagnosis_is_reported)]
+fn a_device(#[case] meets_it: Trial) {
+    assert!(meets_it(&mut Bench::new()));
 }

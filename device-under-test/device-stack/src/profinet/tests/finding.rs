@@ -1,4 +1,4 @@
-//! DCP, ARP, ICMP and LLDP: the device is found, named and reset.
+//! DCP, ARP, ICMP and LLDP: discovery, name, addresses and resets.
 
 use super::bench::*;
 use super::connection::abort;
@@ -67,7 +67,7 @@ fn all_filters_must_match() {
 }
 
 #[test]
-fn the_answer_to_identify_says_who_the_device_is() {
+fn the_answer_to_identify_contains_the_identification() {
     let mut bench = Bench::new();
     let answers = bench.dcp(&Dcp::identify(7, 1, [Value::AllSelector].into()), Mac::DCP_MULTICAST);
     let blocks = answers[0].blocks();
@@ -84,7 +84,7 @@ fn the_answer_to_identify_says_who_the_device_is() {
 }
 
 #[test]
-fn the_answer_to_identify_waits_as_the_address_says() {
+fn the_answer_to_identify_is_delayed_by_the_mac_address() {
     let mut bench = Bench::new();
     bench.run(Duration::ZERO);
     bench.take();
@@ -92,7 +92,7 @@ fn the_answer_to_identify_waits_as_the_address_says() {
     let mut frame = Vec::new();
     request.write_frame(Mac::DCP_MULTICAST, CONTROLLER, &mut frame);
     bench.send(&frame);
-    // The address ends in 01 00; modulo 0x103 that are 256 steps of 10 ms.
+    // The address ends in 01 00. Modulo 0x103 this is 256 steps of 10 ms.
     bench.run(Duration::from_millis(2_559));
     assert!(bench.take().is_empty());
     bench.run(Duration::from_millis(1));
@@ -100,7 +100,7 @@ fn the_answer_to_identify_waits_as_the_address_says() {
 }
 
 #[test]
-fn get_tells_values_and_what_it_does_not_know() {
+fn get_reports_values_and_unknown_elements() {
     let mut bench = Bench::new();
     let unknown = Element { option: 2, suboption: 99 };
     let request = Dcp::get(3, [Element::NAME_OF_STATION, unknown, Element::DHCP_CLASS, Element::MAC].into());
@@ -117,7 +117,7 @@ fn get_tells_values_and_what_it_does_not_know() {
 }
 
 #[test]
-fn a_service_that_is_none_is_not_supported() {
+fn an_unknown_service_is_not_supported() {
     let mut bench = Bench::new();
     let mut request = Dcp::get(3, Vec::new());
     request.service_id = wire::profinet::dcp::ServiceId(9);
@@ -137,7 +137,7 @@ fn a_service_that_is_none_is_not_supported() {
 #[case::broadcast(address([10, 255, 255, 255], [255, 0, 0, 0], [0; 4]), BlockError::SUBOPTION_NOT_SET)]
 #[case::gateway_elsewhere(address([10, 0, 0, 7], [255, 0, 0, 0], [11, 0, 0, 1]), BlockError::SUBOPTION_NOT_SET)]
 #[case::signal(Value::Signal(0x0100), BlockError::OK)]
-#[case::odd_signal(Value::Signal(0x0200), BlockError::SUBOPTION_NOT_SET)]
+#[case::unknown_signal(Value::Signal(0x0200), BlockError::SUBOPTION_NOT_SET)]
 #[case::factory_reset(Value::FactoryReset, BlockError::OK)]
 #[case::read_only(Value::Mac(CONTROLLER), BlockError::SUBOPTION_NOT_SUPPORTED)]
 #[case::dhcp(Value::Dhcp { option: 12, octets: Vec::new() }, BlockError::OPTION_NOT_SUPPORTED)]
@@ -152,18 +152,18 @@ fn set_is_answered(#[case] value: Value, #[case] error: BlockError) {
 #[rstest]
 #[case::permanent(BlockQualifier::PERMANENT, b"new".as_slice())]
 #[case::temporary(BlockQualifier::TEMPORARY, b"")]
-fn a_temporary_name_is_gone_after_the_next_start(#[case] qualifier: BlockQualifier, #[case] afterwards: &[u8]) {
+fn a_temporary_name_is_lost_at_the_next_start(#[case] qualifier: BlockQualifier, #[case] afterwards: &[u8]) {
     let mut bench = Bench::new();
     bench.dcp(&Dcp::set(3, [Block::set(qualifier, name("new"))].into()), DEVICE);
-    let ask =
+    let get_name =
         |bench: &mut Bench| bench.dcp(&Dcp::get(4, [Element::NAME_OF_STATION].into()), DEVICE)[0].blocks().to_vec();
-    assert_eq!(ask(&mut bench), [Block::tell(BlockInfo::NONE, name("new"))]);
+    assert_eq!(get_name(&mut bench), [Block::tell(BlockInfo::NONE, name("new"))]);
     assert_eq!(bench.device.application().stored.name, afterwards);
-    assert_eq!(bench.device.application().stored.ip, [192, 168, 0, 10], "what was not set stays");
+    assert_eq!(bench.device.application().stored.ip, [192, 168, 0, 10], "other elements keep their values");
     bench.device.power(bench.now, false);
     bench.device.power(bench.now, true);
     bench.run(Duration::from_secs(2));
-    assert_eq!(ask(&mut bench), [Block::tell(BlockInfo::NONE, Value::NameOfStation(afterwards.to_vec()))]);
+    assert_eq!(get_name(&mut bench), [Block::tell(BlockInfo::NONE, Value::NameOfStation(afterwards.to_vec()))]);
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn a_transaction_takes_effect_at_its_end() {
     bench.dcp(&set(name("late")), DEVICE);
     bench.run(Duration::from_secs(3));
     bench.dcp(&set(Value::Stop), DEVICE);
-    assert_eq!(bench.device.application().stored.name, b"new", "a transaction without an end is forgotten");
+    assert_eq!(bench.device.application().stored.name, b"new", "a transaction without Stop times out");
 }
 
 #[rstest]
@@ -203,7 +203,7 @@ fn changes_end_a_connection(#[case] value: Value, #[case] reason: Option<AbortRe
 #[case::communication(ResetMode::COMMUNICATION, BlockError::OK)]
 #[case::not_of_this_device(ResetMode::ENGINEERING, BlockError::SUBOPTION_NOT_SET)]
 #[case::not_of_any_device(ResetMode(0), BlockError::SUBOPTION_NOT_SET)]
-fn a_reset_blanks_what_it_says(#[case] mode: ResetMode, #[case] error: BlockError) {
+fn a_reset_clears_the_data_of_its_mode(#[case] mode: ResetMode, #[case] error: BlockError) {
     let mut bench = Bench::new();
     let answers = bench.dcp(&Dcp::reset_to_factory(3, mode), DEVICE);
     assert_eq!(answers[0].blocks(), [Block::outcome(Element::RESET_TO_FACTORY, error)]);
@@ -215,7 +215,7 @@ fn a_reset_blanks_what_it_says(#[case] mode: ResetMode, #[case] error: BlockErro
 }
 
 #[test]
-fn the_light_flashes_for_three_seconds() {
+fn the_led_flashes_for_three_seconds() {
     let mut bench = Bench::new();
     assert!(!bench.device.is_signalling(bench.now));
     bench.dcp(&Dcp::signal(3), DEVICE);
@@ -227,7 +227,7 @@ fn the_light_flashes_for_three_seconds() {
 
 #[test]
 fn arp_and_ping_are_answered() {
-    // An ICMP echo request of 8 octets of data from 192.168.0.1, as ping sends it.
+    // An ICMP echo request of 8 bytes of data from 192.168.0.1, as ping sends it.
     let packet = [
         0x45, 0x00, 0x00, 0x24, 0x12, 0x34, 0x40, 0x00, 0x40, 0x01, 0xa7, 0x49, 192, 168, 0, 1, 192, 168, 0, 10, 0x08,
         0x00, 0xb3, 0x97, 0x00, 0x01, 0x00, 0x01, 1, 2, 3, 4, 0x10, 0x20, 0x30, 0x40,
@@ -253,7 +253,7 @@ fn arp_and_ping_are_answered() {
 }
 
 #[test]
-fn lldp_every_five_seconds() {
+fn lldp_is_sent_every_five_seconds() {
     let mut bench = Bench::new();
     bench.run(Duration::from_secs(11));
     let frames = bench.take();

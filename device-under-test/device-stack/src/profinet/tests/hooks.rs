@@ -1,4 +1,4 @@
-//! A deviation at each hook of the stack, and what a controller notices of it.
+//! One deviation at each hook of the stack, observed by a controller.
 
 use super::bench::*;
 use super::toy::Toy;
@@ -15,13 +15,14 @@ use wire::profinet::dcp::Value;
 use wire::profinet::rpc::Header;
 use wire::profinet::status::RecordError;
 
-/// Does something with a device, and says whether it did its duty.
+/// Runs a device and returns whether it meets one requirement.
 type Trial = fn(&mut Bench) -> bool;
 
 fn deviating(hooks: impl StackHooks + 'static) -> Bench {
     Bench::with(Toy::new(), Attached::new(Rc::new(RefCell::new(hooks))))
 }
 
+/// Flips the decisions for which the function returns `Some`.
 struct Decides(fn(StackCheck<'_>) -> Option<bool>);
 
 impl StackHooks for Decides {
@@ -31,28 +32,28 @@ impl StackHooks for Decides {
 }
 
 #[rstest]
-#[case::addressed(|check: StackCheck<'_>| matches!(check, StackCheck::Addressed(_)).then_some(true), duties::sets_of_others_are_passed_over)]
+#[case::addressed(|check: StackCheck<'_>| matches!(check, StackCheck::Addressed(_)).then_some(true), duties::sets_for_other_devices_are_ignored)]
 #[case::asked_name(|check: StackCheck<'_>| matches!(check, StackCheck::AskedName(..)).then_some(true), duties::whole_name_is_compared)]
 #[case::input_length(|check: StackCheck<'_>| matches!(check, StackCheck::OutputLength(_)).then_some(true), duties::output_length_is_compared)]
 #[case::inputs_ready(|check: StackCheck<'_>| (check == StackCheck::InputsReady).then_some(true), duties::inputs_are_bad_at_first)]
 #[case::takes_outputs(|check: StackCheck<'_>| (check == StackCheck::TakesOutputs).then_some(false), duties::outputs_have_a_consumer_status)]
 #[case::provider_status(|check: StackCheck<'_>| matches!(check, StackCheck::ProviderStatus(_)).then_some(true), duties::bad_status_makes_outputs_bad)]
 #[case::too_long(|check: StackCheck<'_>| (check == StackCheck::TooLong).then_some(false), duties::record_is_cut)]
-#[case::room(|check: StackCheck<'_>| matches!(check, StackCheck::Room { .. }).then_some(false), duties::connections_come_and_go)]
+#[case::connection_limit(|check: StackCheck<'_>| matches!(check, StackCheck::Room { .. }).then_some(false), duties::connections_come_and_go)]
 #[case::class_3(|check: StackCheck<'_>| matches!(check, StackCheck::IocrField(_, 7)).then_some(true), duties::class_3_is_refused)]
 #[case::advanced(|check: StackCheck<'_>| matches!(check, StackCheck::ArField(_, 9)).then_some(false), personas::advanced)]
 #[case::phase(|check: StackCheck<'_>| matches!(check, StackCheck::IocrField(_, 12)).then_some(false), personas::second_phase)]
-#[case::passed_over(|check: StackCheck<'_>| matches!(check, StackCheck::PassedOver(_)).then_some(false), personas::fast_start_up)]
+#[case::ignored_block(|check: StackCheck<'_>| matches!(check, StackCheck::PassedOver(_)).then_some(false), personas::fast_start_up)]
 #[case::frame_id(|check: StackCheck<'_>| matches!(check, StackCheck::FrameId(_)).then_some(false), personas::proposed_frame_id)]
-#[case::gives_way(|check: StackCheck<'_>| (check == StackCheck::GivesWay).then_some(false), personas::again_with_the_same_uuid)]
+#[case::replaces(|check: StackCheck<'_>| (check == StackCheck::GivesWay).then_some(false), personas::again_with_the_same_uuid)]
 #[case::ends(|check: StackCheck<'_>| matches!(check, StackCheck::Ends(_)).then_some(false), personas::a_reset_ends_the_connection)]
-#[case::outputs_end(|check: StackCheck<'_>| (check == StackCheck::OutputsEnd).then_some(false), personas::outputs_go_with_the_connection)]
-#[case::plugged(|check: StackCheck<'_>| matches!(check, StackCheck::Plugged(_)).then_some(false), personas::im0_is_there)]
-fn a_check_is_flipped(#[case] decides: fn(StackCheck<'_>) -> Option<bool>, #[case] does_its_duty: Trial) {
-    assert!(!does_its_duty(&mut deviating(Decides(decides))));
+#[case::outputs_end(|check: StackCheck<'_>| (check == StackCheck::OutputsEnd).then_some(false), personas::outputs_end_with_the_connection)]
+#[case::plugged(|check: StackCheck<'_>| matches!(check, StackCheck::Plugged(_)).then_some(false), personas::has_im0)]
+fn a_check_is_flipped(#[case] decides: fn(StackCheck<'_>) -> Option<bool>, #[case] meets_it: Trial) {
+    assert!(!meets_it(&mut deviating(Decides(decides))));
 }
 
-/// Deviates at the one seam of this name.
+/// Deviates at the seam of this name only.
 struct At(&'static str);
 
 impl StackHooks for At {
@@ -140,33 +141,33 @@ impl StackHooks for At {
 }
 
 #[rstest]
-#[case("comes", duties::own_type_is_told)]
-#[case("goes", duties::own_type_is_told)]
-#[case("access", personas::im0_is_there)]
+#[case("comes", duties::filter_by_type_matches)]
+#[case("goes", duties::filter_by_type_matches)]
+#[case("access", personas::has_im0)]
 #[case("read", duties::unknown_index_is_refused)]
 #[case("written", duties::missing_im_is_refused)]
-#[case("element", duties::tells_its_name_as_it_is)]
+#[case("element", duties::reports_its_name)]
 #[case("mac", duties::has_its_own_mac)]
 #[case("load", duties::uses_the_stored_address)]
 #[case("set", duties::mask_is_taken)]
-#[case("plugs", personas::im0_is_there)]
+#[case("plugs", personas::has_im0)]
 #[case("difference", personas::nothing_differs)]
-#[case("hold", duties::missing_outputs_are_noticed)]
+#[case("hold", duties::missing_outputs_are_detected)]
 #[case("diagnosis", duties::problem_is_indicated)]
-fn a_seam_is_used(#[case] seam: &'static str, #[case] does_its_duty: Trial) {
-    assert!(does_its_duty(&mut deviating(At("none"))), "no deviation");
-    assert!(!does_its_duty(&mut deviating(At(seam))), "a deviation");
+fn a_seam_is_used(#[case] seam: &'static str, #[case] meets_it: Trial) {
+    assert!(meets_it(&mut deviating(At("none"))), "no deviation");
+    assert!(!meets_it(&mut deviating(At(seam))), "a deviation");
 }
 
 #[test]
-fn all_connections_end_when_a_deviation_says_so() {
+fn a_deviation_can_end_all_connections() {
     let mut bench = deviating(At("aborts"));
     assert!(bench.connect(&full_connect()).0.is_ok());
     assert!(super::connection::abort(&bench.take()).is_some());
 }
 
 #[test]
-fn a_call_can_be_spoilt() {
+fn a_deviation_can_change_a_call() {
     let mut bench = deviating(At("call"));
     let header = bench.header(wire::profinet::rpc::Opnum::CONNECT);
     let (answer, _) = bench.call(&header, &[0; 20]).unwrap();

@@ -1,5 +1,5 @@
-//! The stack against scripted frames: a toy encoder behind it, a hand-driven controller before it.
-#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+//! Tests of the stack with a toy application and a scripted controller.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod alarms;
 mod bench;

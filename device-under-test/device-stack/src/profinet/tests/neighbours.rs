@@ -1,4 +1,4 @@
-//! Interface, ports and neighbours: what is announced, what is kept, and what records tell of it.
+//! Interface, ports and neighbours: LLDP announcements, and the records about them.
 
 use super::bench::*;
 use super::records::{implicit, read};
@@ -16,8 +16,8 @@ use wire::profinet::dcp::{Block, BlockQualifier, Dcp, Value};
 const PORT: (u32, u16, u16) = (0, 0, 0x8001);
 const INTERFACE: (u32, u16, u16) = (0, 0, 0x8000);
 
-/// LLDP of a neighbour, chassis and port as it says them.
-fn hear(bench: &mut Bench, chassis: (u8, &[u8]), port: &str, mac: Option<Mac>) {
+/// Sends the LLDP announcement of a neighbour with this chassis and port.
+fn announce(bench: &mut Bench, chassis: (u8, &[u8]), port: &str, mac: Option<Mac>) {
     let mut tlvs = Vec::from([
         Tlv::ChassisId { subtype: chassis.0, id: chassis.1.to_vec() },
         Tlv::PortId { subtype: Tlv::LOCALLY_ASSIGNED, id: port.into() },
@@ -35,12 +35,12 @@ fn peers(bench: &mut Bench) -> Vec<Peer> {
     PortDataReal::parse(&octets).unwrap().peers
 }
 
-/// dot3MauType 16 is 100BASE-TX full duplex (RFC 4836); link state 1 is up, medium 1 is copper, as in a capture of a real
-/// device that tells of its ports.
+/// dot3MauType 16 is 100BASE-TX full duplex (RFC 4836). Link state 1 is up and media type 1 is copper, as in a
+/// capture of a real device that reports its ports.
 #[test]
-fn a_port_is_told_with_its_neighbour() {
+fn a_port_is_reported_with_its_neighbour() {
     let mut bench = Bench::new();
-    hear(&mut bench, (Tlv::LOCALLY_ASSIGNED, b"switch"), "port-003", Some(Mac([2, 0, 0, 0, 9, 9])));
+    announce(&mut bench, (Tlv::LOCALLY_ASSIGNED, b"switch"), "port-003", Some(Mac([2, 0, 0, 0, 9, 9])));
     let (status, octets) = implicit(&mut bench, PORT, 0x802A);
     assert!(status.is_ok());
     let port = PortDataReal::parse(&octets).unwrap();
@@ -52,32 +52,32 @@ fn a_port_is_told_with_its_neighbour() {
 
 #[rstest]
 #[case::name_in_the_chassis(7, b"switch", "port-003", "port-003", "switch")]
-#[case::name_behind_the_port(7, b"a long description", "port-003.switch-1", "port-003", "switch-1")]
+#[case::name_after_the_port(7, b"a long description", "port-003.switch-1", "port-003", "switch-1")]
 #[case::nameless(4, &[2, 0, 0, 0, 0, 1], "port-003", "port-003", "02-00-00-00-00-01")]
-fn neighbours_are_kept_as_they_name_themselves(
+fn the_name_of_a_neighbour_comes_from_its_announcement(
     #[case] subtype: u8,
     #[case] chassis: &[u8],
-    #[case] said: &str,
+    #[case] port_id: &str,
     #[case] port: &str,
     #[case] name: &str,
 ) {
     let mut bench = Bench::new();
     assert_eq!(peers(&mut bench), []);
-    hear(&mut bench, (subtype, chassis), said, None);
+    announce(&mut bench, (subtype, chassis), port_id, None);
     let peers = peers(&mut bench);
     assert_eq!(peers.len(), 1);
     assert_eq!((peers[0].port.as_slice(), peers[0].chassis.as_slice()), (port.as_bytes(), name.as_bytes()));
-    assert_eq!(peers[0].mac, CONTROLLER, "the sender, where the announcement does not say another one");
+    assert_eq!(peers[0].mac, CONTROLLER, "the sender, if the announcement contains no ChassisMac");
 }
 
 #[test]
-fn interface_and_ports_are_told_together() {
+fn one_record_reports_interface_and_ports() {
     let mut bench = Bench::new();
     let (status, octets) = implicit(&mut bench, (0, 0, 1), 0xF841);
     assert!(status.is_ok());
     let blocks = MultipleBlock::parse_record(&octets).unwrap();
-    let places: Vec<_> = blocks.iter().map(|block| (block.api, block.slot, block.subslot)).collect();
-    assert_eq!(places, [(0, 0, 0x8000), (0, 0, 0x8001), (0, 0, 0x8002)]);
+    let addresses: Vec<_> = blocks.iter().map(|block| (block.api, block.slot, block.subslot)).collect();
+    assert_eq!(addresses, [(0, 0, 0x8000), (0, 0, 0x8001), (0, 0, 0x8002)]);
     let interface = InterfaceDataReal::parse(&blocks[0].blocks).unwrap();
     assert_eq!((interface.chassis.as_slice(), interface.mac), (&b"toy"[..], DEVICE));
     assert_eq!(interface.address, Ipv4Addr::new(192, 168, 0, 10));
@@ -92,16 +92,16 @@ fn interface_and_ports_are_told_together() {
 #[case::port_of_the_interface(INTERFACE, 0x802A)]
 #[case::interface_of_a_port(PORT, 0x8080)]
 #[case::second_port((0, 0, 0x8002), 0x802A)]
-fn what_is_not_there_is_refused(#[case] place: (u32, u16, u16), #[case] index: u16) {
+fn records_of_missing_submodules_are_refused(#[case] place: (u32, u16, u16), #[case] index: u16) {
     let mut toy = Toy::new();
     toy.identity.ports = 1;
     let mut bench = Bench::of(toy);
     assert!(!implicit(&mut bench, place, index).0.is_ok());
-    assert!(implicit(&mut bench, PORT, 0x802A).0.is_ok(), "the only port is there");
+    assert!(implicit(&mut bench, PORT, 0x802A).0.is_ok(), "the only port has the record");
 }
 
 #[test]
-fn a_record_of_the_port_is_read_within_a_connection_too() {
+fn a_record_of_the_port_can_be_read_within_a_connection() {
     let mut bench = Bench::new();
     bench.start();
     assert!(read(&mut bench, PORT, 0x802A).0.is_ok());
@@ -131,12 +131,12 @@ fn a_new_name_is_announced_at_once() {
     assert_eq!(lldp.tlvs[0], Tlv::ChassisId { subtype: 7, id: b"new".to_vec() });
 }
 
-/// RFC 5227: a probe comes from 0.0.0.0, and who has the address answers it.
+/// RFC 5227: an ARP probe comes from 0.0.0.0, and the station with the address answers it.
 #[rstest]
 #[case::own([192, 168, 0, 10], 1)]
 #[case::of_another([192, 168, 0, 11], 0)]
 #[case::none([0; 4], 0)]
-fn probes_for_the_own_address_are_answered(#[case] target: [u8; 4], #[case] answers: usize) {
+fn probes_for_the_address_of_the_device_are_answered(#[case] target: [u8; 4], #[case] answers: usize) {
     let mut bench = Bench::new();
     bench.take();
     let probe = Arp::request(CONTROLLER, Ipv4Addr::UNSPECIFIED, target.into());

@@ -1,4 +1,4 @@
-//! Controllers of the field and what each does in its own way: a conforming device takes all of it.
+//! Peculiarities of controllers in the field. A conforming device accepts all of them.
 
 use super::bench::*;
 use super::connection::abort;
@@ -68,7 +68,7 @@ pub fn alarms_second(bench: &mut Bench) -> bool {
     bench.connect(&Connect::of(blocks)).0.is_ok()
 }
 
-/// Blocks 0x010B and 0x0601 with three octets each, as a controller offers fast start-up.
+/// Adds blocks 0x010B and 0x0601 with three bytes each, by which a controller offers fast start-up.
 pub fn fast_start_up(bench: &mut Bench) -> bool {
     let mut octets = full_connect().to_vec();
     for kind in [0x010B_u16, 0x0601] {
@@ -78,7 +78,7 @@ pub fn fast_start_up(bench: &mut Bench) -> bool {
     bench.operate(Opnum::CONNECT, &octets).0.is_ok()
 }
 
-/// Sends outputs under `frame_id`, and says whether they were taken.
+/// Sends outputs with `frame_id`, and returns whether they were consumed.
 fn takes_outputs(bench: &mut Bench, frame_id: u16, is_tagged: bool) -> bool {
     bench.prm_end();
     bench.run(Duration::from_millis(6));
@@ -136,12 +136,12 @@ pub fn nothing_differs(bench: &mut Bench) -> bool {
     bench.connect(&full_connect()).1.block(BlockType::MODULE_DIFF).is_none()
 }
 
-pub fn told_device(bench: &mut Bench) -> bool {
+pub fn reports_its_ids(bench: &mut Bench) -> bool {
     let answers = bench.dcp(&Dcp::get(3, [Element::DEVICE_ID].into()), DEVICE);
     answers[0].blocks()[0].value == Value::DeviceId { vendor_id: 0x0239, device_id: 1 }
 }
 
-pub fn im0_is_there(bench: &mut Bench) -> bool {
+pub fn has_im0(bench: &mut Bench) -> bool {
     super::records::implicit(bench, (0, 0, 1), 0xAFF0).0.is_ok()
 }
 
@@ -154,13 +154,13 @@ pub fn a_reset_ends_the_connection(bench: &mut Bench) -> bool {
     abort(&bench.take()).is_some()
 }
 
-pub fn outputs_go_with_the_connection(bench: &mut Bench) -> bool {
+pub fn outputs_end_with_the_connection(bench: &mut Bench) -> bool {
     bench.start();
     bench.release();
     bench.device.application().outputs.is_none()
 }
 
-pub fn inputs_go_on_with_bad_outputs(bench: &mut Bench) -> bool {
+pub fn inputs_continue_with_bad_outputs(bench: &mut Bench) -> bool {
     bench.start();
     bench.output_frame(&[0; 40], DataStatus::HEALTHY, 0);
     let before = bench.device.application().inputs;
@@ -168,7 +168,7 @@ pub fn inputs_go_on_with_bad_outputs(bench: &mut Bench) -> bool {
     bench.device.application().inputs != before
 }
 
-/// Two submodules with outputs, of which the second one's status is bad.
+/// Two submodules with outputs; the IOPS of the second one is bad.
 pub fn a_bad_status_concerns_one_submodule(bench: &mut Bench) -> bool {
     let mut modules = modules();
     modules.push(module(0, 2, 0x21, alloc::vec![submodule(1, 0x211, SubmoduleType::OUTPUT, 0, 2)]));
@@ -176,7 +176,7 @@ pub fn a_bad_status_concerns_one_submodule(bench: &mut Bench) -> bool {
     bench.prm_end();
     bench.run(Duration::from_millis(6));
     let mut data = [0x80; 40];
-    // The octets of the telegram are followed by its status; whichever octets come later are bad.
+    // The IOPS of the telegram follows its data; every later status byte is bad.
     data[5..].fill(0);
     bench.output_frame(&data, DataStatus::HEALTHY, 0);
     bench.device.application().outputs.is_some()
@@ -196,18 +196,18 @@ pub fn a_bad_status_concerns_one_submodule(bench: &mut Bench) -> bool {
 #[case::new_uuid(again_with_a_new_uuid)]
 #[case::multiple(several_records)]
 #[case::proper_modules(nothing_differs)]
-#[case::told_ids(told_device)]
-#[case::im0(im0_is_there)]
+#[case::device_id(reports_its_ids)]
+#[case::im0(has_im0)]
 #[case::reset(a_reset_ends_the_connection)]
-#[case::outputs(outputs_go_with_the_connection)]
-#[case::inputs(inputs_go_on_with_bad_outputs)]
+#[case::outputs(outputs_end_with_the_connection)]
+#[case::inputs(inputs_continue_with_bad_outputs)]
 #[case::outputs_apart(a_bad_status_concerns_one_submodule)]
-fn a_device_takes(#[case] is_taken: Trial) {
-    assert!(is_taken(&mut Bench::new()));
+fn a_device_accepts(#[case] is_accepted: Trial) {
+    assert!(is_accepted(&mut Bench::new()));
 }
 
 #[test]
-fn another_controller_does_not_push_the_first_one_out() {
+fn a_second_controller_does_not_replace_the_first_one() {
     let mut bench = Bench::new();
     bench.start();
     let mut connect = full_connect();
@@ -219,27 +219,28 @@ fn another_controller_does_not_push_the_first_one_out() {
 }
 
 #[test]
-fn class_3_is_not_passed_over() {
+fn class_3_is_not_ignored() {
     let mut bench = Bench::new();
     let mut octets = full_connect().to_vec();
     octets.put(&[0x01, 0x09, 0, 4, 1, 0, 0, 0]);
     assert!(!bench.operate(Opnum::CONNECT, &octets).0.is_ok());
 }
 
-/// The address of a port counts on from that of the device (invented); the announcement comes from port 1.
+/// The MAC address of a port is that of the device plus the port number (invented). The announcement comes from port
+/// 1.
 #[test]
-fn neighbours_hear_the_port_and_are_told_the_device() {
+fn an_announcement_comes_from_the_port_and_names_the_device() {
     assert_eq!(port_mac(Mac([2, 0, 0, 0, 0xFF, 0xFF]), 2), Mac([2, 0, 0, 1, 0, 1]));
     let mut bench = Bench::new();
     bench.run(Duration::from_millis(1));
     let frames = bench.take();
-    let heard: Vec<_> = frames
+    let announced: Vec<_> = frames
         .iter()
         .filter_map(|frame| FrameHeader::parse(frame).ok())
         .filter(|(header, _)| header.ether_type == EtherType::LLDP)
         .map(|(header, payload)| (header.source, Lldp::parse(payload).unwrap()))
         .collect();
-    let [(source, lldp)] = &heard[..] else { panic!("one announcement, for there is one cable") };
+    let [(source, lldp)] = &announced[..] else { panic!("expected one announcement, at the only cable") };
     assert_eq!(*source, Mac([2, 0, 0, 0, 1, 1]));
     assert!(lldp.tlvs.contains(&Tlv::ChassisMac(DEVICE)));
 }

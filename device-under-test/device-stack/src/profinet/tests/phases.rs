@@ -1,4 +1,4 @@
-//! The table of phases, whole.
+//! The complete table of phases and events.
 
 use crate::profinet::phase::{Event, Phase};
 use alloc::format;

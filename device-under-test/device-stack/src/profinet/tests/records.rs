@@ -1,4 +1,4 @@
-//! Records: of the stack, of the encoder, and of nobody.
+//! Records of the stack, records of the application, and unknown records.
 
 use super::bench::*;
 use super::toy::API;
@@ -53,9 +53,9 @@ const TELEGRAM: (u32, u16, u16) = (API, 1, 2);
 const HEAD: (u32, u16, u16) = (0, 0, 1);
 
 #[rstest]
-#[case::of_the_encoder(TELEGRAM, 0x100, 0)]
-#[case::nobodys(TELEGRAM, 0x101, 0xDE80_B000)]
-#[case::nobodys_of_the_device(HEAD, 0xFBFF, 0xDE80_B000)]
+#[case::of_the_application(TELEGRAM, 0x100, 0)]
+#[case::unknown(TELEGRAM, 0x101, 0xDE80_B000)]
+#[case::unknown_of_the_device(HEAD, 0xFBFF, 0xDE80_B000)]
 #[case::no_subslot((API, 1, 9), 0x100, 0xDE80_B200)]
 #[case::no_slot((API, 9, 2), 0x100, 0xDE80_B200)]
 #[case::no_api((5, 1, 2), 0x100, 0xDE80_B400)]
@@ -69,10 +69,10 @@ fn reads_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[case
 }
 
 #[rstest]
-#[case::of_the_encoder(TELEGRAM, 0x100, 0)]
-#[case::nobodys(TELEGRAM, 0x101, 0xDF80_B000)]
+#[case::of_the_application(TELEGRAM, 0x100, 0)]
+#[case::unknown(TELEGRAM, 0x101, 0xDF80_B000)]
 #[case::read_only(HEAD, 0xAFF0, 0xDF80_B600)]
-#[case::no_place((API, 1, 9), 0x100, 0xDF80_B200)]
+#[case::no_subslot((API, 1, 9), 0x100, 0xDF80_B200)]
 fn writes_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[case] status: u32) {
     let mut bench = Bench::new();
     bench.start();
@@ -82,7 +82,7 @@ fn writes_are_answered(#[case] place: (u32, u16, u16), #[case] index: u16, #[cas
 }
 
 #[test]
-fn a_record_is_cut_to_the_length_asked_for() {
+fn a_record_is_truncated_to_the_requested_length() {
     let mut bench = Bench::new();
     bench.start();
     let record = read_at_most(&mut bench, 3, header(AR, TELEGRAM, 0x100), Opnum::READ);
@@ -90,7 +90,7 @@ fn a_record_is_cut_to_the_length_asked_for() {
 }
 
 #[test]
-fn several_records_at_once_each_with_its_own_answer() {
+fn write_multiple_answers_each_record() {
     let mut bench = Bench::new();
     bench.start();
     let one = |index, data: &[u8]| WriteRequest::of(header(AR, TELEGRAM, index), data.to_vec());
@@ -145,7 +145,7 @@ fn texts_survive_a_loss_of_power() {
 #[case::expected_subslot(0x8000, TELEGRAM, 1)]
 #[case::expected_slot(0xC000, HEAD, 4)]
 #[case::expected_connection(0xE000, HEAD, 6)]
-fn what_is_there_and_what_is_expected(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] count: usize) {
+fn real_and_expected_identification(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] count: usize) {
     let mut bench = Bench::new();
     bench.start();
     let (status, record) = read(&mut bench, place, index);
@@ -159,12 +159,12 @@ fn what_is_there_and_what_is_expected(#[case] index: u16, #[case] place: (u32, u
         .collect();
     assert_eq!(subslots.len(), count);
     if place == TELEGRAM && index != 0xC000 {
-        assert!(subslots.iter().any(|subslot| subslot.submodule_ident == 83), "what the Connect has plugged");
+        assert!(subslots.iter().any(|subslot| subslot.submodule_ident == 83), "the Connect has plugged the submodule");
     }
 }
 
 #[test]
-fn records_about_a_connection_need_one() {
+fn records_with_connection_scope_need_a_connection() {
     let mut bench = Bench::new();
     assert_eq!(implicit(&mut bench, HEAD, 0xE001).0, PnioStatus::from(0xDE80_B800));
     assert_eq!(read(&mut bench, HEAD, 0xE001).0, PnioStatus::from(0xDE81_4005));
@@ -182,7 +182,7 @@ fn records_about_a_connection_need_one() {
 }
 
 #[test]
-fn the_apis_of_the_device() {
+fn the_record_of_the_apis() {
     let mut bench = Bench::new();
     assert_eq!(ApiData::parse(&implicit(&mut bench, (0, 0, 0), 0xF821).1).unwrap().apis, [0, API]);
 }
@@ -195,7 +195,7 @@ fn the_apis_of_the_device() {
 #[case::api(0xF00A, TELEGRAM, 1)]
 #[case::another_api(0xF00A, HEAD, 0)]
 #[case::device(0xF80C, HEAD, 1)]
-fn what_is_wrong(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] count: usize) {
+fn diagnosis_records(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] count: usize) {
     let mut bench = Bench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
@@ -207,7 +207,7 @@ fn what_is_wrong(#[case] index: u16, #[case] place: (u32, u16, u16), #[case] cou
 }
 
 #[test]
-fn all_records_are_read_by_tshark() {
+fn tshark_dissects_all_records() {
     let mut bench = Bench::new();
     bench.start();
     bench.device.application_mut().change(0x9001, true);
@@ -227,17 +227,17 @@ fn all_records_are_read_by_tshark() {
 #[case::version_high(4, 2, 0xDE81_0802)]
 #[case::version_low(5, 1, 0xDE81_0803)]
 #[case::unknown_connection(8, 9, 0xDE81_4005)]
-fn wrong_heads_of_reads(#[case] at: usize, #[case] octet: u8, #[case] status: u32) {
+fn a_wrong_read_header_is_refused(#[case] at: usize, #[case] byte: u8, #[case] status: u32) {
     let mut bench = Bench::new();
     bench.start();
     let mut blocks = Vec::new();
     ReadRequest { header: header(AR, TELEGRAM, 0x100), ..ReadRequest::default() }.write(&mut blocks);
-    blocks[at] = octet;
+    blocks[at] = byte;
     assert_eq!(bench.operate(Opnum::READ, &blocks).0, PnioStatus::from(status));
 }
 
 #[test]
-fn a_write_whose_length_is_not_that_of_its_data() {
+fn a_write_with_a_wrong_length_is_refused() {
     let mut bench = Bench::new();
     bench.start();
     let mut blocks = Vec::new();
@@ -249,7 +249,7 @@ fn a_write_whose_length_is_not_that_of_its_data() {
 }
 
 #[test]
-fn a_connection_for_records_alone_reads_and_writes() {
+fn a_connection_for_records_only_reads_and_writes() {
     let mut bench = Bench::new();
     assert_eq!(bench.connect(&access_connect(AR)).0, PnioStatus::OK);
     assert_eq!(write(&mut bench, TELEGRAM, 0x100, &[8]), PnioStatus::OK);

@@ -1,4 +1,4 @@
-//! Connect with one thing wrong: which status says so.
+//! Connect with one invalid field, and the status of the refusal.
 
 use super::bench::*;
 use alloc::vec::Vec;
@@ -12,7 +12,7 @@ use wire::profinet::blocks::connect::{
 use wire::profinet::rpc::{Opnum, Uuid};
 use wire::profinet::status::PnioStatus;
 
-/// The answer to a Connect whose contents were spoilt: its status, as octets.
+/// The status, as bytes, of a Connect that `spoil` has changed.
 fn answer(spoil: impl FnOnce(&mut Vec<Content>)) -> [u8; 4] {
     let mut bench = Bench::new();
     let mut contents = connect_blocks(&modules());
@@ -48,7 +48,7 @@ fn alarms(spoil: impl FnOnce(&mut AlarmCrBlockReq)) -> [u8; 4] {
     })
 }
 
-/// Spoils the module of the encoder, both in what is expected and in nothing else.
+/// Changes the expected module of the encoder and nothing else.
 fn expected(spoil: impl FnOnce(&mut ExpectedModule)) -> [u8; 4] {
     answer(|contents| {
         if let Content::ExpectedSubmodule(block) = &mut contents[4] {
@@ -58,7 +58,7 @@ fn expected(spoil: impl FnOnce(&mut ExpectedModule)) -> [u8; 4] {
 }
 
 #[test]
-fn nothing_is_wrong_with_the_connect_that_is_spoilt() {
+fn the_unchanged_connect_is_accepted() {
     assert_eq!(answer(|_| {}), [0; 4]);
 }
 
@@ -113,14 +113,14 @@ fn a_wrong_ar_block(#[case] spoil: fn(&mut ArBlockReq), #[case] field: u8) {
 #[case::slot(|iocr: &mut IocrBlockReq| iocr.apis[0].io_data_objects[0].slot_number = 9, 22)]
 #[case::subslot(|iocr: &mut IocrBlockReq| iocr.apis[1].io_data_objects[1].subslot_number = 9, 23)]
 #[case::overlap(|iocr: &mut IocrBlockReq| iocr.apis[0].io_data_objects[1].frame_offset = 2, 24)]
-#[case::behind_the_data(|iocr: &mut IocrBlockReq| iocr.apis[1].io_data_objects[0].frame_offset = 24, 24)]
+#[case::beyond_the_data(|iocr: &mut IocrBlockReq| iocr.apis[1].io_data_objects[0].frame_offset = 24, 24)]
 #[case::status_missing(|iocr: &mut IocrBlockReq| iocr.apis[1].iocs.clear(), 25)]
 #[case::status_slot(|iocr: &mut IocrBlockReq| iocr.apis[1].iocs[0].slot_number = 9, 26)]
 #[case::status_subslot(|iocr: &mut IocrBlockReq| iocr.apis[1].iocs[0].subslot_number = 1, 27)]
 #[case::status_overlap(|iocr: &mut IocrBlockReq| iocr.apis[1].iocs[0].frame_offset = 16, 28)]
 fn a_wrong_iocr_block(#[case] spoil: fn(&mut IocrBlockReq), #[case] field: u8) {
     let spoil_input = |iocr: &mut IocrBlockReq| {
-        // The telegram first, so that the cases above can name it: the API of slot 0 is the first one.
+        // Sorts by API, so that the cases above can use fixed indices: slot 0 is first, the telegram second.
         iocr.apis.sort_by_key(|api| api.api);
         spoil(iocr);
     };
@@ -137,7 +137,7 @@ fn a_wrong_iocr_block(#[case] spoil: fn(&mut IocrBlockReq), #[case] field: u8) {
     iocr.iocr_properties = RtClass::RT_CLASS_1.into();
     iocr.frame_id = 0xC001;
 })]
-fn an_iocr_block_at_its_limits(#[case] change: fn(&mut IocrBlockReq)) {
+fn an_iocr_block_at_its_limits_is_accepted(#[case] change: fn(&mut IocrBlockReq)) {
     assert_eq!(iocrs(IocrType::INPUT, change), [0; 4]);
 }
 
@@ -184,12 +184,12 @@ fn a_wrong_alarm_cr_block(#[case] spoil: fn(&mut AlarmCrBlockReq), #[case] field
 #[case::two_inputs(|contents: &mut Vec<Content>| {
     contents.push(Content::IocrReq(IocrBlockReq { iocr_reference: 3, ..iocr(IocrType::INPUT) }));
 }, 7)]
-fn wrong_numbers_of_blocks(#[case] spoil: fn(&mut Vec<Content>), #[case] error: u8) {
+fn a_wrong_number_of_blocks(#[case] spoil: fn(&mut Vec<Content>), #[case] error: u8) {
     assert_eq!(answer(spoil), [0xDB, 0x81, 64, error]);
 }
 
 #[test]
-fn nothing_expected() {
+fn no_expected_submodule() {
     let none = |contents: &mut Vec<Content>| contents.retain(|block| !matches!(block, Content::ExpectedSubmodule(_)));
     assert_eq!(answer(none), [0xDB, 0x81, 3, 4]);
 }
@@ -199,7 +199,7 @@ fn nothing_expected() {
 #[case::iocr(1, 2)]
 #[case::expected(3, 3)]
 #[case::alarm_cr(5, 4)]
-fn wrong_heads_of_blocks(#[case] at: usize, #[case] finder: u8) {
+fn a_wrong_block_header(#[case] at: usize, #[case] finder: u8) {
     let spoilt = |spoil: fn(&mut Vec<u8>, usize)| {
         let mut bench = Bench::new();
         let connect = full_connect();
@@ -215,7 +215,7 @@ fn wrong_heads_of_blocks(#[case] at: usize, #[case] finder: u8) {
 }
 
 #[test]
-fn octets_behind_the_fields_of_a_block() {
+fn surplus_bytes_in_a_block() {
     let mut bench = Bench::new();
     let mut connect = full_connect();
     connect.blocks[0].rest.push(0);
@@ -225,7 +225,7 @@ fn octets_behind_the_fields_of_a_block() {
 }
 
 #[test]
-fn resources_are_one_connection_with_data_and_two_for_records() {
+fn the_device_supports_one_connection_with_data_and_two_for_records() {
     let mut bench = Bench::new();
     bench.start();
     let mut other = full_connect();
@@ -238,11 +238,15 @@ fn resources_are_one_connection_with_data_and_two_for_records() {
     assert_eq!(bench.connect(&access_connect(Uuid([1; 16]))).0, PnioStatus::OK);
     assert_eq!(bench.connect(&access_connect(Uuid([2; 16]))).0, PnioStatus::OK);
     assert_eq!(bench.connect(&access_connect(Uuid([3; 16]))).0, out_of_resources);
-    assert_eq!(bench.connect(&access_connect(Uuid([2; 16]))).0, PnioStatus::OK, "the same again is no other one");
+    assert_eq!(
+        bench.connect(&access_connect(Uuid([2; 16]))).0,
+        PnioStatus::OK,
+        "the same UUID replaces its connection"
+    );
 }
 
 #[test]
-fn an_access_connection_has_nothing_but_its_ar_block() {
+fn a_connection_for_records_only_has_no_other_block() {
     let mut bench = Bench::new();
     let mut connect = access_connect(AR);
     connect.blocks.push(Content::AlarmCrReq(alarm_cr()).into());

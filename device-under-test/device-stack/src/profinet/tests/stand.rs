@@ -1,4 +1,4 @@
-//! What the hands at a device do to it, and what they see of it.
+//! Actions of the stand, and the state of the stack for LEDs.
 
 use super::bench::*;
 use crate::profinet::Seen;
@@ -8,9 +8,9 @@ use wire::profinet::blocks::connect::Connect;
 use wire::profinet::dcp::Dcp;
 use wire::profinet::status::PnioStatus;
 
-fn seen(bench: &mut Bench) -> Seen {
-    assert!(bench.device.led(bench.now, "light").is_some(), "it is asked in every state");
-    bench.device.application().seen
+fn status(bench: &mut Bench) -> Seen {
+    assert!(bench.device.led(bench.now, "led").is_some(), "LEDs can be read in every state");
+    bench.device.application().status
 }
 
 const ALONE: Seen = Seen {
@@ -24,44 +24,44 @@ const ALONE: Seen = Seen {
 };
 
 #[test]
-fn a_light_is_told_what_the_stack_knows() {
+fn an_led_gets_the_state_of_the_stack() {
     let mut bench = Bench::new();
-    assert_eq!(seen(&mut bench), ALONE);
+    assert_eq!(status(&mut bench), ALONE);
     bench.connect(&full_connect());
     bench.exchange(2);
-    assert_eq!(seen(&mut bench), Seen { has_connection: true, ..ALONE });
+    assert_eq!(status(&mut bench), Seen { has_connection: true, ..ALONE });
     bench.release();
     bench.start();
     let in_data = Seen { has_connection: true, exchanges_data: true, ..ALONE };
-    assert_eq!(seen(&mut bench), in_data);
+    assert_eq!(status(&mut bench), in_data);
     bench.device.link(bench.now, false);
-    assert_eq!(seen(&mut bench), Seen { is_linked: false, ..in_data });
+    assert_eq!(status(&mut bench), Seen { is_linked: false, ..in_data });
     bench.run(Duration::from_secs(1));
-    assert_eq!(seen(&mut bench), Seen { is_linked: false, ..ALONE });
+    assert_eq!(status(&mut bench), Seen { is_linked: false, ..ALONE });
     bench.device.power(bench.now, false);
-    assert_eq!(seen(&mut bench), Seen { is_linked: false, ..Seen::default() });
+    assert_eq!(status(&mut bench), Seen { is_linked: false, ..Seen::default() });
     bench.device.power(bench.now, true);
-    assert_eq!(seen(&mut bench), Seen { has_supply: true, is_booting: true, ..Seen::default() });
+    assert_eq!(status(&mut bench), Seen { has_supply: true, is_booting: true, ..Seen::default() });
     assert_eq!(bench.device.led(bench.now, "another"), None);
 }
 
 #[test]
-fn a_light_is_told_of_another_module_and_of_a_signal() {
+fn an_led_gets_module_differences_and_dcp_signal() {
     let mut bench = Bench::new();
     let mut modules = modules();
     modules[1].submodules[1].submodule_ident_number = 99;
     assert_eq!(bench.connect(&Connect::of(connect_blocks(&modules))).0, PnioStatus::OK);
-    assert_eq!(seen(&mut bench), Seen { has_connection: true, module_differs: true, ..ALONE });
+    assert_eq!(status(&mut bench), Seen { has_connection: true, module_differs: true, ..ALONE });
     bench.release();
     bench.dcp(&Dcp::signal(3), DEVICE);
-    assert_eq!(seen(&mut bench), Seen { is_signalling: true, ..ALONE });
-    assert_eq!(bench.device.led(bench.now, "light"), Some("flashing"));
+    assert_eq!(status(&mut bench), Seen { is_signalling: true, ..ALONE });
+    assert_eq!(bench.device.led(bench.now, "led"), Some("flashing"));
     bench.run(Duration::from_secs(3));
-    assert_eq!(seen(&mut bench), ALONE);
+    assert_eq!(status(&mut bench), ALONE);
 }
 
 #[test]
-fn a_frame_begins_once_for_all_its_submodules() {
+fn frame_is_called_once_for_all_submodules() {
     let mut bench = Bench::new();
     bench.start();
     let before = bench.device.application().frames;
@@ -70,40 +70,40 @@ fn a_frame_begins_once_for_all_its_submodules() {
 }
 
 #[test]
-fn buttons_switches_and_heat_reach_the_encoder() {
+fn buttons_switches_and_temperature_reach_the_application() {
     let mut bench = Bench::new();
     let actions = [StandAction::Button("preset", true), StandAction::Switch("x1", 8), StandAction::Temperature(85.0)];
     for action in &actions {
         assert_eq!(bench.device.act(bench.now, action), Ok(bench.now));
     }
-    let did: Vec<_> = actions.iter().map(|action| alloc::format!("{action:?}")).collect();
-    assert_eq!(bench.device.application().hands, did);
+    let expected: Vec<_> = actions.iter().map(|action| alloc::format!("{action:?}")).collect();
+    assert_eq!(bench.device.application().actions, expected);
     let refused = bench.device.act(bench.now, &StandAction::Fault("memory", true));
     assert!(matches!(refused, Err(Refusal::CannotDo(_))));
 }
 
 #[test]
-fn a_brown_out_is_a_loss_of_power_and_ends_by_itself() {
+fn an_undervoltage_is_a_loss_of_power_and_ends_by_itself() {
     let mut bench = Bench::new();
     bench.start();
     let feed = |bench: &mut Bench, volts| bench.device.act(bench.now, &StandAction::SupplyVoltage(volts)).unwrap();
     feed(&mut bench, 8.9);
     assert_eq!(bench.device.application().log.last().unwrap(), "down");
-    assert_eq!(seen(&mut bench), Seen { is_linked: true, ..Seen::default() });
+    assert_eq!(status(&mut bench), Seen { is_linked: true, ..Seen::default() });
     bench.take();
     bench.exchange(20);
     assert!(Bench::inputs(&bench.take()).is_empty());
     feed(&mut bench, 24.0);
     assert_eq!(bench.device.application().log.last().unwrap(), "up");
-    assert!(seen(&mut bench).is_booting);
+    assert!(status(&mut bench).is_booting);
     bench.run(Duration::from_secs(2));
     bench.start();
     bench.device.power(bench.now, false);
     feed(&mut bench, 5.0);
     bench.device.power(bench.now, true);
-    assert!(!seen(&mut bench).has_supply, "the supply is back, and too low");
+    assert!(!status(&mut bench).has_supply, "the supply is back, and too low");
     feed(&mut bench, 24.0);
-    assert!(seen(&mut bench).is_booting);
+    assert!(status(&mut bench).is_booting);
     let ups = bench.device.application().log.iter().filter(|line| *line == "up").count();
     assert_eq!(ups, 2);
 }

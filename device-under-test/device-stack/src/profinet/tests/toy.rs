@@ -1,4 +1,4 @@
-//! An encoder with nothing in it: what is written is read, what is put out comes in.
+//! A minimal application: it stores one record and the last outputs.
 
 use crate::profinet::{
     Access, Application, ArKey, Diagnosis, DiagnosisChange, Identity, Plug, RecordRefusal, ResetScope, Seen, Severity,
@@ -9,7 +9,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use station::{Duration, StandAction, Time};
 
-/// The toy; what happened to it stands in its fields.
+/// The application. Its fields record the calls.
 pub struct Toy {
     pub identity: Identity,
     pub plugs: Vec<Plug>,
@@ -22,15 +22,15 @@ pub struct Toy {
     pub outputs: Option<Vec<u8>>,
     pub writes: usize,
     pub inputs: u8,
-    /// How many frames were begun.
+    /// Number of [`frame`](Application::frame) calls.
     pub frames: u8,
     pub clock: Time,
-    /// Volts; below 9 it does not work.
+    /// Supply in volts; below 9 the device does not work.
     pub supply: f64,
-    /// What was done to it by buttons, switches and heat.
-    pub hands: Vec<String>,
-    /// What the LED was asked with.
-    pub seen: Seen,
+    /// The actions by buttons, switches and temperature.
+    pub actions: Vec<String>,
+    /// The status of the last `led` call.
+    pub status: Seen,
 }
 
 pub const API: u32 = 0x3D00;
@@ -84,12 +84,12 @@ impl Toy {
             frames: 0,
             clock: Time::ZERO,
             supply: 24.0,
-            hands: Vec::new(),
-            seen: Seen::default(),
+            actions: Vec::new(),
+            status: Seen::default(),
         }
     }
 
-    /// A fault of the telegram submodule comes or goes.
+    /// A fault of the telegram submodule appears or disappears.
     pub fn change(&mut self, error_type: u16, appears: bool) {
         let diagnosis = Diagnosis {
             api: API,
@@ -181,7 +181,7 @@ impl Application for Toy {
             StandAction::ShaftSpeed(_) => {}
             StandAction::SupplyVoltage(volts) => self.supply = *volts,
             StandAction::Button(..) | StandAction::Switch(..) | StandAction::Temperature(_) => {
-                self.hands.push(alloc::format!("{action:?}"));
+                self.actions.push(alloc::format!("{action:?}"));
             }
             _ => return None,
         }
@@ -190,9 +190,9 @@ impl Application for Toy {
     fn is_alive(&self) -> bool {
         self.supply >= 9.0
     }
-    fn led(&mut self, _: Time, name: &str, seen: &Seen) -> Option<&'static str> {
-        self.seen = *seen;
-        (name == "light").then_some(if seen.is_signalling { "flashing" } else { "dark" })
+    fn led(&mut self, _: Time, name: &str, status: &Seen) -> Option<&'static str> {
+        self.status = *status;
+        (name == "led").then_some(if status.is_signalling { "flashing" } else { "dark" })
     }
     fn counter(&mut self, _: Time, _: &str) -> Option<u64> {
         None

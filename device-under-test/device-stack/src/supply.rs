@@ -1,0 +1,11 @@
+//! The supply state of a device.
+
+use station::Time;
+
+/// Whether a device has power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Supply {
+    Off,
+    Booting { until: Time },
+    On,
+}
