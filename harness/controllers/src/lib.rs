@@ -1,7 +1,7 @@
-//! Our side of the wire: controllers as state machines.
+//! PROFINET and PROFIBUS controllers as state machines: the harness's side of the wire.
 //!
-//! A controller is a [`station::Station`]: it is given requests, frames and deadlines, and hands back frames and outcomes.
-//! This room must not know any device: no model, no bug, no signal name. It does no I/O and has no clock.
+//! A controller is a [`station::Station`]: it receives requests, frames and deadlines, and returns frames and outcomes.
+//! This crate must not know any device: no model, no bug, no signal name. It does no I/O and has no clock.
 #![no_std]
 
 extern crate alloc;

@@ -1,65 +1,65 @@
-//! What a station of ours sends cyclically, on either bus; it outlives every connection.
+//! The cyclic outputs of a controller or master, on either bus. They outlive every connection.
 //!
-//! Whoever sets outputs declares their signals once and says for each connection which submodules carry them. The values, and what
-//! counts by itself, are kept here and nowhere else. This module must not know frames: which byte of a frame belongs to which
-//! submodule is for the bus to say.
+//! The caller declares its signals once and says for each connection which submodules carry them. Only this module stores the
+//! values and the automatic counters. It must not know frames: the bus modules know which byte of a frame belongs to which
+//! submodule.
 
 use alloc::vec::Vec;
 
-/// The output signals, the submodules that carry them with their status, and whether anything is sent.
+/// The output signals, the submodules that carry them with their status, and whether frames are sent.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
     signals: Vec<Output>,
     submodules: Vec<Submodule>,
-    /// All output bytes at once, in place of the values of the signals.
+    /// All output bytes at once; they replace the values of the signals.
     bytes: Option<Vec<u8>>,
     all_bad: bool,
     paused: bool,
 }
 
-/// An output signal as it is declared: a number, most significant byte first.
+/// An output signal: a number, most significant byte first.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OutputSignal {
-    /// How many bytes it has, at most eight.
+    /// Length in bytes, at most eight.
     pub bytes: usize,
-    /// The fields in it that count by themselves, such as a sign of life.
+    /// Fields that count by themselves, such as a sign of life.
     pub counters: Vec<Counter>,
 }
 
-/// A field that goes up by one with each frame that is sent.
+/// A field that is incremented with each frame sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counter {
-    /// The lowest bit, 0 is the least significant of the signal.
+    /// The lowest bit; 0 is the least significant bit of the signal.
     pub low: u32,
-    /// How many bits.
+    /// Width in bits.
     pub width: u32,
-    /// The first number, which also follows the last one.
+    /// The first value, which also follows the last one.
     pub first: u64,
-    /// The last number.
+    /// The last value.
     pub last: u64,
 }
 
-/// What a [`Counter`] does.
+/// The mode of a [`Counter`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum CounterMode {
-    /// It goes up by one with each frame.
+    /// It is incremented with each frame.
     #[default]
     Counting,
-    /// It keeps the number that was last sent.
+    /// It repeats the value last sent.
     Held,
-    /// It is the number that was set, in range or not.
+    /// It sends the value that was set, in range or not.
     AsSet,
 }
 
 #[derive(Clone, Debug)]
 struct Output {
     bytes: usize,
-    /// What was set.
+    /// The value that was set.
     set: u64,
-    /// What the last frame carried.
+    /// The value in the last frame.
     sent: u64,
     counters: Vec<(Counter, CounterMode)>,
-    /// Where it begins in the output bytes of the connection; none where no submodule carries it.
+    /// Offset in the output bytes of the connection; `None` if no submodule carries the signal.
     at: Option<usize>,
 }
 
@@ -72,7 +72,7 @@ struct Submodule {
 }
 
 impl Outputs {
-    /// Declares the signals, all 0 and every counter counting; they are numbered in this order.
+    /// Declares the signals, numbered in this order, all 0 and with all counters counting.
     pub fn declare(&mut self, signals: impl IntoIterator<Item = OutputSignal>) {
         let output = |OutputSignal { bytes, counters }| Output {
             bytes: usize::min(bytes, 8),
@@ -84,7 +84,7 @@ impl Outputs {
         self.signals = signals.into_iter().map(output).collect();
     }
 
-    /// Says which submodules carry which signals from now on, in order; all others carry none. Values stay.
+    /// Assigns signals to submodules from now on, in order; other submodules carry none. Values are retained.
     pub fn lay_out<'s>(&mut self, submodules: impl IntoIterator<Item = ((u16, u16), &'s [usize])>) {
         self.submodules.iter_mut().for_each(|submodule| submodule.signals.clear());
         self.signals.iter_mut().for_each(|signal| signal.at = None);
@@ -100,13 +100,14 @@ impl Outputs {
         }
     }
 
-    /// Declares `length` signals of one byte each, and lays them out in one submodule.
+    /// Declares `length` signals of one byte each and assigns them to one submodule.
     pub fn declare_bytes(&mut self, slot: u16, subslot: u16, length: usize) {
         self.declare((0..length).map(|_| OutputSignal { bytes: 1, counters: Vec::new() }));
         self.lay_out([((slot, subslot), &*(0..length).collect::<Vec<_>>())]);
     }
 
-    /// Sets `width` bits of a signal from `low` on; a counter at these bits stands still. Bytes that were set at once are forgotten.
+    /// Sets `width` bits of a signal from bit `low` on. A counter at these bits stops. Discards bytes set by
+    /// [`set_bytes`](Self::set_bytes).
     pub fn set(&mut self, signal: usize, low: u32, width: u32, number: u64) {
         let Some(signal) = self.signals.get_mut(signal) else { return };
         let bits = mask(low, width);
@@ -115,21 +116,21 @@ impl Outputs {
         signal.count(low, width, CounterMode::AsSet);
     }
 
-    /// Says how the counter at these bits of a signal counts from now on.
+    /// Sets the mode of the counter at these bits of a signal.
     pub fn count(&mut self, signal: usize, low: u32, width: u32, mode: CounterMode) {
         if let Some(signal) = self.signals.get_mut(signal) {
             signal.count(low, width, mode);
         }
     }
 
-    /// Sets all output bytes of the connection at once, those that are missing to what was set before; nothing counts any more.
+    /// Sets all output bytes of the connection at once; bytes beyond `bytes` keep the value of their signal. All counters stop.
     pub fn set_bytes(&mut self, bytes: &[u8]) {
         self.bytes = Some(bytes.to_vec());
         let counters = self.signals.iter_mut().flat_map(|signal| &mut signal.counters);
         counters.for_each(|(_, mode)| *mode = CounterMode::AsSet);
     }
 
-    /// Sets every signal to 0 and lets every counter count again.
+    /// Sets every signal to 0 and restarts every counter.
     pub fn reset(&mut self) {
         self.bytes = None;
         for signal in &mut self.signals {
@@ -138,9 +139,8 @@ impl Outputs {
         }
     }
 
-    /// Makes the provider status of one submodule, or of all, good or bad; bad means found bad by the controller.
-    ///
-    /// A submodule is good if it and all are.
+    /// Sets the provider status (IOPS) of one submodule, or of all. Bad means "bad, detected by the controller". A submodule is
+    /// good only if its own status and the status of all are good.
     pub fn status(&mut self, submodule: Option<(u16, u16)>, good: bool) {
         match submodule {
             Some((slot, subslot)) => {
@@ -151,17 +151,17 @@ impl Outputs {
         }
     }
 
-    /// Stops (`true`) or resumes sending cyclic frames; a connection that is not fed soon ends.
+    /// Stops (`true`) or resumes cyclic frames. The device ends a connection that receives no frames.
     pub fn pause(&mut self, paused: bool) {
         self.paused = paused;
     }
 
-    /// Whether no cyclic frames are sent.
+    /// Whether cyclic frames are stopped.
     pub fn is_paused(&self) -> bool {
         self.paused
     }
 
-    /// Where the outputs of a submodule are kept; the place never changes.
+    /// The index of a submodule's outputs; it never changes.
     pub(crate) fn place(&mut self, slot: u16, subslot: u16) -> usize {
         let is_it = |of: &Submodule| (of.slot, of.subslot) == (slot, subslot);
         if let Some(at) = self.submodules.iter().position(is_it) {
@@ -171,7 +171,8 @@ impl Outputs {
         self.submodules.len() - 1
     }
 
-    /// Writes the outputs kept at `place` into `frame`, as [`step`](Outputs::step) made them; bytes of no signal are 0.
+    /// Writes the outputs of the submodule at index `place` into `frame`, as [`step`](Outputs::step) computed them. Bytes without
+    /// a signal are 0.
     pub(crate) fn copy(&self, place: usize, frame: &mut [u8]) {
         frame.fill(0);
         let signals = self.submodules.get(place).map_or(&[][..], |submodule| &submodule.signals);
@@ -184,12 +185,12 @@ impl Outputs {
         }
     }
 
-    /// Whether the outputs kept at `place` are good.
+    /// Whether the submodule at index `place` has a good status.
     pub(crate) fn is_good(&self, place: usize) -> bool {
         !self.all_bad && !self.submodules.get(place).is_some_and(|submodule| submodule.bad)
     }
 
-    /// Takes what was set and lets the counters take their next number, for the frame that is about to be sent.
+    /// Computes the values of the next frame: the values set, and the next value of each counter.
     pub(crate) fn step(&mut self) {
         let Outputs { signals, bytes, .. } = self;
         for signal in signals {
@@ -201,7 +202,7 @@ impl Outputs {
     }
 }
 
-/// The bits of a number that a field lies in.
+/// The bits of a number that belong to a field.
 fn mask(low: u32, width: u32) -> u64 {
     let all = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
     all.checked_shl(low).unwrap_or(0)
@@ -213,7 +214,7 @@ impl Output {
         at_bits.for_each(|(_, now)| *now = mode);
     }
 
-    /// The next number; `given` bytes stand in the place of what was set.
+    /// Computes the next value; `given` bytes replace the value that was set.
     fn step(&mut self, given: &[u8]) {
         let mut bytes = self.set.to_be_bytes();
         let length = given.len().min(self.bytes);

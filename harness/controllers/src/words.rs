@@ -9,7 +9,7 @@ macro_rules! words {
         }
 
         impl $name {
-            /// Every value with its word and its sentence.
+            /// All values with word and sentence.
             pub const TABLE: &'static [($name, &'static str, &'static str)] = &[$(($name::$Variant, $word, $sentence),)*];
 
             /// The word in snake_case.
@@ -17,7 +17,7 @@ macro_rules! words {
                 match self { $($name::$Variant => $word,)* }
             }
 
-            /// What it means, as a sentence.
+            /// The meaning as a sentence.
             pub fn sentence(self) -> &'static str {
                 match self { $($name::$Variant => $sentence,)* }
             }

@@ -1,4 +1,4 @@
-//! How the master gets at the medium: what it has and what it waits for.
+//! Medium access of the master: its state and what it waits for.
 
 use super::message::Message;
 use station::Time;
@@ -7,27 +7,27 @@ use wire::profibus::fdl::FrameCount;
 /// The state of the medium access (IEC 61158-4-3, FDL master state machine).
 #[derive(Debug)]
 pub(super) enum Access {
-    /// Not in the ring: it listens who is.
+    /// Not in the ring: the master listens to find the other masters.
     Listening,
-    /// In the ring; somebody else has the token.
+    /// In the ring; another master has the token.
     Waiting,
-    /// It has the token, and nothing is under way.
+    /// It has the token and no request is outstanding.
     Holding(Hold),
-    /// It has sent a request and waits for the answer.
+    /// It has sent a request and waits for the response.
     Asking(Transfer, Hold),
-    /// It has sent the token and waits until the other uses it.
+    /// It has passed the token and waits until the next master uses it.
     Passing { to: u8, tries: u8, until: Time },
 }
 
-/// What was done since the token came.
+/// What the master has done since it received the token.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hold {
     pub since: Time,
     /// Whether anything was sent.
     pub has_worked: bool,
-    /// Whether a message of a request was sent; the next waits for the next token.
+    /// Whether a message of a request was sent; the next one waits for the next token.
     pub has_asked: bool,
-    /// The address that is still to be asked for a master.
+    /// The address still to be polled for a master.
     pub gap: Option<u8>,
 }
 
@@ -37,30 +37,30 @@ pub(super) struct Transfer {
     pub message: Message,
     pub purpose: Purpose,
     pub count: FrameCount,
-    /// How often it may still be repeated.
+    /// Remaining retries.
     pub retries: u8,
-    /// When it is repeated or given up.
+    /// When the request is repeated or given up.
     pub until: Time,
-    /// What came instead of an answer.
+    /// An invalid frame that came instead of an answer.
     pub unfit: Option<super::outcome::Answer>,
 }
 
-/// Who wants the answer.
+/// The receiver of the answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// The cycle.
+    /// The cyclic exchange.
     Exchange,
-    /// The diagnosis that the slave wants to be read.
+    /// The diagnosis that the slave requested.
     Diagnosis,
-    /// What the master was asked to do.
+    /// The request of the caller.
     Job,
-    /// The search for masters.
+    /// The search for masters (GAP update).
     Gap,
-    /// Nobody any more.
+    /// No receiver any more: the answer is discarded.
     Nobody,
 }
 
-/// What is to be done with the token; of two that are due, the first in this order.
+/// What to do next with the token; of two that are due, the first in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Clock,

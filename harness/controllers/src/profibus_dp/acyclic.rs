@@ -1,6 +1,6 @@
-//! The acyclic services of a class 1 master: a record is asked for, then the slave is polled until it answers.
+//! Acyclic services of a class 1 master: it sends the request, then polls the slave until the response is ready.
 //!
-//! Source: IEC 61158-6-3, MSAC1; data set 47 by the PROFIdrive profile, base mode parameter access.
+//! Source: IEC 61158-6-3, MSAC1; data set 47: PROFIdrive profile, base mode parameter access.
 
 use super::message::Message;
 use super::outcome::{AcyclicError, Answer, ParameterOutcome, RecordOutcome};
@@ -12,21 +12,21 @@ use station::Time;
 use wire::profibus::dpv1::{Function, Pdu, Record, Refusal, Side};
 use wire::profinet::status::RecordError;
 
-/// The data set through which parameters are accessed.
+/// The data set for parameter access.
 const DATA_SET: u8 = 47;
-/// The most octets of a record.
+/// Longest record in bytes.
 const LONGEST: u8 = 240;
 
-/// How an acyclic service is paced.
+/// Times of an acyclic service.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
-    /// Between two polls.
+    /// Time between two polls.
     pub poll: Duration,
-    /// How long the slave may take.
+    /// Timeout for the response.
     pub patience: Duration,
 }
 
-/// A record that is read or written.
+/// A read or a write of a record.
 #[derive(Debug)]
 pub(super) struct RecordJob {
     to: u8,
@@ -57,7 +57,7 @@ impl RecordJob {
         self.next
     }
 
-    /// The request, then polls.
+    /// The request first, then empty polls.
     pub fn message(&self) -> Message {
         let mut data = Vec::new();
         if !self.asked {
@@ -67,7 +67,7 @@ impl RecordJob {
         Message::acyclic(self.to, data)
     }
 
-    /// Takes an answer of the data link; gives the outcome at the end.
+    /// Processes an answer of the data link; returns the outcome at the end.
     pub fn answered(&mut self, now: Time, answer: Answer) -> Option<RecordOutcome> {
         self.asked = true;
         match answer.data() {
@@ -137,7 +137,7 @@ impl ParameterJob {
         self.record.message()
     }
 
-    /// Takes an answer of the data link; gives the outcome at the end.
+    /// Processes an answer of the data link; returns the outcome at the end.
     pub fn answered(&mut self, now: Time, answer: Answer) -> Option<ParameterOutcome> {
         let outcome = self.record.answered(now, answer)?;
         match (self.is_reading, outcome) {
@@ -150,7 +150,9 @@ impl ParameterJob {
             (false, RecordOutcome::Refused(refusal)) => Some(ParameterOutcome::WriteRefused(refusal)),
             (true, RecordOutcome::Accepted { data }) if data.is_empty() => self.not_ready(now, None),
             (true, RecordOutcome::Accepted { data }) => Some(match (self.reference, data.first()) {
-                (Some(sent), Some(seen)) if sent != *seen => ParameterOutcome::OtherReference { sent, answer: data },
+                (Some(sent), Some(received)) if sent != *received => {
+                    ParameterOutcome::OtherReference { sent, answer: data }
+                }
                 _ => ParameterOutcome::Answer(data),
             }),
             (true, RecordOutcome::Refused(refusal)) if is_not_ready(&refusal) => self.not_ready(now, Some(refusal)),
@@ -171,7 +173,7 @@ impl ParameterJob {
     }
 }
 
-/// Whether a refusal says that the answer is to be read again.
+/// Whether a refusal means that the answer must be read again.
 fn is_not_ready(refusal: &Refusal) -> bool {
     refusal.record_error() == Some(RecordError::STATE_CONFLICT)
 }

@@ -1,6 +1,6 @@
-//! Frames that are damaged on purpose, to see that a slave survives them.
+//! Frames damaged on purpose, to check that a slave survives them.
 //!
-//! Each is one frame on its own, behind which the bus is left alone for the slot time.
+//! Each is a single frame; the bus is left idle for the slot time after it.
 
 use super::message::Message;
 use super::request::Broken;
@@ -8,12 +8,12 @@ use alloc::vec::Vec;
 use wire::profibus::fdl::{FrameCount, RequestFunction};
 use wire::profibus::sap::SlaveSap;
 
-/// A function that the standard keeps for later.
+/// A function code that the standard reserves.
 const RESERVED: RequestFunction = RequestFunction(0x0B);
-/// An access point that no service has.
+/// An access point (SAP) that no service uses.
 const NOBODY: u8 = 52;
 
-/// The octets of a damaged frame from the master `own` to the station `to`.
+/// The bytes of a damaged frame from the master `own` to the station `to`.
 pub(super) fn frame(own: u8, to: u8, broken: Broken) -> Vec<u8> {
     let diagnosis = Message::diagnosis(to);
     let of = |message: Message| {

@@ -1,6 +1,6 @@
-//! What a start-up is to be: the slave, its parameters and configuration, the cycle.
+//! The description of a start-up: the slave, its parameters and configuration, the cycle.
 //!
-//! This room must not know how any of it is sent.
+//! This module must not know how anything is sent.
 
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -9,17 +9,17 @@ use wire::profibus::global_control::GlobalControl;
 /// A service of a start-up, for its order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Service {
-    /// Slave_Diag, once a slave answers it; it only tells who is there.
+    /// Slave_Diag, repeated until a slave answers; it only shows that the slave is present.
     Diagnosis,
     /// Set_Prm.
     SetPrm,
     /// Chk_Cfg.
     CheckConfiguration,
-    /// Slave_Diag until the slave is ready or says what is wrong.
+    /// Slave_Diag, repeated until the slave is ready or reports an error.
     Ready,
-    /// Global_Control to all: operate.
+    /// Global_Control to all stations: Operate.
     Operate,
-    /// Data_Exchange, until the first good answer.
+    /// Data_Exchange, until the first valid answer.
     Exchange,
 }
 
@@ -35,22 +35,22 @@ impl Service {
     ];
 }
 
-/// What Data_Exchange carries while the master is in Clear.
+/// The data of Data_Exchange while the master is in Clear.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum ClearOutputs {
     /// As many zeros as there are outputs.
     #[default]
     Zeros,
-    /// Nothing, as fail-safe slaves are addressed.
+    /// No data, as for fail-safe slaves.
     Empty,
-    /// What is set, as no conforming master does.
+    /// The values that were set; no conforming master does this.
     AsSet,
 }
 
-/// The clock of isochronous mode: a Global_Control at the beginning of each cycle.
+/// The clock of isochronous mode: a Global_Control at the start of each cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Clock {
-    /// What is sent; group 8 belongs to isochronous mode.
+    /// The Global_Control to send; group 8 belongs to isochronous mode.
     pub control: GlobalControl,
 }
 
@@ -60,26 +60,26 @@ impl Default for Clock {
     }
 }
 
-/// A start-up from the first Slave_Diag to the first good data, and the exchange behind it.
+/// A start-up from the first Slave_Diag to the first valid data, and the cyclic exchange after it.
 ///
-/// Begin with [`Connection::new`], which has usual values, and change what is to be different.
+/// Begin with [`Connection::new`], which sets usual values, and change what differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Connection {
-    /// The address of the slave.
+    /// Station address of the slave.
     pub address: u8,
-    /// The octets of Set_Prm, from the station status on.
+    /// The bytes of Set_Prm, from the station status on.
     pub set_prm: Vec<u8>,
-    /// The octets of Chk_Cfg.
+    /// The bytes of Chk_Cfg.
     pub chk_cfg: Vec<u8>,
-    /// How many octets each Data_Exchange carries.
+    /// Bytes in each Data_Exchange request.
     pub output_length: usize,
-    /// How many octets its answer is to have.
+    /// Expected bytes in its answer.
     pub input_length: usize,
-    /// From one Data_Exchange to the next.
+    /// Time from one Data_Exchange to the next.
     pub cycle: Duration,
-    /// What is sent, in this order; a refusal does not end the start-up, silence does.
+    /// The services in the order in which they are sent. A refusal does not end the start-up; no answer does.
     pub services: Vec<Service>,
-    /// How long the slave may take to appear on the bus, and then to become ready.
+    /// Timeout for the slave to appear on the bus, and then to become ready.
     pub patience: Duration,
     /// The clock, in isochronous mode.
     pub clock: Option<Clock>,
@@ -87,12 +87,12 @@ pub struct Connection {
     pub clear: ClearOutputs,
     /// Whether an answer of high priority makes the master read the diagnosis.
     pub reads_diagnosis: bool,
-    /// After how many cycles in a row without answer the connection has ended; 0 never.
+    /// Number of consecutive cycles without an answer that ends the connection; 0: never.
     pub lost_after: u32,
 }
 
 impl Connection {
-    /// A start-up in the usual order, with a cycle of 1 ms and 3 s for the slave.
+    /// A start-up in the usual order, with a cycle of 1 ms and a timeout of 3 s for the slave.
     pub fn new(
         address: u8,
         set_prm: Vec<u8>,

@@ -1,4 +1,4 @@
-//! The exchange of data with a slave once it stands, and the clock of isochronous mode.
+//! The cyclic exchange of data with a slave, and the clock of isochronous mode.
 
 use super::connection::{ClearOutputs, Connection};
 use super::message::Message;
@@ -18,22 +18,22 @@ pub(super) struct Exchange {
     pub connection: Box<Connection>,
     /// When the next cycle begins.
     next: Time,
-    /// The cycle to which the next clock belongs.
+    /// The start of the cycle to which the next clock belongs.
     clock: Time,
     missed: u32,
     wants_diagnosis: bool,
-    /// The last diagnosis was Stat_Diag: it is read again behind each cycle until it is not.
+    /// The last diagnosis was Stat_Diag: it is read again after each cycle until it is not.
     is_static: bool,
-    /// The memory of the outputs that were sent last.
+    /// The buffer of the outputs sent last, for reuse.
     spare: Vec<u8>,
 }
 
-/// What an answer of Data_Exchange means.
+/// The meaning of a Data_Exchange answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Sample {
-    /// These are the inputs.
+    /// Valid inputs.
     Good(Vec<u8>),
-    /// There are none, and it may still go on.
+    /// No inputs, but the exchange continues.
     Missed,
     /// The connection has ended.
     End(ConnectionEnd),
@@ -46,17 +46,17 @@ impl Exchange {
         Exchange { connection, next: now, clock: now, missed, wants_diagnosis: false, is_static: false, spare }
     }
 
-    /// The time from one cycle to the next; a cycle of 0 would never end.
+    /// The cycle time, at least 1 ns: a cycle of 0 would never end.
     fn cycle(&self) -> Duration {
         self.connection.cycle.max(Duration::from_micros(1))
     }
 
-    /// When the next clock is due, `offset` behind the beginning of its cycle; none without isochronous mode.
+    /// When the next clock is due: `offset` after the start of its cycle. `None` without isochronous mode.
     pub fn clock_due(&self, offset: Duration) -> Option<Time> {
         self.connection.clock.map(|_| self.clock + offset)
     }
 
-    /// When the next Data_Exchange is due: behind the clock of its cycle, where there is one.
+    /// When the next Data_Exchange is due: after the clock of its cycle, if there is one.
     pub fn due(&self, clock: Option<Time>) -> Time {
         match clock {
             Some(clock) if self.clock <= self.next => self.next.max(clock),
@@ -64,17 +64,17 @@ impl Exchange {
         }
     }
 
-    /// When the diagnosis is due that the slave wants to be read.
+    /// Whether the slave has requested that its diagnosis is read.
     pub fn wants_diagnosis(&self) -> bool {
         self.wants_diagnosis
     }
 
-    /// The clock was sent, or would have been.
+    /// Records that the clock was sent, or would have been.
     pub fn clock_done(&mut self, now: Time) {
         self.clock = step(self.clock, self.cycle(), now);
     }
 
-    /// Data_Exchange is sent.
+    /// Records that Data_Exchange was sent.
     pub fn sent(&mut self, now: Time, has_clock: bool) {
         self.next = step(self.next, self.cycle(), now);
         if !has_clock {
@@ -100,27 +100,27 @@ impl Exchange {
         Message::exchange(self.connection.address, data)
     }
 
-    /// Takes the memory of a request back that is over.
+    /// Takes back the buffer of a finished request.
     pub fn take_back(&mut self, request: Message) {
         self.spare = request.data;
     }
 
-    /// Takes the answer of a Data_Exchange.
+    /// Processes the answer to a Data_Exchange.
     pub fn answered(&mut self, answer: Answer) -> Sample {
-        let wanted = self.connection.input_length;
+        let input_length = self.connection.input_length;
         self.wants_diagnosis |= self.is_static;
         match answer {
-            Answer::Short if wanted == 0 => {
+            Answer::Short if input_length == 0 => {
                 self.missed = 0;
                 Sample::Good(Vec::new())
             }
-            Answer::Frame { function, data, .. } if function.has_data() && data.len() == wanted => {
+            Answer::Frame { function, data, .. } if function.has_data() && data.len() == input_length => {
                 self.missed = 0;
                 self.wants_diagnosis |= function.is_high() && self.connection.reads_diagnosis;
                 Sample::Good(data)
             }
-            // Without inputs, high priority comes in a frame without data.
-            Answer::Frame { function: AnswerFunction::OK, data, .. } if data.is_empty() && wanted == 0 => {
+            // A slave without inputs signals high priority in a frame without data.
+            Answer::Frame { function: AnswerFunction::OK, data, .. } if data.is_empty() && input_length == 0 => {
                 self.missed = 0;
                 Sample::Good(data)
             }
@@ -135,7 +135,7 @@ impl Exchange {
         }
     }
 
-    /// Takes the diagnosis that was read because the slave wanted it; `own` is our address.
+    /// Processes the diagnosis that the slave requested; `own` is the address of this master.
     pub fn diagnosed(&mut self, answer: &Answer, own: u8) -> Option<ConnectionEnd> {
         let diagnosis = answer.diagnosis();
         self.wants_diagnosis = false;
@@ -144,7 +144,7 @@ impl Exchange {
     }
 }
 
-/// Whether a diagnosis says that the slave does not exchange data with the master `own`.
+/// Whether a diagnosis shows that the slave does not exchange data with the master `own`.
 pub(super) fn is_lost(diagnosis: &SlaveDiag, own: u8) -> bool {
     let SlaveDiag { status_1, status_2, .. } = diagnosis;
     status_1.has(Status1::PRM_FAULT)
@@ -153,7 +153,7 @@ pub(super) fn is_lost(diagnosis: &SlaveDiag, own: u8) -> bool {
         || diagnosis.master != own
 }
 
-/// The first of `last`, `last` + cycle, ... behind `last` that is later than `now`.
+/// The first of `last` + cycle, `last` + 2 * cycle, ... that is later than `now`.
 fn step(last: Time, cycle: Duration, now: Time) -> Time {
     let cycle = u64::try_from(cycle.as_nanos()).unwrap_or(u64::MAX).max(1);
     let cycles = (now.nanos_since(last) / cycle).saturating_add(1);

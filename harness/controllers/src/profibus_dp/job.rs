@@ -1,4 +1,4 @@
-//! What the master was asked to do and is doing.
+//! The request that the master is carrying out.
 
 use super::acyclic::{Pace, ParameterJob, RecordJob};
 use super::broken;
@@ -15,10 +15,10 @@ use wire::profibus::fdl::RequestFunction;
 use wire::profibus::prm::{SetPrm, StationStatus};
 use wire::profibus::sap::SlaveSap;
 
-/// A request that was begun.
+/// A request that has begun.
 #[derive(Debug)]
 pub(super) enum Job {
-    /// One message, whose answer is the outcome; to be sent from this time on.
+    /// One message, whose answer is the outcome; it is sent from this time on.
     Single(Message, Time),
     /// A station gets another address.
     SetAddress {
@@ -26,7 +26,7 @@ pub(super) enum Job {
         new: u8,
         since: Time,
     },
-    /// Octets as they are, and the outcome.
+    /// Raw bytes, and the outcome.
     Raw {
         octets: Vec<u8>,
         outcome: Outcome,
@@ -38,12 +38,12 @@ pub(super) enum Job {
     Release(Message, Time),
 }
 
-/// What a job wants now.
+/// The next step of a job.
 #[derive(Debug)]
 pub(super) enum Next {
     Send(Message),
     Raw(Vec<u8>, Outcome),
-    /// The exchange begins; the job waits for its samples.
+    /// The cyclic exchange begins; the job waits for its samples.
     Exchange(Box<Connection>),
     Done(Outcome),
 }
@@ -97,7 +97,7 @@ impl Job {
         }
     }
 
-    /// When it has something to send; none while it waits for something else.
+    /// When it has something to send; `None` while it waits for something else.
     pub fn due(&self) -> Option<Time> {
         match self {
             Job::Single(_, since) | Job::Release(_, since) => Some(*since),
@@ -108,7 +108,7 @@ impl Job {
         }
     }
 
-    /// What is to be done now.
+    /// The next step.
     pub fn next(&mut self, now: Time) -> Next {
         match self {
             Job::Single(message, _) | Job::Release(message, _) | Job::SetAddress { message, .. } => {
@@ -121,7 +121,7 @@ impl Job {
         }
     }
 
-    /// Takes the answer to what was sent; gives the outcome at the end.
+    /// Processes the answer to what was sent; returns the outcome at the end.
     pub fn answered(&mut self, now: Time, answer: Answer) -> Option<Outcome> {
         match self {
             Job::Single(..) | Job::SetAddress { .. } => Some(Outcome::Answer(answer)),
@@ -133,7 +133,7 @@ impl Job {
         }
     }
 
-    /// Takes that a message that nobody answers was sent; gives the outcome at the end.
+    /// Records that a message without an answer was sent; returns the outcome at the end.
     pub fn sent(&mut self) -> Option<Outcome> {
         match self {
             Job::Single(..) | Job::SetAddress { .. } => Some(Outcome::Sent),
@@ -142,7 +142,7 @@ impl Job {
         }
     }
 
-    /// What the job makes of the state of the connection.
+    /// The connection state while this job runs, if the job determines it.
     pub fn state(&self) -> Option<ConnectionState> {
         match self {
             Job::StartUp(job) => Some(ConnectionState::Starting(job.stage())),
@@ -151,7 +151,7 @@ impl Job {
         }
     }
 
-    /// What becomes of the job when the token does not come for this time.
+    /// The outcome if the token does not arrive within `patience`.
     pub fn without_token(&mut self, patience: core::time::Duration) -> Outcome {
         match self {
             Job::StartUp(job) => job.fail(FailureReason::NoToken(patience)),
@@ -166,7 +166,7 @@ fn set_address(to: u8, set: &SetSlaveAddress) -> Message {
     Message::service(to, SlaveSap::SET_SLAVE_ADDRESS, data)
 }
 
-/// A Set_Prm that gives the slave of `connection` free.
+/// A Set_Prm that releases the slave of `connection` (Unlock_Req).
 fn unlock(connection: &Connection) -> Message {
     let mut data = Vec::new();
     match SetPrm::parse(&connection.set_prm) {

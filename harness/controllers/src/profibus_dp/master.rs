@@ -1,4 +1,4 @@
-//! The master itself: who gets which request and which answer.
+//! The master: it assigns requests and answers to the ring, the cyclic exchange and the current request.
 
 use super::access::{Access, Action, Hold, Purpose, Transfer};
 use super::acyclic::Pace;
@@ -18,13 +18,13 @@ use wire::profibus::fdl::{BitTimes, Frame, FrameCount};
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 use wire::profibus::sap::SlaveSap;
 
-/// The least time between two polls of DP-V1.
+/// Shortest time between two DP-V1 polls.
 const POLL: Duration = Duration::from_millis(1);
 
 /// A PROFIBUS DP master.
 ///
-/// It takes one [`Request`] at a time. After [`Master::request`] it begins as soon as it has the token and the bus is free. While a
-/// connection stands it needs no request to keep it up.
+/// It accepts one [`Request`] at a time. A request begins as soon as the master has the token and the bus is free. A running
+/// connection needs no further requests.
 #[derive(Debug)]
 pub struct Master {
     pub(super) settings: Settings,
@@ -32,17 +32,17 @@ pub struct Master {
     pub(super) access: Access,
     pub(super) ring: Ring,
     counts: Counts,
-    /// Since when the bus is silent, as far as we know.
+    /// Since when the bus is silent, as far as this master knows.
     pub(super) quiet: Time,
-    /// How long it has to be silent before our next frame.
+    /// How long the bus has to be silent before the next frame of this master.
     pub(super) pause: BitTimes,
-    /// Since when somebody else is sending.
+    /// Since when another station is sending.
     pub(super) hearing: Option<Time>,
-    /// What is answered to another master, and when.
+    /// The pending reply to another master, and when it is sent.
     pub(super) reply: Option<(Time, Vec<u8>)>,
     pub(super) due: Option<(Time, Request)>,
     pub(super) job: Option<Job>,
-    /// Since when there is a job and no token.
+    /// Since when there is a job but no token.
     pub(super) begging: Time,
     pub(super) exchange: Option<Exchange>,
     is_clear: bool,
@@ -54,14 +54,14 @@ pub struct Master {
     cycles_done: u64,
     pub(super) clock_offset: Duration,
     pub(super) is_clock_stopped: bool,
-    /// Its deadline, where it was asked since something happened to it: until then it stays the same.
+    /// The cached deadline. It is valid until the next event or call.
     pub(super) deadline: Cell<Option<Time>>,
-    /// What it then found to do next with the token, and when.
+    /// The cached next action with the token, and when.
     pub(super) planned: Cell<Option<(Time, Action)>>,
 }
 
 impl Master {
-    /// A master that is not yet in the ring, in Operate, without a connection, with all outputs 0.
+    /// A master outside the ring, in Operate, without a connection, with all outputs 0.
     pub fn new(settings: Settings) -> Master {
         let ring = Ring::new(settings.address, settings.highest, settings.gap_factor);
         let pause = settings.idle;
@@ -93,10 +93,9 @@ impl Master {
         }
     }
 
-    /// Takes a request, which begins once the bus is free; an outcome that nobody took is forgotten.
-    ///
-    /// The error says that the one before has not ended yet. [`Request::Abort`] is taken at any time: it also ends what is under way,
-    /// whose outcome is then that of the abort.
+    /// Accepts a request, which begins once the bus is free; an outcome that was not taken is discarded. Fails while the previous
+    /// request has not ended. [`Request::Abort`] is accepted at any time: it also ends the running request, whose outcome is then
+    /// that of the abort.
     pub fn request(&mut self, now: Time, request: Request) -> Result<(), Busy> {
         if self.is_busy() && request != Request::Abort {
             return Err(Busy);
@@ -112,52 +111,52 @@ impl Master {
         self.job.is_some() || self.due.is_some()
     }
 
-    /// What became of the last request, once.
+    /// Takes the outcome of the last request, once.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
         self.outcome.take()
     }
 
-    /// Why the connection ended without our asking, once; the end of a start-up is told in its outcome instead.
+    /// Takes the reason why the connection ended without a request, once; the outcome of a start-up reports its own end.
     pub fn take_end(&mut self) -> Option<ConnectionEnd> {
         self.end.take()
     }
 
-    /// What it sees of its connection.
+    /// The state of the connection as the master knows it.
     pub fn state(&self) -> ConnectionState {
         let of_job = self.job.as_ref().and_then(Job::state);
         let standing = if self.exchange.is_some() { ConnectionState::Exchange } else { ConnectionState::None };
         of_job.unwrap_or(standing)
     }
 
-    /// Data_Exchange requests sent in the present connection, or in the last one; repetitions do not count.
+    /// Number of Data_Exchange requests sent in the current or last connection; repetitions do not count.
     pub fn cycles_sent(&self) -> u64 {
         self.cycles_sent
     }
 
-    /// Those of them that are over: answered, or given up.
+    /// Number of these that are finished: answered or given up.
     pub fn cycles_done(&self) -> u64 {
         self.cycles_done
     }
 
-    /// What is sent cyclically, as the outputs of slot [`OUTPUT_SLOT`], subslot [`OUTPUT_SUBSLOT`]; it outlives every connection.
+    /// The cyclic outputs, stored as slot [`OUTPUT_SLOT`], subslot [`OUTPUT_SUBSLOT`]; they outlive every connection.
     pub fn outputs_mut(&mut self) -> &mut Outputs {
         self.replan();
         &mut self.outputs
     }
 
-    /// Sets the outputs from the first octet on.
+    /// Sets the outputs from the first byte on.
     pub fn set_outputs(&mut self, octets: &[u8]) {
         self.replan();
         self.outputs.declare_bytes(OUTPUT_SLOT, OUTPUT_SUBSLOT, octets.len());
         self.outputs.set_bytes(octets);
     }
 
-    /// The inputs of the last good Data_Exchange.
+    /// The inputs of the last valid Data_Exchange answer.
     pub fn inputs(&self) -> &[u8] {
         &self.inputs
     }
 
-    /// Whether the last good Data_Exchange was answered with high priority.
+    /// Whether the last valid Data_Exchange answer had high priority.
     pub fn is_diagnosis_pending(&self) -> bool {
         self.is_diagnosis_pending
     }
@@ -168,26 +167,26 @@ impl Master {
         self.is_clock_stopped = stopped;
     }
 
-    /// Shifts the clock of isochronous mode against the beginning of the cycle; it outlives every connection.
+    /// Shifts the clock of isochronous mode relative to the start of the cycle; it outlives every connection.
     ///
-    /// A clock that is to come early is one that comes late by what the cycle is longer.
+    /// To make a clock early, shift it late by the cycle minus the lead.
     pub fn shift_clock(&mut self, offset: Duration) {
         self.replan();
         self.clock_offset = offset;
     }
 
-    /// Who the master is.
+    /// The settings of the master.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Something happened: what is next, and when, has to be found out anew.
+    /// Discards the cached deadline and action after an event.
     pub(super) fn replan(&mut self) {
         self.deadline.take();
         self.planned.take();
     }
 
-    /// How long `bits` last.
+    /// The duration of `bits`.
     pub(super) fn time(&self, bits: BitTimes) -> Duration {
         Duration::from_nanos(self.settings.baud.nanoseconds(bits))
     }
@@ -197,7 +196,7 @@ impl Master {
         time.after_nanos(self.settings.baud.nanoseconds(bits))
     }
 
-    /// Begins what was asked for, with the token or without.
+    /// Begins a request, with or without the token.
     pub(super) fn begin(&mut self, now: Time, request: Request) {
         if request == Request::Abort {
             self.abort();
@@ -241,7 +240,7 @@ impl Master {
         (self.job, self.outcome) = (None, Some(outcome));
     }
 
-    /// Puts the frame that `write` appends on the bus; the silence behind it begins at its end.
+    /// Sends the frame that `write` appends; the silence after it begins at its end.
     pub(super) fn transmit(&mut self, now: Time, out: &mut Outbox, write: impl FnOnce(&mut Vec<u8>)) {
         let mut length = 0;
         out.push_with(|octets| {
@@ -254,7 +253,7 @@ impl Master {
         self.hearing = None;
     }
 
-    /// Sends `message` and waits for its answer, where there is to be one.
+    /// Sends `message` and waits for its answer, if its function has one.
     pub(super) fn send(&mut self, now: Time, message: Message, purpose: Purpose, hold: Hold, out: &mut Outbox) {
         let count = if message.is_counted() { self.counts.next(message.to) } else { FrameCount::Unused };
         let own = self.settings.address;
@@ -271,7 +270,7 @@ impl Master {
         self.access = Access::Asking(transfer, hold);
     }
 
-    /// Lets the job do what it wants to do now.
+    /// Performs the next step of the job.
     pub(super) fn work(&mut self, now: Time, hold: Hold, out: &mut Outbox) {
         let Some(job) = &mut self.job else { return };
         match job.next(now) {
@@ -302,7 +301,7 @@ impl Master {
         }
     }
 
-    /// Clear and Operate are states of the master too.
+    /// Records Clear or Operate, which are also states of the master.
     fn take_mode(&mut self, message: &Message) {
         if message.dsap == Some(SlaveSap::GLOBAL_CONTROL.0)
             && let Ok(control) = GlobalControl::parse(&message.data)
@@ -311,7 +310,7 @@ impl Master {
         }
     }
 
-    /// The next cycle begins.
+    /// Begins the next cycle.
     pub(super) fn cycle(&mut self, now: Time, hold: Hold, out: &mut Outbox) {
         let has_clock = !self.is_clock_stopped;
         let Some(exchange) = &mut self.exchange else { return };
@@ -321,15 +320,16 @@ impl Master {
         self.send(now, message, Purpose::Exchange, hold, out);
     }
 
-    /// A request has its answer, or never gets one.
+    /// Processes the answer to a request, or its final timeout.
     pub(super) fn answered(&mut self, now: Time, transfer: Transfer, hold: Hold, answer: Answer) {
         self.access = Access::Holding(hold);
         let Transfer { message, purpose, count, .. } = transfer;
         let is_answer = !matches!(answer, Answer::None | Answer::Unfit(_));
         if message.is_counted() {
-            match is_answer {
-                true => self.counts.answered(message.to, count),
-                false => self.counts.forget(message.to),
+            if is_answer {
+                self.counts.answered(message.to, count);
+            } else {
+                self.counts.forget(message.to);
             }
         }
         match purpose {
@@ -373,16 +373,16 @@ impl Master {
         self.cycles_done += 1;
         let Some(exchange) = &mut self.exchange else { return };
         let is_high = matches!(&answer, Answer::Frame { function, .. } if function.is_high());
-        // Only a start-up wants to know the answer itself.
-        let told = matches!(self.job, Some(Job::StartUp(_))).then(|| answer.clone());
+        // Only a start-up needs the answer itself.
+        let start_up_answer = matches!(self.job, Some(Job::StartUp(_))).then(|| answer.clone());
         let sample = exchange.answered(answer);
         if let Sample::End(end) = &sample {
             self.exchange = None;
-            if told.is_none() {
+            if start_up_answer.is_none() {
                 self.end = Some(end.clone());
             }
         }
-        if let (Some(Job::StartUp(job)), Some(answer)) = (&mut self.job, told)
+        if let (Some(Job::StartUp(job)), Some(answer)) = (&mut self.job, start_up_answer)
             && let Some(outcome) = job.sampled(answer, &sample)
         {
             self.conclude(outcome);
@@ -392,7 +392,7 @@ impl Master {
         }
     }
 
-    /// The connection ended without our asking.
+    /// Ends the connection without a request of the caller.
     fn ended(&mut self, answer: Answer, end: ConnectionEnd) {
         self.exchange = None;
         match &mut self.job {

@@ -1,6 +1,6 @@
-//! The master on the bus: token, silence, slot time, and what is sent next.
+//! Medium access of the master: token, silence, slot time, and what is sent next.
 //!
-//! This room must not know what the requests are about.
+//! This module must not know the content of the requests.
 
 use super::access::{Access, Action, Hold, Purpose, Transfer};
 use super::job::Job;
@@ -19,23 +19,23 @@ use wire::profibus::fdl::{
 const TOKEN_TRIES: u8 = 3;
 
 impl Master {
-    /// How long a master waits on a silent bus before it claims the token (TTO).
+    /// How long the bus must be silent before this master claims the token (TTO).
     fn time_out(&self) -> Duration {
         self.time(BitTimes(self.settings.slot_time.0 * (6 + 2 * u64::from(self.settings.address))))
     }
 
-    /// How long the longest frame lasts, for one whose end never comes.
+    /// The duration of the longest frame, for a frame whose end never arrives.
     fn longest(&self) -> Duration {
         self.time(BitTimes::of_octets(LONGEST + 1))
     }
 
-    /// When a token that there is nothing to do with is handed on; the others see within the slot time that it is used.
+    /// When an unused token is passed on, so that the other masters see it in use within the slot time.
     fn hands_token_on(&self) -> Time {
         let half = BitTimes(self.settings.slot_time.0 / 2);
         self.later(self.quiet, if self.ring.is_alone() { self.settings.token_pause } else { half })
     }
 
-    /// What is done next with the token, and when.
+    /// The next action with the token, and when.
     fn plan(&self, hold: &Hold) -> (Time, Action) {
         let free = self.later(self.quiet, self.pause);
         let mut best = (if hold.has_worked { free } else { self.hands_token_on().max(free) }, Action::Pass);
@@ -49,7 +49,7 @@ impl Master {
         let exchange = self.exchange.as_ref().filter(|_| !self.outputs.is_paused());
         let diagnosis = self.exchange.as_ref().filter(|exchange| exchange.wants_diagnosis());
         let job = self.job.as_ref().filter(|_| !hold.has_asked).and_then(Job::due);
-        // The later of two that are due at the same time goes first.
+        // Of two actions due at the same time, the later one in this list wins.
         let candidates = [
             hold.gap.map(|station| (free, Action::Gap(station))),
             job.map(|due| (due, Action::Job)),
@@ -64,7 +64,7 @@ impl Master {
             }
         }
         match clock {
-            // Nothing may be on the bus when the clock is due.
+            // The bus must be free when the clock is due.
             Some(clock) if best.1 != Action::Clock && best.0 + self.lasts(best.1) > clock => {
                 (clock.max(free), Action::Clock)
             }
@@ -72,7 +72,7 @@ impl Master {
         }
     }
 
-    /// How long an action keeps the bus busy, with the silence behind it.
+    /// How long an action keeps the bus busy, including the silence after it.
     fn lasts(&self, action: Action) -> Duration {
         let connection = self.exchange.as_ref().map(|exchange| &exchange.connection);
         let slot = self.settings.slot_time.0;
@@ -137,7 +137,7 @@ impl Master {
         self.access = Access::Holding(Hold { since, has_worked: false, has_asked: false, gap });
     }
 
-    /// The bus was silent so long that nobody has the token: we take it, and send it to ourselves twice.
+    /// Claims the token after a silence so long that no master can have it, and sends it twice to this master itself.
     fn claim(&mut self, now: Time, out: &mut Outbox) {
         self.ring.clear();
         self.pass(now, self.settings.address, 1, out);
@@ -146,7 +146,7 @@ impl Master {
         }
     }
 
-    /// The answer did not come, or was none.
+    /// Handles a missing or invalid answer.
     fn repeat(&mut self, now: Time, out: &mut Outbox) {
         match core::mem::replace(&mut self.access, Access::Listening) {
             Access::Asking(mut transfer, hold) if transfer.retries > 0 => {
@@ -164,7 +164,7 @@ impl Master {
         }
     }
 
-    /// A frame came while we wait for an answer.
+    /// Processes a frame that arrives while an answer is awaited.
     fn take_answer(&mut self, now: Time, frame: Result<Frame<'_>, WireError>) {
         let own = self.settings.address;
         match core::mem::replace(&mut self.access, Access::Listening) {
@@ -180,7 +180,7 @@ impl Master {
         }
     }
 
-    /// Another master uses the bus, so the token is not ours.
+    /// Gives up the token because another master uses the bus.
     fn lose_token(&mut self, now: Time) {
         let access = core::mem::replace(&mut self.access, Access::Waiting);
         if let Access::Asking(transfer, hold) = access {
@@ -191,7 +191,7 @@ impl Master {
         self.access = Access::Waiting;
     }
 
-    /// Whether `frame` is what only another master sends, one that has the token.
+    /// Whether only another master that has the token sends `frame`.
     fn is_of_other_master(&self, frame: &Frame<'_>) -> bool {
         let speaker = match frame {
             Frame::Token { sa, .. } => *sa,
@@ -201,7 +201,7 @@ impl Master {
         speaker != self.settings.address
     }
 
-    /// Takes a frame of another master.
+    /// Processes a frame of another master.
     fn overhear(&mut self, now: Time, frame: Frame<'_>) {
         let own = self.settings.address;
         match self.access {
@@ -232,7 +232,7 @@ impl Master {
         }
     }
 
-    /// A job does not wait for the token for ever.
+    /// When a waiting job gives up because the token does not arrive.
     fn patience(&self) -> Option<Time> {
         let is_without = matches!(self.access, Access::Listening | Access::Waiting | Access::Passing { .. });
         (is_without && self.job.is_some()).then(|| self.begging + self.settings.patience)
@@ -319,7 +319,7 @@ impl Station for Master {
 }
 
 impl Master {
-    /// When it has something to do, as things stand.
+    /// When it has something to do next.
     fn next_due(&self) -> Time {
         let due = self.due.as_ref().map(|(due, _)| *due);
         let reply = self.reply.as_ref().map(|(due, _)| *due);

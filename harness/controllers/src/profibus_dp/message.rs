@@ -1,4 +1,4 @@
-//! One request to a station and what of the frames that come is its answer.
+//! A request to one station, and the frames that answer it.
 
 use super::outcome::Answer;
 use alloc::format;
@@ -9,7 +9,7 @@ use wire::profibus::fdl::{BROADCAST, DataFrame, Extension, Frame, FrameCount, Fu
 use wire::profibus::global_control::GlobalControl;
 use wire::profibus::sap::{MasterSap, SlaveSap};
 
-/// A request; an answer is awaited where its function says so.
+/// A request; its function code says whether an answer is awaited.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Message {
     pub to: u8,
@@ -20,7 +20,7 @@ pub(super) struct Message {
 }
 
 impl Message {
-    /// A service of DP-V0 with an access point of its own.
+    /// A DP-V0 service with its own access point (SAP).
     pub fn service(to: u8, sap: SlaveSap, data: Vec<u8>) -> Message {
         let (dsap, ssap) = (Some(sap.0), Some(MasterSap::MS0.0));
         Message { to, dsap, ssap, function: RequestFunction::SRD_HIGH, data }
@@ -34,7 +34,7 @@ impl Message {
         Message { to, dsap: None, ssap: None, function: RequestFunction::SRD_HIGH, data }
     }
 
-    /// A PDU of MS1, or a poll where it is empty.
+    /// A PDU of MS1; an empty one is a poll.
     pub fn acyclic(to: u8, data: Vec<u8>) -> Message {
         let (dsap, ssap) = (Some(SlaveSap::SERVER.0), Some(MasterSap::MS1.0));
         Message { to, dsap, ssap, function: RequestFunction::SRD_LOW, data }
@@ -51,12 +51,12 @@ impl Message {
         Message { to, dsap: None, ssap: None, function: RequestFunction::FDL_STATUS, data: Vec::new() }
     }
 
-    /// Whether the requests of this kind are counted by FCB.
+    /// Whether the requests of this kind carry a frame count bit (FCB).
     pub fn is_counted(&self) -> bool {
         self.wants_answer() && !self.function.is_link()
     }
 
-    /// Whether somebody is to answer.
+    /// Whether a station must answer.
     pub fn wants_answer(&self) -> bool {
         self.to != BROADCAST && self.function.wants_answer()
     }
@@ -68,7 +68,7 @@ impl Message {
         DataFrame::new((self.to, extension(self.dsap)), (own, extension(self.ssap)), fc, &self.data).write(out);
     }
 
-    /// What `frame`, which came after it, answers.
+    /// The answer in `frame`, which followed this message.
     pub fn answer(&self, own: u8, frame: Result<Frame<'_>, WireError>) -> Answer {
         let frame = match frame {
             Ok(Frame::ShortAcknowledgement) => return Answer::Short,
@@ -85,8 +85,8 @@ impl Message {
         let points = (frame.source.sap, frame.destination.sap);
         let is_bare = points == (None, None) && frame.data.is_empty();
         if points != (self.dsap, self.ssap) && !is_bare {
-            let shown = |sap: Option<u8>| sap.map_or("none".to_string(), |sap| sap.to_string());
-            let (from, to) = (shown(points.0), shown(points.1));
+            let sap_text = |sap: Option<u8>| sap.map_or("none".to_string(), |sap| sap.to_string());
+            let (from, to) = (sap_text(points.0), sap_text(points.1));
             return Answer::Unfit(format!("an answer from access point {from} to {to}"));
         }
         Answer::Frame { function, station, data: frame.data.to_vec() }
@@ -100,12 +100,12 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// The count of the next new request to `station`.
+    /// The frame count of the next new request to `station`.
     pub fn next(&self, station: u8) -> FrameCount {
         self.next.iter().find(|(known, _)| *known == station).map_or(FrameCount::First, |(_, next)| *next)
     }
 
-    /// A request to `station` with `count` was answered.
+    /// Records that a request to `station` with `count` was answered.
     pub fn answered(&mut self, station: u8, count: FrameCount) {
         match self.next.iter_mut().find(|(known, _)| *known == station) {
             Some((_, next)) => *next = count.next(),
@@ -113,7 +113,7 @@ impl Counts {
         }
     }
 
-    /// The next request to `station` is the first one.
+    /// Resets the frame count: the next request to `station` is the first one.
     pub fn forget(&mut self, station: u8) {
         self.next.retain(|(known, _)| *known != station);
     }

@@ -1,9 +1,9 @@
 //! The PROFIBUS DP master.
 //!
-//! A [`Master`] takes one [`Request`] at a time and gives one [`Outcome`] for it. It waits for the token, or claims it on a bus where
-//! there is none, hands it on, and looks for other masters. While a [`Connection`] stands it exchanges data with its slave each cycle, reads
-//! the diagnosis when an answer of high priority asks for it, and gives the clock of isochronous mode. What the slave does is not
-//! reported here but read from the frames by whoever watches the bus. Source: IEC 61158-4-3 and IEC 61158-6-3.
+//! A [`Master`] accepts one [`Request`] at a time and returns one [`Outcome`] for it. It waits for the token, or claims it on a
+//! bus without one, passes it on, and searches for other masters. While a [`Connection`] runs it exchanges data with its slave
+//! each cycle, reads the diagnosis when an answer of high priority signals one, and sends the clock of isochronous mode. It does
+//! not report what the slave does: observers read that from the frames. Source: IEC 61158-4-3 and IEC 61158-6-3.
 
 mod access;
 mod acyclic;
@@ -29,7 +29,7 @@ pub use outcome::{
 pub use pace::Pace;
 pub use request::{Broken, Busy, Request, Settings, broken_frames};
 
-/// The slot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs); a slave of DP has one image.
+/// The slot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs); a DP slave has one image.
 pub const OUTPUT_SLOT: u16 = 1;
 /// The subslot of the outputs of a slave in [`Outputs`](crate::outputs::Outputs).
 pub const OUTPUT_SUBSLOT: u16 = 1;

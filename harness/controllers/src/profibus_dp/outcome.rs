@@ -1,6 +1,6 @@
-//! What became of a request, and of the connection.
+//! Outcomes of requests, and ends of connections.
 //!
-//! The master acts and reports how its own requests went; what the slave did is read from the frames by others.
+//! The master reports how its own requests ended; observers read from the frames what the slave did.
 
 use crate::words::words;
 use alloc::boxed::Box;
@@ -13,49 +13,49 @@ use wire::profibus::diag::SlaveDiag;
 use wire::profibus::dpv1::Refusal;
 use wire::profibus::fdl::{AnswerFunction, StationType};
 
-/// What became of a request.
+/// The outcome of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Connect.
+    /// Outcome of Connect.
     StartUp(Box<StartUp>),
-    /// Any service of DP-V0 or of the data link.
+    /// Outcome of any DP-V0 or data link service.
     Answer(Answer),
-    /// Read or Write.
+    /// Outcome of Read or Write.
     Record(RecordOutcome),
-    /// A request of the base mode.
+    /// Outcome of a base mode request.
     Parameter(ParameterOutcome),
-    /// Release or Abort.
+    /// Outcome of Release or Abort.
     Ended(Ended),
-    /// A frame was sent; nothing is waited for.
+    /// A frame was sent; no answer is awaited.
     Sent,
-    /// A damaged frame was sent: these are its octets.
+    /// A damaged frame was sent, with these bytes.
     Broken(Vec<u8>),
-    /// What was asked for cannot be done now; the sentence says why.
+    /// The request cannot be carried out now; the sentence says why.
     Impossible(&'static str),
 }
 
 /// How the data link answered a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// A short acknowledgement.
+    /// A short acknowledgement (SC).
     Short,
     /// A frame with function code: data, or an acknowledgement that may be negative.
     Frame {
-        /// What it says.
+        /// The function code.
         function: AnswerFunction,
         /// The type of the station.
         station: StationType,
-        /// The data; empty where there are none.
+        /// The data; may be empty.
         data: Vec<u8>,
     },
-    /// Nobody answered, however often it was asked.
+    /// No station answered, in all attempts.
     None,
-    /// What came is no answer to the request; the sentence says in what.
+    /// The frame that arrived does not answer the request; the sentence says why.
     Unfit(String),
 }
 
 impl Answer {
-    /// Whether the request was taken: a short acknowledgement, OK, or data.
+    /// Whether the request was accepted: a short acknowledgement, OK, or data.
     pub fn is_positive(&self) -> bool {
         match self {
             Answer::Short => true,
@@ -67,7 +67,7 @@ impl Answer {
         }
     }
 
-    /// The function with which the slave refused the request, such as RS for an access point that is not active.
+    /// The function code with which the slave refused the request, such as RS for an inactive access point.
     pub fn refused(&self) -> Option<AnswerFunction> {
         match self {
             Answer::Frame { function, .. } if !self.is_positive() => Some(*function),
@@ -75,7 +75,7 @@ impl Answer {
         }
     }
 
-    /// The data of a positive answer; those of a short acknowledgement are empty.
+    /// The data of a positive answer; a short acknowledgement has none.
     pub fn data(&self) -> Option<&[u8]> {
         match self {
             Answer::Short => Some(&[]),
@@ -84,7 +84,7 @@ impl Answer {
         }
     }
 
-    /// The data as diagnosis; none if there are none or they are too short.
+    /// The data as diagnosis; `None` if there are too few bytes.
     pub fn diagnosis(&self) -> Option<SlaveDiag> {
         match self {
             Answer::Frame { .. } => SlaveDiag::parse(self.data()?).ok(),
@@ -92,7 +92,7 @@ impl Answer {
         }
     }
 
-    /// Whether nobody answered.
+    /// Whether no station answered.
     pub fn is_none(&self) -> bool {
         *self == Answer::None
     }
@@ -115,14 +115,14 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Why an acyclic service of DP-V1 brought no answer.
+/// Why an acyclic DP-V1 service returned no answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AcyclicError {
-    /// The data link did not take the request, or a poll.
+    /// The data link did not accept the request, or a poll.
     Link(Answer),
-    /// The slave was polled so long and never had an answer.
+    /// The slave was polled for this time and never had an answer ready.
     Timeout(Duration),
-    /// An answer came that does not fit the request; the sentence says in what.
+    /// The answer does not match the request; the sentence says how.
     Unfit(String),
 }
 
@@ -136,58 +136,58 @@ impl fmt::Display for AcyclicError {
     }
 }
 
-/// How it went with a record.
+/// The outcome of a record access.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordOutcome {
     /// Written, or read with this data.
     Accepted {
-        /// The record; empty after writing.
+        /// The record; empty after a write.
         data: Vec<u8>,
     },
     /// The slave refused.
     Refused(Refusal),
-    /// The service brought no answer.
+    /// The service returned no answer.
     Failed(AcyclicError),
 }
 
-/// How it went with a request of the base mode.
+/// The outcome of a base mode request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParameterOutcome {
-    /// The octets of the response; its reference is that of the request.
+    /// The bytes of the response; its reference matches the request.
     Answer(Vec<u8>),
     /// The response has another reference than the request.
     OtherReference {
         /// The reference of the request.
         sent: u8,
-        /// The octets of the response.
+        /// The bytes of the response.
         answer: Vec<u8>,
     },
-    /// Writing the request was refused.
+    /// The slave refused the write of the request.
     WriteRefused(Refusal),
-    /// Reading the response was refused, otherwise than by "not yet".
+    /// The slave refused the read of the response, for another reason than "not ready".
     ReadRefused(Refusal),
-    /// The slave never had an answer ready; this was its last refusal, none if it gave empty records.
+    /// The slave never had a response ready. Its last refusal, `None` if it returned empty records, and the time.
     NotReady(Option<Refusal>, Duration),
-    /// A service brought no answer.
+    /// A service returned no answer.
     Failed(AcyclicError),
 }
 
 /// A start-up with the answer of each service that was reached.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StartUp {
-    /// Slave_Diag before everything else: the first answer.
+    /// First answer to Slave_Diag, before everything else.
     pub diagnosis_before: Option<Answer>,
-    /// Set_Prm.
+    /// Answer to Set_Prm.
     pub set_prm: Option<Answer>,
-    /// Chk_Cfg.
+    /// Answer to Chk_Cfg.
     pub chk_cfg: Option<Answer>,
-    /// Slave_Diag behind them: the last answer.
+    /// Last answer to Slave_Diag after these services.
     pub diagnosis_after: Option<Answer>,
-    /// The first answer of Data_Exchange that is good, or the last one that is not.
+    /// The first valid answer to Data_Exchange, or the last invalid one.
     pub first_data: Option<Answer>,
     /// Whether data are exchanged.
     pub standing: bool,
-    /// Where the start-up ended otherwise, and why.
+    /// Where and why the start-up failed.
     pub failed: Option<Failure>,
 }
 
@@ -195,31 +195,31 @@ words! {
     /// The stages of a start-up in their order.
     pub enum Stage {
         Token "token" "The master gets the token.",
-        Diagnosis "diagnosis" "The slave is looked for.",
-        SetPrm "set_prm" "The slave gets its parameters.",
+        Diagnosis "diagnosis" "The master searches for the slave.",
+        SetPrm "set_prm" "The slave receives its parameters.",
         CheckConfiguration "chk_cfg" "The slave checks its configuration.",
         Ready "ready" "The slave becomes ready.",
-        Exchange "exchange" "The first good data come.",
+        Exchange "exchange" "The first valid data arrive.",
     }
 }
 
 /// Where and why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The stage.
+    /// The failed stage.
     pub stage: Stage,
-    /// Why.
+    /// The reason.
     pub why: FailureReason,
 }
 
 /// Why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FailureReason {
-    /// The master never got the token.
+    /// The master never received the token.
     NoToken(Duration),
-    /// The answer was not a good one.
+    /// The answer was negative or invalid.
     Answer(Answer),
-    /// The diagnosis says that the slave does not take the parameters or the configuration.
+    /// According to the diagnosis, the slave rejects the parameters or the configuration.
     Diagnosis(SlaveDiag),
     /// The slave did not become ready in this time.
     NotReady(Duration),
@@ -251,16 +251,16 @@ impl fmt::Display for FailureReason {
     }
 }
 
-/// What a master sees of its connection.
+/// The state of the connection as the master knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ConnectionState {
-    /// There is none.
+    /// No connection.
     None,
-    /// One is started up.
+    /// A start-up is running.
     Starting(Stage),
     /// Data are exchanged.
     Exchange,
-    /// The slave is given free; its answer has not come yet.
+    /// Release was sent; its answer is pending.
     Releasing,
 }
 
@@ -275,7 +275,7 @@ impl fmt::Display for ConnectionState {
     }
 }
 
-/// How Release or Abort went; the connection is gone in any case.
+/// The outcome of Release or Abort; the connection has ended in any case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// A Set_Prm with Unlock was sent; the answer of the slave.
@@ -286,12 +286,12 @@ pub enum Ended {
     NoConnection,
 }
 
-/// Why a connection ended that we did not ask to end.
+/// Why a connection ended without a request of the caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ConnectionEnd {
-    /// Data_Exchange was answered otherwise than with data, or with data of another length.
+    /// The answer to Data_Exchange had no data, or data of another length.
     Answer(Answer),
-    /// The diagnosis says that the slave wants new parameters, or belongs to another master.
+    /// According to the diagnosis, the slave needs new parameters, or belongs to another master.
     Diagnosis(SlaveDiag),
 }
 

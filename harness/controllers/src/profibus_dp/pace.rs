@@ -1,22 +1,22 @@
-//! How long a master waits on a bus whose other end is no simulation.
+//! Timeouts of a master on a live bus.
 
 use super::Settings;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 
-/// The shortest slot time: no kernel hands an answer over sooner for certain, whatever the rate.
+/// The shortest slot time, in nanoseconds: no kernel reliably delivers an answer sooner, at any baud rate.
 const SHORTEST_SLOT_NANOS: u64 = 20_000_000;
 
-/// How long is waited on a live bus.
+/// Timeouts on a live bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
-    /// How long an answer is waited for (TSL).
+    /// Slot time (TSL): how long the master waits for an answer.
     pub slot_time: BitTimes,
-    /// The longest that a slave takes to answer (max TSDR).
+    /// The longest time that a slave takes to answer (max TSDR).
     pub max_tsdr: BitTimes,
 }
 
 impl Pace {
-    /// The times of a bus at `baud`: as they are given, else those of the standard, but an answer is waited for 20 ms at least.
+    /// The times of a bus at `baud`: the given ones, else those of the standard, with a slot time of at least 20 ms.
     pub fn new(baud: BaudRate, slot_time: Option<BitTimes>, max_tsdr: Option<BitTimes>) -> Pace {
         let usual = Settings::new(0, baud);
         let shortest = u64::from(baud.0).saturating_mul(SHORTEST_SLOT_NANOS).div_ceil(1_000_000_000);
@@ -26,9 +26,8 @@ impl Pace {
         }
     }
 
-    /// The settings of our master at `address`, where `highest` is the highest address of our masters.
-    ///
-    /// A bus on which another master speaks is refused, so that no masters are looked for but our own.
+    /// The settings of the master at `address`, where `highest` is the highest address of the harness's masters. A bus with any
+    /// other master is refused, so no other masters are searched for.
     pub fn settings(self, address: u8, baud: BaudRate, highest: u8) -> Settings {
         let usual = Settings::new(address, baud);
         let slot = self.slot_time.0;
@@ -49,15 +48,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_answer_is_waited_for_as_long_as_a_kernel_may_take() {
-        // 20 ms at 187.5 kbit/s, and what the bench says in any case.
+    fn the_slot_time_allows_for_the_latency_of_the_kernel() {
+        // 20 ms at 187.5 kbit/s, and the value of the bench if it says one.
         assert_eq!(Pace::new(BaudRate(187_500), None, None).slot_time, BitTimes(3_750));
         assert_eq!(Pace::new(BaudRate(187_500), Some(BitTimes(100)), None).slot_time, BitTimes(100));
         assert_eq!(Pace::new(BaudRate(1_500_000), None, None).slot_time, BitTimes(30_000));
     }
 
     #[test]
-    fn nobody_is_looked_for_but_our_own_second_master() {
+    fn only_the_second_master_of_the_harness_is_polled() {
         let pace = Pace::new(BaudRate(187_500), None, None);
         let settings = |address, highest| pace.settings(address, BaudRate(187_500), highest);
         assert_eq!((settings(1, 1).gap_factor, settings(2, 2).gap_factor), (0, 0));

@@ -1,4 +1,4 @@
-//! What a master can be asked to do, and who it is.
+//! The requests to a master, and its settings.
 
 use super::connection::Connection;
 use crate::words::words;
@@ -10,32 +10,33 @@ use wire::profibus::address::SetSlaveAddress;
 use wire::profibus::fdl::{BaudRate, BitTimes};
 use wire::profibus::global_control::GlobalControl;
 
-/// Who a master is, and the parameters of its bus.
+/// Address and bus parameters of a master.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Its address, 0 to 125.
+    /// Station address, 0 to 125.
     pub address: u8,
-    /// The baud rate of the bus.
+    /// Baud rate of the bus.
     pub baud: BaudRate,
-    /// TSL: how long an answer is waited for, up to its first character.
+    /// TSL: how long the master waits for the first character of an answer.
     pub slot_time: BitTimes,
-    /// The longest that a slave of this bus takes to answer (max TSDR); so long a request without answer is left alone.
+    /// The longest time that a slave of this bus takes to answer (max TSDR). The bus stays idle for this time after a request
+    /// without answer.
     pub max_tsdr: BitTimes,
     /// TID1: the silence before a request; not below TSYN.
     pub idle: BitTimes,
     /// How long a master that is alone keeps the token when it has nothing to send; below six slot times.
     pub token_pause: BitTimes,
-    /// TTR: how long the token may take to come round.
+    /// TTR: the target rotation time of the token.
     pub rotation: BitTimes,
-    /// How often a request that nobody answers is sent again.
+    /// How often an unanswered request is repeated.
     pub retries: u8,
-    /// G: after how many rounds of the token the next address is asked for a master; 0: nobody is ever asked.
+    /// G: number of token rotations between two polls for new masters; 0: never.
     pub gap_factor: u8,
-    /// HSA: the highest address that is asked.
+    /// HSA: the highest address that is polled.
     pub highest: u8,
-    /// How long an answer of DP-V1 may take.
+    /// Timeout for a DP-V1 answer.
     pub acyclic: Duration,
-    /// How long the master may be without the token while it has something to do.
+    /// How long the master may wait for the token while it has something to send.
     pub patience: Duration,
 }
 
@@ -67,132 +68,132 @@ impl Settings {
     }
 }
 
-/// One thing that a master is asked to do; it takes one at a time.
+/// A request to a master; it accepts one at a time.
 ///
-/// `to` is the address of a slave. What has octets sends them as they are, right or wrong.
+/// `to` is the address of a slave. Bytes are sent as they are, valid or not.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// The whole start-up of a slave. Gives [`Outcome::StartUp`](super::Outcome::StartUp).
+    /// The whole start-up of a slave. Returns [`Outcome::StartUp`](super::Outcome::StartUp).
     Connect(Box<Connection>),
-    /// Ends the exchange and gives the slave free by a Set_Prm with Unlock. Gives [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the exchange and releases the slave by a Set_Prm with Unlock. Returns [`Outcome::Ended`](super::Outcome::Ended).
     Release,
-    /// Ends the exchange without a word; taken at any time. Gives [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the exchange without a frame; accepted at any time. Returns [`Outcome::Ended`](super::Outcome::Ended).
     Abort,
-    /// Slave_Diag. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// Slave_Diag. Returns [`Outcome::Answer`](super::Outcome::Answer).
     Diagnosis {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
     },
-    /// Get_Cfg. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// Get_Cfg. Returns [`Outcome::Answer`](super::Outcome::Answer).
     Configuration {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
     },
-    /// RD_Inp. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// RD_Inp. Returns [`Outcome::Answer`](super::Outcome::Answer).
     ReadInputs {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
     },
-    /// RD_Outp. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// RD_Outp. Returns [`Outcome::Answer`](super::Outcome::Answer).
     ReadOutputs {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
     },
-    /// Set_Slave_Address. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// Set_Slave_Address. Returns [`Outcome::Answer`](super::Outcome::Answer).
     SetSlaveAddress {
-        /// Who is asked, 126 as a rule.
+        /// Address of the slave, usually 126.
         to: u8,
-        /// The new address and what goes with it.
+        /// The new address and the other fields.
         set: SetSlaveAddress,
     },
-    /// Global_Control; Clear and Operate become the mode of the master. Gives [`Outcome::Sent`](super::Outcome::Sent).
+    /// Global_Control; Clear and Operate become the mode of the master. Returns [`Outcome::Sent`](super::Outcome::Sent).
     GlobalControl {
-        /// Who is meant: 127 for all.
+        /// The destination: 127 for all stations.
         to: u8,
         /// The command.
         control: GlobalControl,
     },
-    /// FDL status. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// FDL status. Returns [`Outcome::Answer`](super::Outcome::Answer).
     FdlStatus {
-        /// Who is asked.
+        /// Address of the station.
         to: u8,
     },
-    /// Set_Prm on its own. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// Set_Prm on its own. Returns [`Outcome::Answer`](super::Outcome::Answer).
     SetPrm {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
-        /// The octets from the station status on.
+        /// The bytes from the station status on.
         octets: Vec<u8>,
     },
-    /// Chk_Cfg on its own. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// Chk_Cfg on its own. Returns [`Outcome::Answer`](super::Outcome::Answer).
     CheckConfiguration {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
-        /// The identifiers.
+        /// The configuration identifiers.
         octets: Vec<u8>,
     },
-    /// One Data_Exchange beside those of the cycle. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// One Data_Exchange in addition to the cycle. Returns [`Outcome::Answer`](super::Outcome::Answer).
     DataExchange {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
         /// The outputs.
         octets: Vec<u8>,
     },
-    /// DS_Read over MS1. Gives [`Outcome::Record`](super::Outcome::Record).
+    /// DS_Read over MS1. Returns [`Outcome::Record`](super::Outcome::Record).
     Read {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
         /// The slot.
         slot: u8,
         /// The index.
         index: u8,
-        /// Most octets that are taken, up to 240.
+        /// Maximum length, up to 240 bytes.
         length: u8,
     },
-    /// DS_Write over MS1. Gives [`Outcome::Record`](super::Outcome::Record).
+    /// DS_Write over MS1. Returns [`Outcome::Record`](super::Outcome::Record).
     Write {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
         /// The slot.
         slot: u8,
         /// The index.
         index: u8,
-        /// What it says, up to 240 octets.
+        /// The record, up to 240 bytes.
         data: Vec<u8>,
     },
-    /// A request of the PROFIdrive base mode: written to data set 47, then its answer is read as often as it is not ready.
-    /// Gives [`Outcome::Parameter`](super::Outcome::Parameter).
+    /// A PROFIdrive base mode request: written to data set 47, then the response is read until it is ready. Returns
+    /// [`Outcome::Parameter`](super::Outcome::Parameter).
     Parameter {
-        /// Who is asked.
+        /// Address of the slave.
         to: u8,
         /// The slot.
         slot: u8,
-        /// The octets of the request, right or wrong.
+        /// The bytes of the request, valid or not.
         request: Vec<u8>,
     },
-    /// Any request of the data link, answered or not. Gives [`Outcome::Answer`](super::Outcome::Answer).
+    /// Any data link request, with or without an answer. Returns [`Outcome::Answer`](super::Outcome::Answer).
     Service {
-        /// Who is asked.
+        /// Address of the station.
         to: u8,
-        /// The access point at the slave; none means the default one.
+        /// The access point at the slave; `None`: the default one.
         dsap: Option<u8>,
-        /// The access point at the master; none means the default one.
+        /// The access point at the master; `None`: the default one.
         ssap: Option<u8>,
         /// The data.
         octets: Vec<u8>,
     },
-    /// Sends octets as they are. Gives [`Outcome::Sent`](super::Outcome::Sent).
+    /// Sends bytes as they are. Returns [`Outcome::Sent`](super::Outcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame that is damaged on purpose, and ignores what comes of it. Gives [`Outcome::Broken`](super::Outcome::Broken).
+    /// Sends a frame damaged on purpose and ignores any answer. Returns [`Outcome::Broken`](super::Outcome::Broken).
     Broken {
-        /// To whom.
+        /// Address of the station.
         to: u8,
-        /// How it is damaged.
+        /// The kind of damage.
         broken: Broken,
     },
 }
 
-/// The master has not yet done what it was last asked to do.
+/// The master has not finished the previous request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy;
 
@@ -203,29 +204,29 @@ impl fmt::Display for Busy {
 }
 
 words! {
-    /// A frame that is damaged on purpose.
+    /// A frame damaged on purpose.
     pub enum Broken {
         Checksum "checksum" "A Slave_Diag request whose checksum is wrong.",
         EndDelimiter "end_delimiter" "A Slave_Diag request whose end delimiter is wrong.",
         LengthRepeated "length_repeated" "A Slave_Diag request whose two lengths differ.",
-        LengthBeyond "length_beyond" "A Slave_Diag request that announces more octets than it has.",
+        LengthBeyond "length_beyond" "A Slave_Diag request that announces more bytes than it has.",
         StartDelimiter "start_delimiter" "A Slave_Diag request with a start delimiter that does not exist.",
         Truncated "truncated" "A Slave_Diag request that ends in its middle.",
-        UnknownFunction "unknown_function" "A request with a function code that is reserved.",
+        UnknownFunction "unknown_function" "A request with a reserved function code.",
         UnknownAccessPoint "unknown_access_point" "A request to an access point that no slave has.",
-        SetPrmShort "set_prm_short" "A Set_Prm of three octets.",
-        Noise "noise" "Octets that are no frame.",
+        SetPrmShort "set_prm_short" "A Set_Prm of three bytes.",
+        Noise "noise" "Bytes that are no frame.",
     }
 }
 
 impl Broken {
-    /// The damaged frame that has this word.
+    /// The damaged frame with this word.
     pub fn by_word(word: &str) -> Option<Broken> {
         Broken::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
     }
 }
 
-/// Every damaged frame that the master can make: its word and its sentence.
+/// Every damaged frame that the master can send: its word and its sentence.
 pub fn broken_frames() -> impl Iterator<Item = (&'static str, &'static str)> {
     Broken::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
 }

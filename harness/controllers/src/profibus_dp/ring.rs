@@ -1,25 +1,25 @@
-//! The logical ring: which masters there are, and who is asked next whether it is one.
+//! The logical ring: which masters are in it, and which address is polled next.
 //!
-//! This room must not know time. Source: IEC 61158-4-3, LAS and GAPL.
+//! This module must not know time. Source: IEC 61158-4-3, LAS and GAPL.
 
 use alloc::vec::Vec;
 use wire::profibus::fdl::{BROADCAST, StationType};
 
-/// Rounds of the token after which a listener knows the ring.
+/// Number of token rotations after which a listener knows the ring.
 const ROUNDS: u8 = 2;
 
-/// The masters that a master knows, and its search for more.
+/// The list of known masters, and the search for more.
 #[derive(Clone, Debug)]
 pub(super) struct Ring {
     own: u8,
     highest: u8,
-    /// LAS, ascending, without ourselves.
+    /// LAS, ascending, without this master.
     others: Vec<u8>,
-    /// How often the token was heard to come round.
+    /// Number of token rotations observed.
     rounds: u8,
-    /// The address that is asked next.
+    /// The address that is polled next.
     cursor: u8,
-    /// After how many tokens.
+    /// Remaining tokens before the next poll.
     pause: u8,
     factor: u8,
 }
@@ -31,18 +31,18 @@ impl Ring {
         ring
     }
 
-    /// Whether nobody else is in the ring.
+    /// Whether no other master is in the ring.
     pub fn is_alone(&self) -> bool {
         self.others.is_empty()
     }
 
-    /// Who gets the token from us.
+    /// The master to which this master passes the token.
     pub fn successor(&self) -> u8 {
         let next = self.others.iter().find(|other| **other > self.own).or(self.others.first());
         next.copied().unwrap_or(self.own)
     }
 
-    /// A token was heard that goes from `sa` to `da`.
+    /// Records an observed token from `sa` to `da`.
     pub fn heard(&mut self, sa: u8, da: u8) {
         for master in [sa, da] {
             if master != self.own && master < BROADCAST && !self.others.contains(&master) {
@@ -55,24 +55,24 @@ impl Ring {
         }
     }
 
-    /// Whether the ring is known, so that we may enter it.
+    /// Whether the ring is known, so that this master may enter it.
     pub fn is_known(&self) -> bool {
         self.rounds >= ROUNDS
     }
 
-    /// Nobody else is in the ring, and nothing is known of it.
+    /// Forgets all other masters.
     pub fn clear(&mut self) {
         self.others.clear();
         (self.rounds, self.cursor, self.pause) = (0, self.after(self.own), 0);
     }
 
-    /// `master` does not take the token; the search begins anew, so that it is found once it is back.
+    /// Removes `master`, which does not accept the token, and restarts the search so that it is found when it returns.
     pub fn remove(&mut self, master: u8) {
         self.others.retain(|other| *other != master);
         (self.cursor, self.pause) = (self.after(self.own), 0);
     }
 
-    /// We have the token once more; the address that is to be asked now, if one is.
+    /// Counts a token received; returns the address to poll now, if there is one.
     pub fn token(&mut self) -> Option<u8> {
         if self.factor == 0 {
             return None;
@@ -84,7 +84,7 @@ impl Ring {
         (self.cursor != self.own).then_some(self.cursor)
     }
 
-    /// What became of asking `station`: its type if it answered.
+    /// Processes the result of polling `station`: its type if it answered.
     pub fn asked(&mut self, station: u8, answer: Option<StationType>) {
         self.pause = self.factor.saturating_sub(1);
         match answer {
@@ -113,32 +113,32 @@ mod tests {
     use super::*;
 
     #[test]
-    fn alone_it_asks_every_address_but_its_own_in_turn() {
+    fn a_master_alone_polls_every_address_but_its_own_in_turn() {
         let mut ring = Ring::new(2, 4, 1);
-        let mut asked = Vec::new();
+        let mut polled = Vec::new();
         for _ in 0..8 {
-            let station = ring.token().expect("a factor of 1 asks at each token");
-            asked.push(station);
+            let station = ring.token().expect("a factor of 1 polls at each token");
+            polled.push(station);
             ring.asked(station, None);
         }
-        assert_eq!(asked, [3, 4, 0, 1, 3, 4, 0, 1]);
+        assert_eq!(polled, [3, 4, 0, 1, 3, 4, 0, 1]);
     }
 
     #[test]
-    fn it_asks_each_factor_th_round() {
+    fn it_polls_every_factor_rotations() {
         let mut ring = Ring::new(2, 126, 3);
-        let asked: Vec<_> = (0..7)
+        let polled: Vec<_> = (0..7)
             .map(|_| {
                 let station = ring.token();
                 station.inspect(|station| ring.asked(*station, Some(StationType::SLAVE)));
                 station
             })
             .collect();
-        assert_eq!(asked, [Some(3), None, None, Some(4), None, None, Some(5)]);
+        assert_eq!(polled, [Some(3), None, None, Some(4), None, None, Some(5)]);
     }
 
     #[test]
-    fn a_master_that_is_not_ready_is_asked_again_and_then_gets_the_token() {
+    fn a_master_that_is_not_ready_is_polled_again_and_then_gets_the_token() {
         let mut ring = Ring::new(2, 126, 10);
         assert_eq!(ring.token(), Some(3));
         ring.asked(3, Some(StationType::MASTER_NOT_READY));
@@ -150,13 +150,13 @@ mod tests {
     }
 
     #[test]
-    fn with_a_factor_of_0_nobody_is_ever_asked() {
+    fn with_a_factor_of_0_no_address_is_polled() {
         let mut ring = Ring::new(2, 126, 0);
         assert_eq!([ring.token(), ring.token(), ring.token()], [None; 3]);
     }
 
     #[test]
-    fn between_neighbours_nobody_is_asked() {
+    fn between_neighbours_no_address_is_polled() {
         let mut ring = Ring::new(2, 126, 1);
         ring.heard(3, 2);
         ring.asked(3, Some(StationType::MASTER_IN_RING));
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_that_went_away_is_asked_for_again() {
+    fn a_neighbour_that_left_is_polled_again() {
         let mut ring = Ring::new(2, 126, 10);
         ring.heard(3, 2);
         ring.asked(3, Some(StationType::MASTER_IN_RING));
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_listener_knows_the_ring_after_two_rounds() {
+    fn a_listener_knows_the_ring_after_two_rotations() {
         let mut ring = Ring::new(5, 126, 10);
         ring.heard(2, 3);
         ring.heard(3, 2);

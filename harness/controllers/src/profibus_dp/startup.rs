@@ -1,4 +1,4 @@
-//! The start-up of a slave: its services one after the other, as a state machine that sends nothing itself.
+//! The start-up of a slave: its services in sequence, as a state machine that sends nothing itself.
 
 use super::connection::{Connection, Service};
 use super::exchange::{Sample, is_lost};
@@ -13,17 +13,17 @@ use wire::profibus::fdl::BROADCAST;
 use wire::profibus::global_control::{ControlCommand, GlobalControl};
 use wire::profibus::sap::SlaveSap;
 
-/// Between two questions whether a slave is there.
+/// Time between two Slave_Diag requests while the slave is absent.
 const SEARCH_PAUSE: Duration = Duration::from_millis(10);
 
-/// A start-up under way.
+/// A running start-up.
 #[derive(Debug)]
 pub(super) struct StartUpJob {
     connection: Box<Connection>,
     own: u8,
-    /// Which of the services is under way.
+    /// Index of the current service.
     at: usize,
-    /// When it began.
+    /// When this service began.
     since: Time,
     next: Time,
     told: Box<StartUp>,
@@ -36,7 +36,7 @@ impl StartUpJob {
         StartUpJob { connection, own, at: 0, since: now, next: now, told, is_exchanging: false }
     }
 
-    /// The stage that is under way; behind the last one, that.
+    /// The current stage; after the last one, that one.
     pub fn stage(&self) -> Stage {
         match self.service().or(self.connection.services.last().copied()) {
             None => Stage::Token,
@@ -52,12 +52,12 @@ impl StartUpJob {
         self.connection.services.get(self.at).copied()
     }
 
-    /// When it has something to send; none while it waits for the first good data.
+    /// When it has something to send; `None` while it waits for the first valid data.
     pub fn due(&self) -> Option<Time> {
         (!self.is_exchanging).then_some(self.next)
     }
 
-    /// What is to be done now.
+    /// The next step.
     pub fn next(&mut self, now: Time) -> Next {
         let to = self.connection.address;
         match self.service() {
@@ -85,7 +85,7 @@ impl StartUpJob {
         (self.at, self.since, self.next) = (self.at + 1, now, now);
     }
 
-    /// Takes the answer to what was sent; gives the outcome at the end.
+    /// Processes the answer to what was sent; returns the outcome at the end.
     pub fn answered(&mut self, now: Time, answer: Answer) -> Option<Outcome> {
         let is_silent = matches!(answer, Answer::None | Answer::Unfit(_));
         let is_late = now.since(self.since) >= self.connection.patience;
@@ -99,11 +99,11 @@ impl StartUpJob {
                 }
             }
             Service::SetPrm | Service::CheckConfiguration => {
-                let told = match self.service() {
+                let slot = match self.service() {
                     Some(Service::SetPrm) => &mut self.told.set_prm,
                     _ => &mut self.told.chk_cfg,
                 };
-                *told = Some(answer.clone());
+                *slot = Some(answer.clone());
                 if is_silent {
                     return Some(self.fail(FailureReason::Answer(answer)));
                 }
@@ -115,7 +115,7 @@ impl StartUpJob {
         None
     }
 
-    /// Takes a diagnosis behind Set_Prm and Chk_Cfg.
+    /// Processes a diagnosis after Set_Prm and Chk_Cfg.
     fn ready(&mut self, now: Time, answer: Answer, is_silent: bool, is_late: bool) -> Option<Outcome> {
         self.told.diagnosis_after = Some(answer.clone());
         let Some(diagnosis) = answer.diagnosis() else {
@@ -138,7 +138,7 @@ impl StartUpJob {
         None
     }
 
-    /// Takes what came of a Data_Exchange; gives the outcome at the end.
+    /// Processes the result of a Data_Exchange; returns the outcome at the end.
     pub fn sampled(&mut self, answer: Answer, sample: &Sample) -> Option<Outcome> {
         self.told.first_data = Some(answer.clone());
         match sample {
@@ -155,7 +155,7 @@ impl StartUpJob {
         }
     }
 
-    /// Ends the start-up where it stands.
+    /// Ends the start-up in its current stage.
     pub fn fail(&mut self, why: FailureReason) -> Outcome {
         self.told.failed = Some(Failure { stage: self.stage(), why });
         self.done()

@@ -1,7 +1,8 @@
-//! Our alarm endpoint: takes alarms, acknowledges them twice (transport, then application), ends the AR by ERR-RTA.
+//! The alarm endpoint of the controller: it receives alarms, acknowledges them twice (transport, then application), and ends the
+//! AR with an ERR-RTA.
 //!
-//! Each priority is a channel of its own with its own sequence numbers. An alarm that comes again is acknowledged again and
-//! not taken again. This room must not know what an alarm means.
+//! Each priority is a channel with its own sequence numbers. A repeated alarm is acknowledged again but not processed again. This
+//! module must not know what an alarm means.
 
 use super::connection::Connection;
 use super::outcome::ArEnd;
@@ -17,18 +18,18 @@ use wire::profinet::status::{AbortReason, PnioStatus};
 
 /// The sequence number of the first DATA of a channel.
 const FIRST: u16 = 0xFFFF;
-/// The sequence number that stands for "none yet".
+/// The sequence number that means "none yet".
 const BEFORE_FIRST: u16 = 0xFFFE;
 
 /// How far alarms are acknowledged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum AlarmAcknowledge {
-    /// By the transport and by the application, as it ought to be.
+    /// By the transport and by the application, as the standard requires.
     #[default]
     Given,
-    /// By the transport only: the device knows that the alarm has come, and waits for the application.
+    /// By the transport only: the device knows that the alarm has arrived, and waits for the application.
     Received,
-    /// Not at all, as if no alarm had come.
+    /// Not at all, as if no alarm had arrived.
     Held,
 }
 
@@ -41,14 +42,14 @@ pub(super) struct Alarms {
     channels: [Channel; 2],
 }
 
-/// Who speaks with whom, and how patiently.
+/// Addresses, references and timing of the two alarm endpoints.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
     pub(super) own: Mac,
     pub(super) device: Mac,
     pub(super) own_reference: u16,
     pub(super) device_reference: u16,
-    /// The tags of alarms of high and of low priority; none: they go without.
+    /// The tags of alarms of high and of low priority; `None`: untagged.
     tags: Option<(u16, u16)>,
     timeout: Duration,
     retries: u16,
@@ -57,11 +58,11 @@ pub(super) struct Ends {
 #[derive(Debug)]
 struct Channel {
     priority: AlarmPriority,
-    /// The number that the next DATA of the device has to have.
+    /// The sequence number expected in the next DATA of the device.
     expected: u16,
-    /// The number of the last DATA that was taken.
+    /// The sequence number of the last DATA accepted.
     taken: u16,
-    /// The number of our next DATA, and of our last one.
+    /// The sequence numbers of the next DATA of the controller and of its last one.
     next: u16,
     sent: u16,
     waiting: VecDeque<AlarmAck>,
@@ -117,7 +118,7 @@ impl Alarms {
         }
     }
 
-    /// When something is to be sent: a repetition, or at once what was kept back.
+    /// When something must be sent: a repetition, or at once the acknowledgements withheld so far.
     pub(super) fn deadline(&self) -> Option<Time> {
         let given = self.acknowledge == AlarmAcknowledge::Given;
         let due = |channel: &Channel| match channel.outstanding {
@@ -127,7 +128,7 @@ impl Alarms {
         self.channels.iter().filter_map(due).min()
     }
 
-    /// Takes what follows the frame id of an alarm frame from `from`; gives the end of the AR if that is what it says.
+    /// Processes the part after the frame ID of an alarm frame from `from`; returns the end of the AR if the frame ends it.
     pub(super) fn receive(
         &mut self,
         now: Time,
@@ -138,7 +139,8 @@ impl Alarms {
     ) -> Option<ArEnd> {
         let Alarms { acknowledge, ends, channels } = self;
         let pdu = RtaPdu::parse(octets).ok().filter(|_| from == ends.device)?;
-        // An ERR-RTA counts whatever it says of its sender: a device that has lost the AR may have lost the number as well.
+        // An ERR-RTA counts whatever endpoint it names as its sender: a device that has lost the AR may have lost the number as
+        // well.
         let from_peer = pdu.header.src_endpoint == ends.device_reference || pdu.header.kind == RtaKind::ERR;
         if pdu.header.dst_endpoint != ends.own_reference || !from_peer || pdu.header.version != 1 {
             return None;
@@ -157,7 +159,7 @@ impl Alarms {
         None
     }
 
-    /// Repeats what is due; gives the end of the AR if the device never acknowledged.
+    /// Repeats what is due; returns the end of the AR if the device did not acknowledge in time.
     pub(super) fn wake(&mut self, now: Time, out: &mut Outbox) -> Option<ArEnd> {
         let Alarms { acknowledge, ends, channels } = self;
         if *acknowledge == AlarmAcknowledge::Given {
@@ -166,7 +168,7 @@ impl Alarms {
         channels.iter_mut().find_map(|channel| channel.wake(now, ends, out)).map(ArEnd::AlarmUnacknowledged)
     }
 
-    /// Tells the device that the AR ends.
+    /// Sends the device an ERR-RTA that ends the AR.
     pub(super) fn abort(&self, reason: AbortReason, out: &mut Outbox) {
         let [low, _] = &self.channels;
         let body = RtaBody::Error { status: PnioStatus::abort(reason), more: Vec::new() };
@@ -241,7 +243,7 @@ impl Channel {
     }
 }
 
-/// The sequence number after `number`: 0 after the first one, then up to 0x7FFF and round.
+/// The sequence number after `number`: 0 after the first one, then up to 0x7FFF and back to 0.
 fn following(number: u16) -> u16 {
     number.wrapping_add(1) & 0x7FFF
 }
@@ -250,9 +252,9 @@ fn following(number: u16) -> u16 {
 mod tests {
     use super::following;
 
-    /// After the first number comes 0, after 0x7FFF as well.
+    /// 0 follows the first number, and also 0x7FFF.
     #[test]
-    fn sequence_numbers_go_round_without_the_first_one() {
+    fn sequence_numbers_wrap_without_the_first_one() {
         let steps = [(0xFFFF, 0), (0, 1), (0x7FFE, 0x7FFF), (0x7FFF, 0)];
         assert!(steps.iter().all(|(number, next)| following(*number) == *next));
     }

@@ -1,6 +1,6 @@
-//! Frames that are damaged on purpose, to see that a device survives them.
+//! Frames damaged on purpose, to check that a device survives them.
 //!
-//! Each is one frame on its own. The AR goes on beside it; whether it still stands afterwards is for others to judge.
+//! Each is a single frame. The AR continues; observers judge whether it survives.
 
 use super::call::CLIENT_PORT;
 use super::connect::{self, ArNames};
@@ -25,38 +25,38 @@ use wire::profinet::rt::DataStatus;
 use wire::profinet::status::{AbortReason, PnioStatus};
 
 words! {
-    /// A frame that is damaged on purpose.
+    /// A frame damaged on purpose.
     pub enum Broken {
         CyclicShort "cyclic_short" "A cyclic frame that ends in the middle of its data.",
-        CyclicInvalid "cyclic_invalid" "A cyclic frame whose data status says that the data are not valid.",
-        CyclicFrameId "cyclic_frame_id" "A cyclic frame under a frame id that nobody agreed on.",
+        CyclicInvalid "cyclic_invalid" "A cyclic frame with DataValid = 0 in its data status.",
+        CyclicFrameId "cyclic_frame_id" "A cyclic frame with a frame ID that was not agreed in the Connect.",
         CyclicStranger "cyclic_stranger" "A cyclic frame with other data from a MAC address that has no AR.",
         AlarmEndpoint "alarm_endpoint" "An ERR-RTA for an alarm endpoint that does not exist.",
         RpcVersion "rpc_version" "An RPC request of version 5.",
-        RpcLength "rpc_length" "An RPC request whose header announces more octets than the datagram has.",
-        RpcFragment "rpc_fragment" "The last fragment of an RPC request whose other fragments never come.",
+        RpcLength "rpc_length" "An RPC request whose header announces more bytes than the datagram has.",
+        RpcFragment "rpc_fragment" "The last fragment of an RPC request whose other fragments are never sent.",
         UdpChecksum "udp_checksum" "An RPC request whose UDP checksum is wrong.",
         ConnectUnknownBlock "connect_unknown_block" "A Connect for device access with a second block of a type that does not exist.",
-        RecordLength "record_length" "A Write whose block announces more octets of record than follow.",
-        DcpLength "dcp_length" "A DCP Set whose length goes beyond the frame.",
-        DcpBlockLength "dcp_block_length" "A DCP Set of the name whose block goes beyond the end of the DCP data.",
-        Runt "runt" "A PROFINET frame that ends in the middle of its frame id.",
+        RecordLength "record_length" "A Write whose block announces more record bytes than follow.",
+        DcpLength "dcp_length" "A DCP Set whose length exceeds the frame.",
+        DcpBlockLength "dcp_block_length" "A DCP Set of the name whose block exceeds the DCP data.",
+        Runt "runt" "A PROFINET frame that ends in the middle of its frame ID.",
     }
 }
 
 impl Broken {
-    /// The damaged frame that has this word.
+    /// The damaged frame with this word.
     pub fn by_word(word: &str) -> Option<Broken> {
         Broken::TABLE.iter().find(|entry| entry.1 == word).map(|entry| entry.0)
     }
 }
 
-/// Every damaged frame that the controller can make: its word and its sentence.
+/// Every damaged frame that the controller can send: its word and its sentence.
 pub fn broken_frames() -> impl Iterator<Item = (&'static str, &'static str)> {
     Broken::TABLE.iter().map(|&(_, word, sentence)| (word, sentence))
 }
 
-/// The octets of a damaged frame to the device of the AR, or to `partner` where there is none; the error says what is missing.
+/// The bytes of a damaged frame to the device of the AR, or to `partner` if there is no AR; the error says what is missing.
 pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partner>) -> Result<Vec<u8>, &'static str> {
     let ar = context.ar.as_ref().map(|ar| ar.partner);
     let to = ar.or(partner).or(context.partner).ok_or("there is no AR and no partner is given")?;
@@ -80,7 +80,7 @@ pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partn
         })),
         Broken::UdpChecksum => {
             let mut frame = maker.rpc(|_| {});
-            // The last two octets of the UDP header, behind 14 of Ethernet and 20 of IPv4.
+            // The last two bytes of the UDP header, after 14 of Ethernet and 20 of IPv4.
             frame[40] ^= 0x55;
             Ok(frame)
         }
@@ -92,9 +92,9 @@ pub(super) fn frame(context: &mut Context, broken: Broken, partner: Option<Partn
     }
 }
 
-/// The source of frames from somebody who has no AR.
+/// The source address of frames from a station without an AR.
 const STRANGER: Mac = Mac([0x02, 0, 0, 0, 0, 0xEE]);
-/// A type of block that does not exist.
+/// A block type that does not exist.
 const NO_BLOCK: BlockType = BlockType(0x7FFF);
 
 struct Maker<'a> {
@@ -106,7 +106,7 @@ impl Maker<'_> {
     fn cyclic(&self, damage: impl FnOnce(&mut Vec<u8>, usize, usize)) -> Result<Vec<u8>, &'static str> {
         let exchange = self.context.ar.as_ref().and_then(|ar| ar.exchange.as_ref());
         let (mut frame, data_at, status_at) = exchange.ok_or("there is no cyclic exchange")?.provider.last_frame();
-        // One step of the clock after the last frame, so that it is not passed over as an old one.
+        // One step of the cycle counter after the last frame, so that the device does not drop it as an old one.
         if let Some(counter) = frame.get_mut(status_at..).and_then(<[u8]>::first_chunk_mut::<2>) {
             *counter = u16::from_be_bytes(*counter).wrapping_add(1).to_be_bytes();
         }
@@ -130,7 +130,7 @@ impl Maker<'_> {
         frame
     }
 
-    /// A read without an AR, damaged.
+    /// A damaged read without an AR.
     fn rpc(&mut self, damage: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
         let mut blocks = Vec::new();
         let target = Target { index: 0xF840, ..Target::default() };
@@ -161,7 +161,7 @@ impl Maker<'_> {
         Ok(self.datagram(&pdu))
     }
 
-    /// A whole request in an activity of its own, so that nobody waits for the answer.
+    /// A complete request with its own activity UUID, so that no job waits for the answer.
     fn call(&mut self, opnum: Opnum, blocks: &[u8]) -> Vec<u8> {
         let object = self
             .context
@@ -182,7 +182,7 @@ impl Maker<'_> {
     fn datagram(&self, pdu: &[u8]) -> Vec<u8> {
         let mut frame = Vec::new();
         let end = |station: Partner, port: u16| (station.mac, SocketAddrV4::new(station.ip, port));
-        // The requests above are far shorter than a frame, so there is nothing that could not fit.
+        // The requests above are far shorter than a frame, so they always fit.
         let _fits = write_udp(end(self.context.own, CLIENT_PORT), end(self.to, PORT), pdu, &mut frame);
         frame
     }

@@ -1,7 +1,7 @@
-//! One RPC call from its request to its answer: fragments, repetition, ping.
+//! An RPC call from its request to its answer: fragments, repetition, ping.
 //!
-//! A request that is not answered is repeated under the same sequence number. Once the server says that it is working, it
-//! is pinged instead; if it then knows of no call, the request goes out again. This room knows neither ARs nor blocks.
+//! An unanswered request is repeated with the same sequence number. Once the server reports "working", it is pinged instead; if
+//! it then reports that it does not know the call, the request is sent again. This module knows neither ARs nor blocks.
 
 use super::request::Partner;
 use super::state::{Wait, Waiting};
@@ -13,17 +13,17 @@ use wire::datagram::{Datagram, LONGEST_PAYLOAD, write_udp};
 use wire::octets::Order;
 use wire::profinet::rpc::{Assembled, Flags1, Header, PORT, PacketType, Pdu, Reassembler, RejectStatus, fragments};
 
-/// The port that our calls come from.
+/// The UDP port from which the controller calls.
 pub(super) const CLIENT_PORT: u16 = 49_152;
 /// After this time without a sign of the server, the request or the ping is repeated.
 const REPEAT: Duration = Duration::from_secs(1);
-/// After this many silent periods in a row the server is given up.
+/// After this number of silent periods in a row the controller gives up.
 const SILENT_PERIODS: u8 = 4;
-/// After this time a server is given up that says again and again that it is working.
+/// The controller gives up after this time even if the server keeps reporting "working".
 const LONGEST_WORK: Duration = Duration::from_secs(60);
-/// Most octets of an answer; four times the largest that a PROFINET record can be.
+/// Maximum length of an answer in bytes; four times the largest PROFINET record.
 const LONGEST_ANSWER: usize = 1 << 18;
-/// What a fragment may carry so that its datagram fits in a frame.
+/// Bytes in a fragment, so that its datagram fits in a frame.
 const FRAGMENT: usize = LONGEST_PAYLOAD - Header::LENGTH;
 
 /// A call that has not been answered yet.
@@ -41,32 +41,32 @@ pub(super) struct Call {
     reassembler: Reassembler,
 }
 
-/// Where a call stands.
+/// The phase of a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     /// This fragment of the request was sent; its fack is awaited.
     Sending(usize),
-    /// All of the request was sent.
+    /// The whole request was sent.
     Sent,
-    /// The server has said that it is working.
+    /// The server has reported "working".
     Working,
 }
 
 /// How a call ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// The body of the response, whole.
+    /// The whole body of the response.
     Response(Order, Vec<u8>),
-    /// The server did not begin.
+    /// The server did not begin the operation.
     Rejected(RejectStatus),
-    /// The server began and failed.
+    /// The server began the operation and failed.
     Faulted(RejectStatus),
-    /// There was no answer.
+    /// No answer.
     None(Wait),
 }
 
 impl Call {
-    /// Begins to call `partner` with a request of this `header` and `body`.
+    /// Begins a call to `partner` with a request of this `header` and `body`.
     pub(super) fn new(
         what: Waiting,
         (own, partner): (Partner, Partner),
@@ -84,7 +84,7 @@ impl Call {
         call
     }
 
-    /// When there is something to repeat.
+    /// When something must be repeated.
     pub(super) fn deadline(&self) -> Time {
         self.next
     }
@@ -106,7 +106,7 @@ impl Call {
         None
     }
 
-    /// Takes a datagram; all that is no answer of the partner to this very call is passed over.
+    /// Processes a datagram; anything that is not an answer of the partner to this call is ignored.
     pub(super) fn receive(&mut self, now: Time, datagram: &Datagram, out: &mut Outbox) -> Option<Answer> {
         let from_partner = (datagram.source_mac, *datagram.source.ip()) == (self.partner.mac, self.partner.ip);
         let pdu = Pdu::parse(datagram.payload).ok().filter(|_| from_partner)?;
@@ -154,7 +154,7 @@ impl Call {
         }
     }
 
-    /// The partner has this fragment and all before it.
+    /// Processes an acknowledgement of this fragment and all before it.
     fn fack(&mut self, now: Time, fragment: u16, out: &mut Outbox) {
         let Phase::Sending(at) = self.phase else { return self.heard(now) };
         if fragment == u16::MAX || usize::from(fragment) < at {

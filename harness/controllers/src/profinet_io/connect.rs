@@ -1,6 +1,6 @@
-//! The blocks of Connect: what we ask for, and whether the answer fits.
+//! The blocks of Connect: builds the request and checks that the response matches it.
 //!
-//! This room must not know RPC, time or state.
+//! This module must not know RPC, time or state.
 
 use super::connection::{ConnectPart, Connection};
 use super::layout::{FrameLayout, Layout, expected};
@@ -24,25 +24,25 @@ const SEND_OFFSET: u32 = 0xFFFF_FFFF;
 /// InitiatorUDPRTPort; RT over UDP is not used.
 const UDP_RT_PORT: u16 = 0x8892;
 
-/// The names by which an AR goes.
+/// The identifiers of an AR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ArNames {
     pub(super) uuid: Uuid,
     pub(super) session_key: u16,
-    /// Our LocalAlarmReference.
+    /// LocalAlarmReference of the controller.
     pub(super) alarm_reference: u16,
 }
 
-/// What the device agreed to.
+/// What the device has agreed to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Opened {
-    /// Frame ids of input and output, and the alarm reference of the device; none in an AR without data.
+    /// Frame IDs of input and output, and the alarm reference of the device; `None` in an AR without data.
     pub(super) data: Option<OpenedData>,
-    /// How the plugged modules differ.
+    /// The ModuleDiffBlock of the response.
     pub(super) module_diff: Option<ModuleDiffBlock>,
 }
 
-/// What the device agreed to for an AR with data.
+/// What the device has agreed to for an AR with data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct OpenedData {
     pub(super) frame_id_in: u16,
@@ -83,9 +83,8 @@ pub(super) fn request(connection: &Connection, layout: &Layout, names: ArNames, 
     octets
 }
 
-/// The blocks of the Connect that `connection` comes to for a controller with these settings, in the AR of this name, in session 1.
-///
-/// It is what a start-up sends; here without a device, so that it can be compared with what others send.
+/// The Connect blocks of `connection` for a controller with these settings, with this AR UUID and session key 1. A start-up sends
+/// the same blocks; this function needs no device, so that they can be compared with captured ones.
 pub fn connect_blocks(connection: &Connection, settings: &Settings, uuid: Uuid) -> Vec<u8> {
     let names = ArNames { uuid, session_key: 1, alarm_reference: connection.alarm_reference.unwrap_or(1) };
     request(connection, &Layout::of(&connection.submodules), names, settings)
@@ -130,7 +129,7 @@ fn alarm_cr(connection: &Connection, names: ArNames) -> AlarmCrBlockReq {
     }
 }
 
-/// Compares the answer of the device at `device` with the request; the error says in a sentence what does not fit.
+/// Compares the answer of the device at `device` with the request; the error is a sentence that says what does not match.
 pub(super) fn accept(connection: &Connection, names: ArNames, device: Mac, blocks: &[u8]) -> Result<Opened, String> {
     let answer = Connect::parse(blocks).map_err(|error| error.to_string())?;
     let ar = answer.ar_res().ok_or("there is no ARBlockRes")?;
@@ -168,7 +167,7 @@ fn data(connection: &Connection, answer: &Connect, responder: Mac, device: Mac) 
     })
 }
 
-/// Whether, by what `diff` says, the submodule cannot deliver data to this AR.
+/// Whether, according to `diff`, the submodule cannot deliver data to this AR.
 pub(super) fn is_improper(diff: &ModuleDiffBlock, slot: u16, subslot: u16) -> bool {
     let modules = || diff.apis.iter().flat_map(|api| &api.modules).filter(|module| module.slot == slot);
     let submodule =

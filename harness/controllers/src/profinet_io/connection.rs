@@ -1,6 +1,6 @@
-//! What a start-up is to be: the device, its submodules, the bus settings, the records.
+//! The description of a start-up: the device, its submodules, the bus settings, the records.
 //!
-//! This room must not know how any of it is sent; the limits stand in `limits`.
+//! This module must not know how anything is sent; `limits` has the value ranges.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -10,12 +10,12 @@ use wire::profinet::blocks::connect::{ArProperties, ArType, RtClass};
 use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::rt::FrameId;
 
-/// How the device is found.
+/// How to find the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DeviceAddress {
     /// By its name of station: a DCP Identify that one station answers.
     Name(String),
-    /// By its MAC address: a DCP Get to it alone.
+    /// By its MAC address: a DCP Get to this address.
     Mac(Mac),
 }
 
@@ -30,49 +30,48 @@ pub enum ConnectPart {
     Submodules,
     /// AlarmCRBlockReq.
     Alarms,
-    /// The blocks that are passed along, [`Connection::extra_blocks`].
+    /// The blocks of [`Connection::extra_blocks`].
     Extra,
 }
 
-/// What happens by itself when an AR that stood has ended without our asking.
+/// Automatic reconnect after an AR was lost without a request of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reconnect {
-    /// How long after the end the same start-up begins again; zero begins it in the same tick.
+    /// Time from the end of the AR to the same start-up; zero begins it in the same tick.
     pub after: Duration,
 }
 
-/// How an AR starts up: bit 30 of ARProperties.
+/// The start-up mode of an AR: bit 30 of ARProperties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum StartUpMode {
-    /// The older way.
+    /// Legacy start-up.
     #[default]
     Legacy,
-    /// The newer way: the response names its station in an ARServerBlock.
+    /// Advanced start-up: the response names its station in an ARServerBlock.
     Advanced,
 }
 
-/// A submodule that is expected, with the module it stands in.
-///
-/// Submodules of the DAP, the interface and the ports belong into the list as well; they have no data.
+/// An expected submodule, with the module that contains it. The list also includes the submodules of the DAP, the interface and
+/// the ports; they have no data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Submodule {
-    /// The API it belongs to, 0 without a profile.
+    /// API of the submodule, 0 without a profile.
     pub api: u32,
-    /// Its slot.
+    /// Slot number.
     pub slot: u16,
     /// ModuleIdentNumber of the module in this slot.
     pub module_ident: u32,
-    /// Its subslot.
+    /// Subslot number.
     pub subslot: u16,
-    /// Its SubmoduleIdentNumber.
+    /// SubmoduleIdentNumber.
     pub submodule_ident: u32,
-    /// Octets from the device to the controller.
+    /// Input data length in bytes (device to controller).
     pub input_octets: u16,
-    /// Octets from the controller to the device.
+    /// Output data length in bytes (controller to device).
     pub output_octets: u16,
 }
 
-/// Where a record is.
+/// The address of a record.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Target {
     /// The API.
@@ -85,115 +84,113 @@ pub struct Target {
     pub index: u16,
 }
 
-/// A record that is written.
+/// A record to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Record {
-    /// Where it goes.
+    /// Its address.
     pub target: Target,
-    /// What it says.
+    /// Its data.
     pub data: Vec<u8>,
 }
 
-/// A start-up from the search for the device to the first good data.
-///
-/// Begin with [`Connection::new`], which has usual values, and change what is to be different. The numbers have the ranges
-/// that [`Connection::check`] knows.
+/// A start-up from the search for the device to the first valid data. Begin with [`Connection::new`], which sets usual values,
+/// and change what differs. [`Connection::check`] checks the ranges.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Connection {
-    /// Which device.
+    /// The device.
     pub device: DeviceAddress,
-    /// How long it is looked for; the question is repeated that long.
+    /// How long to search for it; the Identify or Get request is repeated during this time.
     pub search: Duration,
-    /// The address it is given, temporarily, if it has another one.
+    /// The temporary address for the device, if it has another one.
     pub ip: IpParameter,
-    /// Whether it is given that address. If not, it is called at the one that it has, and one that has none at `ip` all the
-    /// same.
+    /// Whether the device gets that address. If not, it is called at its own address, or at `ip` if it has none.
     pub gives_address: bool,
-    /// Vendor number in the object UUID that is called.
+    /// Vendor ID in the object UUID that is called.
     pub vendor_id: u16,
-    /// Device number in the object UUID that is called.
+    /// Device ID in the object UUID that is called.
     pub device_id: u16,
     /// Instance in the object UUID that is called, 1 in most devices.
     pub instance: u16,
-    /// What kind of AR.
+    /// The type of the AR.
     pub ar_type: ArType,
-    /// How it starts up.
+    /// The start-up mode.
     pub startup: StartUpMode,
     /// Whether the AR is for records only: no cyclic data, no submodules, no parametrization.
     pub device_access: bool,
-    /// Further bits of ARProperties, added to those that the other fields set.
+    /// Additional bits of ARProperties; the other fields set the rest.
     pub properties: ArProperties,
-    /// CMInitiatorActivityTimeoutFactor: how long the device waits for our next step; unit 100 ms, 1 to 1000.
+    /// CMInitiatorActivityTimeoutFactor: how long the device waits for the controller's next step; unit 100 ms, 1 to 1000.
     pub activity_timeout_factor: u16,
-    /// In which order the blocks after the ARBlockReq stand in the Connect; a part that is not named is not sent.
+    /// Order of the blocks after the ARBlockReq in the Connect; a part that is missing here is not sent.
     pub order: Vec<ConnectPart>,
-    /// Whole blocks with their headers that are passed along in the Connect as they are, such as an ARFSUBlock (0x010B).
+    /// Complete blocks with their headers, added to the Connect unchanged, such as an ARFSUBlock (0x010B).
     pub extra_blocks: Vec<u8>,
-    /// ARArgsMaximum of the Connect: how many octets of an answer we say we can take; none: 4096.
+    /// ARArgsMaximum of the Connect: maximum length of an answer; `None`: 4096.
     pub args_maximum: Option<u32>,
-    /// Whether the ARUUID is that of the last AR again, as of a controller that takes up the same AR after a loss.
+    /// Whether to reuse the ARUUID of the last AR, like a controller that resumes the same AR after a loss.
     pub same_uuid: bool,
-    /// Whether and when the start-up is repeated by itself after the AR was lost; none: never.
+    /// Automatic reconnect after the AR was lost; `None`: never.
     pub reconnect: Option<Reconnect>,
-    /// Our name in the Connect; that of the settings where there is none. Octets, since a tester also sends bad ones.
+    /// CMInitiatorStationName; `None`: the name of the settings. Bytes, because a tester also sends invalid names.
     pub station_name: Option<Vec<u8>>,
-    /// The submodules that are expected, in the order of the frame; those of one slot stand together.
+    /// The expected submodules in the order of the frame; those of one slot are adjacent.
     pub submodules: Vec<Submodule>,
-    /// The records that are written before PrmEnd, in order.
+    /// The records written before PrmEnd, in order.
     pub records: Vec<Record>,
-    /// Whether they go in one Write.
+    /// Whether they are written with one WriteMultiple.
     pub write_multiple: bool,
     /// Send clock; unit 31.25 µs, 1 to 128.
     pub send_clock_factor: u16,
-    /// A frame in each n-th send clock; 1 to 512, a power of two.
+    /// ReductionRatio: one frame in every n-th send clock; 1 to 512, a power of two.
     pub reduction_ratio: u16,
     /// Phase of the input frames in the reduction, 1 to the reduction ratio.
     pub phase_in: u16,
     /// Phase of the output frames in the reduction, 1 to the reduction ratio.
     pub phase_out: u16,
-    /// IOCRReference of the inputs and of the outputs; they differ.
+    /// IOCRReference of the inputs and of the outputs; they must differ.
     pub iocr_references: (u16, u16),
-    /// Which class of frame ids: RT_CLASS_1 or RT_CLASS_2.
+    /// The class of frame IDs: RT_CLASS_1 or RT_CLASS_2.
     pub rt_class: RtClass,
-    /// Cycles without a frame until a consumer objects; 1 to 7680.
+    /// Watchdog factor: cycles without a frame until the consumer reports a timeout; 1 to 7680.
     pub watchdog_factor: u16,
-    /// Cycles without a frame until a consumer ends the AR, ours as well; from the watchdog factor to 7680.
+    /// Data hold factor: cycles without a frame until a consumer ends the AR, also in the controller; from the watchdog factor to
+    /// 7680.
     pub data_hold_factor: u16,
-    /// The frame id that is proposed for the input frames.
+    /// The proposed frame ID of the input frames.
     pub frame_id_in: u16,
-    /// The frame id that is proposed for the output frames; 0xFFFF leaves it to the device.
+    /// The proposed frame ID of the output frames; 0xFFFF lets the device choose.
     pub frame_id_out: u16,
-    /// Whether our cyclic frames and alarms carry an 802.1Q tag (priority 6; alarms of low priority 5).
+    /// Whether cyclic frames and alarms of the controller carry an 802.1Q tag (priority 6; alarms of low priority 5).
     pub vlan: bool,
-    /// IOCRTagHeader of both cyclic connections: priority in the upper three bits, VLAN below.
+    /// IOCRTagHeader of both cyclic connections: priority in the upper three bits, VLAN ID below.
     pub iocr_tag: u16,
-    /// AlarmCRTagHeaderHigh and AlarmCRTagHeaderLow, which our alarms of high and of low priority carry too.
+    /// AlarmCRTagHeaderHigh and AlarmCRTagHeaderLow, also the tags of the controller's alarms of high and of low priority.
     pub alarm_tags: (u16, u16),
-    /// LocalAlarmReference; none: a new one for each AR.
+    /// LocalAlarmReference; `None`: a new one for each AR.
     pub alarm_reference: Option<u16>,
     /// RTATimeoutFactor: how long an alarm endpoint waits for an acknowledgement; unit 100 ms, 1 to 100.
     pub rta_timeout_factor: u16,
     /// RTARetries: how often it repeats; 3 to 15.
     pub rta_retries: u16,
-    /// MaxAlarmDataLength: most octets of an alarm that we take; 200 to 1432.
+    /// MaxAlarmDataLength: longest alarm that the controller accepts, in bytes; 200 to 1432.
     pub max_alarm_data_length: u16,
-    /// Whether our RPC headers are little-endian.
+    /// Whether the controller's RPC headers are little-endian.
     pub little_endian: bool,
-    /// How long ApplicationReady is waited for after PrmEnd.
+    /// Timeout for ApplicationReady after PrmEnd.
     pub application_ready: Duration,
-    /// How long the first good data are waited for after ApplicationReady.
+    /// Timeout for the first valid data after ApplicationReady.
     pub first_data: Duration,
-    /// Whether the limits are left unchecked, to see what the device says to values beyond them.
+    /// Whether to skip the range checks, to test how the device handles values out of range.
     pub unchecked: bool,
 }
 
-/// The order in which IEC 61158-6-10 names the blocks; what is passed along comes last.
+/// The order in which IEC 61158-6-10 names the blocks; extra blocks come last.
 const DEFAULT_ORDER: [ConnectPart; 5] =
     [ConnectPart::Inputs, ConnectPart::Outputs, ConnectPart::Submodules, ConnectPart::Alarms, ConnectPart::Extra];
 
 impl Connection {
-    /// A connection to `device` with usual values: IO controller, legacy start-up, a cycle of 2 ms, watchdog of ten cycles, RT_CLASS_1,
-    /// tagged frames, alarms of up to 200 octets, no submodules, no records.
+    /// A connection to `device` with usual values: IO controller, legacy start-up, a cycle of 2 ms, watchdog of ten cycles,
+    /// RT_CLASS_1, tagged frames, alarms of up to 200 bytes, no submodules, no records.
     pub fn new(device: DeviceAddress, ip: IpParameter) -> Connection {
         Connection {
             device,
@@ -241,18 +238,18 @@ impl Connection {
         }
     }
 
-    /// The time between two cyclic frames: send clock times reduction.
+    /// The time between two cyclic frames: send clock times reduction ratio.
     pub fn cycle(&self) -> Duration {
         let clocks = u64::from(self.send_clock_factor) * u64::from(self.reduction_ratio);
         Duration::from_nanos(clocks * SEND_CLOCK_UNIT_NANOS)
     }
 
-    /// The time without a frame after which our consumer ends the AR: cycle times data hold factor.
+    /// Data hold time, after which the controller's consumer ends the AR: cycle times data hold factor.
     pub fn data_hold_time(&self) -> Duration {
         self.cycle() * u32::from(self.data_hold_factor)
     }
 
-    /// Whether the AR has cyclic data and alarms: every AR but one for device access.
+    /// Whether the AR has cyclic data and alarms: every AR except device access.
     pub fn has_data(&self) -> bool {
         !self.device_access
     }

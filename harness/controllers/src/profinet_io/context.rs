@@ -1,6 +1,6 @@
-//! What every job of the controller works with: the one call, the one AR, what is sent cyclically.
+//! The state that all jobs of the controller share: the current call, the AR, the cyclic outputs.
 //!
-//! This room must not know in which order a start-up does things; that stands in `startup`.
+//! This module must not know the order of a start-up; `startup` has it.
 
 use super::alarms::{self, AlarmAcknowledge, Alarms};
 use super::call::{Answer, Call};
@@ -29,31 +29,31 @@ use wire::profinet::dcp::Dcp;
 use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, ObjectUuid, Opnum, PacketType, Uuid};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
-/// Most octets of an answer that we say we can take, unless more are asked for.
+/// Default ARArgsMaximum: maximum length of an answer in bytes.
 pub(super) const ARGS_MAXIMUM: u32 = 4096;
 
-/// What happens to a job.
+/// An event for a job.
 #[derive(Debug)]
 pub(super) enum Event {
-    /// Its time has come, perhaps.
+    /// A wake-up; the job checks its own deadline.
     Wake,
     /// A DCP frame from this address.
     Dcp(Mac, Dcp),
-    /// An ARP reply that its sender sent itself.
+    /// An ARP reply whose sender address matches its Ethernet source.
     Arp(Arp),
-    /// The end of the call that was made.
+    /// The end of the outstanding call.
     Answer(Answer),
     /// ApplicationReady came and was answered; how the modules differ, if it says so.
     Ready(Option<ModuleDiffBlock>),
-    /// A cyclic frame came.
+    /// A cyclic frame arrived.
     Sample(Sample),
-    /// The AR ended without our asking; it is gone.
+    /// The AR ended without a request of the caller and has been dropped.
     Ended(ArEnd),
-    /// A web server was asked, with this outcome.
+    /// The outcome of a request to a web server.
     Page(PageOutcome),
 }
 
-/// What the jobs work with.
+/// The shared state of all jobs.
 #[derive(Debug)]
 pub(super) struct Context {
     pub(super) settings: Settings,
@@ -62,13 +62,13 @@ pub(super) struct Context {
     pub(super) outputs: Outputs,
     pub(super) server: Server,
     pub(super) call: Option<Call>,
-    /// Whether that call is one of the AR and ends with it.
+    /// Whether the current call belongs to the AR and ends with it.
     call_in_ar: bool,
     pub(super) ar: Option<Ar>,
     pub(super) cycles_sent: u64,
     /// How far alarms are acknowledged.
     pub(super) alarm_acknowledge: AlarmAcknowledge,
-    /// The device of the present AR or of the last one.
+    /// The device of the current AR or of the last one.
     pub(super) partner: Option<Partner>,
     pub(super) browser: Option<Box<Browser>>,
     sessions: u16,
@@ -92,16 +92,16 @@ pub(super) struct Ar {
     pub(super) alarms: Option<Alarms>,
 }
 
-/// Why a call was not answered by success.
+/// Why a call was not answered with success.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
     /// The device refused.
     Status(PnioStatus),
-    /// There is no answer that can be used.
+    /// There is no usable answer.
     Call(CallError),
 }
 
-/// Whom a call goes to and what it calls.
+/// The destination of a call and the operation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Callee {
     pub(super) partner: Partner,
@@ -137,7 +137,7 @@ impl Context {
         }
     }
 
-    /// Begins a new AR with `partner`; nothing of it is known to the device yet.
+    /// Begins a new AR with `partner`; the device does not know it yet.
     pub(super) fn begin_ar(&mut self, connection: &Connection, partner: Partner) {
         self.sessions = self.sessions.wrapping_add(1).max(1);
         self.server.forget();
@@ -162,7 +162,7 @@ impl Context {
         });
     }
 
-    /// The device has opened the AR: alarms and cyclic data begin.
+    /// Starts alarms and cyclic data once the device has accepted the Connect.
     pub(super) fn open_ar(&mut self, connection: &Connection, layout: &Layout, opened: OpenedData, now: Time) {
         let Context { own, ar: Some(ar), outputs, alarm_acknowledge, .. } = self else { return };
         let references = (ar.names.alarm_reference, opened.alarm_reference);
@@ -180,14 +180,15 @@ impl Context {
         ar.exchange = fits.then(|| Exchange::new(connection, layout, ends, outputs, now));
     }
 
-    /// Leaves submodules that cannot deliver data out of what a good sample needs.
+    /// Excludes submodules that cannot deliver data from the check for valid samples.
     pub(super) fn heed(&mut self, diff: &ModuleDiffBlock) {
         if let Some(exchange) = self.ar.as_mut().and_then(|ar| ar.exchange.as_mut()) {
             exchange.consumer.spare(|slot, subslot| is_improper(diff, slot, subslot));
         }
     }
 
-    /// The device has accepted ApplicationReady's answer: our data are good, its frames are due.
+    /// Processes an ApplicationReady that was answered positively: the controller's data become valid, and frames of the device
+    /// are due.
     pub(super) fn application_is_ready(&mut self, now: Time, control: &Control) -> Option<ModuleDiffBlock> {
         if let Some(exchange) = self.ar.as_mut().and_then(|ar| ar.exchange.as_mut()) {
             exchange.provider.application_is_ready();
@@ -198,7 +199,7 @@ impl Context {
         Some(diff)
     }
 
-    /// Ends the AR with an ERR-RTA, as far as it has an alarm connection, and drops it with its call.
+    /// Ends the AR with an ERR-RTA, if it has an alarm connection, and drops it with its call.
     pub(super) fn abort(&mut self, reason: AbortReason, out: &mut Outbox) {
         if let Some(alarms) = self.ar.as_ref().and_then(|ar| ar.alarms.as_ref()) {
             alarms.abort(reason, out);
@@ -206,13 +207,13 @@ impl Context {
         self.drop_ar();
     }
 
-    /// Forgets the AR and its call.
+    /// Drops the AR and its call.
     pub(super) fn drop_ar(&mut self) {
         self.ar = None;
         self.call = self.call.take().filter(|_| !self.call_in_ar);
     }
 
-    /// Whose calls are served now.
+    /// The device whose calls are served now.
     pub(super) fn served(&self) -> Option<Served> {
         self.ar.as_ref().map(|ar| Served {
             partner: ar.partner,
@@ -223,7 +224,7 @@ impl Context {
         })
     }
 
-    /// The AR's name and the number of the next record access, of which `count` are taken; none without an AR.
+    /// The AR UUID and the number of the next record access; reserves `count` numbers. `None` without an AR.
     pub(super) fn record_numbers(&mut self, count: u16) -> Option<(Uuid, u16)> {
         let ar = self.ar.as_mut()?;
         let number = ar.record;
@@ -231,7 +232,7 @@ impl Context {
         Some((ar.names.uuid, number))
     }
 
-    /// Calls the device of the AR; false if there is no AR.
+    /// Calls the device of the AR; returns `false` if there is no AR.
     pub(super) fn call_ar(
         &mut self,
         now: Time,
@@ -259,7 +260,7 @@ impl Context {
         true
     }
 
-    /// Makes a call outside the AR; the one before it, if there is one, is forgotten.
+    /// Begins a call outside the AR; discards a previous one.
     pub(super) fn call(&mut self, now: Time, what: Waiting, callee: Callee, body: &[u8], out: &mut Outbox) {
         let header = Header {
             flags1: Flags1::IDEMPOTENT,

@@ -1,4 +1,4 @@
-//! The controller itself: who gets which request, which frame, which deadline.
+//! The controller: it assigns requests, frames and deadlines to its jobs, the AR and the server.
 
 use super::alarms::AlarmAcknowledge;
 use super::broken;
@@ -30,8 +30,8 @@ use wire::profinet::status::AbortReason;
 
 /// A PROFINET IO controller.
 ///
-/// It takes one [`Request`] at a time. After [`Controller::request`] it is due at once, so its next frames leave when it
-/// is woken. While an AR stands it needs no request to keep it up.
+/// It accepts one [`Request`] at a time. After [`Controller::request`] it is due at once, so its next frames leave when it is
+/// woken. An established AR needs no further requests.
 #[derive(Debug)]
 pub struct Controller {
     context: Context,
@@ -39,9 +39,9 @@ pub struct Controller {
     due: Option<(Time, Request)>,
     outcome: Option<Outcome>,
     end: Option<ArEnd>,
-    /// The start-up that is repeated by itself if its AR is lost, and when, once it was lost.
+    /// The start-up to repeat if its AR is lost, and when, once it was lost.
     again: Option<(Box<Connection>, Option<Time>)>,
-    /// Its deadline, where it was asked since something happened to it: until then it stays the same.
+    /// The cached deadline. It is valid until the next event or call.
     deadline: Cell<Option<Option<Time>>>,
 }
 
@@ -53,10 +53,9 @@ impl Controller {
         Controller { context, job: None, due: None, outcome: None, end: None, again: None, deadline }
     }
 
-    /// Takes a request, which begins at the next wake; an outcome that nobody took is forgotten.
-    ///
-    /// The error says that the one before has not ended yet. [`Request::Abort`] is taken at any time: it also ends what is under way,
-    /// whose outcome is then that of the abort.
+    /// Accepts a request, which begins at the next wake; an outcome that was not taken is discarded. Fails while the previous
+    /// request has not ended. [`Request::Abort`] is accepted at any time: it also ends the running request, whose outcome is then
+    /// that of the abort.
     pub fn request(&mut self, now: Time, request: Request) -> Result<(), Busy> {
         let may_interrupt = matches!(request, Request::Abort { .. });
         if self.is_busy() && !may_interrupt {
@@ -80,33 +79,33 @@ impl Controller {
         self.job.is_some() || self.due.is_some()
     }
 
-    /// What became of the last request, once, or of a start-up that was repeated by itself.
+    /// Takes the outcome of the last request or of an automatic reconnect, once.
     pub fn take_outcome(&mut self) -> Option<Outcome> {
         self.outcome.take()
     }
 
-    /// Why the AR ended without our asking, once; the end of a start-up is told in its outcome instead.
+    /// Takes the reason why the AR ended without a request, once; the outcome of a start-up reports its own end.
     pub fn take_end(&mut self) -> Option<ArEnd> {
         self.end.take()
     }
 
-    /// What it sees of its AR.
+    /// The state of the AR as the controller knows it.
     pub fn state(&self) -> ArState {
         let of_job = self.job.as_ref().and_then(Job::state);
         of_job.unwrap_or(if self.context.ar.is_some() { ArState::Data } else { ArState::None })
     }
 
-    /// Cyclic frames sent in the present AR, or in the last one.
+    /// Number of cyclic frames sent in the current or last AR.
     pub fn cycles_sent(&self) -> u64 {
         self.context.cycles_sent
     }
 
-    /// What is sent cyclically; it outlives every AR.
+    /// The cyclic outputs; they outlive every AR.
     pub fn outputs_mut(&mut self) -> &mut Outputs {
         &mut self.context.outputs
     }
 
-    /// Says how far alarms are acknowledged from now on; it outlives every AR. What was kept back is made up for.
+    /// Sets how far alarms are acknowledged; it outlives every AR. Acknowledgements withheld before are sent now.
     pub fn acknowledge_alarms(&mut self, acknowledge: AlarmAcknowledge) {
         self.deadline.take();
         self.context.alarm_acknowledge = acknowledge;
@@ -115,12 +114,12 @@ impl Controller {
         }
     }
 
-    /// The device of the present AR, or of the last one that was tried.
+    /// The device of the current AR, or of the last one that was tried.
     pub fn partner(&self) -> Option<Partner> {
         self.context.partner
     }
 
-    /// Who the controller is.
+    /// The settings of the controller.
     pub fn settings(&self) -> &Settings {
         &self.context.settings
     }
@@ -132,7 +131,7 @@ impl Controller {
         }
     }
 
-    /// Begins what is asked for: a job, or the outcome at once.
+    /// Begins a request: returns a job, or the outcome at once.
     fn job_of(&mut self, now: Time, request: Request, out: &mut Outbox) -> Result<Job, Outcome> {
         let context = &mut self.context;
         let no_ar = RecordOutcome::Failed(CallError::ArEnded);
@@ -216,7 +215,7 @@ impl Controller {
         }
     }
 
-    /// Gives an event to the job, and what the AR ended with to whoever asks.
+    /// Passes an event to the job. The end of an AR goes to the job, or else to the caller.
     fn dispatch(&mut self, now: Time, event: Event, out: &mut Outbox) {
         if let Event::Ended(end) = &event
             && !matches!(self.job, Some(Job::StartUp(_)))
@@ -229,7 +228,7 @@ impl Controller {
         }
     }
 
-    /// The AR ended without our asking.
+    /// Handles the end of the AR without a request of the caller.
     fn ended(&mut self, now: Time, end: ArEnd, out: &mut Outbox) {
         match &end {
             ArEnd::Aborted(_) => self.context.drop_ar(),
@@ -292,7 +291,7 @@ impl Controller {
         }
     }
 
-    /// A bad UDP checksum is let pass: captures of virtual interfaces do not have it filled in.
+    /// A wrong UDP checksum is accepted: virtual interfaces do not fill it in.
     fn datagram(&mut self, now: Time, frame: &[u8], out: &mut Outbox) {
         let Ok(datagram) = Datagram::parse(frame) else { return };
         let own = self.context.own;
@@ -318,7 +317,7 @@ impl Controller {
         }
     }
 
-    /// Gives the browser a frame, or the time.
+    /// Passes a frame, or the time, to the browser.
     fn browse(&mut self, now: Time, frame: Option<(&FrameHeader, &[u8])>, out: &mut Outbox) {
         let Some(browser) = &mut self.context.browser else { return };
         if let Some(outcome) = browser.go_on(now, frame, out) {
@@ -326,10 +325,11 @@ impl Controller {
         }
     }
 
-    /// A packet of TCP to us.
+    /// Whether a frame is a TCP packet to this controller.
     fn is_segment(&self, header: &FrameHeader, payload: &[u8]) -> bool {
-        let ours = |packet: Ipv4<'_>| (packet.protocol, packet.destination) == (Ipv4::TCP, self.context.own.ip);
-        header.destination == self.context.own.mac && Ipv4::parse(payload).is_ok_and(ours)
+        let is_to_controller =
+            |packet: Ipv4<'_>| (packet.protocol, packet.destination) == (Ipv4::TCP, self.context.own.ip);
+        header.destination == self.context.own.mac && Ipv4::parse(payload).is_ok_and(is_to_controller)
     }
 
     fn wake_call(&mut self, now: Time, out: &mut Outbox) {
@@ -406,7 +406,7 @@ impl Station for Controller {
 }
 
 impl Controller {
-    /// When it has something to do, as things stand.
+    /// When it has something to do next.
     fn next_due(&self) -> Option<Time> {
         let mut first: Option<Time> = None;
         let mut consider = |due: Option<Time>| {

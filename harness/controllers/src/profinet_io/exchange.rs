@@ -1,7 +1,7 @@
-//! The cyclic exchange of an AR: what we send at each cycle, and what we make of the frames that come.
+//! Cyclic exchange of an AR: the provider sends output frames, the consumer checks input frames.
 //!
-//! Frames are sent on a grid: multiples of the cycle since the start of the run, moved by the phase, which the cycle counter tells. A late wake
-//! sends one frame and passes over what was missed, so nothing drifts and nothing bunches.
+//! Frames are sent on a grid: multiples of the cycle since the start of the run plus the phase, as in the cycle counter. A late
+//! wake sends one frame and skips the missed ones, so frames neither drift nor bunch.
 
 use super::connection::{Connection, SEND_CLOCK_UNIT_NANOS};
 use super::layout::Layout;
@@ -17,43 +17,41 @@ use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, Instance,
 /// Both directions.
 #[derive(Debug)]
 pub(super) struct Exchange {
-    /// What we send.
     pub(super) provider: Provider,
-    /// What we receive.
     pub(super) consumer: Consumer,
 }
 
-/// What we send.
+/// Sends the output frames.
 #[derive(Debug)]
 pub(super) struct Provider {
     frame: Vec<u8>,
     data_at: usize,
     status_at: usize,
-    /// Per output: where [`Outputs`] keeps it, where it stands in the data, its octets.
+    /// For each output: its index in [`Outputs`], its offset in the data, its length.
     outputs: Vec<(usize, usize, usize)>,
     iocs: Vec<usize>,
     cycle: u64,
-    /// How far the grid lies behind the multiples of the cycle, in nanoseconds: the phase.
+    /// The phase: offset of the grid from the multiples of the cycle, in nanoseconds.
     phase: u64,
     next: Time,
     ready: bool,
 }
 
-/// What we receive.
+/// Receives the input frames.
 #[derive(Debug)]
 pub(super) struct Consumer {
     from: Mac,
     frame_id: FrameId,
     data_length: usize,
-    /// Where the IOPS stand that a good sample needs: slot, subslot, offset.
+    /// The IOPS that a valid sample needs: slot, subslot, offset.
     needed: Vec<(u16, u16, usize)>,
     last_counter: Option<u16>,
     hold: Duration,
-    /// When the last frame came, or since when frames are due.
+    /// When the last frame arrived, or since when frames are due.
     last: Option<Time>,
 }
 
-/// The two ends of the exchange and the frame ids that hold.
+/// The two ends of the exchange and the frame IDs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ends {
     pub(super) own: Mac,
@@ -63,7 +61,7 @@ pub(super) struct Ends {
 }
 
 impl Exchange {
-    /// The exchange that `connection` asked for; the first frame leaves at the next point of the grid after `now`.
+    /// The exchange of `connection`; the first frame leaves at the next grid point after `now`.
     pub(super) fn new(
         connection: &Connection,
         layout: &Layout,
@@ -123,13 +121,13 @@ impl Provider {
         provider
     }
 
-    /// The first point of the grid after `now`.
+    /// The first grid point after `now`.
     fn after(&self, now: Time) -> Time {
         let since = now.as_nanos() + self.cycle - self.phase;
         Time::from_nanos((since / self.cycle).saturating_mul(self.cycle).saturating_add(self.phase))
     }
 
-    /// The device has said that its application is ready: from now on our data and what we consume are good.
+    /// The device has reported ApplicationReady: the controller's data and IOCS become good.
     pub(super) fn application_is_ready(&mut self) {
         self.ready = true;
     }
@@ -139,7 +137,7 @@ impl Provider {
         self.next
     }
 
-    /// Sends the frame that is due, if one is; tells whether it did.
+    /// Sends the frame that is due, if any; returns whether it did.
     pub(super) fn wake(&mut self, now: Time, outputs: &mut Outputs, out: &mut Outbox) -> bool {
         if now < self.next {
             return false;
@@ -169,41 +167,39 @@ impl Provider {
         status[..2].copy_from_slice(&counter.to_be_bytes());
     }
 
-    /// A copy of the frame as it was last sent, with the octet where its data begin and the one where its status begins.
+    /// A copy of the last frame sent, with the offsets of its data and its status.
     pub(super) fn last_frame(&self) -> (Vec<u8>, usize, usize) {
         (self.frame.clone(), self.data_at, self.status_at)
     }
 }
 
-/// What a received frame was.
+/// The kind of a received frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sample {
-    /// Not a new frame of our stream.
+    /// Not a new frame of this stream.
     Foreign,
-    /// A frame whose data cannot be used.
+    /// A frame whose data are not valid.
     Bad,
-    /// A frame with good data.
+    /// A frame with valid data.
     Good,
 }
 
 impl Consumer {
-    /// Frames are due from now on, even if none has come yet.
+    /// Frames are due from now on, even if none has arrived yet.
     pub(super) fn expect(&mut self, now: Time) {
         self.last.get_or_insert(now);
     }
 
-    /// Leaves submodules out of what a good sample needs.
+    /// Excludes submodules from the check for valid samples.
     pub(super) fn spare(&mut self, is_improper: impl Fn(u16, u16) -> bool) {
         self.needed.retain(|&(slot, subslot, _)| !is_improper(slot, subslot));
     }
 
-    /// Takes a cyclic frame that was sent to us.
-    ///
-    /// A counter that does not go forward by less than 0xF000 makes a frame old: it is dropped, as consumers do
+    /// Processes a cyclic frame to this controller. A frame whose counter is not ahead by less than 0xF000 is old and is dropped
     /// (IEC 61158-6-10, CPM).
     pub(super) fn receive(&mut self, now: Time, from: Mac, payload: &[u8]) -> Sample {
-        let ours = from == self.from && FrameId::peek(payload) == Ok(self.frame_id);
-        let Some(frame) = CyclicFrame::parse(payload, self.data_length).ok().filter(|_| ours) else {
+        let is_of_stream = from == self.from && FrameId::peek(payload) == Ok(self.frame_id);
+        let Some(frame) = CyclicFrame::parse(payload, self.data_length).ok().filter(|_| is_of_stream) else {
             return Sample::Foreign;
         };
         let ApduStatus { cycle_counter, data_status, transfer_status } = frame.status;
@@ -217,12 +213,12 @@ impl Consumer {
         if usable && self.needed.iter().all(good) { Sample::Good } else { Sample::Bad }
     }
 
-    /// When the data hold time runs out.
+    /// When the data hold time ends.
     pub(super) fn deadline(&self) -> Option<Time> {
         self.last.map(|last| last + self.hold)
     }
 
-    /// The wait that ran out, if it did.
+    /// The wait that timed out, if any.
     pub(super) fn wake(&self, now: Time) -> Option<Wait> {
         let last = self.last?;
         (now >= last + self.hold).then(|| Wait { what: Waiting::Data, time: now.since(last) })

@@ -1,7 +1,7 @@
-//! A web server is asked: one TCP connection for one request and its answer, by smoltcp over a pipe of frames.
+//! HTTP client: one TCP connection for one request and its answer, with smoltcp over a pipe of frames.
 //!
-//! Whatever the server does the visit ends: after [`LONGEST_VISIT`], after [`LONGEST_ANSWER`] octets, or before. This room must
-//! not know what a page says.
+//! Whatever the server does, the visit ends: after [`LONGEST_VISIT`], after [`LONGEST_ANSWER`] bytes, or before. This module must
+//! not know the content of a page.
 
 use super::request::{Partner, Settings};
 use super::state::{Wait, Waiting};
@@ -20,28 +20,28 @@ use station::{Outbox, Time};
 use wire::ethernet::{FrameHeader, Mac, pad};
 use wire::http::{PORT, Progress, Request, Response};
 
-/// How long a visit lasts at most.
+/// Maximum duration of a visit.
 const LONGEST_VISIT: Duration = Duration::from_secs(10);
-/// Most octets of an answer, its head included.
+/// Maximum length of an answer in bytes, including its head.
 pub const LONGEST_ANSWER: usize = 1 << 16;
-/// The length of our network prefix: a device is on our segment whatever its address.
+/// The network prefix length of the controller: every address counts as local.
 const EVERYWHERE: u8 = 0;
-/// Octets that may be under way to us.
+/// TCP receive window in bytes.
 const WINDOW: usize = 8192;
-/// The first of our TCP ports, and how many there are; each visit has the next one, beginning anywhere, for a server keeps
-/// the port of a connection that has ended for some minutes.
+/// The first TCP port of the client, and the number of ports. Each visit uses the next one, with a random start, because a server
+/// keeps the port of a closed connection for some minutes.
 const PORTS: (u16, u16) = (49_152, 16_384);
 
-/// What became of a visit to a web server.
+/// The outcome of a visit to a web server.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PageOutcome {
-    /// It answered.
+    /// The answer.
     Answer(Response),
-    /// It did not take the connection, or ended it without a word.
+    /// The server refused the connection, or closed it without an answer.
     Refused,
-    /// Nothing came of it in time.
+    /// No answer in time.
     NoAnswer(Wait),
-    /// What came is no whole answer; the sentence says in what.
+    /// The answer is incomplete or invalid; the sentence says why.
     Unreadable(&'static str),
 }
 
@@ -56,15 +56,15 @@ impl fmt::Display for PageOutcome {
     }
 }
 
-/// Our end of the connections to web servers, one at a time.
+/// The client end of the connections to web servers, one at a time.
 pub(super) struct Browser {
     pipe: Pipe,
     interface: Interface,
     sockets: SocketSet<'static>,
-    /// The connection of the present visit, or what is left of the last one.
+    /// The connection of the current visit, or what remains of the last one.
     socket: Option<SocketHandle>,
     visit: Option<Visit>,
-    /// Whom frames may go to.
+    /// The destination of all frames.
     server: Mac,
     visits: u16,
     due: Option<Time>,
@@ -74,14 +74,14 @@ pub(super) struct Browser {
 #[derive(Debug)]
 struct Visit {
     request: Vec<u8>,
-    /// Whether there is an address to ask at; nothing is sent without one.
+    /// Whether there is an address to call; nothing is sent without one.
     is_addressed: bool,
     asked: bool,
     came: Vec<u8>,
     began: Time,
 }
 
-/// A number in which all bits of the seed take part.
+/// A number that depends on all bits of the seed.
 fn anywhere(seed: u64) -> u16 {
     (seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 48) as u16
 }
@@ -109,7 +109,7 @@ impl Browser {
         }
     }
 
-    /// Begins a visit; what is left of the one before is forgotten.
+    /// Begins a visit; discards what remains of the previous one.
     pub(super) fn visit(&mut self, now: Time, partner: Partner, request: &Request, out: &mut Outbox) {
         self.forget();
         let request = request.to_vec(&partner.ip.to_string());
@@ -132,14 +132,14 @@ impl Browser {
         }
     }
 
-    /// When something is to be done without a frame.
+    /// When something must be done without a frame.
     pub(super) fn due(&self) -> Option<Time> {
         let longest = |visit: &Visit| if visit.is_addressed { LONGEST_VISIT } else { Duration::ZERO };
         let end = self.visit.as_ref().map(|visit| visit.began + longest(visit));
         [self.due, end].into_iter().flatten().min()
     }
 
-    /// Takes a frame, if there is one, and does what is due; gives the outcome at the end of the visit.
+    /// Processes a frame, if there is one, and does what is due; returns the outcome at the end of the visit.
     pub(super) fn go_on(
         &mut self,
         now: Time,
@@ -154,7 +154,7 @@ impl Browser {
             self.visit = None;
             if has_failed { socket.abort() } else { socket.close() }
         }
-        // What was written just now, or the end of the connection.
+        // Sends what was just written, or the end of the connection.
         self.poll(now, None, out);
         if has_failed {
             self.forget();
@@ -196,8 +196,8 @@ impl fmt::Debug for Browser {
 impl Visit {
     fn go_on(&mut self, now: Time, socket: &mut Socket<'_>) -> Option<PageOutcome> {
         if !self.is_addressed {
-            // Nothing was sent, so that silence is no answer.
-            return Some(PageOutcome::Unreadable("there is no address to ask at"));
+            // Nothing was sent, so silence is not an answer.
+            return Some(PageOutcome::Unreadable("the device has no IP address"));
         }
         if !self.asked && socket.may_send() {
             self.asked = socket.send_slice(&self.request).is_ok();
@@ -213,16 +213,16 @@ impl Visit {
             }
         }
         if self.came.len() > LONGEST_ANSWER {
-            return Some(PageOutcome::Unreadable("it is too long"));
+            return Some(PageOutcome::Unreadable("it is longer than 65536 bytes"));
         }
         let is_closed = if self.asked { !socket.may_recv() } else { !socket.is_open() };
         if is_closed && self.came.is_empty() {
             return Some(PageOutcome::Refused);
         }
-        // What was torn off has no end, also where its end is that of the connection.
+        // An aborted answer is incomplete, even if the end of the connection marks its end.
         let is_torn = is_closed && socket.state() == State::Closed;
         if is_torn && Response::read(&self.came, false) == Progress::More {
-            return Some(PageOutcome::Unreadable("the connection was torn off before its end"));
+            return Some(PageOutcome::Unreadable("the connection was reset before its end"));
         }
         match Response::read(&self.came, is_closed) {
             Progress::Whole(response) => Some(PageOutcome::Answer(response)),
@@ -240,7 +240,7 @@ fn instant(time: Time) -> Instant {
     Instant::from_micros(i64::try_from(time.as_nanos() / 1000).unwrap_or(i64::MAX))
 }
 
-/// A pair of ends: one frame in, any number of frames out.
+/// A pair of queues: one frame in, any number of frames out.
 #[derive(Debug, Default)]
 struct Pipe {
     incoming: Option<Vec<u8>>,

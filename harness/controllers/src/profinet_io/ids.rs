@@ -28,7 +28,7 @@ impl Ids {
         Uuid(octets)
     }
 
-    /// A transaction number.
+    /// A transaction number (xid).
     pub(super) fn xid(&mut self) -> u32 {
         self.next() as u32
     }

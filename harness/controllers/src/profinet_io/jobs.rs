@@ -1,6 +1,6 @@
-//! The small jobs: Identify, DCP to one station, records, base mode parameters, the endpoint mapper, release.
+//! Short jobs: Identify, DCP to one station, records, base mode parameters, the endpoint mapper, release.
 //!
-//! A job is given events until it has an outcome. The start-up, the only long one, stands in `startup`.
+//! A job receives events until it has an outcome. `startup` has the start-up, the only long job.
 
 use super::call::Answer;
 use super::connect::ArNames;
@@ -26,41 +26,41 @@ use wire::profinet::dcp::{BlockError, Dcp, ServiceId, ServiceType, Value};
 use wire::profinet::rpc::{Entry, LookupHandle, LookupRequest, LookupResponse, ObjectUuid, Opnum, Uuid};
 use wire::profinet::status::{PnioStatus, RecordError};
 
-/// How long the answer to a DCP request is waited for; setting a name can take a device this long.
+/// Timeout for the answer to a DCP request; a device may take this long to set a name.
 const DCP_WAIT: Duration = Duration::from_secs(3);
-/// How long an answer in the base mode may take (PROFIdrive profile, parameter access).
+/// Timeout for a base mode answer (PROFIdrive profile, parameter access).
 const PARAMETER_WAIT: Duration = Duration::from_secs(10);
-/// After "not yet" the answer is read again after this time.
+/// Pause before the answer is read again after "not ready".
 const PARAMETER_PAUSE: Duration = Duration::from_millis(10);
-/// Most octets of a base mode answer that are taken; more than the profile allows, so that a longer one is seen.
+/// Maximum length of a base mode answer in bytes; more than the profile allows, so that a longer answer is detected.
 const PARAMETER_LENGTH: u32 = 4096;
-/// Most entries that an endpoint mapper is asked for.
+/// Maximum number of entries requested from an endpoint mapper.
 const MOST_ENTRIES: usize = 64;
 
-/// What the controller is doing.
+/// The running job.
 #[derive(Debug)]
 pub(super) enum Job {
-    /// Answers to Identify are collected.
+    /// Collects answers to Identify.
     Identify { xid: u32, until: Time, seen: Vec<StationSeen> },
-    /// The answer to a DCP request is awaited.
+    /// Waits for the answer to a DCP request.
     Dcp { to: Mac, service: ServiceId, xid: u32, since: Time },
-    /// The owners of an address are collected.
+    /// Collects the owners of an address.
     Arp { target: Ipv4Addr, until: Time, owners: Vec<Mac> },
-    /// An AR is started up.
+    /// Starts up an AR.
     StartUp(Box<StartUpJob>),
-    /// A record is read.
+    /// Reads a record.
     Read(ReadRequest),
-    /// A record is written.
+    /// Writes a record.
     Write(WriteRequest),
-    /// Several records are written.
+    /// Writes several records.
     WriteMultiple(WriteRequest, usize),
-    /// A base mode request is written and its answer read.
+    /// Writes a base mode request and reads its answer.
     Parameter(Parameter),
-    /// An endpoint mapper is asked.
+    /// Queries an endpoint mapper.
     Lookup(Lookup),
-    /// The AR of these names is released.
+    /// Releases the AR of these names.
     Release(ArNames),
-    /// A web server is asked.
+    /// Requests a web page.
     Page,
 }
 
@@ -73,18 +73,18 @@ pub(super) struct Parameter {
     phase: Phase,
 }
 
-/// Where a base mode request stands.
+/// The phase of a base mode request.
 #[derive(Debug)]
 enum Phase {
     /// The request was written.
     Write(WriteRequest),
-    /// The answer is read; the request was accepted then.
+    /// The answer is read; the request was accepted at this time.
     Read(ReadRequest, Time),
-    /// There is no answer yet; it is read again at the second time.
+    /// The answer is not ready; it is read again at `until`.
     Pause { since: Time, until: Time },
 }
 
-/// A walk through an endpoint mapper.
+/// A walk through the entries of an endpoint mapper.
 #[derive(Debug)]
 pub(super) struct Lookup {
     callee: Callee,
@@ -92,7 +92,7 @@ pub(super) struct Lookup {
 }
 
 impl Job {
-    /// What the job makes of the AR's state.
+    /// The AR state while this job runs, if the job determines it.
     pub(super) fn state(&self) -> Option<ArState> {
         match self {
             Job::StartUp(job) => Some(ArState::Starting(job.stage())),
@@ -101,7 +101,7 @@ impl Job {
         }
     }
 
-    /// When it has something to do; the call has a deadline of its own.
+    /// When it has something to do; the call has its own deadline.
     pub(super) fn deadline(&self) -> Option<Time> {
         match self {
             Job::Identify { until, .. } | Job::Arp { until, .. } => Some(*until),
@@ -118,7 +118,7 @@ impl Job {
         }
     }
 
-    /// Takes what happened; gives the outcome at the end.
+    /// Processes an event; returns the outcome at the end.
     pub(super) fn event(
         &mut self,
         context: &mut Context,
@@ -176,7 +176,7 @@ impl Job {
                 Some(Outcome::Ended(Ended::Released(control_outcome(answer, *names, BlockType::RELEASE_RES))))
             }
             (Job::Page, Event::Page(outcome)) => Some(Outcome::Page(outcome)),
-            // A call that outlived the AR was none of its calls.
+            // A call that outlived the AR did not belong to it.
             (Job::Read(_) | Job::Write(_), Event::Ended(_)) if context.call.is_none() => {
                 Some(Outcome::Record(RecordOutcome::Failed(CallError::ArEnded)))
             }
@@ -188,7 +188,7 @@ impl Job {
     }
 }
 
-/// What an answer to Get or Set says.
+/// The outcome in an answer to Get or Set.
 fn dcp_outcome(dcp: &Dcp) -> DcpOutcome {
     if dcp.service_type == ServiceType::NOT_SUPPORTED {
         return DcpOutcome::NotSupported;
@@ -251,7 +251,7 @@ pub(super) fn read_implicit(
     request
 }
 
-/// Begins to release the AR: no more cyclic data and alarms, only the call goes on.
+/// Begins to release the AR: cyclic data and alarms stop, only the call continues.
 pub(super) fn release(context: &mut Context, now: Time, out: &mut Outbox) -> Option<ArNames> {
     let names = context.ar.as_ref()?.names;
     send_control(context, now, Waiting::Release, out);
@@ -260,7 +260,7 @@ pub(super) fn release(context: &mut Context, now: Time, out: &mut Outbox) -> Opt
 }
 
 impl Parameter {
-    /// Writes the request; none without an AR.
+    /// Writes the request; `None` without an AR.
     pub(super) fn begin(
         context: &mut Context,
         now: Time,
@@ -340,7 +340,7 @@ impl Parameter {
 }
 
 impl Lookup {
-    /// Asks for the first entry.
+    /// Requests the first entry.
     pub(super) fn begin(context: &mut Context, now: Time, partner: Partner, out: &mut Outbox) -> Lookup {
         let callee = Callee {
             partner,

@@ -1,8 +1,7 @@
-//! Where each submodule stands in the two cyclic frames, and the blocks of the Connect that say so.
+//! The position of each submodule in the two cyclic frames, and the matching blocks of the Connect.
 //!
-//! In a frame, each IO data object is followed by its IOPS; then come the IOCS for what the other frame carries. A
-//! submodule without data counts as an input of no octets, as the standard has it.
-//! This room must not know time, addresses or state.
+//! In a frame, each IO data object is followed by its IOPS; then come the IOCS for the data of the other frame. A submodule
+//! without data counts as an input of no bytes, as the standard requires. This module must not know time, addresses or state.
 
 use super::connection::Submodule;
 use alloc::vec::Vec;
@@ -14,40 +13,40 @@ use wire::profinet::rt::SHORTEST_DATA;
 /// Both frames of an AR.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
-    /// From the device to us.
+    /// From the device to the controller.
     pub input: FrameLayout,
-    /// From us to the device.
+    /// From the controller to the device.
     pub output: FrameLayout,
 }
 
-/// One frame.
+/// The layout of one frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FrameLayout {
-    /// Data that its sender provides.
+    /// Data that the sender provides.
     pub data: Vec<Place>,
-    /// Status of what its sender consumes.
+    /// Status of the data that the sender consumes.
     pub iocs: Vec<Place>,
-    /// Octets of all, padded to the least length of a frame.
+    /// Total length in bytes, padded to the minimum of a frame.
     pub data_length: usize,
 }
 
-/// Where something of a submodule stands.
+/// The position of a submodule's data or IOCS in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The API of the submodule.
+    /// API of the submodule.
     pub api: u32,
-    /// The slot of the submodule.
+    /// Slot number.
     pub slot: u16,
-    /// The subslot of the submodule.
+    /// Subslot number.
     pub subslot: u16,
-    /// The first octet, counted from the first octet of the data.
+    /// Offset from the first byte of the data.
     pub at: usize,
-    /// Octets of data; its IOPS follows them. 0 in a list of IOCS.
+    /// Length of the data in bytes; its IOPS follows them. 0 in a list of IOCS.
     pub octets: usize,
 }
 
 impl Place {
-    /// Where the IOPS of this data stands.
+    /// The offset of the IOPS of this data.
     pub fn iops(&self) -> usize {
         self.at + self.octets
     }
@@ -88,7 +87,7 @@ impl FrameLayout {
         self.data_length += 1;
     }
 
-    /// The lists of this frame as an IOCRBlockReq has them: by API, in the order in which the APIs first appear.
+    /// The lists of this frame as in an IOCRBlockReq: grouped by API, in the order in which the APIs first appear.
     pub fn apis(&self) -> Vec<IocrApi> {
         let mut apis: Vec<IocrApi> = Vec::new();
         for (place, is_data) in
@@ -108,7 +107,7 @@ impl FrameLayout {
 }
 
 impl Submodule {
-    /// Whether it stands in the input frame: with input data, or without any data.
+    /// Whether the submodule is in the input frame: it has input data, or no data at all.
     fn has_input(&self) -> bool {
         self.input_octets > 0 || self.output_octets == 0
     }
@@ -134,7 +133,7 @@ impl Submodule {
     }
 }
 
-/// The ExpectedSubmoduleBlockReqs for these submodules: one block per slot, in it one entry per API.
+/// The ExpectedSubmoduleBlockReqs for these submodules: one block per slot, with one entry per API.
 pub fn expected(submodules: &[Submodule]) -> Vec<ExpectedSubmoduleBlockReq> {
     let mut blocks: Vec<ExpectedSubmoduleBlockReq> = Vec::new();
     for submodule in submodules {

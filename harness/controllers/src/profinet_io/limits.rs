@@ -1,6 +1,6 @@
-//! The ranges of what a connection can say (IEC 61158-6-10 and IEC 61158-5-10, context management).
+//! The value ranges of a connection (IEC 61158-6-10 and IEC 61158-5-10, context management).
 //!
-//! A tester also sends values beyond them: then [`Connection::unchecked`] is set.
+//! To send values out of range on purpose, set [`Connection::unchecked`].
 
 use super::connection::{Connection, DeviceAddress};
 use super::layout::Layout;
@@ -8,14 +8,14 @@ use core::fmt;
 use wire::profinet::blocks::connect::RtClass;
 use wire::profinet::rt::{FrameId, FrameKind, LONGEST_DATA};
 
-/// A value of a [`Connection`] that is beyond its limit.
+/// A value of a [`Connection`] that is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LimitError {
-    /// The field, in the words of the standard.
+    /// The field name in the standard.
     pub field: &'static str,
-    /// Its value.
+    /// The value.
     pub value: u64,
-    /// The allowed range, in words.
+    /// The allowed range, as text.
     pub allowed: &'static str,
 }
 
@@ -25,11 +25,11 @@ impl fmt::Display for LimitError {
     }
 }
 
-/// A field with its value, whether the value is allowed, and the allowed range in words.
+/// A field, its value, whether the value is allowed, and the allowed range as text.
 type Rule = (&'static str, u64, bool, &'static str);
 
 impl Connection {
-    /// Compares every value with its limit; the error names the first field that is beyond it.
+    /// Checks every value; the error names the first field that is out of range.
     pub fn check(&self) -> Result<(), LimitError> {
         let wrong = self.names().into_iter().chain(self.timing()).chain(self.data()).find(|(_, _, good, _)| !good);
         match wrong {

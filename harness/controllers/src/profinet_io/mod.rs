@@ -1,8 +1,9 @@
 //! The PROFINET IO controller.
 //!
-//! A [`Controller`] takes one [`Request`] at a time and gives one [`Outcome`] for it: finding stations, DCP, the start-up of an AR, records,
-//! base mode parameters, web pages, release, abort. While an AR stands it exchanges cyclic data, acknowledges alarms and watches over the
-//! device by itself. What the device does is not reported here but read from the frames by whoever watches the wire.
+//! A [`Controller`] accepts one [`Request`] at a time and returns one [`Outcome`] for it: finding stations, DCP, the start-up of
+//! an AR, records, base mode parameters, web pages, release, abort. While an AR is established it exchanges cyclic data,
+//! acknowledges alarms and monitors the data hold time. It does not report what the device does: observers read that from the
+//! frames.
 
 mod alarms;
 mod broken;

@@ -1,6 +1,6 @@
-//! What became of a request, and of the AR.
+//! Outcomes of requests, and ends of ARs.
 //!
-//! The controller acts and reports how its own requests went; what the device did is read from the frames by others.
+//! The controller reports how its own requests ended; observers read from the frames what the device did.
 
 use super::http::PageOutcome;
 use super::state::{Stage, Wait};
@@ -15,60 +15,60 @@ use wire::profinet::dcp::{Block, BlockError, Dcp, Element, Value};
 use wire::profinet::rpc::{Entry, RejectStatus};
 use wire::profinet::status::PnioStatus;
 
-/// What became of a request.
+/// The outcome of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Identify: the stations in the order of their answers.
+    /// Outcome of Identify: the stations in the order of their answers.
     Stations(Vec<StationSeen>),
-    /// DCP Get, Set, Signal or reset.
+    /// Outcome of DCP Get, Set, Signal or reset.
     Dcp(DcpOutcome),
-    /// Connect.
+    /// Outcome of Connect.
     StartUp(Box<StartUp>),
-    /// Write, Read or ReadImplicit.
+    /// Outcome of Write, Read or ReadImplicit.
     Record(RecordOutcome),
-    /// Write multiple: one outcome for each record.
+    /// Outcome of WriteMultiple: one outcome for each record.
     Records(Vec<RecordOutcome>),
-    /// A request of the base mode.
+    /// Outcome of a base mode request.
     Parameter(ParameterOutcome),
-    /// Endpoint mapper: what is registered, or why it is not known.
+    /// Outcome of an endpoint mapper lookup: the registered entries, or why they are unknown.
     Endpoints(Result<Vec<Entry>, CallError>),
-    /// Release or abort.
+    /// Outcome of Release or Abort.
     Ended(Ended),
-    /// A web page was asked for.
+    /// Outcome of a web page request.
     Page(PageOutcome),
-    /// ARP: the stations that have the address, in the order of their answers.
+    /// Outcome of an ARP request: the stations that have the address, in the order of their answers.
     Owners(Vec<Mac>),
-    /// A frame was sent; nothing is waited for.
+    /// A frame was sent; no answer is awaited.
     Sent,
-    /// A damaged frame was sent: these are its octets.
+    /// A damaged frame was sent, with these bytes.
     Broken(Vec<u8>),
-    /// What was asked for cannot be done now; the sentence says why.
+    /// The request cannot be carried out now; the sentence says why.
     Impossible(&'static str),
 }
 
-/// A station as it tells of itself over DCP.
+/// A station as it describes itself over DCP.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StationSeen {
-    /// The source of its answer.
+    /// Source address of its answer.
     pub mac: Mac,
-    /// Its name; empty when it has none.
+    /// Name of station; empty if it has none.
     pub name: Vec<u8>,
-    /// Its address; zeros when it has none.
+    /// IP parameters; zeros if it has none.
     pub ip: IpParameter,
-    /// Its vendor and device number.
+    /// Vendor ID and device ID.
     pub id: Option<(u16, u16)>,
-    /// Its type, in the words of its vendor.
+    /// Device type, as the vendor names it.
     pub station_type: Vec<u8>,
-    /// Its role: bit 0 IO device, 1 IO controller, 2 IO multidevice, 3 supervisor.
+    /// Role: bit 0 IO device, 1 IO controller, 2 IO multidevice, 3 supervisor.
     pub role: Option<u8>,
-    /// Everything it told, in its order.
+    /// All blocks of the answer, in its order.
     pub blocks: Vec<Block>,
 }
 
 impl StationSeen {
-    /// What the answer `dcp` from `mac` tells.
+    /// Reads the answer `dcp` from `mac`.
     pub fn of(mac: Mac, dcp: &Dcp) -> StationSeen {
-        let mut seen = StationSeen {
+        let mut station = StationSeen {
             mac,
             name: Vec::new(),
             ip: IpParameter::NONE,
@@ -79,59 +79,59 @@ impl StationSeen {
         };
         for block in dcp.blocks() {
             match &block.value {
-                Value::NameOfStation(name) => seen.name.clone_from(name),
-                Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => seen.ip = *ip,
-                Value::DeviceId { vendor_id, device_id } => seen.id = Some((*vendor_id, *device_id)),
-                Value::Vendor(name) => seen.station_type.clone_from(name),
-                Value::DeviceRole { role, .. } => seen.role = Some(*role),
+                Value::NameOfStation(name) => station.name.clone_from(name),
+                Value::IpParameter(ip) | Value::FullIpSuite(ip, _) => station.ip = *ip,
+                Value::DeviceId { vendor_id, device_id } => station.id = Some((*vendor_id, *device_id)),
+                Value::Vendor(name) => station.station_type.clone_from(name),
+                Value::DeviceRole { role, .. } => station.role = Some(*role),
                 _ => {}
             }
         }
-        seen
+        station
     }
 }
 
-/// How it went with DCP.
+/// The outcome of a DCP request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DcpOutcome {
-    /// Everything was set.
+    /// All values were set.
     Accepted,
-    /// The values that were asked for; refused elements stand among them as [`Value::Response`].
+    /// The requested values; refused elements are included as [`Value::Response`].
     Values(Vec<Block>),
     /// These elements were refused; there is at least one.
     Refused(Vec<(Element, BlockError)>),
     /// The device does not support the service.
     NotSupported,
-    /// No answer came.
+    /// No answer.
     NoAnswer(Wait),
 }
 
-/// Why an RPC call brought no answer that can be used.
+/// Why an RPC call has no usable answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CallError {
     /// The server did not begin the operation.
     Rejected(RejectStatus),
     /// The server began the operation and it failed.
     Faulted(RejectStatus),
-    /// No answer came.
+    /// No answer.
     NoAnswer(Wait),
-    /// An answer came that does not fit the request; the sentence says in what.
+    /// The answer does not match the request; the sentence says how.
     Unfit(String),
     /// The AR ended while the answer was awaited, or there was none.
     ArEnded,
 }
 
-/// How it went with a record.
+/// The outcome of a record access.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RecordOutcome {
     /// Written, or read with this data.
     Accepted {
-        /// The record; empty after writing.
+        /// The record; empty after a write.
         data: Vec<u8>,
     },
     /// The device refused.
     Refused(PnioStatus),
-    /// The call brought no answer.
+    /// The call returned no answer.
     Failed(CallError),
 }
 
@@ -142,104 +142,104 @@ impl RecordOutcome {
     }
 }
 
-/// How it went with a request of the base mode.
+/// The outcome of a base mode request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParameterOutcome {
-    /// The octets of the response; its reference is that of the request.
+    /// The bytes of the response; its reference matches the request.
     Answer(Vec<u8>),
     /// The response has another reference than the request.
     OtherReference {
         /// The reference of the request.
         sent: u8,
-        /// The octets of the response.
+        /// The bytes of the response.
         answer: Vec<u8>,
     },
-    /// Writing the request was refused.
+    /// The device refused the write of the request.
     WriteRefused(PnioStatus),
-    /// Reading the response was refused, otherwise than by "not yet".
+    /// The device refused the read of the response, for another reason than "not ready".
     ReadRefused(PnioStatus),
-    /// The device never had an answer ready; this was its last status, success with an empty record if it is OK.
+    /// The device never had a response ready. Its last status (OK if it returned an empty record), and the time.
     NotReady(PnioStatus, Wait),
-    /// A call brought no answer.
+    /// A call returned no answer.
     Failed(CallError),
 }
 
-/// How Connect itself went.
+/// The outcome of Connect itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ConnectOutcome {
     /// The device opened the AR.
     Accepted,
     /// The device refused.
     Refused(PnioStatus),
-    /// The call brought no answer that can be used.
+    /// The call returned no usable answer.
     Failed(CallError),
 }
 
-/// How a control call, PrmEnd or Release, went.
+/// The outcome of a control call: PrmEnd or Release.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ControlOutcome {
-    /// Done.
+    /// The device answered Done.
     Accepted,
     /// The device refused.
     Refused(PnioStatus),
-    /// The call brought no answer that can be used.
+    /// The call returned no usable answer.
     Failed(CallError),
 }
 
-/// A start-up with the outcome of each stage that was reached, in their order.
+/// A start-up with the outcome of each stage that was reached, in order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StartUp {
     /// The device that was found.
     pub identify: Option<StationSeen>,
-    /// Whether its address was set: `None` if that stage was not reached, false if it had it already.
+    /// Whether its address was set: `None` if that stage was not reached, false if it had the address already.
     pub address_set: Option<bool>,
-    /// The addresses with which the device was called.
+    /// The addresses at which the device was called.
     pub partner: Option<super::Partner>,
-    /// How Connect went.
+    /// Outcome of Connect.
     pub connect: Option<ConnectOutcome>,
-    /// How often Connect was sent again because the device had no AR left.
+    /// How often Connect was repeated because the device had no free AR.
     pub connect_repeats: u8,
-    /// How each record went that was sent.
+    /// Outcomes of the records that were sent.
     pub records: Vec<RecordOutcome>,
-    /// How PrmEnd went.
+    /// Outcome of PrmEnd.
     pub parameter_end: Option<ControlOutcome>,
-    /// Whether ApplicationReady came: `None` if it was not waited for.
+    /// Whether ApplicationReady arrived; `None` if it was not awaited.
     pub application_ready: Option<bool>,
-    /// Whether a good sample came: data valid, every proper input submodule good. `None` if it was not waited for.
+    /// Whether a valid sample arrived: DataValid set, IOPS of every proper input submodule good. `None` if it was not awaited.
     pub first_data: Option<bool>,
-    /// How the plugged modules differ, from the Connect response or from ApplicationReady.
+    /// The ModuleDiffBlock of the Connect response or of ApplicationReady.
     pub module_diff: Option<ModuleDiffBlock>,
-    /// Whether the AR stands.
+    /// Whether the AR is established.
     pub standing: bool,
-    /// Where the start-up ended otherwise, and why.
+    /// Where and why the start-up failed.
     pub failed: Option<Failure>,
 }
 
 /// Where and why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The stage.
+    /// The failed stage.
     pub stage: Stage,
-    /// Why.
+    /// The reason.
     pub why: FailureReason,
 }
 
 /// Why a start-up ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FailureReason {
-    /// A wait ran out.
+    /// A wait timed out.
     Waited(Wait),
     /// The device refused.
     Refused(PnioStatus),
-    /// The device refused its address, or has no means to set it.
+    /// The device refused its address, or cannot set it.
     AddressRefused(BlockError),
-    /// A value is beyond its limit and was not sent.
+    /// A value is out of range and was not sent.
     Limit(super::LimitError),
-    /// A call brought no answer that can be used.
+    /// A call returned no usable answer.
     Call(CallError),
     /// More than one station has the name.
     SameName(Vec<Mac>),
-    /// Another station has the address that the device is to get.
+    /// Another station has the address intended for the device.
     SameAddress(Mac),
     /// The AR ended.
     Ended(ArEnd),
@@ -287,10 +287,10 @@ fn word(status: RejectStatus) -> &'static str {
     status.word().unwrap_or("unknown")
 }
 
-/// How Release or an abort went; the AR is gone in any case.
+/// The outcome of Release or Abort; the AR has ended in any case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// Release, with the answer of the device.
+    /// Release was sent; the answer of the device.
     Released(ControlOutcome),
     /// An ERR-RTA was sent.
     Aborted,
@@ -298,14 +298,14 @@ pub enum Ended {
     NoAr,
 }
 
-/// Why an AR ended that we did not ask to end.
+/// Why an AR ended without a request of the caller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ArEnd {
     /// The device sent an ERR-RTA.
     Aborted(PnioStatus),
-    /// No cyclic frame came for the data hold time.
+    /// No cyclic frame arrived for the data hold time.
     Watchdog(Wait),
-    /// The device did not acknowledge our alarm acknowledgement.
+    /// The device did not acknowledge the controller's AlarmAck.
     AlarmUnacknowledged(Wait),
 }
 

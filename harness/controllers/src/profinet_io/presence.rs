@@ -1,4 +1,4 @@
-//! What the controller tells of itself: answers to DCP Identify, LLDP.
+//! The controller's own presence: it answers DCP Identify and announces itself by LLDP.
 
 use super::request::Settings;
 use alloc::vec::Vec;
@@ -11,10 +11,10 @@ use wire::profinet::rt::FrameId;
 
 /// Bit 1 of the device role: IO controller.
 const IO_CONTROLLER: u8 = 0x02;
-/// How long our announcement is true, in seconds.
+/// TTL of the announcement, in seconds.
 const TIME_TO_LIVE: u16 = 20;
 
-/// Answers `request` from `from` if it is an Identify request that fits us.
+/// Answers `request` from `from` if it is an Identify request that matches this controller.
 pub(super) fn identify(settings: &Settings, from: Mac, request: &Dcp, out: &mut Outbox) {
     if (request.frame_id, request.service_id) != (FrameId::DCP_IDENTIFY_REQUEST, ServiceId::IDENTIFY) {
         return;
@@ -36,7 +36,7 @@ pub(super) fn identify(settings: &Settings, from: Mac, request: &Dcp, out: &mut 
     out.push_with(|octets| request.response(blocks).write_frame(from, mac, octets));
 }
 
-/// Announces us to the neighbour; an empty `chassis` stands for our name of station.
+/// Announces the controller to its neighbour; an empty `chassis` stands for its name of station.
 pub(super) fn announce(settings: &Settings, chassis: &[u8], port: &[u8], out: &mut Outbox) {
     let chassis: Vec<u8> = if chassis.is_empty() { settings.station_name.clone() } else { chassis.into() };
     let lldp = Lldp {

@@ -1,6 +1,6 @@
-//! The blocks of Read and Write: what we ask for, and whether the answer fits.
+//! The blocks of Read and Write: builds the requests and checks that the responses match them.
 //!
-//! This room must not know RPC, time or state.
+//! This module must not know RPC, time or state.
 
 use super::connection::{Record, Target};
 use super::outcome::{CallError, RecordOutcome};
@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use wire::profinet::blocks::record::{ReadRequest, ReadResponse, RecordHeader, WriteRequest, WriteResponse};
 use wire::profinet::rpc::Uuid;
 
-/// Octets of a read answer besides the record.
+/// Bytes of a read answer in addition to the record.
 pub(super) const READ_OVERHEAD: u32 = 64;
 
 fn header(ar_uuid: Uuid, seq_number: u16, target: Target) -> RecordHeader {
@@ -25,7 +25,7 @@ fn header(ar_uuid: Uuid, seq_number: u16, target: Target) -> RecordHeader {
     }
 }
 
-/// The request to read at most `length` octets.
+/// The request to read at most `length` bytes.
 pub(super) fn read(ar_uuid: Uuid, seq_number: u16, target: Target, length: u32) -> ReadRequest {
     let header = RecordHeader { record_data_length: length, ..header(ar_uuid, seq_number, target) };
     ReadRequest { header, ..ReadRequest::default() }
@@ -36,7 +36,7 @@ pub(super) fn write(ar_uuid: Uuid, seq_number: u16, target: Target, data: Vec<u8
     WriteRequest::of(header(ar_uuid, seq_number, target), data)
 }
 
-/// The request to write several; they are numbered from `seq_number` + 1 on.
+/// The request to write several records; they are numbered from `seq_number` + 1 on.
 pub(super) fn write_multiple(ar_uuid: Uuid, seq_number: u16, records: &[Record]) -> WriteRequest {
     let number = |at: usize| seq_number.wrapping_add(1).wrapping_add(at as u16);
     let inner: Vec<WriteRequest> = records
@@ -47,7 +47,7 @@ pub(super) fn write_multiple(ar_uuid: Uuid, seq_number: u16, records: &[Record])
     WriteRequest::multiple(ar_uuid, seq_number, &inner)
 }
 
-/// What in an answer does not fit its request.
+/// The first field of an answer that does not match its request.
 fn unfit(sent: &RecordHeader, came: &RecordHeader) -> Option<CallError> {
     let fields = |header: &RecordHeader| {
         let RecordHeader { seq_number, slot_number, subslot_number, index, .. } = *header;
@@ -61,7 +61,7 @@ fn unfit(sent: &RecordHeader, came: &RecordHeader) -> Option<CallError> {
     (sent.ar_uuid != came.ar_uuid).then(|| CallError::Unfit(format!("ARUUID is {}", came.ar_uuid)))
 }
 
-/// What the blocks of a positive answer say about the record that `request` asked for.
+/// The outcome of the read `request` from the blocks of a positive answer.
 pub(super) fn read_answer(request: &ReadRequest, blocks: &[u8]) -> RecordOutcome {
     match ReadResponse::parse(blocks) {
         Ok(answer) => match unfit(&request.header, &answer.header) {
@@ -72,7 +72,7 @@ pub(super) fn read_answer(request: &ReadRequest, blocks: &[u8]) -> RecordOutcome
     }
 }
 
-/// What the blocks of a positive answer say about the record that `request` wrote.
+/// The outcome of the write `request` from the blocks of a positive answer.
 pub(super) fn write_answer(request: &WriteRequest, blocks: &[u8]) -> RecordOutcome {
     match WriteResponse::parse_all(blocks).as_deref() {
         Ok([answer, ..]) => written(&request.header, answer),
@@ -81,7 +81,7 @@ pub(super) fn write_answer(request: &WriteRequest, blocks: &[u8]) -> RecordOutco
     }
 }
 
-/// What the blocks of a positive answer say about each of the records that `request` wrote.
+/// The outcome of each record of the write `request` from the blocks of a positive answer.
 pub(super) fn write_multiple_answer(request: &WriteRequest, count: usize, blocks: &[u8]) -> Vec<RecordOutcome> {
     let sent: Vec<WriteRequest> = request.records().and_then(Result::ok).unwrap_or_default();
     let outcome = |at: usize, answers: &[WriteResponse]| match (sent.get(at), answers.get(at + 1)) {

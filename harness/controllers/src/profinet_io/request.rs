@@ -1,4 +1,4 @@
-//! What a controller can be asked to do.
+//! The requests to a controller, and its settings.
 
 use super::broken::Broken;
 use super::connection::{Connection, Record, Target};
@@ -11,181 +11,181 @@ use wire::profinet::dcp::{Block, Element, Value};
 use wire::profinet::rpc::ObjectUuid;
 use wire::profinet::status::AbortReason;
 
-/// Who a controller is.
+/// Addresses and identity of a controller.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
-    /// Its MAC address.
+    /// MAC address.
     pub mac: Mac,
-    /// Its IPv4 address.
+    /// IPv4 address.
     pub ip: Ipv4Addr,
-    /// The mask of its subnet.
+    /// Subnet mask.
     pub mask: Ipv4Addr,
-    /// Its gateway, or its own address.
+    /// Gateway, or its own address.
     pub gateway: Ipv4Addr,
-    /// Its name of station.
+    /// Name of station.
     pub station_name: Vec<u8>,
-    /// Its vendor number.
+    /// Vendor ID.
     pub vendor_id: u16,
-    /// Its device number.
+    /// Device ID.
     pub device_id: u16,
-    /// What its UUIDs and transaction numbers are derived from: the same seed gives the same run.
+    /// Seed of its UUIDs and transaction numbers: the same seed gives the same run.
     pub seed: u64,
 }
 
-/// A station whose addresses are known.
+/// A station with its addresses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Partner {
-    /// Its MAC address.
+    /// MAC address.
     pub mac: Mac,
-    /// Its IPv4 address.
+    /// IPv4 address.
     pub ip: Ipv4Addr,
 }
 
-/// Which stations are asked to tell who they are.
+/// The stations that an Identify request addresses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum IdentifyBy {
-    /// All.
+    /// All stations.
     All,
-    /// Those of this name of station.
+    /// Stations with this name of station.
     Name(Vec<u8>),
-    /// Those at this place: `port.station` of the neighbour.
+    /// Stations with this alias: `port.station` of the neighbour.
     Alias(Vec<u8>),
-    /// Those for which each of these values holds.
+    /// Stations that have all of these values.
     Values(Vec<Value>),
 }
 
-/// One thing that a controller is asked to do; it takes one at a time.
+/// A request to a controller; it accepts one at a time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// Collects the answers to a DCP Identify for `wait`. Gives [`Outcome::Stations`](super::Outcome::Stations).
+    /// Collects the answers to a DCP Identify for `wait`. Returns [`Outcome::Stations`](super::Outcome::Stations).
     Identify {
-        /// Who is asked.
+        /// Which stations answer.
         by: IdentifyBy,
-        /// How long answers are collected; the question is asked once.
+        /// How long answers are collected; the request is sent once.
         wait: Duration,
     },
-    /// DCP Get. Gives [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Get. Returns [`Outcome::Dcp`](super::Outcome::Dcp).
     DcpGet {
-        /// Who is asked.
+        /// Address of the station.
         to: Mac,
-        /// What is asked for.
+        /// The requested elements.
         elements: Vec<Element>,
     },
-    /// DCP Set. Gives [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Set. Returns [`Outcome::Dcp`](super::Outcome::Dcp).
     DcpSet {
-        /// Whose values are set.
+        /// Address of the station.
         to: Mac,
-        /// Values with their qualifiers, see [`Block::set`]; start and stop of a transaction can stand among them.
+        /// Values with their qualifiers, see [`Block::set`]; start and stop of a transaction may be among them.
         blocks: Vec<Block>,
     },
-    /// DCP Set that lets the device flash its light once. Gives [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Set that makes the device flash its LED once (Signal). Returns [`Outcome::Dcp`](super::Outcome::Dcp).
     DcpSignal {
-        /// Who flashes.
+        /// Address of the station.
         to: Mac,
     },
-    /// DCP Set that resets. Gives [`Outcome::Dcp`](super::Outcome::Dcp).
+    /// DCP Set that resets. Returns [`Outcome::Dcp`](super::Outcome::Dcp).
     DcpReset {
-        /// Who is reset.
+        /// Address of the station.
         to: Mac,
         /// The form of the reset.
         reset: Reset,
     },
-    /// The whole start-up of an AR. Gives [`Outcome::StartUp`](super::Outcome::StartUp).
+    /// The whole start-up of an AR. Returns [`Outcome::StartUp`](super::Outcome::StartUp).
     Connect(Box<Connection>),
-    /// Ends the AR by Release. Gives [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the AR by Release. Returns [`Outcome::Ended`](super::Outcome::Ended).
     Release,
-    /// Ends the AR by an ERR-RTA. Gives [`Outcome::Ended`](super::Outcome::Ended).
+    /// Ends the AR by an ERR-RTA. Returns [`Outcome::Ended`](super::Outcome::Ended).
     Abort {
-        /// The reason that is told.
+        /// The reason in the ERR-RTA.
         code: AbortReason,
     },
-    /// Writes a record in the AR. Gives [`Outcome::Record`](super::Outcome::Record).
+    /// Writes a record in the AR. Returns [`Outcome::Record`](super::Outcome::Record).
     Write {
-        /// Where it goes.
+        /// Address of the record.
         target: Target,
-        /// What it says.
+        /// The data.
         data: Vec<u8>,
     },
-    /// Writes several records in one call. Gives [`Outcome::Records`](super::Outcome::Records).
+    /// Writes several records in one call. Returns [`Outcome::Records`](super::Outcome::Records).
     WriteMultiple(Vec<Record>),
-    /// Reads a record in the AR. Gives [`Outcome::Record`](super::Outcome::Record).
+    /// Reads a record in the AR. Returns [`Outcome::Record`](super::Outcome::Record).
     Read {
-        /// Where it is.
+        /// Address of the record.
         target: Target,
-        /// Most octets that are taken.
+        /// Maximum length in bytes.
         length: u32,
     },
-    /// Reads a record without an AR. Gives [`Outcome::Record`](super::Outcome::Record).
+    /// Reads a record without an AR. Returns [`Outcome::Record`](super::Outcome::Record).
     ReadImplicit {
-        /// Who is asked.
+        /// The device.
         partner: Partner,
         /// The object that is called.
         object: ObjectUuid,
-        /// Where the record is.
+        /// Address of the record.
         target: Target,
-        /// Most octets that are taken.
+        /// Maximum length in bytes.
         length: u32,
     },
-    /// A request of the PROFIdrive base mode: written, then the answer is read as often as it is not ready.
-    /// Gives [`Outcome::Parameter`](super::Outcome::Parameter).
+    /// A PROFIdrive base mode request: written to the record, then the response is read until it is ready. Returns
+    /// [`Outcome::Parameter`](super::Outcome::Parameter).
     Parameter {
         /// The record, 0xB02E at the parameter access submodule.
         at: Target,
-        /// The octets of the request, right or wrong.
+        /// The bytes of the request, valid or not.
         request: Vec<u8>,
     },
-    /// Asks the endpoint mapper for all that is registered. Gives [`Outcome::Endpoints`](super::Outcome::Endpoints).
+    /// Requests all entries of the endpoint mapper. Returns [`Outcome::Endpoints`](super::Outcome::Endpoints).
     EndpointLookup {
-        /// Who is asked.
+        /// The station.
         partner: Partner,
     },
-    /// Asks a web server, over a connection of its own. Gives [`Outcome::Page`](super::Outcome::Page).
+    /// Requests a page from a web server over its own TCP connection. Returns [`Outcome::Page`](super::Outcome::Page).
     Page {
         /// The server.
         partner: Partner,
-        /// What is asked.
+        /// The HTTP request.
         request: wire::http::Request,
     },
-    /// Announces ourselves as neighbour by LLDP, once. Gives [`Outcome::Sent`](super::Outcome::Sent).
+    /// Announces the controller as neighbour by LLDP, once. Returns [`Outcome::Sent`](super::Outcome::Sent).
     Lldp {
-        /// The name of our chassis; that of the station where it is empty.
+        /// Chassis ID; if empty, the name of station.
         chassis: Vec<u8>,
-        /// The name of our port, such as `port-001`.
+        /// Port ID, such as `port-001`.
         port: Vec<u8>,
     },
-    /// Asks by ARP who has an address, and collects the answers. Gives [`Outcome::Owners`](super::Outcome::Owners).
+    /// Sends an ARP request for an address and collects the answers. Returns [`Outcome::Owners`](super::Outcome::Owners).
     Arp {
         /// The address.
         target: Ipv4Addr,
-        /// Whether the question names no sender, as before an address is given (RFC 5227).
+        /// Whether this is an ARP probe, without a sender address, as before an address is assigned (RFC 5227).
         probe: bool,
-        /// How long answers are collected; the question is asked once.
+        /// How long answers are collected; the request is sent once.
         wait: Duration,
     },
-    /// Sends a frame as it is. Gives [`Outcome::Sent`](super::Outcome::Sent).
+    /// Sends a frame as it is. Returns [`Outcome::Sent`](super::Outcome::Sent).
     Raw(Vec<u8>),
-    /// Sends a frame that is damaged on purpose. Gives [`Outcome::Broken`](super::Outcome::Broken).
+    /// Sends a frame damaged on purpose. Returns [`Outcome::Broken`](super::Outcome::Broken).
     Broken {
-        /// How it is damaged.
+        /// The kind of damage.
         broken: Broken,
-        /// To whom, where no AR stands.
+        /// The destination if there is no AR.
         partner: Option<Partner>,
     },
 }
 
-/// How DCP resets a device.
+/// The form of a DCP reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reset {
-    /// Suboption 5, which does not say what is reset.
+    /// Suboption 5 (factory reset), which does not say what is reset.
     Factory,
-    /// Suboption 6 with this qualifier as it is sent.
+    /// Suboption 6 (reset to factory) with this qualifier, sent as it is.
     ToFactory {
         /// The qualifier; bits 1 to 15 hold the mode, see [`wire::profinet::dcp::ResetMode::qualifier`].
         qualifier: u16,
     },
 }
 
-/// The controller has not yet done what it was last asked to do.
+/// The controller has not finished the previous request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Busy;
 

@@ -1,6 +1,6 @@
-//! From a name or a MAC address to a device that can be called: Identify, Set IP, ARP.
+//! The search for a device: from a name or a MAC address to a device that can be called, by Identify, Set IP and ARP.
 //!
-//! The address that the device is to get is probed first, so that no two stations have it. This room ends before Connect.
+//! The intended address is probed first, so that no two stations have it. This module ends before Connect.
 
 use super::connection::{Connection, DeviceAddress};
 use super::context::{Context, Event};
@@ -16,23 +16,23 @@ use wire::profinet::dcp::block::IpParameter;
 use wire::profinet::dcp::{Block, BlockError, BlockQualifier, Dcp, Element, ServiceId, ServiceType, Value};
 use wire::profinet::rt::FrameId;
 
-/// The question for the device is repeated after this time.
+/// Time between two Identify or Get requests for the device.
 const IDENTIFY_REPEAT: Duration = Duration::from_millis(500);
-/// After the first answer to a name, a second station has this time to show that it has the same name.
+/// Time after the first answer in which a second station with the same name may answer.
 const SAME_NAME_WINDOW: Duration = Duration::from_millis(50);
-/// A DCP request to one station is repeated after this time.
+/// Time between two repetitions of a DCP request to one station.
 const DCP_REPEAT: Duration = Duration::from_secs(1);
-/// How often a DCP request to one station is sent in all.
+/// Number of attempts of a DCP request to one station.
 const DCP_TRIES: u8 = 3;
-/// An ARP probe for another owner of the address is repeated after this time.
+/// Time between two ARP probes for another owner of the address.
 const PROBE_REPEAT: Duration = Duration::from_millis(100);
-/// How often it is sent in all.
+/// Number of ARP probes.
 const PROBE_TRIES: u8 = 2;
-/// An ARP request for the device is repeated after this time.
+/// Time between two ARP requests for the device.
 const ARP_REPEAT: Duration = Duration::from_millis(500);
-/// How often it is sent in all.
+/// Number of ARP requests.
 const ARP_TRIES: u8 = 6;
-/// ResponseDelayFactor of an Identify request that one station answers: at once.
+/// ResponseDelayFactor of an Identify request that one station answers: no delay.
 const NO_DELAY: u16 = 1;
 
 /// The search for a device.
@@ -48,18 +48,18 @@ pub(super) struct Search {
     tries: u8,
 }
 
-/// Where a search stands.
+/// The phase of a search.
 #[derive(Debug)]
 enum Phase {
-    /// The device is asked for.
+    /// Identify or Get was sent.
     Identify { xid: u32 },
-    /// It answered; a second one of the same name may follow.
+    /// The device answered; a second one with the same name may follow.
     SameName { xid: u32, seen: Vec<StationSeen> },
-    /// Does another station have the address?
+    /// Probes whether another station has the address.
     Probe { mac: Mac },
-    /// The device is given its address.
+    /// Sets the address of the device.
     SetIp { mac: Mac, xid: u32 },
-    /// The address is resolved.
+    /// Resolves the address by ARP.
     Resolve { mac: Mac },
 }
 
@@ -91,7 +91,7 @@ impl Search {
         self.next
     }
 
-    /// Takes what happened; gives the device once it can be called.
+    /// Processes an event; returns the device once it can be called.
     pub(super) fn event(
         &mut self,
         context: &mut Context,
@@ -110,7 +110,7 @@ impl Search {
         step.map_err(|why| Failure { stage, why })
     }
 
-    /// Sends what the phase asks for.
+    /// Sends the request of the phase.
     fn ask(&mut self, context: &Context, now: Time, out: &mut Outbox) {
         let own = context.settings.mac;
         let dcp = |dcp: Dcp, to: Mac, out: &mut Outbox| out.push_with(|octets| dcp.write_frame(to, own, octets));
@@ -258,32 +258,32 @@ impl Search {
     }
 }
 
-/// Whether `dcp` answers our Identify request `xid` for the station `name`.
+/// Whether `dcp` answers the Identify request `xid` for the station `name`.
 fn identifies(dcp: &Dcp, xid: u32, name: &str) -> bool {
     let named = |block: &Block| matches!(&block.value, Value::NameOfStation(its) if its == name.as_bytes());
     is_identification(dcp, xid) && dcp.blocks().iter().any(named)
 }
 
-/// Whether `dcp` answers our Identify request `xid`.
+/// Whether `dcp` answers the Identify request `xid`.
 pub(super) fn is_identification(dcp: &Dcp, xid: u32) -> bool {
     let kind = (dcp.frame_id, dcp.service_id, dcp.service_type);
     kind == (FrameId::DCP_IDENTIFY_RESPONSE, ServiceId::IDENTIFY, ServiceType::RESPONSE) && dcp.xid == xid
 }
 
-/// Whether `dcp` answers our Get or Set request `xid`, be it to say that it is not supported.
+/// Whether `dcp` answers the Get or Set request `xid`, including the answer "not supported".
 pub(super) fn answers(dcp: &Dcp, service: ServiceId, xid: u32) -> bool {
     let answer = matches!(dcp.service_type, ServiceType::RESPONSE | ServiceType::NOT_SUPPORTED);
     answer && (dcp.frame_id, dcp.service_id, dcp.xid) == (FrameId::DCP_GET_SET, service, xid)
 }
 
-/// What the answer to Set says about `element`; silence about it in a response means that it was set.
+/// The result for `element` in the answer to Set; an element missing in the response was set.
 fn set_error(dcp: &Dcp, element: Element) -> BlockError {
     if dcp.service_type == ServiceType::NOT_SUPPORTED {
         return BlockError::OPTION_NOT_SUPPORTED;
     }
-    let told = dcp.blocks().iter().find_map(|block| match block.value {
+    let error = dcp.blocks().iter().find_map(|block| match block.value {
         Value::Response { element: about, error } if about == element => Some(error),
         _ => None,
     });
-    told.unwrap_or(BlockError::OK)
+    error.unwrap_or(BlockError::OK)
 }

@@ -1,6 +1,6 @@
-//! The calls that the device makes to us: ApplicationReady and its like on UDP port 34964.
+//! The RPC server of the controller: ApplicationReady and similar calls of the device on UDP port 34964.
 //!
-//! Each is answered once and the answer kept, so that a repeated call gets the same answer. This room must not know what
+//! It answers each call once and stores the answer, so that a repeated call gets the same answer. This module must not know what
 //! ApplicationReady means for the start-up.
 
 use super::call::send;
@@ -17,27 +17,25 @@ use wire::profinet::rpc::{
 };
 use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
-/// Most octets of a request; a ModuleDiffBlock of all slots fits.
+/// Maximum length of a request in bytes; a ModuleDiffBlock of all slots fits.
 const LONGEST_REQUEST: usize = 1 << 16;
-/// Calls of which fragments may be missing at the same time.
+/// Number of calls that may be incomplete at the same time.
 const MOST_CALLS: usize = 4;
 
-/// Whose calls are served.
+/// The AR whose calls are served.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Served {
     /// The device of the AR.
     pub(super) partner: Partner,
-    /// The AR.
     pub(super) ar_uuid: Uuid,
-    /// Its session.
     pub(super) session_key: u16,
-    /// Our own activity, whose calls can only be reflections.
+    /// The controller's own activity UUID; a call with it can only be a reflection.
     pub(super) activity: Uuid,
-    /// Whether PrmEnd was sent, so that ApplicationReady is in its place.
+    /// Whether PrmEnd was sent, so that ApplicationReady is allowed.
     pub(super) expected: bool,
 }
 
-/// The server of a controller.
+/// The RPC server of a controller.
 #[derive(Debug)]
 pub(super) struct Server {
     own: Partner,
@@ -50,14 +48,13 @@ impl Server {
         Server { own, reassembler: Reassembler::new(MOST_CALLS, LONGEST_REQUEST), last: None }
     }
 
-    /// Forgets the last call: a device that has started anew may count its calls from the beginning again.
+    /// Forgets the last call: a restarted device may restart its sequence numbers.
     pub(super) fn forget(&mut self) {
         self.last = None;
     }
 
-    /// Takes a datagram to our port and answers it; gives the control block if it was accepted.
-    ///
-    /// Calls are heard only from the device of an AR: everybody else gets no word, a reflector least of all.
+    /// Processes a datagram to the server port and answers it; returns the control block if it was accepted. Only calls of the
+    /// device of an AR are served. No other station gets an answer, which a reflector could send back.
     pub(super) fn receive(&mut self, served: Option<Served>, datagram: &Datagram, out: &mut Outbox) -> Option<Control> {
         let served = served
             .filter(|served| (served.partner.mac, served.partner.ip) == (datagram.source_mac, *datagram.source.ip()))?;
@@ -145,10 +142,10 @@ fn call(header: &Header) -> (Uuid, u32) {
 
 /// Why a control call is refused.
 fn refusal(served: Served, block: &ControlBlock) -> Option<CmrpcError> {
-    let ours = (block.ar_uuid, block.session_key) == (served.ar_uuid, served.session_key);
+    let is_of_ar = (block.ar_uuid, block.session_key) == (served.ar_uuid, served.session_key);
     let ready = matches!(block.header.kind, BlockType::APPLICATION_READY_REQ | BlockType::PLUG_APPLICATION_READY_REQ)
         && block.control_command.has(ControlCommand::APPLICATION_READY);
-    match (ours, ready, served.expected) {
+    match (is_of_ar, ready, served.expected) {
         (false, _, _) => Some(CmrpcError::AR_UUID_UNKNOWN),
         (true, false, _) => Some(CmrpcError::UNKNOWN_BLOCKS),
         (true, true, false) => Some(CmrpcError::STATE_CONFLICT),
@@ -156,13 +153,13 @@ fn refusal(served: Served, block: &ControlBlock) -> Option<CmrpcError> {
     }
 }
 
-/// A fack with the window and the sizes that we offer: as much as an Ethernet frame carries.
+/// Adds the window and the sizes that this server offers to a fack: as much as an Ethernet frame carries.
 pub(super) fn complete(fack: Fack, header: &Header) -> Fack {
     let most = LONGEST_PAYLOAD as u32;
     Fack { version: 0, window_size: 8, max_tsdu: most, max_fragment: most, serial: header.serial, ..fack }
 }
 
-/// The byte order of our own calls.
+/// The byte order of the controller's calls.
 pub(super) fn order(little_endian: bool) -> Order {
     if little_endian { Order::Little } else { Order::Big }
 }

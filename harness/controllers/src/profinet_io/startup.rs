@@ -1,7 +1,7 @@
-//! The start-up of an AR: search, Connect, records, PrmEnd, ApplicationReady, first good data.
+//! The start-up of an AR: search, Connect, records, PrmEnd, ApplicationReady, first valid data.
 //!
-//! A refused record does not end a start-up; a call without an answer does. Whatever ends it after the device has opened
-//! the AR is told to the device by an ERR-RTA.
+//! A refused record does not end a start-up; a call without an answer does. If a start-up fails after the device has accepted the
+//! Connect, the device gets an ERR-RTA.
 
 use super::call::Answer;
 use super::connect;
@@ -28,12 +28,12 @@ use wire::profinet::blocks::record::WriteRequest;
 use wire::profinet::rpc::Opnum;
 use wire::profinet::status::{AbortReason, CmrpcError, PnioStatus};
 
-/// How long a device with no AR left is given to find one.
+/// Pause before Connect is repeated to a device without a free AR.
 const RESOURCES_PAUSE: Duration = Duration::from_secs(1);
-/// How often Connect is sent again to such a device.
+/// Number of such repetitions.
 const RESOURCES_REPEATS: u8 = 5;
 
-/// A start-up that is under way.
+/// A running start-up.
 #[derive(Debug)]
 pub(super) struct StartUpJob {
     connection: Box<Connection>,
@@ -43,29 +43,29 @@ pub(super) struct StartUpJob {
     ready: bool,
 }
 
-/// Where a start-up stands.
+/// The phase of a start-up.
 #[derive(Debug)]
 enum Phase {
-    /// The device is looked for.
+    /// The search for the device.
     Search(Search),
     /// Connect was sent.
     Connect(Partner),
-    /// The device has no AR left; Connect goes out again at this time.
+    /// The device has no free AR; Connect is repeated at this time.
     Pause(Partner, Time),
     /// This record was sent.
     Record(WriteRequest),
-    /// All records were sent in one.
+    /// All records were sent in one call.
     WriteMultiple(WriteRequest),
     /// PrmEnd was sent.
     ParameterEnd,
-    /// ApplicationReady is awaited since then.
+    /// ApplicationReady is awaited since this time.
     ApplicationReady(Time),
-    /// Good data are awaited since then.
+    /// Valid data are awaited since this time.
     FirstData(Time),
 }
 
 impl StartUpJob {
-    /// Begins a start-up; the outcome tells at once if a value is beyond its limit.
+    /// Begins a start-up; returns the outcome at once if a value is out of range.
     pub(super) fn begin(
         connection: Box<Connection>,
         context: &mut Context,
@@ -110,7 +110,7 @@ impl StartUpJob {
         }
     }
 
-    /// Takes what happened; gives the outcome at the end.
+    /// Processes an event; returns the outcome at the end.
     pub(super) fn event(
         &mut self,
         context: &mut Context,
@@ -299,7 +299,7 @@ impl StartUpJob {
         None
     }
 
-    /// Ends the start-up and, as far as the device knows of it, the AR.
+    /// Ends the start-up and, if the device knows it, the AR.
     fn fail(&mut self, context: &mut Context, why: FailureReason, out: &mut Outbox) -> Option<Outcome> {
         let stage = self.stage();
         let reason = match stage {
@@ -346,7 +346,7 @@ pub(super) fn send_control(context: &mut Context, now: Time, what: Waiting, out:
     context.call_ar(now, what, opnum, ARGS_MAXIMUM, &Control::from(block).to_vec(), out);
 }
 
-/// What the answer to a control call says; it must be a block `kind` about the AR `names` that says Done.
+/// The outcome of a control call: the answer must be a block `kind` about the AR `names` with ControlCommand Done.
 pub(super) fn control_outcome(answer: Answer, names: connect::ArNames, kind: BlockType) -> ControlOutcome {
     let blocks = match blocks(answer) {
         Ok(blocks) => blocks,

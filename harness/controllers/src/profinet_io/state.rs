@@ -7,28 +7,28 @@ use core::time::Duration;
 words! {
     /// The stages of a start-up in their order.
     pub enum Stage {
-        Check "check" "The values of the connection are compared with their limits.",
-        Identify "identify" "The device is looked for.",
-        Address "address" "The device gets its address.",
+        Check "check" "The values of the connection are checked against their ranges.",
+        Identify "identify" "The controller searches for the device.",
+        Address "address" "The device receives its IP address.",
         Resolve "resolve" "The address is resolved by ARP.",
-        Connect "connect" "The AR is opened.",
+        Connect "connect" "Connect opens the AR.",
         Records "records" "The start-up records are written.",
-        ParameterEnd "parameter_end" "The end of parametrization is told.",
-        ApplicationReady "application_ready" "The device tells that its application is ready.",
-        FirstData "first_data" "The first good data come.",
+        ParameterEnd "parameter_end" "PrmEnd reports the end of parametrization.",
+        ApplicationReady "application_ready" "The device reports ApplicationReady.",
+        FirstData "first_data" "The first valid data arrive.",
     }
 }
 
-/// What our controller sees of its AR.
+/// The state of the AR as the controller knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ArState {
-    /// There is none.
+    /// No AR.
     None,
-    /// One is started up.
+    /// A start-up is running.
     Starting(Stage),
-    /// One stands.
+    /// The AR is established.
     Data,
-    /// One is released; the answer has not come yet.
+    /// Release was sent; its answer is pending.
     Releasing,
 }
 
@@ -44,7 +44,7 @@ impl fmt::Display for ArState {
 }
 
 words! {
-    /// What the controller can wait for in vain.
+    /// The events that a controller can wait for without success.
     pub enum Waiting {
         Identify "identify" "an answer to DCP Identify",
         StationGet "station_get" "an answer to DCP Get",
@@ -66,12 +66,12 @@ words! {
     }
 }
 
-/// A wait that ran out.
+/// A wait that timed out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Wait {
-    /// What was waited for.
+    /// The awaited event.
     pub what: Waiting,
-    /// How long, from the first time it was asked for.
+    /// The time waited, from the first attempt.
     pub time: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! What a connection asks for, octet by octet, and the limits of what it can ask.
+//! The Connect request of a connection, byte by byte, and the value ranges of a connection.
 #![allow(clippy::unwrap_used, reason = "a test that unwraps nothing has failed")]
 
 use crate::common::*;
@@ -10,9 +10,9 @@ use wire::profinet::blocks::connect::{ArProperties, Connect, FrameObject, RtClas
 use wire::profinet::rpc::{NdrRequest, Pdu};
 
 #[test]
-fn the_connect_request_says_what_was_asked_for() {
+fn the_connect_request_has_the_values_of_the_connection() {
     let mut rig = Rig::new();
-    let wanted = Connection {
+    let connection = Connection {
         startup: StartUpMode::Advanced,
         properties: ArProperties::PULL_MODULE_ALARM_ALLOWED,
         activity_timeout_factor: 200,
@@ -29,7 +29,7 @@ fn the_connect_request_says_what_was_asked_for() {
         little_endian: true,
         ..connection()
     };
-    let result = rig.start(wanted);
+    let result = rig.start(connection);
     assert!(result.standing, "{result:?}");
     let datagram = rig.sent().find_map(|(_, frame)| Datagram::parse(frame).ok()).unwrap();
     let pdu = Pdu::parse(datagram.payload).unwrap();
@@ -49,7 +49,7 @@ fn the_connect_request_says_what_was_asked_for() {
     let offsets = |list: &[FrameObject]| -> Vec<(u16, u16, u16)> {
         list.iter().map(|object| (object.slot_number, object.subslot_number, object.frame_offset)).collect()
     };
-    // Three submodules of the DAP with nothing but their IOPS; then the parameter access with its IOPS, 12 octets with theirs.
+    // Three submodules of the DAP with only their IOPS; then the parameter access with its IOPS, 12 bytes with theirs.
     assert_eq!(input.apis.iter().map(|api| api.api).collect::<Vec<_>>(), [0, 0x3D00]);
     assert_eq!(offsets(&input.apis[0].io_data_objects), [(0, 1, 0), (0, 0x8000, 1), (0, 0x8001, 2)]);
     assert_eq!(offsets(&input.apis[1].io_data_objects), [(1, 1, 3), (1, 2, 4)]);
@@ -63,7 +63,7 @@ fn the_connect_request_says_what_was_asked_for() {
     assert_eq!((alarms.alarm_cr_tag_header_high, alarms.alarm_cr_tag_header_low), (0xC000, 0xA000));
 }
 
-/// Each limit of a connection: the last good value on either side, and the first bad one.
+/// Each range of a connection: the last valid value at either end, and the first invalid one.
 #[rstest]
 #[case("CMInitiatorActivityTimeoutFactor", &[(0, false), (1, true), (1000, true), (1001, false)], |c: &mut Connection, v| c.activity_timeout_factor = v)]
 #[case("SendClockFactor", &[(0, false), (1, true), (128, true), (129, false)], |c: &mut Connection, v| c.send_clock_factor = v)]
@@ -95,11 +95,11 @@ fn limits(#[case] field: &str, #[case] values: &[(u16, bool)], #[case] set: fn(&
 }
 
 #[test]
-fn a_value_beyond_its_limit_is_sent_only_if_the_test_wants_it() {
-    let wanted = Connection { rta_retries: 99, ..connection() };
+fn a_value_out_of_range_is_sent_only_with_unchecked() {
+    let connection = Connection { rta_retries: 99, ..connection() };
     let mut rig = Rig::new();
-    let result = rig.start(wanted.clone());
+    let result = rig.start(connection.clone());
     assert_eq!(result.failed.unwrap().to_string(), "check: RTARetries is 99, allowed is 3 to 15");
     assert_eq!(rig.sent().count(), 0);
-    assert!(rig.start(Connection { unchecked: true, ..wanted }).standing);
+    assert!(rig.start(Connection { unchecked: true, ..connection }).standing);
 }

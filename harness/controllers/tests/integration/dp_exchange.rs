@@ -1,4 +1,4 @@
-//! The cycle of the PROFIBUS master: counts, repetitions, priorities, ends, Clear, the clock.
+//! The cycle of the PROFIBUS master: frame counts, repetitions, priorities, ends, Clear, the clock.
 
 use crate::dp::{IDENT, Rig, Say, Toy, bits, connection};
 use core::time::Duration;
@@ -32,7 +32,7 @@ fn data_are_exchanged_each_cycle_and_the_frame_count_bit_toggles() {
 }
 
 #[test]
-fn outputs_go_out_and_inputs_come_in() {
+fn outputs_are_sent_and_inputs_are_received() {
     let mut rig = cyclic();
     rig.master.set_outputs(&[0x80, 0x00, 0x10, 0x07]);
     rig.run(Duration::from_millis(2));
@@ -48,7 +48,7 @@ fn outputs_go_out_and_inputs_come_in() {
 }
 
 #[test]
-fn a_counting_field_goes_up_with_each_new_request_and_not_with_repetitions() {
+fn a_counter_is_incremented_with_each_new_request_but_not_with_repetitions() {
     let mut rig = Rig::standing(connection());
     let counter = Counter { low: 12, width: 4, first: 1, last: 15 };
     rig.master.outputs_mut().declare([OutputSignal { bytes: 2, counters: vec![counter] }]);
@@ -63,7 +63,7 @@ fn a_counting_field_goes_up_with_each_new_request_and_not_with_repetitions() {
 }
 
 #[test]
-fn an_answer_that_does_not_come_is_asked_for_once_more_and_not_executed_twice() {
+fn an_unanswered_request_is_repeated_once_and_not_executed_twice() {
     let mut rig = cyclic();
     let executed = rig.slave.executed.len();
     rig.log.clear();
@@ -72,28 +72,28 @@ fn an_answer_that_does_not_come_is_asked_for_once_more_and_not_executed_twice() 
     let exchanges = rig.exchanges();
     assert!(exchanges.len() >= 2);
     assert_eq!(exchanges[0].1, exchanges[1].1);
-    // The request has 13 octets; behind it the slot time of 300 bits.
+    // The request has 13 bytes; the slot time of 300 bits follows.
     assert_eq!(exchanges[1].0 - exchanges[0].0, bits(13 * 11) + bits(300));
     assert_eq!(rig.slave.executed.len(), executed + exchanges.len() - 1);
     assert_eq!(rig.master.state(), ConnectionState::Exchange);
 }
 
 #[test]
-fn a_slave_that_falls_silent_is_lost_after_three_cycles() {
+fn a_silent_slave_is_lost_after_three_cycles() {
     let mut rig = Rig::with(DiesAfter::new(Toy::new(), 10));
-    let told = rig.start(connection());
-    assert!(told.standing, "{told:?}");
+    let result = rig.start(connection());
+    assert!(result.standing, "{result:?}");
     rig.run(Duration::from_millis(20));
     assert_eq!(rig.master.state(), ConnectionState::None);
     assert_eq!(rig.master.take_end(), Some(ConnectionEnd::Answer(Answer::None)));
     let exchanges = rig.exchanges();
-    // Three cycles of two tries each, the first after a failure with FCV 0 and FCB 1.
+    // Three cycles with two attempts each, the first after a failure with FCV 0 and FCB 1.
     let silent: Vec<_> = exchanges.iter().rev().take(6).map(|(_, octets)| octets[6]).collect();
     assert!(matches!(silent[..], [0x6D, 0x6D, 0x6D, 0x6D, last, first] if last == first), "{silent:02X?}");
 }
 
 #[test]
-fn a_slave_that_left_the_exchange_ends_the_connection_at_once() {
+fn a_slave_that_leaves_data_exchange_ends_the_connection_at_once() {
     let mut rig = cyclic();
     rig.slave.is_exchanging = false;
     rig.run(Duration::from_millis(2));
@@ -126,14 +126,14 @@ fn high_priority_makes_the_master_read_the_diagnosis_once() {
 }
 
 #[test]
-fn a_static_diagnosis_is_read_once_a_cycle_and_leaves_room_for_other_requests() {
+fn a_static_diagnosis_is_read_once_a_cycle_and_leaves_time_for_other_requests() {
     let mut rig = cyclic();
     rig.slave.is_high = true;
     rig.slave.diagnosis[1] |= 0x02;
     rig.run(Duration::from_millis(5));
     rig.slave.executed.clear();
     rig.run(Duration::from_millis(10));
-    let count = |rig: &Rig, sap| rig.slave.executed.iter().filter(|(seen, _)| *seen == sap).count();
+    let count = |rig: &Rig, sap| rig.slave.executed.iter().filter(|(dsap, _)| *dsap == sap).count();
     let (cycles, read) = (count(&rig, None), count(&rig, Some(60)));
     assert!((9..=11).contains(&cycles) && cycles.abs_diff(read) <= 1, "{cycles} cycles, {read} diagnoses");
     assert!(matches!(rig.ask(Request::Configuration { to: 3 }), Outcome::Answer(answer) if answer.is_positive()));
@@ -145,7 +145,7 @@ fn a_static_diagnosis_is_read_once_a_cycle_and_leaves_room_for_other_requests() 
 }
 
 #[test]
-fn a_diagnosis_that_wants_new_parameters_ends_the_connection() {
+fn a_diagnosis_with_prm_req_ends_the_connection() {
     let mut rig = cyclic();
     rig.slave.is_high = true;
     rig.slave.diagnosis = [0x02, 0x05, 0x00, 0xFF, IDENT[0], IDENT[1]];
@@ -155,7 +155,7 @@ fn a_diagnosis_that_wants_new_parameters_ends_the_connection() {
 }
 
 #[test]
-fn in_clear_the_outputs_are_zero_or_left_out() {
+fn in_clear_the_outputs_are_zero_or_omitted() {
     for (clear, expected) in
         [(ClearOutputs::Zeros, vec![0; 4]), (ClearOutputs::Empty, vec![]), (ClearOutputs::AsSet, vec![9; 4])]
     {
@@ -178,14 +178,14 @@ fn in_clear_the_outputs_are_zero_or_left_out() {
     }
 }
 
-/// When each Global_Control began.
+/// The start times of all Global_Control frames.
 fn clocks(rig: &Rig) -> Vec<u64> {
     let is_clock = |octets: &[u8]| matches!(Frame::parse(octets), Ok(Frame::Data(frame)) if frame.data == [0x00, 0x80]);
     rig.log.iter().filter(|entry| is_clock(&entry.3)).map(|entry| entry.0).collect()
 }
 
 #[test]
-fn the_clock_of_isochronous_mode_comes_to_the_nanosecond_whatever_else_is_sent() {
+fn the_clock_of_isochronous_mode_is_exact_to_the_nanosecond_under_load() {
     let mut connection = connection();
     connection.clock = Some(Clock::default());
     connection.cycle = Duration::from_millis(2);
@@ -198,7 +198,7 @@ fn the_clock_of_isochronous_mode_comes_to_the_nanosecond_whatever_else_is_sent()
     let clocks = clocks(&rig);
     assert!(clocks.len() > 20);
     assert!(clocks.windows(2).all(|pair| pair[1] - pair[0] == 2_000_000), "{clocks:?}");
-    // Data_Exchange follows each of them: 13 octets of clock, then max TSDR as nobody answers.
+    // Data_Exchange follows each of them: 13 bytes of clock, then max TSDR because no station answers.
     let exchanges: Vec<_> = rig.exchanges().iter().map(|(begin, _)| *begin).collect();
     assert!(clocks.iter().take(20).all(|clock| exchanges.contains(&(clock + bits(13 * 11) + bits(150)))));
     assert_eq!(rig.bus.violations(), []);

@@ -1,4 +1,4 @@
-//! The services of the PROFIBUS master beside the cycle: DP-V1, addresses, the ring, damaged frames.
+//! The acyclic services of the PROFIBUS master: DP-V1, addresses, the ring, damaged frames.
 
 use crate::dp::{BAUD, Rig, SLAVE, Say, Toy, bits, connection, hex, settings};
 use core::time::Duration;
@@ -18,14 +18,14 @@ fn acyclic(rig: &Rig) -> Vec<(usize, String)> {
 }
 
 #[test]
-fn a_record_is_asked_for_and_then_polled_without_data() {
+fn a_record_is_requested_and_then_polled_without_data() {
     let mut rig = Rig::standing(connection());
     rig.log.clear();
     let outcome = rig.ask(Request::Read { to: SLAVE, slot: 1, index: 7, length: 10 });
     assert_eq!(outcome, Outcome::Record(RecordOutcome::Accepted { data: vec![0xAB, 0xCD] }));
     // IEC 61158-6-3: DSAP and SSAP 51, SRD of low priority; two polls without an answer, then one with it.
-    let seen = acyclic(&rig);
-    let seen: Vec<_> = seen.iter().map(|(port, octets)| (*port, octets.as_str())).collect();
+    let frames = acyclic(&rig);
+    let frames: Vec<_> = frames.iter().map(|(port, octets)| (*port, octets.as_str())).collect();
     let expected = [
         (0, "68 09 09 68 83 82 5C 33 33 5E 01 07 0A 37 16"),
         (1, "E5"),
@@ -42,7 +42,10 @@ fn a_record_is_asked_for_and_then_polled_without_data() {
         let octets = plain(octets);
         (*port, if *port == 0 { octets[..octets.len() - 6].to_string() } else { octets })
     };
-    assert_eq!(seen.iter().map(without_sum).collect::<Vec<_>>(), expected.iter().map(without_sum).collect::<Vec<_>>());
+    assert_eq!(
+        frames.iter().map(without_sum).collect::<Vec<_>>(),
+        expected.iter().map(without_sum).collect::<Vec<_>>()
+    );
     assert_eq!(rig.bus.violations(), []);
 }
 
@@ -97,7 +100,7 @@ fn a_parameter_request_reads_again_while_the_answer_is_not_ready() {
 }
 
 #[test]
-fn an_address_is_set_and_both_addresses_begin_anew() {
+fn setting_an_address_resets_the_frame_count_of_both_addresses() {
     let mut rig = Rig::new();
     rig.slave.address = 126;
     rig.slave.say = |toy, dsap, data| {
@@ -115,7 +118,7 @@ fn an_address_is_set_and_both_addresses_begin_anew() {
 }
 
 #[test]
-fn single_services_tell_how_the_data_link_answered() {
+fn single_services_report_the_answer_of_the_data_link() {
     let mut rig = Rig::new();
     let Outcome::Answer(status) = rig.ask(Request::FdlStatus { to: SLAVE }) else { panic!("no answer") };
     assert!(matches!(status, Answer::Frame { function: AnswerFunction::OK, station: StationType::SLAVE, .. }));
@@ -129,43 +132,43 @@ fn single_services_tell_how_the_data_link_answered() {
 }
 
 #[test]
-fn every_tenth_token_asks_the_next_address_for_a_master() {
+fn every_tenth_token_polls_the_next_address_for_a_master() {
     let mut rig = Rig::new();
     rig.run(Duration::from_millis(60));
     let mut tokens = 0;
-    let mut asked = Vec::new();
+    let mut polled = Vec::new();
     for (_, _, port, octets) in &rig.log {
         match octets[..] {
             [0xDC, ..] => tokens += 1,
-            [0x10, to, 2, 0x49, _, 0x16] if *port == 0 => asked.push((tokens, to)),
+            [0x10, to, 2, 0x49, _, 0x16] if *port == 0 => polled.push((tokens, to)),
             _ => {}
         }
     }
-    let (first, rest) = asked.split_first().expect("somebody is asked");
+    let (first, rest) = polled.split_first().expect("an address is polled");
     assert_eq!(*first, (2, 3));
-    assert!(rest.len() >= 3, "{asked:?}");
-    for (pair, to) in asked.windows(2).zip(4..) {
+    assert!(rest.len() >= 3, "{polled:?}");
+    for (pair, to) in polled.windows(2).zip(4..) {
         assert_eq!((pair[1].0 - pair[0].0, pair[1].1), (10, to));
     }
 }
 
-/// Two masters and a slave on one bus; gives who sent what.
+/// Runs two masters and a slave on one bus; returns the frames with their senders.
 fn two(second: &mut dyn station::Station, first: &mut Master, time: Duration) -> (VirtualBus, Vec<(usize, String)>) {
     let mut bus = VirtualBus::new(BAUD, settings().slot_time);
     let mut slave = Toy::new();
     let mut log = Vec::new();
-    bus.run(&mut [first, &mut slave, second], Time::ZERO + time, &mut |seen| log.push((seen.port, hex(seen.frame))));
+    bus.run(&mut [first, &mut slave, second], Time::ZERO + time, &mut |frame| log.push((frame.port, hex(frame.frame))));
     (bus, log)
 }
 
 #[test]
-fn a_second_master_comes_into_the_ring_and_both_are_served() {
+fn a_second_master_enters_the_ring_and_both_are_served() {
     let (mut first, mut second) = (Master::new(settings()), Master::new(Settings::new(4, BAUD)));
     first.request(Time::ZERO, Request::Diagnosis { to: SLAVE }).expect("nothing else");
     second.request(Time::ZERO, Request::Diagnosis { to: SLAVE }).expect("nothing else");
     let (bus, log) = two(&mut second, &mut first, Duration::from_millis(200));
     let has = |port: usize, octets: &str| log.iter().any(|entry| (entry.0, entry.1.as_str()) == (port, octets));
-    assert!(has(0, "DC 04 02") && has(2, "DC 02 04"), "the token goes round");
+    assert!(has(0, "DC 04 02") && has(2, "DC 02 04"), "the token rotates");
     for master in [&mut first, &mut second] {
         assert!(matches!(master.take_outcome(), Some(Outcome::Answer(answer)) if answer.diagnosis().is_some()));
     }
@@ -185,8 +188,8 @@ fn a_master_that_dies_leaves_the_ring() {
 }
 
 #[test]
-fn who_never_gets_the_token_says_so() {
-    /// Sends a token from 9 to 9 each millisecond, as a master that keeps the bus to itself.
+fn a_master_without_the_token_reports_it() {
+    /// Sends a token from 9 to 9 every 500 µs, like a master that keeps the bus for itself.
     struct Greedy(Time);
     impl station::Station for Greedy {
         fn receive(&mut self, _: Time, _: &[u8], _: &mut station::Outbox) {}
@@ -206,7 +209,7 @@ fn who_never_gets_the_token_says_so() {
 }
 
 #[test]
-fn behind_a_damaged_frame_the_bus_is_left_alone_for_the_slot_time() {
+fn after_a_damaged_frame_the_bus_stays_idle_for_the_slot_time() {
     for (word, _) in broken_frames() {
         let broken = Broken::by_word(word).expect("the table names itself");
         let mut rig = Rig::with(Silent);
@@ -224,12 +227,12 @@ fn behind_a_damaged_frame_the_bus_is_left_alone_for_the_slot_time() {
 }
 
 #[test]
-fn damage_on_the_line_is_no_answer() {
+fn noise_on_the_line_is_not_an_answer() {
     let mut rig = Rig::standing(connection());
     rig.slave.say = |_, dsap, _| (dsap == Some(60)).then_some(Say::Nothing);
     rig.log.clear();
     rig.master.request(rig.bus.now(), Request::Diagnosis { to: SLAVE }).expect("nothing else");
-    // Noise behind each request.
+    // Noise after each request.
     for _ in 0..400 {
         let before = rig.log.len();
         rig.run(Duration::from_micros(10));

@@ -1,4 +1,4 @@
-//! How the PROFIBUS master gets the token and takes a slave, frame by frame as the standard has them.
+//! How the PROFIBUS master obtains the token and starts up a slave, frame by frame according to the standard.
 
 use crate::dp::{Rig, SLAVE, Say, Toy, bits, connection, hex};
 use core::time::Duration;
@@ -8,7 +8,7 @@ use encspec_controllers::profibus_dp::{
 use wire::profibus::fdl::AnswerFunction;
 
 #[test]
-fn it_listens_for_its_time_out_and_then_sends_the_token_to_itself_twice() {
+fn the_master_listens_for_tto_and_then_sends_the_token_to_itself_twice() {
     let mut rig = Rig::new();
     rig.run(Duration::from_millis(4));
     // TTO = (6 + 2 * 2) slot times of 300 bits.
@@ -22,12 +22,12 @@ fn it_listens_for_its_time_out_and_then_sends_the_token_to_itself_twice() {
 #[test]
 fn a_start_up_has_its_frames_in_the_usual_order() {
     let mut rig = Rig::new();
-    let told = rig.start(connection());
+    let result = rig.start(connection());
     let short = Some(Answer::Short);
-    assert_eq!((told.standing, &told.failed, &told.set_prm, &told.chk_cfg), (true, &None, &short, &short));
-    assert_eq!(told.diagnosis_before.and_then(|answer| answer.diagnosis()).map(|found| found.ident), Some(0x1655));
-    // IEC 61158-4-3: SD2, LE, LEr, SD2, DA, SA, FC, DAE, SAE, data, FCS, ED, summed up by hand; SD3
-    // where eight octets follow the function code.
+    assert_eq!((result.standing, &result.failed, &result.set_prm, &result.chk_cfg), (true, &None, &short, &short));
+    assert_eq!(result.diagnosis_before.and_then(|answer| answer.diagnosis()).map(|found| found.ident), Some(0x1655));
+    // IEC 61158-4-3: SD2, LE, LEr, SD2, DA, SA, FC, DAE, SAE, data, FCS, ED, with the FCS added up by hand; SD3 where eight bytes
+    // follow the function code.
     let expected = [
         (0, "68 05 05 68 83 82 6D 3C 3E EC 16"),
         (1, "A2 82 83 08 3E 3C 02 05 00 FF 16 55 F8 16"),
@@ -41,16 +41,16 @@ fn a_start_up_has_its_frames_in_the_usual_order() {
         (0, "68 07 07 68 03 02 7D 00 00 00 00 82 16"),
         (1, "68 07 07 68 02 03 08 01 01 01 01 11 16"),
     ];
-    let seen: Vec<_> = rig.services().iter().map(|(_, _, port, octets)| (*port, hex(octets))).collect();
-    let seen: Vec<_> = seen.iter().map(|(port, octets)| (*port, octets.as_str())).collect();
-    assert_eq!(seen, expected);
+    let frames: Vec<_> = rig.services().iter().map(|(_, _, port, octets)| (*port, hex(octets))).collect();
+    let frames: Vec<_> = frames.iter().map(|(port, octets)| (*port, octets.as_str())).collect();
+    assert_eq!(frames, expected);
     assert_eq!(rig.master.inputs(), [1; 4]);
     assert_eq!(rig.master.state(), ConnectionState::Exchange);
     assert_eq!(rig.bus.violations(), []);
 }
 
 #[test]
-fn between_two_messages_of_a_start_up_the_token_goes_round() {
+fn between_two_messages_of_a_start_up_the_token_rotates() {
     let mut rig = Rig::new();
     rig.start(connection());
     let order: Vec<_> = rig.log.iter().map(|(_, _, port, octets)| (*port, octets[0])).collect();
@@ -63,21 +63,21 @@ fn between_two_messages_of_a_start_up_the_token_goes_round() {
 }
 
 #[test]
-fn a_slave_that_is_not_there_is_looked_for_and_then_given_up() {
+fn the_search_for_an_absent_slave_times_out() {
     let mut rig = Rig::with(Toy { address: 9, ..Toy::new() });
-    let told = rig.start(connection());
-    let failed = told.failed.expect("nobody answered");
+    let result = rig.start(connection());
+    let failed = result.failed.expect("no station answered");
     assert_eq!((failed.stage, failed.why), (Stage::Diagnosis, FailureReason::Answer(Answer::None)));
     assert!(rig.bus.now().as_nanos() >= 3_000_000_000);
     assert_eq!(rig.master.state(), ConnectionState::None);
-    // Each question is asked twice (one repetition), the same octets both times, a slot time apart.
-    let asked: Vec<_> = rig.services();
-    assert_eq!(asked[0].3, asked[1].3);
-    assert_eq!(asked[1].0, asked[0].1 + bits(300));
+    // Each request is sent twice (one repetition) with the same bytes, a slot time apart.
+    let diagnoses: Vec<_> = rig.services();
+    assert_eq!(diagnoses[0].3, diagnoses[1].3);
+    assert_eq!(diagnoses[1].0, diagnoses[0].1 + bits(300));
 }
 
 #[test]
-fn refused_parameters_are_told_by_the_diagnosis() {
+fn the_diagnosis_reports_refused_parameters() {
     let mut rig = Rig::with(Toy {
         say: |toy, dsap, _| match dsap {
             Some(61) => {
@@ -89,20 +89,20 @@ fn refused_parameters_are_told_by_the_diagnosis() {
         },
         ..Toy::new()
     });
-    let told = rig.start(connection());
-    assert_eq!(told.set_prm, Some(Answer::Short));
-    assert_eq!(told.chk_cfg.and_then(|answer| answer.refused()), Some(AnswerFunction::NO_SERVICE));
-    let failed = told.failed.expect("the parameters were refused");
+    let result = rig.start(connection());
+    assert_eq!(result.set_prm, Some(Answer::Short));
+    assert_eq!(result.chk_cfg.and_then(|answer| answer.refused()), Some(AnswerFunction::NO_SERVICE));
+    let failed = result.failed.expect("the parameters were refused");
     assert_eq!(failed.stage, Stage::Ready);
     assert!(matches!(failed.why, FailureReason::Diagnosis(found) if found.status_1.0 == 0x42));
 }
 
 #[test]
-fn a_slave_that_is_not_ready_is_asked_until_it_is() {
+fn a_slave_is_polled_until_it_is_ready() {
     let mut rig = Rig::with(Toy {
         say: |toy, dsap, _| {
-            let asked = toy.executed.iter().filter(|(sap, _)| *sap == Some(60)).count();
-            if dsap == Some(60) && asked > 4 {
+            let diagnoses = toy.executed.iter().filter(|(sap, _)| *sap == Some(60)).count();
+            if dsap == Some(60) && diagnoses > 4 {
                 toy.diagnosis[0] = 0;
             } else if dsap == Some(62) {
                 toy.diagnosis[0] = 0x02;
@@ -113,10 +113,10 @@ fn a_slave_that_is_not_ready_is_asked_until_it_is() {
         },
         ..Toy::new()
     });
-    let told = rig.start(connection());
-    assert!(told.standing, "{told:?}");
-    let asked = rig.slave.executed.iter().filter(|(sap, _)| *sap == Some(60)).count();
-    assert_eq!(asked, 5);
+    let result = rig.start(connection());
+    assert!(result.standing, "{result:?}");
+    let diagnoses = rig.slave.executed.iter().filter(|(sap, _)| *sap == Some(60)).count();
+    assert_eq!(diagnoses, 5);
 }
 
 #[test]
@@ -125,14 +125,14 @@ fn the_order_of_services_may_be_wrong() {
     let services = vec![Service::CheckConfiguration, Service::SetPrm, Service::Exchange];
     let mut wrong = connection();
     wrong.services = services;
-    let told: StartUp = rig.start(wrong);
+    let result: StartUp = rig.start(wrong);
     let order: Vec<_> = rig.slave.executed.iter().map(|(sap, _)| *sap).take(3).collect();
     assert_eq!(order, [Some(62), Some(61), None]);
-    assert!(told.standing);
+    assert!(result.standing);
 }
 
 #[test]
-fn release_unlocks_the_slave_and_abort_says_nothing() {
+fn release_unlocks_the_slave_and_abort_sends_nothing() {
     let mut rig = Rig::standing(connection());
     assert_eq!(rig.ask(Request::Release), Outcome::Ended(Ended::Released(Answer::Short)));
     // Status 40: unlock; then the factors, min TSDR, ident and groups of the connection.
@@ -150,7 +150,7 @@ fn release_unlocks_the_slave_and_abort_says_nothing() {
 }
 
 #[test]
-fn abort_ends_a_start_up_that_is_under_way() {
+fn abort_ends_a_running_start_up() {
     let mut rig = Rig::with(Toy { address: 9, ..Toy::new() });
     let connect = Request::Connect(Box::new(connection()));
     rig.master.request(rig.bus.now(), connect).expect("nothing else is under way");

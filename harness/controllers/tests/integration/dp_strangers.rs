@@ -1,4 +1,5 @@
-//! Our master and a master of others, profirust, in one logical ring: each takes the token of the other and gives it back.
+//! The master of the harness and profirust, an independent master, in one logical ring: each accepts the token of the other and
+//! passes it back.
 
 use crate::dp::{BAUD, SLAVE, Toy, hex, settings};
 use core::time::Duration;
@@ -11,16 +12,16 @@ use station::{Outbox, Station, Time};
 use virtual_wire::VirtualBus;
 use wire::profibus::fdl::BitTimes;
 
-/// How often the stranger looks at its line.
-const LOOK: Duration = Duration::from_micros(10);
+/// How often profirust polls its line.
+const POLL: Duration = Duration::from_micros(10);
 
-/// The line of the stranger.
+/// The line of profirust.
 #[derive(Default)]
 struct Line {
     received: Vec<u8>,
     sent: Vec<u8>,
     busy_until: Option<i64>,
-    /// Since when a frame comes in that is not whole yet.
+    /// Start time of a frame that is not complete yet.
     hearing: Option<i64>,
 }
 
@@ -52,7 +53,8 @@ impl ProfibusPhy for Line {
         result
     }
 
-    /// The octets of a frame are counted as they come, so that it is noticed in time; they are handed out when it is whole.
+    /// Counts the bytes of a frame as they arrive, so that profirust notices it in time; the bytes are handed out when the frame
+    /// is complete.
     fn poll_pending_received_bytes(&mut self, now: Instant) -> usize {
         let octet = BAUD.nanoseconds(BitTimes(BitTimes::PER_OCTET)).div_ceil(1_000) as i64;
         let coming = self.hearing.map_or(0, |since| (now.total_micros() - since) / octet);
@@ -60,20 +62,20 @@ impl ProfibusPhy for Line {
     }
 }
 
-/// profirust as a station that looks who else is on the bus.
-struct Stranger {
+/// profirust as a station that lists the stations on the bus.
+struct ProfirustStation {
     station: FdlActiveStation,
     list: LiveList,
     line: Line,
     next: Time,
 }
 
-impl Stranger {
-    fn new(address: u8) -> Stranger {
+impl ProfirustStation {
+    fn new(address: u8) -> ProfirustStation {
         let parameters = ParametersBuilder::new(address, profirust::Baudrate::B1500000).slot_bits(300).build();
         let mut station = FdlActiveStation::new(parameters);
         station.set_online();
-        Stranger { station, list: LiveList::new(), line: Line::default(), next: Time::ZERO }
+        ProfirustStation { station, list: LiveList::new(), line: Line::default(), next: Time::ZERO }
     }
 
     fn stations(&self) -> Vec<u8> {
@@ -81,12 +83,12 @@ impl Stranger {
     }
 }
 
-/// The time as the stranger counts it.
+/// A time in microseconds, as profirust counts.
 fn micros(time: Time) -> i64 {
     i64::try_from(time.as_nanos() / 1_000).expect("a short run")
 }
 
-impl Station for Stranger {
+impl Station for ProfirustStation {
     fn carrier(&mut self, now: Time) {
         self.line.hearing = Some(micros(now));
     }
@@ -101,7 +103,7 @@ impl Station for Stranger {
         if !self.line.sent.is_empty() {
             out.push(&core::mem::take(&mut self.line.sent));
         }
-        self.next = now + LOOK;
+        self.next = now + POLL;
     }
 
     fn deadline(&self) -> Option<Time> {
@@ -109,48 +111,48 @@ impl Station for Stranger {
     }
 }
 
-/// Lets our master at `own` and the stranger at `other` share a bus with the slave; gives the tokens that were seen.
-fn share(own: u8, other: u8) -> (Master, Stranger, Vec<String>) {
+/// Runs the master of the harness at `own` and profirust at `other` on a bus with the slave; returns the observed tokens.
+fn share(own: u8, other: u8) -> (Master, ProfirustStation, Vec<String>) {
     let mut master = Master::new(Settings::new(own, BAUD));
-    let mut stranger = Stranger::new(other);
+    let mut profirust = ProfirustStation::new(other);
     let mut slave = Toy::new();
     let mut bus = VirtualBus::new(BAUD, settings().slot_time);
     let connection = Connection::new(SLAVE, crate::dp::SET_PRM.to_vec(), vec![0xD1, 0xE1], (4, 4));
     master.request(Time::ZERO, Request::Connect(Box::new(connection))).expect("nothing else is under way");
     let mut tokens = Vec::new();
-    let mut run = |master: &mut Master, stranger: &mut Stranger, until: u64| {
-        let mut tap = |seen: virtual_wire::Seen<'_>| {
-            if seen.frame[0] == 0xDC {
-                tokens.push(hex(seen.frame));
+    let mut run = |master: &mut Master, profirust: &mut ProfirustStation, until: u64| {
+        let mut tap = |frame: virtual_wire::Seen<'_>| {
+            if frame.frame[0] == 0xDC {
+                tokens.push(hex(frame.frame));
             }
         };
-        bus.run(&mut [master, &mut slave, stranger], Time::from_nanos(until), &mut tap);
+        bus.run(&mut [master, &mut slave, profirust], Time::from_nanos(until), &mut tap);
     };
-    run(&mut master, &mut stranger, 2_000_000_000);
-    (master, stranger, tokens)
+    run(&mut master, &mut profirust, 2_000_000_000);
+    (master, profirust, tokens)
 }
 
 #[test]
-fn a_stranger_comes_into_our_ring() {
-    let (mut master, stranger, tokens) = share(2, 4);
+fn profirust_enters_the_ring_of_the_harness() {
+    let (mut master, profirust, tokens) = share(2, 4);
     assert!(tokens.iter().any(|token| token == "DC 04 02") && tokens.iter().any(|token| token == "DC 02 04"));
-    assert!(stranger.station.is_in_ring());
-    assert!([2, SLAVE].iter().all(|known| stranger.stations().contains(known)), "{:?}", stranger.stations());
-    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(told)) if told.standing));
+    assert!(profirust.station.is_in_ring());
+    assert!([2, SLAVE].iter().all(|known| profirust.stations().contains(known)), "{:?}", profirust.stations());
+    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
     assert_eq!(master.state(), ConnectionState::Exchange);
     assert!(master.cycles_done() > 1_000, "{}", master.cycles_done());
-    // Once both are in, the token goes from one to the other and nowhere else.
+    // Once both are in the ring, the token only moves between them.
     let last = &tokens[tokens.len() - 20..];
     assert!(last.iter().all(|token| token == "DC 04 02" || token == "DC 02 04"), "{last:?}");
 }
 
 #[test]
-fn we_come_into_the_ring_of_a_stranger() {
-    let (mut master, stranger, tokens) = share(4, 1);
+fn the_harness_enters_the_ring_of_profirust() {
+    let (mut master, profirust, tokens) = share(4, 1);
     assert_eq!(tokens.first().map(String::as_str), Some("DC 01 01"), "it was there first");
-    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(told)) if told.standing));
+    assert!(matches!(master.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
     assert_eq!(master.state(), ConnectionState::Exchange);
-    assert!([SLAVE, 4].iter().all(|known| stranger.stations().contains(known)), "{:?}", stranger.stations());
+    assert!([SLAVE, 4].iter().all(|known| profirust.stations().contains(known)), "{:?}", profirust.stations());
     let last = &tokens[tokens.len() - 20..];
     assert!(last.iter().all(|token| token == "DC 04 01" || token == "DC 01 04"), "{last:?}");
 }

@@ -1,4 +1,4 @@
-//! Cyclic exchange: the grid, counting fields, status, watchdog, and the alarms beside it.
+//! Cyclic exchange: the grid, counters, status, watchdog, and alarms.
 #![allow(clippy::unwrap_used, reason = "a test that unwraps nothing has failed")]
 
 use crate::common::*;
@@ -22,21 +22,21 @@ fn declared(outputs: &mut Outputs) -> &mut Outputs {
     outputs
 }
 
-/// The four output octets of each cyclic frame that arrived.
+/// The four output bytes of each cyclic frame that arrived.
 fn outputs(rig: &Rig) -> Vec<[u8; 4]> {
     rig.device.outputs.iter().map(|frame| frame[2..6].try_into().unwrap()).collect()
 }
 
 #[test]
-fn frames_leave_on_the_grid_and_tell_it() {
+fn frames_leave_on_the_grid_and_the_cycle_counter_matches_it() {
     let mut rig = Rig::standing();
     let before = rig.log.len();
     rig.run(Duration::from_secs(3));
     let mut last: Option<(u64, u16)> = None;
     let mut frames = 0;
-    for (time, ours, frame) in &rig.log[before..] {
+    for (time, from_controller, frame) in &rig.log[before..] {
         let (_, payload) = FrameHeader::parse(frame).unwrap();
-        if !*ours || FrameId::peek(payload).unwrap() != FrameId(OUTPUT_FRAME_ID) {
+        if !*from_controller || FrameId::peek(payload).unwrap() != FrameId(OUTPUT_FRAME_ID) {
             continue;
         }
         let ApduStatus { cycle_counter, .. } = CyclicFrame::parse(payload, 40).unwrap().status;
@@ -52,7 +52,7 @@ fn frames_leave_on_the_grid_and_tell_it() {
 }
 
 #[test]
-fn a_late_wake_sends_one_frame_and_keeps_to_the_grid() {
+fn a_late_wake_sends_one_frame_and_stays_on_the_grid() {
     use station::{Outbox, Station, Time};
     let mut rig = Rig::standing();
     let next = rig.controller.deadline().unwrap();
@@ -67,7 +67,7 @@ fn a_late_wake_sends_one_frame_and_keeps_to_the_grid() {
 }
 
 #[test]
-fn outputs_are_set_held_and_survive_a_reconnect() {
+fn outputs_are_retained_across_a_reconnect() {
     let mut rig = Rig::new();
     declared(rig.controller.outputs_mut()).set_bytes(&[0, 0, 0xAB, 0xCD]);
     assert!(rig.start(connection()).standing);
@@ -105,7 +105,7 @@ fn a_sign_of_life_counts_with_each_frame() {
 }
 
 #[test]
-fn our_status_can_be_made_bad() {
+fn the_provider_status_can_be_set_to_bad() {
     let mut rig = Rig::standing();
     let iops = |rig: &mut Rig| {
         rig.run(Duration::from_millis(4));
@@ -149,7 +149,7 @@ fn the_ar_ends_when_no_frame_comes_for_the_data_hold_time() {
     assert_eq!(pdu.body, RtaBody::Error { status, more: vec![] });
 }
 
-/// Frames that are not new frames of our stream do not feed the watchdog; the control, which changes nothing, does.
+/// Frames that are not new frames of this stream do not reset the watchdog; an unchanged frame does.
 #[rstest]
 #[case::control(|_: &mut Vec<u8>| {}, false)]
 #[case::another_station(|frame: &mut Vec<u8>| frame[11] ^= 1, true)]
@@ -158,11 +158,13 @@ fn the_ar_ends_when_no_frame_comes_for_the_data_hold_time() {
 #[case::a_frame_that_is_cut(|frame: &mut Vec<u8>| frame.truncate(50), true)]
 #[case::a_counter_that_stands(|frame: &mut Vec<u8>| frame[60..62].fill(0), true)]
 #[case::a_transfer_error(|frame: &mut Vec<u8>| frame[63] = 1, true)]
-fn the_watchdog_is_not_fed_by(#[case] change: fn(&mut Vec<u8>), #[case] ends: bool) {
+fn only_new_frames_of_the_stream_reset_the_watchdog(#[case] change: fn(&mut Vec<u8>), #[case] ends: bool) {
     let mut rig = Rig::standing();
     rig.run(Duration::from_millis(10));
     rig.device.cyclic = false;
-    let is_input = |(_, ours, frame): &&(station::Time, bool, Vec<u8>)| !ours && frame[18..20] == [0xC0, 0x01];
+    let is_input = |(_, from_controller, frame): &&(station::Time, bool, Vec<u8>)| {
+        !from_controller && frame[18..20] == [0xC0, 0x01]
+    };
     let frame = rig.log.iter().rev().find(is_input).unwrap().2.clone();
     for _ in 0..12 {
         let mut next = frame.clone();
@@ -208,8 +210,8 @@ fn send_ack(rig: &mut Rig, priority: AlarmPriority, sequence: u16, acknowledged:
     rig.run(Duration::from_micros(100));
 }
 
-/// What came at the device: kind, priority, sequence number, acknowledged number.
-fn heard(rig: &mut Rig) -> Vec<(RtaKind, AlarmPriority, u16, u16)> {
+/// The RTA PDUs that arrived at the device: kind, priority, sequence number, acknowledged number.
+fn rta_received(rig: &mut Rig) -> Vec<(RtaKind, AlarmPriority, u16, u16)> {
     let pdus = core::mem::take(&mut rig.device.rta);
     let short = |(priority, pdu): &(AlarmPriority, RtaPdu)| {
         (pdu.header.kind, *priority, pdu.header.send_seq_num, pdu.header.ack_seq_num)
@@ -217,26 +219,26 @@ fn heard(rig: &mut Rig) -> Vec<(RtaKind, AlarmPriority, u16, u16)> {
     pdus.iter().map(short).collect()
 }
 
-/// Each priority counts for itself: first 0xFFFF, then from 0 on; "nothing yet" is 0xFFFE.
+/// Each priority has its own sequence numbers: first 0xFFFF, then from 0 on; 0xFFFE means "none yet".
 #[test]
-fn alarms_are_acknowledged_twice_and_each_priority_counts_for_itself() {
+fn alarms_are_acknowledged_twice_and_each_priority_has_its_own_numbers() {
     use AlarmPriority::{High, Low};
     let mut rig = Rig::standing();
     send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
     let [(_, ack), (_, application)] = rig.device.rta.as_slice() else { panic!("{:?}", rig.device.rta) };
     assert_eq!((ack.header.dst_endpoint, ack.header.src_endpoint), (ALARM_REFERENCE, 1));
     assert!(application.header.tack() && !ack.header.tack());
-    let RtaBody::Acknowledgement(told) = &application.body else { panic!("{application:?}") };
+    let RtaBody::Acknowledgement(ack) = &application.body else { panic!("{application:?}") };
     let AlarmNotification { alarm_type, api, slot, subslot, specifier, .. } = alarm(Low, 5);
     let status = PnioStatus::OK;
-    assert_eq!(*told, AlarmAck { priority: Low, alarm_type, api, slot, subslot, specifier, status });
-    assert_eq!(heard(&mut rig), [(RtaKind::ACK, Low, 0xFFFE, 0xFFFF), (RtaKind::DATA, Low, 0xFFFF, 0xFFFF)]);
+    assert_eq!(*ack, AlarmAck { priority: Low, alarm_type, api, slot, subslot, specifier, status });
+    assert_eq!(rta_received(&mut rig), [(RtaKind::ACK, Low, 0xFFFE, 0xFFFF), (RtaKind::DATA, Low, 0xFFFF, 0xFFFF)]);
     send_ack(&mut rig, Low, 0xFFFF, 0xFFFF);
     send_alarm(&mut rig, High, 0xFFFF, 0xFFFE, 6);
-    assert_eq!(heard(&mut rig), [(RtaKind::ACK, High, 0xFFFE, 0xFFFF), (RtaKind::DATA, High, 0xFFFF, 0xFFFF)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::ACK, High, 0xFFFE, 0xFFFF), (RtaKind::DATA, High, 0xFFFF, 0xFFFF)]);
     send_ack(&mut rig, High, 0xFFFF, 0xFFFF);
     send_alarm(&mut rig, Low, 0, 0xFFFF, 7);
-    assert_eq!(heard(&mut rig), [(RtaKind::ACK, Low, 0xFFFF, 0), (RtaKind::DATA, Low, 0, 0)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::ACK, Low, 0xFFFF, 0), (RtaKind::DATA, Low, 0, 0)]);
     rig.run(Duration::from_secs(1));
     let tags: Vec<_> = rig
         .sent()
@@ -248,61 +250,61 @@ fn alarms_are_acknowledged_twice_and_each_priority_counts_for_itself() {
 }
 
 #[test]
-fn an_alarm_that_comes_again_is_acknowledged_again_and_not_taken_again() {
+fn a_repeated_alarm_is_acknowledged_again_but_not_processed_again() {
     let mut rig = Rig::standing();
     send_alarm(&mut rig, AlarmPriority::Low, 0xFFFF, 0xFFFE, 5);
     send_ack(&mut rig, AlarmPriority::Low, 0xFFFF, 0xFFFF);
-    heard(&mut rig);
+    rta_received(&mut rig);
     send_alarm(&mut rig, AlarmPriority::Low, 0xFFFF, 0xFFFE, 5);
-    assert_eq!(heard(&mut rig), [(RtaKind::ACK, AlarmPriority::Low, 0xFFFF, 0xFFFF)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::ACK, AlarmPriority::Low, 0xFFFF, 0xFFFF)]);
     send_alarm(&mut rig, AlarmPriority::Low, 9, 0xFFFE, 5);
-    assert_eq!(heard(&mut rig), [(RtaKind::NACK, AlarmPriority::Low, 0xFFFF, 0xFFFF)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::NACK, AlarmPriority::Low, 0xFFFF, 0xFFFF)]);
 }
 
 #[test]
 fn an_unacknowledged_alarm_ack_is_repeated_and_then_ends_the_ar() {
     let mut rig = Rig::standing();
     send_alarm(&mut rig, AlarmPriority::High, 0xFFFF, 0xFFFE, 5);
-    heard(&mut rig);
+    rta_received(&mut rig);
     rig.run(Duration::from_millis(350));
     let again = (RtaKind::DATA, AlarmPriority::High, 0xFFFF, 0xFFFF);
-    assert_eq!(heard(&mut rig), [again; 3]);
+    assert_eq!(rta_received(&mut rig), [again; 3]);
     rig.run(Duration::from_millis(100));
     let wait = Wait { what: Waiting::AlarmAcknowledged, time: Duration::from_millis(400) };
     assert_eq!(rig.controller.take_end(), Some(ArEnd::AlarmUnacknowledged(wait)));
-    let [(kind, priority, ..)] = heard(&mut rig)[..] else { panic!("one ERR-RTA") };
+    let [(kind, priority, ..)] = rta_received(&mut rig)[..] else { panic!("one ERR-RTA") };
     assert_eq!((kind, priority), (RtaKind::ERR, AlarmPriority::Low));
 }
 
-/// Held: nothing is heard of the alarm, and its repetition is the first one once it is given again. Received: the transport
-/// acknowledges, the application as soon as it is given again.
+/// `Held`: no acknowledgement at all until `Given`; the repetition then counts as the first alarm. `Received`: the transport
+/// acknowledges, the application only after `Given`.
 #[test]
-fn acknowledgements_are_kept_back_and_made_up_for() {
+fn withheld_acknowledgements_are_sent_later() {
     use AlarmPriority::Low;
     let mut rig = Rig::standing();
     rig.controller.acknowledge_alarms(AlarmAcknowledge::Held);
     send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
     rig.run(Duration::from_secs(1));
-    assert_eq!(heard(&mut rig), []);
+    assert_eq!(rta_received(&mut rig), []);
     rig.controller.acknowledge_alarms(AlarmAcknowledge::Given);
     send_alarm(&mut rig, Low, 0xFFFF, 0xFFFE, 5);
-    assert_eq!(heard(&mut rig), [(RtaKind::ACK, Low, 0xFFFE, 0xFFFF), (RtaKind::DATA, Low, 0xFFFF, 0xFFFF)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::ACK, Low, 0xFFFE, 0xFFFF), (RtaKind::DATA, Low, 0xFFFF, 0xFFFF)]);
     send_ack(&mut rig, Low, 0xFFFF, 0xFFFF);
     rig.controller.acknowledge_alarms(AlarmAcknowledge::Received);
     send_alarm(&mut rig, Low, 0, 0xFFFF, 6);
     send_alarm(&mut rig, Low, 1, 0xFFFF, 7);
     rig.run(Duration::from_secs(1));
-    assert_eq!(heard(&mut rig), [(RtaKind::ACK, Low, 0xFFFF, 0), (RtaKind::ACK, Low, 0xFFFF, 1)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::ACK, Low, 0xFFFF, 0), (RtaKind::ACK, Low, 0xFFFF, 1)]);
     rig.controller.acknowledge_alarms(AlarmAcknowledge::Given);
     rig.run(Duration::from_micros(100));
-    assert_eq!(heard(&mut rig), [(RtaKind::DATA, Low, 0, 1)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::DATA, Low, 0, 1)]);
     send_ack(&mut rig, Low, 1, 0);
-    assert_eq!(heard(&mut rig), [(RtaKind::DATA, Low, 1, 1)]);
+    assert_eq!(rta_received(&mut rig), [(RtaKind::DATA, Low, 1, 1)]);
     assert_eq!((rig.controller.state(), rig.controller.take_end()), (ArState::Data, None));
 }
 
 #[test]
-fn an_alarm_for_another_endpoint_is_passed_over() {
+fn an_alarm_for_another_endpoint_is_ignored() {
     let mut rig = Rig::standing();
     rig.let_device(|device, out| {
         for (to, from) in [(0x7777, ALARM_REFERENCE), (device.ar.as_ref().unwrap().controller_reference, 0x7777)] {
@@ -319,16 +321,18 @@ fn an_alarm_for_another_endpoint_is_passed_over() {
     assert_eq!((rig.controller.state(), rig.controller.take_end()), (ArState::Data, None));
 }
 
-/// The ERR-RTA of a real controller (office-noise-versamax.pcap, packet 602) and ours say the same, but for whose they are.
+/// The controller's ERR-RTA has the same content as one of a real controller (office-noise-versamax.pcap, packet 602), apart from
+/// addresses and references.
 #[test]
-fn our_err_rta_is_like_that_of_a_real_controller() {
+fn the_err_rta_matches_that_of_a_real_controller() {
     let Some(capture) = testing::shared("captures/profinet/office-noise-versamax.pcap") else { return };
-    let theirs = &testing::packets(&capture)[601][16..44];
+    let captured = &testing::packets(&capture)[601][16..44];
     let mut rig = Rig::new();
     assert!(rig.start(Connection { vlan: false, ..connection() }).standing);
     assert_eq!(rig.ask(Request::Abort { code: AbortReason::INSTANCE_CLOSED }), Outcome::Ended(Ended::Aborted));
     rig.run(Duration::from_millis(1));
-    let (_, ours) = rig.sent().last().unwrap();
-    let ours = if ours.len() == 60 { &ours[16..44] } else { panic!("{} octets", ours.len()) };
-    assert_eq!(ours[4..], theirs[4..]);
+    let (_, from_controller) = rig.sent().last().unwrap();
+    let from_controller =
+        if from_controller.len() == 60 { &from_controller[16..44] } else { panic!("{} bytes", from_controller.len()) };
+    assert_eq!(from_controller[4..], captured[4..]);
 }

@@ -1,5 +1,5 @@
-//! A web server is asked: servers that answer, refuse, dawdle and babble. The server's TCP is smoltcp's, as our own is; a
-//! stranger's is asked over real interfaces.
+//! Requests to web servers that answer, refuse, delay or send without end. Server and client both use the TCP of smoltcp; a test
+//! on real interfaces uses an independent server.
 
 use crate::common::{DEVICE, DEVICE_IP, Rig};
 use core::time::Duration;
@@ -14,20 +14,20 @@ use station::{Outbox, Station, Time};
 use std::collections::VecDeque;
 use wire::http::{self, Response};
 
-/// What a server does with a connection.
+/// How a server handles a connection.
 #[derive(Clone, Copy, PartialEq)]
 enum Manner {
-    /// Says this and closes.
+    /// Sends this and closes.
     Answers(&'static str),
-    /// Says this and leaves the connection open.
+    /// Sends this and leaves the connection open.
     Stays(&'static str),
-    /// Says this and, once it has arrived, resets the connection.
+    /// Sends this and, once it has arrived, resets the connection.
     Tears(&'static str),
-    /// Says this again and again without an end.
+    /// Sends this repeatedly without an end.
     Babbles(&'static str),
-    /// Takes no connections.
+    /// Accepts no connections.
     Refuses,
-    /// Is not there at all.
+    /// Is absent.
     Absent,
 }
 
@@ -38,7 +38,7 @@ struct Server {
     sockets: SocketSet<'static>,
     socket: SocketHandle,
     said: usize,
-    heard: Vec<u8>,
+    request: Vec<u8>,
     due: Option<Time>,
 }
 
@@ -46,7 +46,9 @@ impl Server {
     fn new(manner: Manner) -> Server {
         let mut pipe = Pipe::default();
         let mut interface = Interface::new(Config::new(EthernetAddress(DEVICE.0).into()), &mut pipe, Instant::ZERO);
-        interface.update_ip_addrs(|list| list.push(IpCidr::Ipv4(Ipv4Cidr::new(DEVICE_IP, 24))).expect("there is room"));
+        interface.update_ip_addrs(|list| {
+            list.push(IpCidr::Ipv4(Ipv4Cidr::new(DEVICE_IP, 24))).expect("the list has a free entry")
+        });
         let buffer = || SocketBuffer::new(vec![0; 4096]);
         let mut socket = Socket::new(buffer(), buffer());
         if manner != Manner::Refuses {
@@ -54,7 +56,7 @@ impl Server {
         }
         let mut sockets = SocketSet::new(Vec::new());
         let socket = sockets.add(socket);
-        Server { manner, pipe, interface, sockets, socket, said: 0, heard: Vec::new(), due: None }
+        Server { manner, pipe, interface, sockets, socket, said: 0, request: Vec::new(), due: None }
     }
 
     fn poll(&mut self, now: Time, out: &mut Outbox) {
@@ -65,10 +67,10 @@ impl Server {
         self.interface.poll(instant, &mut self.pipe, &mut self.sockets);
         let socket = self.sockets.get_mut::<Socket<'_>>(self.socket);
         while socket.can_recv() {
-            let heard = &mut self.heard;
-            socket.recv(|octets| (octets.len(), heard.extend_from_slice(octets))).expect("there is something");
+            let request = &mut self.request;
+            socket.recv(|octets| (octets.len(), request.extend_from_slice(octets))).expect("there is something");
         }
-        if !self.heard.is_empty() && socket.may_send() {
+        if !self.request.is_empty() && socket.may_send() {
             match self.manner {
                 Manner::Babbles(text) => while socket.send_slice(text.as_bytes()).is_ok_and(|sent| sent > 0) {},
                 Manner::Answers(text) | Manner::Stays(text) | Manner::Tears(text) => {
@@ -153,7 +155,7 @@ fn visit(rig: &mut Rig<Server>, request: http::Request) -> PageOutcome {
     let partner = Partner { mac: DEVICE, ip: DEVICE_IP };
     match rig.ask(Request::Page { partner, request }) {
         Outcome::Page(outcome) => outcome,
-        other => panic!("a page was asked for: {other:?}"),
+        other => panic!("expected the outcome of a page: {other:?}"),
     }
 }
 
@@ -167,8 +169,8 @@ const CUT: &str = "HTTP/1.1 200 OK\r\nContent-Length: 40\r\n\r\n4711";
 #[case::until_the_end(Manner::Answers(UNTIL_CLOSE), Ok(()))]
 #[case::without_an_end(Manner::Stays(UNTIL_CLOSE), Err("did not end in time"))]
 #[case::cut(Manner::Answers(CUT), Err("closed before its end"))]
-#[case::torn_off(Manner::Tears(UNTIL_CLOSE), Err("torn off before its end"))]
-#[case::too_long(Manner::Babbles("HTTP/1.1 200 OK\r\n\r\n..."), Err("too long"))]
+#[case::torn_off(Manner::Tears(UNTIL_CLOSE), Err("reset before its end"))]
+#[case::too_long(Manner::Babbles("HTTP/1.1 200 OK\r\n\r\n..."), Err("longer than 65536 bytes"))]
 #[case::no_http(Manner::Babbles("what is this?\r\n\r\n"), Err("not that of an answer"))]
 #[case::refused(Manner::Refuses, Err("refused"))]
 #[case::without_a_word(Manner::Answers(""), Err("refused"))]
@@ -182,27 +184,31 @@ fn every_visit_ends(#[case] manner: Manner, #[case] ends: Result<(), &str>) {
         Err(why) => assert!(outcome.to_string().contains(why), "{outcome}"),
     }
     assert!(rig.now <= Time::ZERO + Duration::from_secs(11), "{:?}", rig.now);
-    let octets: usize = rig.log.iter().filter(|(_, ours, _)| !ours).map(|(.., frame)| frame.len()).sum();
-    assert!(octets < 2 * LONGEST_ANSWER, "{octets} octets came");
-    // Nothing of the connection is left going on.
+    let octets: usize =
+        rig.log.iter().filter(|(_, from_controller, _)| !from_controller).map(|(.., frame)| frame.len()).sum();
+    assert!(octets < 2 * LONGEST_ANSWER, "{octets} bytes arrived");
+    // The connection has no work left.
     rig.run(Duration::from_secs(120));
     let now = rig.now;
     assert!(rig.sent().all(|(time, _)| time + Duration::from_secs(60) < now));
 }
 
 #[test]
-fn a_server_without_an_address_is_asked_nothing() {
+fn nothing_is_sent_to_a_server_without_an_address() {
     let mut rig = Rig::with(Server::new(Manner::Answers(WHOLE)));
     let partner = Partner { mac: DEVICE, ip: core::net::Ipv4Addr::UNSPECIFIED };
     let outcome = rig.ask(Request::Page { partner, request: http::Request::get("/") });
-    assert!(matches!(outcome, Outcome::Page(PageOutcome::Unreadable(_))), "silence would be an answer: {outcome:?}");
+    assert!(
+        matches!(outcome, Outcome::Page(PageOutcome::Unreadable(_))),
+        "silence must not count as an answer: {outcome:?}"
+    );
 }
 
 #[test]
 fn a_form_is_sent_as_it_is_entered() {
     let mut rig = Rig::with(Server::new(Manner::Answers(WHOLE)));
     visit(&mut rig, http::Request::post("/preset.htm", &[("value", "1000")]));
-    let http::Progress::Whole(heard) = http::Request::read(&rig.device.heard) else { panic!("a whole request") };
-    assert_eq!((heard.method.as_str(), heard.path.as_str()), ("POST", "/preset.htm"));
-    assert_eq!(heard.field("value").as_deref(), Some("1000"));
+    let http::Progress::Whole(request) = http::Request::read(&rig.device.request) else { panic!("a whole request") };
+    assert_eq!((request.method.as_str(), request.path.as_str()), ("POST", "/preset.htm"));
+    assert_eq!(request.field("value").as_deref(), Some("1000"));
 }

@@ -1,4 +1,4 @@
-//! Controller and master against scripted devices, strangers and mirrors, on a clock that jumps.
+//! Controller and master against scripted devices, independent implementations and reflectors, on a simulated clock.
 
 mod common;
 mod connection;

@@ -41,21 +41,21 @@ fn a_record_is_written_and_read() {
 #[case::refused(|_: &Heard| Reaction::Refuse(INVALID_INDEX), RecordOutcome::Refused(INVALID_INDEX))]
 #[case::silent(|_: &Heard| Reaction::Silence,
     RecordOutcome::Failed(CallError::NoAnswer(Wait { what: Waiting::Read, time: Duration::from_secs(4) })))]
-#[case::other_record(|heard: &Heard| other(heard, |answer| answer.header.index = 1),
+#[case::other_record(|call: &Heard| other(call, |answer| answer.header.index = 1),
     RecordOutcome::Failed(CallError::Unfit("Index is 1, 45102 was sent".into())))]
-#[case::other_number(|heard: &Heard| other(heard, |answer| answer.header.seq_number += 1),
+#[case::other_number(|call: &Heard| other(call, |answer| answer.header.seq_number += 1),
     RecordOutcome::Failed(CallError::Unfit("SeqNumber is 2, 1 was sent".into())))]
-#[case::other_ar(|heard: &Heard| other(heard, |answer| answer.header.ar_uuid = Uuid::NIL),
+#[case::other_ar(|call: &Heard| other(call, |answer| answer.header.ar_uuid = Uuid::NIL),
     RecordOutcome::Failed(CallError::Unfit("ARUUID is 00000000-0000-0000-0000-000000000000".into())))]
-fn a_read_that_brings_no_record_says_why(#[case] hook: fn(&Heard) -> Reaction, #[case] outcome: RecordOutcome) {
+fn a_failed_read_reports_the_reason(#[case] hook: fn(&Heard) -> Reaction, #[case] outcome: RecordOutcome) {
     let mut rig = Rig::standing();
     rig.device.hook = Box::new(hook);
     assert_eq!(rig.ask(Request::Read { target: PARAMETERS, length: 10 }), Outcome::Record(outcome));
     assert_eq!(rig.controller.state(), ArState::Data);
 }
 
-fn other(heard: &Heard, change: impl Fn(&mut ReadResponse)) -> Reaction {
-    let mut answer = ReadResponse::to(&ReadRequest::parse(heard.blocks).unwrap(), vec![5]);
+fn other(call: &Heard, change: impl Fn(&mut ReadResponse)) -> Reaction {
+    let mut answer = ReadResponse::to(&ReadRequest::parse(call.blocks).unwrap(), vec![5]);
     change(&mut answer);
     let mut blocks = Vec::new();
     answer.write(&mut blocks);
@@ -84,14 +84,14 @@ fn several_records_go_in_one_write() {
     assert_eq!(outcome, Outcome::Records(vec![RecordOutcome::Accepted { data: vec![] }; 2]));
 }
 
-/// The device says "not yet" as long as it likes within ten seconds; its answer is then taken.
+/// The device answers "not ready" for less than ten seconds; its answer is then accepted.
 #[rstest]
 #[case::at_once(0, 1)]
 #[case::later(7, 8)]
 fn the_answer_to_a_parameter_request_is_read_until_it_is_ready(#[case] conflicts: usize, #[case] reads: usize) {
     let mut rig = Rig::standing();
-    rig.device.hook = Box::new(move |heard| match heard.header.opnum {
-        Opnum::READ if heard.before < conflicts => Reaction::Refuse(STATE_CONFLICT),
+    rig.device.hook = Box::new(move |call| match call.header.opnum {
+        Opnum::READ if call.before < conflicts => Reaction::Refuse(STATE_CONFLICT),
         _ => Reaction::Usual,
     });
     let outcome = rig.ask(parameter(&[9, 1, 0, 1, 0x10, 0, 3, 0xCA, 0, 0]));
@@ -102,7 +102,7 @@ fn the_answer_to_a_parameter_request_is_read_until_it_is_ready(#[case] conflicts
 #[test]
 fn a_parameter_request_that_is_never_answered_ends_after_ten_seconds() {
     let mut rig = Rig::standing();
-    rig.device.hook = Box::new(|heard| match heard.header.opnum {
+    rig.device.hook = Box::new(|call| match call.header.opnum {
         Opnum::READ => Reaction::Refuse(STATE_CONFLICT),
         _ => Reaction::Usual,
     });
@@ -115,12 +115,12 @@ fn a_parameter_request_that_is_never_answered_ends_after_ten_seconds() {
     assert_eq!(rig.controller.state(), ArState::Data);
 }
 
-/// An empty record is "not yet" as well.
+/// An empty record also means "not ready".
 #[test]
 fn an_empty_answer_is_read_again() {
     let mut rig = Rig::standing();
-    rig.device.hook = Box::new(|heard| match heard.header.opnum {
-        Opnum::READ if heard.before < 3 => other(heard, |answer| {
+    rig.device.hook = Box::new(|call| match call.header.opnum {
+        Opnum::READ if call.before < 3 => other(call, |answer| {
             answer.data.clear();
             answer.header.record_data_length = 0;
         }),
@@ -132,22 +132,21 @@ fn an_empty_answer_is_read_again() {
 #[rstest]
 #[case::write(Opnum::WRITE, ParameterOutcome::WriteRefused(INVALID_INDEX))]
 #[case::read(Opnum::READ, ParameterOutcome::ReadRefused(INVALID_INDEX))]
-fn a_refused_parameter_request_says_at_which_half(#[case] half: Opnum, #[case] outcome: ParameterOutcome) {
+fn a_refused_parameter_request_reports_whether_write_or_read_failed(
+    #[case] half: Opnum,
+    #[case] outcome: ParameterOutcome,
+) {
     let mut rig = Rig::standing();
     rig.device.hook =
-        Box::new(
-            move |heard| {
-                if heard.header.opnum == half { Reaction::Refuse(INVALID_INDEX) } else { Reaction::Usual }
-            },
-        );
+        Box::new(move |call| if call.header.opnum == half { Reaction::Refuse(INVALID_INDEX) } else { Reaction::Usual });
     assert_eq!(rig.ask(parameter(&[9, 1])), Outcome::Parameter(outcome));
 }
 
 #[test]
 fn an_answer_with_another_reference_is_not_taken() {
     let mut rig = Rig::standing();
-    rig.device.hook = Box::new(|heard| match heard.header.opnum {
-        Opnum::READ => other(heard, |answer| answer.data = vec![5]),
+    rig.device.hook = Box::new(|call| match call.header.opnum {
+        Opnum::READ => other(call, |answer| answer.data = vec![5]),
         _ => Reaction::Usual,
     });
     let outcome = ParameterOutcome::OtherReference { sent: 9, answer: vec![5] };
@@ -155,7 +154,7 @@ fn an_answer_with_another_reference_is_not_taken() {
 }
 
 #[test]
-fn the_end_of_the_ar_ends_the_request_under_way() {
+fn the_end_of_the_ar_ends_the_running_request() {
     let mut rig = Rig::standing();
     rig.device.hook = Box::new(|_| Reaction::Silence);
     rig.controller.request(rig.now, parameter(&[9, 1])).unwrap();
@@ -169,7 +168,7 @@ fn the_end_of_the_ar_ends_the_request_under_way() {
     assert_eq!(rig.controller.take_end(), None);
 }
 
-/// A write that does not fit in a frame goes in fragments, each after the fack of the one before.
+/// A write that does not fit in a frame is sent in fragments, each after the fack of the previous one.
 #[test]
 fn a_long_record_is_written_in_fragments() {
     let mut rig = Rig::standing();
@@ -180,9 +179,12 @@ fn a_long_record_is_written_in_fragments() {
     assert_eq!(rig.device.parameter, data);
     let pdus: Vec<(bool, Header)> = rig.log[before..]
         .iter()
-        .filter_map(|(_, ours, frame)| Some((*ours, Pdu::parse(Datagram::parse(frame).ok()?.payload).ok()?.header)))
+        .filter_map(|(_, from_controller, frame)| {
+            Some((*from_controller, Pdu::parse(Datagram::parse(frame).ok()?.payload).ok()?.header))
+        })
         .collect();
-    let turns: Vec<_> = pdus.iter().map(|(ours, header)| (*ours, header.packet_type, header.fragment)).collect();
+    let turns: Vec<_> =
+        pdus.iter().map(|(from_controller, header)| (*from_controller, header.packet_type, header.fragment)).collect();
     assert_eq!(
         turns,
         [
@@ -198,7 +200,7 @@ fn a_long_record_is_written_in_fragments() {
 
 /// A server that sends no fack gets all fragments at once when the first repetition is due.
 #[test]
-fn a_server_without_facks_gets_the_fragments_at_once() {
+fn a_server_without_facks_gets_all_fragments_at_once() {
     let mut rig = Rig::standing();
     rig.device.facks = false;
     let written = rig.ask(Request::Write { target: PARAMETERS, data: vec![3; 4000] });
@@ -206,7 +208,7 @@ fn a_server_without_facks_gets_the_fragments_at_once() {
     assert_eq!(rig.device.parameter, vec![3; 4000]);
 }
 
-/// A long answer comes in fragments; each is acknowledged as it wants, and one that is lost comes again.
+/// A long answer arrives in fragments; each is acknowledged as requested, and a lost one is repeated.
 #[rstest]
 #[case::in_order(&[0, 1, 2])]
 #[case::mixed(&[2, 0, 0, 1])]
@@ -214,12 +216,12 @@ fn a_long_record_is_read_in_fragments(#[case] order: &'static [usize]) {
     let mut rig = Rig::standing();
     let data: Vec<u8> = (0..3000u32).map(|number| number as u8).collect();
     let expected = data.clone();
-    rig.device.hook = Box::new(move |heard| {
-        let answer = ReadResponse::to(&ReadRequest::parse(heard.blocks).unwrap(), data.clone());
+    rig.device.hook = Box::new(move |call| {
+        let answer = ReadResponse::to(&ReadRequest::parse(call.blocks).unwrap(), data.clone());
         let mut blocks = Vec::new();
         answer.write(&mut blocks);
         let body = NdrResponse::body(Order::Big, PnioStatus::OK, 4096, &blocks);
-        let header = Header { flags1: Flags1(0), ..heard.header.answer(PacketType::RESPONSE, Order::Big) };
+        let header = Header { flags1: Flags1(0), ..call.header.answer(PacketType::RESPONSE, Order::Big) };
         let pieces = fragments(&header, &body, 1392);
         Reaction::Instead(order.iter().map(|at| pieces[*at].clone()).collect())
     });
@@ -245,7 +247,7 @@ fn a_record_is_read_without_an_ar() {
 #[test]
 fn an_implicit_read_outlives_the_ar() {
     let mut rig = Rig::standing();
-    rig.device.hook = Box::new(|heard| if heard.before == 0 { Reaction::Silence } else { Reaction::Usual });
+    rig.device.hook = Box::new(|call| if call.before == 0 { Reaction::Silence } else { Reaction::Usual });
     let object = ObjectUuid { instance: 1, device_id: 7, vendor_id: 0x012A };
     let read = Request::ReadImplicit { partner: PARTNER, object, target: PARAMETERS, length: 64 };
     rig.controller.request(rig.now, read).unwrap();
@@ -268,22 +270,22 @@ fn the_endpoint_mapper_is_walked_through() {
     };
     let known = [entry(Uuid::DEVICE_INTERFACE), entry(Uuid::ENDPOINT_MAPPER)];
     let answers = known.clone();
-    rig.device.hook = Box::new(move |heard| {
-        // A lookup has no NDR header of PROFINET, so the hook reads what the rig took for one again.
-        let at = heard.before;
+    rig.device.hook = Box::new(move |call| {
+        // A lookup has no PROFINET NDR header, so the hook parses the bytes again that the rig took for one.
+        let at = call.before;
         let handle = LookupHandle { attributes: 0, uuid: if at == 0 { Uuid([7; 16]) } else { Uuid::NIL } };
         let response = LookupResponse { handle, max_entries: 1, entries: vec![answers[at].clone()], status: 0 };
         let mut body = Vec::new();
         response.write(&mut body, Order::Little);
-        Reaction::Instead(vec![Pdu::new(heard.header.answer(PacketType::RESPONSE, Order::Little), &body).to_vec()])
+        Reaction::Instead(vec![Pdu::new(call.header.answer(PacketType::RESPONSE, Order::Little), &body).to_vec()])
     });
     assert_eq!(rig.ask(Request::EndpointLookup { partner: PARTNER }), Outcome::Endpoints(Ok(known.to_vec())));
-    let asked: Vec<LookupRequest> = rig
+    let sent: Vec<LookupRequest> = rig
         .sent()
         .filter_map(|(_, frame)| Datagram::parse(frame).ok())
         .map(|datagram| LookupRequest::parse(Order::Big, Pdu::parse(datagram.payload).unwrap().body).unwrap())
         .collect();
-    assert_eq!((asked[0].handle.uuid, asked[1].handle.uuid), (Uuid::NIL, Uuid([7; 16])));
+    assert_eq!((sent[0].handle.uuid, sent[1].handle.uuid), (Uuid::NIL, Uuid([7; 16])));
     assert!(rig.sent_pdus().iter().all(|(_, header)| header.interface_version == 3));
 }
 
@@ -301,15 +303,15 @@ fn release_ends_the_ar_even_if_the_device_aborts_it_first() {
     assert_eq!(rig.controller.cycles_sent(), sent);
 }
 
-/// An answer to Release that is another block, about another AR or not Done.
+/// An answer to Release that is another block, is about another AR, or is not Done.
 #[rstest]
 #[case::other_block(|block: &mut ControlBlock| block.header.kind = BlockType::PRM_END_RES, "BlockType is 0x8110")]
 #[case::other_ar(|block: &mut ControlBlock| block.session_key = 9, "the block is about AR")]
 #[case::not_done(|block: &mut ControlBlock| block.control_command = ControlCommand(4), "ControlCommand is 0x0004")]
 fn an_answer_to_a_control_call_must_fit(#[case] change: fn(&mut ControlBlock), #[case] why: &str) {
     let mut rig = Rig::standing();
-    rig.device.hook = Box::new(move |heard| {
-        let mut block = Control::parse(heard.blocks).unwrap().block.done();
+    rig.device.hook = Box::new(move |call| {
+        let mut block = Control::parse(call.blocks).unwrap().block.done();
         change(&mut block);
         Reaction::Blocks(Control::from(block).to_vec())
     });
@@ -332,7 +334,7 @@ fn a_release_without_answer_ends_the_ar_too() {
 }
 
 #[test]
-fn an_abort_tells_its_code_and_interrupts_what_is_under_way() {
+fn an_abort_sends_its_code_and_interrupts_the_running_request() {
     let mut rig = Rig::standing();
     rig.device.hook = Box::new(|_| Reaction::Silence);
     rig.controller.request(rig.now, parameter(&[1, 1])).unwrap();
@@ -346,14 +348,14 @@ fn an_abort_tells_its_code_and_interrupts_what_is_under_way() {
 }
 
 #[test]
-fn dcp_services_give_what_the_device_says() {
+fn dcp_services_return_the_values_of_the_device() {
     let mut rig = Rig::new();
     let wait = Duration::from_millis(500);
     let Outcome::Stations(stations) = rig.ask(Request::Identify { by: IdentifyBy::All, wait }) else { panic!() };
     let [station] = stations.as_slice() else { panic!("{stations:?}") };
     assert_eq!((station.name.as_slice(), station.station_type.as_slice()), (NAME.as_bytes(), &b"Encoder"[..]));
     assert_eq!((station.mac, station.role), (DEVICE, Some(1)));
-    let none = rig.ask(Request::Identify { by: IdentifyBy::Name(b"nobody".to_vec()), wait });
+    let none = rig.ask(Request::Identify { by: IdentifyBy::Name(b"unknown".to_vec()), wait });
     assert_eq!(none, Outcome::Stations(vec![]));
     let set = |value| Request::DcpSet { to: DEVICE, blocks: vec![Block::set(BlockQualifier::PERMANENT, value)] };
     assert_eq!(rig.ask(set(Value::NameOfStation(b"other".to_vec()))), Outcome::Dcp(DcpOutcome::Accepted));
@@ -364,30 +366,34 @@ fn dcp_services_give_what_the_device_says() {
     let Outcome::Dcp(DcpOutcome::Values(values)) = rig.ask(get) else { panic!() };
     assert_eq!(values[0].value, Value::NameOfStation(b"other".to_vec()));
     assert_eq!(rig.ask(Request::DcpSignal { to: DEVICE }), Outcome::Dcp(DcpOutcome::Accepted));
-    let nobody = Mac([2, 9, 9, 9, 9, 9]);
+    let absent = Mac([2, 9, 9, 9, 9, 9]);
     let wait = Wait { what: Waiting::StationSet, time: Duration::from_secs(3) };
-    assert_eq!(rig.ask(Request::DcpSignal { to: nobody }), Outcome::Dcp(DcpOutcome::NoAnswer(wait)));
+    assert_eq!(rig.ask(Request::DcpSignal { to: absent }), Outcome::Dcp(DcpOutcome::NoAnswer(wait)));
 }
 
-/// Everybody who says that he has the address is named, and a probe names no sender.
+/// Every station that claims the address is listed, and a probe has no sender address.
 #[rstest]
 #[case(false, [192, 168, 0, 77], &[DEVICE])]
 #[case(true, [192, 168, 0, 77], &[DEVICE])]
 #[case(true, [192, 168, 0, 78], &[])]
-fn the_owners_of_an_address_are_asked_for(#[case] probe: bool, #[case] target: [u8; 4], #[case] owners: &[Mac]) {
+fn an_arp_request_collects_the_owners_of_an_address(
+    #[case] probe: bool,
+    #[case] target: [u8; 4],
+    #[case] owners: &[Mac],
+) {
     let mut rig = Rig::new();
     rig.device.ip.address = [192, 168, 0, 77].into();
     let wait = Duration::from_millis(500);
     assert_eq!(rig.ask(Request::Arp { target: target.into(), probe, wait }), Outcome::Owners(owners.to_vec()));
     let (_, frame) = rig.sent().next().unwrap();
-    let asked = Arp::parse(FrameHeader::parse(frame).unwrap().1).unwrap();
-    assert_eq!((asked.sender_ip.is_unspecified(), asked.target_mac), (probe, Mac::ZERO));
+    let sent = Arp::parse(FrameHeader::parse(frame).unwrap().1).unwrap();
+    assert_eq!((sent.sender_ip.is_unspecified(), sent.target_mac), (probe, Mac::ZERO));
 }
 
 #[rstest]
 #[case::factory(Reset::Factory, Value::FactoryReset, 0)]
 #[case::to_factory(Reset::ToFactory { qualifier: 4 }, Value::ResetToFactory, 4)]
-fn resets_go_out_in_both_forms(#[case] reset: Reset, #[case] value: Value, #[case] qualifier: u16) {
+fn both_forms_of_reset_are_sent(#[case] reset: Reset, #[case] value: Value, #[case] qualifier: u16) {
     let mut rig = Rig::new();
     assert_eq!(rig.ask(Request::DcpReset { to: DEVICE, reset }), Outcome::Dcp(DcpOutcome::Accepted));
     let (_, frame) = rig.sent().next().unwrap();

@@ -1,4 +1,4 @@
-//! Calls of the device to us: ApplicationReady in all its forms, and what is none.
+//! Calls of the device to the controller: ApplicationReady in all forms, and invalid calls.
 #![allow(clippy::unwrap_used, reason = "a test that unwraps nothing has failed")]
 
 use crate::common::*;
@@ -11,7 +11,7 @@ use wire::profinet::blocks::control::{Control, ControlBlock, ControlCommand};
 use wire::profinet::rpc::{Flags1, Header, NdrRequest, NdrResponse, PacketType, Pdu, RejectStatus, Uuid, fragments};
 use wire::profinet::status::{CmrpcError, ErrorCode, Finder, PnioStatus};
 
-/// A start-up that waits for ApplicationReady, and the block that the device is to send.
+/// A start-up that waits for ApplicationReady, and the block that the device must send.
 fn waiting() -> (Rig, ControlBlock) {
     let mut rig = Rig::new();
     rig.device.sends_ready = false;
@@ -25,7 +25,7 @@ fn waiting() -> (Rig, ControlBlock) {
     (rig, block)
 }
 
-/// Lets the device call, and gives what came back.
+/// Sends a call of the device and returns the answer.
 fn call(rig: &mut Rig, sequence: u32, block: ControlBlock, order: Order) -> (Header, Vec<u8>) {
     rig.let_device(|device, out| device.call(sequence, &Control::from(block).to_vec(), order, out));
     rig.run(Duration::from_millis(5));
@@ -83,7 +83,10 @@ fn application_ready_may_come_in_fragments() {
 #[case::another_session(|block: &mut ControlBlock| block.session_key += 1, CmrpcError::AR_UUID_UNKNOWN)]
 #[case::another_command(|block: &mut ControlBlock| block.control_command = ControlCommand(0), CmrpcError::UNKNOWN_BLOCKS)]
 #[case::another_block(|block: &mut ControlBlock| block.header.kind = BlockType::PRM_END_REQ, CmrpcError::UNKNOWN_BLOCKS)]
-fn what_is_not_our_application_ready_is_refused(#[case] change: fn(&mut ControlBlock), #[case] error: CmrpcError) {
+fn a_call_that_is_not_application_ready_of_this_ar_is_refused(
+    #[case] change: fn(&mut ControlBlock),
+    #[case] error: CmrpcError,
+) {
     let (mut rig, mut block) = waiting();
     change(&mut block);
     let (_, body) = call(&mut rig, 5, block, Order::Big);
@@ -95,7 +98,7 @@ fn what_is_not_our_application_ready_is_refused(#[case] change: fn(&mut ControlB
 #[rstest]
 #[case::interface(|header: &mut Header| header.interface = Uuid::DEVICE_INTERFACE, RejectStatus::UNKNOWN_INTERFACE)]
 #[case::operation(|header: &mut Header| header.opnum.0 = 9, RejectStatus::OPERATION_RANGE)]
-fn a_call_that_we_do_not_serve_is_rejected(#[case] change: fn(&mut Header), #[case] status: RejectStatus) {
+fn an_unsupported_call_is_rejected(#[case] change: fn(&mut Header), #[case] status: RejectStatus) {
     let (mut rig, _) = waiting();
     let mut header = call_header(5, Order::Little);
     change(&mut header);
@@ -106,13 +109,13 @@ fn a_call_that_we_do_not_serve_is_rejected(#[case] change: fn(&mut Header), #[ca
     assert_eq!(RejectStatus::parse(Order::Little, &body), Ok(status));
 }
 
-/// Some devices call before they have answered PrmEnd: the call counts, and the answer is still waited for.
+/// Some devices call before they have answered PrmEnd: the call counts, and the answer is still awaited.
 #[test]
 fn application_ready_may_overtake_the_answer_to_prm_end() {
     let mut rig = Rig::new();
     rig.device.sends_ready = false;
-    rig.device.hook = Box::new(|heard| match heard.header.opnum {
-        wire::profinet::rpc::Opnum::CONTROL if heard.before == 0 => Reaction::Silence,
+    rig.device.hook = Box::new(|call| match call.header.opnum {
+        wire::profinet::rpc::Opnum::CONTROL if call.before == 0 => Reaction::Silence,
         _ => Reaction::Usual,
     });
     rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
@@ -131,7 +134,7 @@ fn application_ready_may_overtake_the_answer_to_prm_end() {
 fn application_ready_before_prm_end_is_refused() {
     let mut rig = Rig::new();
     rig.device.sends_ready = false;
-    rig.device.hook = Box::new(|heard| match heard.header.opnum {
+    rig.device.hook = Box::new(|call| match call.header.opnum {
         wire::profinet::rpc::Opnum::WRITE => Reaction::Silence,
         _ => Reaction::Usual,
     });

@@ -1,4 +1,4 @@
-//! A whole start-up against a device that does everything right, then one thing wrong at a time.
+//! A whole start-up against a conforming device, then with one error at a time.
 #![allow(clippy::unwrap_used, reason = "a test that unwraps nothing has failed")]
 
 use crate::common::*;
@@ -21,7 +21,7 @@ const OUT_OF_RESOURCES: PnioStatus =
     PnioStatus::found(ErrorCode::CONNECT_RESPONSE, Finder::CMRPC, CmrpcError::OUT_OF_AR_RESOURCES.0);
 
 #[test]
-fn an_ar_comes_up_stage_by_stage() {
+fn an_ar_starts_up_stage_by_stage() {
     let mut rig = Rig::new();
     let result = rig.start(connection());
     assert_eq!(result.failed, None);
@@ -38,7 +38,7 @@ fn an_ar_comes_up_stage_by_stage() {
 }
 
 #[test]
-fn a_lost_ar_comes_back_by_itself_in_the_same_tick_under_the_same_name() {
+fn a_lost_ar_reconnects_in_the_same_tick_with_the_same_uuid() {
     let again = Some(Reconnect { after: Duration::ZERO });
     let mut rig = Rig::new();
     assert!(rig.start(Connection { reconnect: again, same_uuid: true, ..connection() }).standing);
@@ -49,18 +49,18 @@ fn a_lost_ar_comes_back_by_itself_in_the_same_tick_under_the_same_name() {
         let until = rig.now + Duration::from_secs(1);
         assert!(rig.step(until), "the AR is lost");
     }
-    assert!(rig.controller.is_busy(), "it begins again in the tick of the loss");
+    assert!(rig.controller.is_busy(), "it reconnects in the tick of the loss");
     rig.device.cyclic = true;
     rig.run(Duration::from_secs(2));
     assert_eq!((rig.controller.state(), opened(&rig)), (ArState::Data, first));
     assert!(matches!(rig.controller.take_outcome(), Some(Outcome::StartUp(result)) if result.standing));
     rig.ask(Request::Release);
     rig.run(Duration::from_secs(2));
-    assert_eq!(rig.controller.state(), ArState::None, "what was released stays so");
+    assert_eq!(rig.controller.state(), ArState::None, "no reconnect after a release");
 }
 
 #[test]
-fn the_address_is_set_for_a_time_and_only_if_it_differs() {
+fn the_address_is_set_temporarily_and_only_if_it_differs() {
     let mut rig = Rig::standing();
     let sets = |rig: &Rig| -> Vec<Dcp> {
         let payload = |frame: &[u8]| Dcp::parse(FrameHeader::parse(frame).unwrap().1).ok();
@@ -76,7 +76,7 @@ fn the_address_is_set_for_a_time_and_only_if_it_differs() {
 }
 
 #[test]
-fn a_device_of_known_mac_is_asked_directly() {
+fn a_device_with_a_known_mac_address_is_called_directly() {
     let mut rig = Rig::new();
     rig.device.name.clear();
     let result = rig.start(Connection { device: DeviceAddress::Mac(DEVICE), ..connection() });
@@ -85,9 +85,9 @@ fn a_device_of_known_mac_is_asked_directly() {
     assert!(!rig.sent().any(|(_, frame)| to_all(frame)));
 }
 
-/// Without an address from us the device is called at its own, and at the one that was meant if it has none.
+/// With `gives_address: false` the device is called at its own address, or at the intended one if it has none.
 #[test]
-fn a_device_that_is_given_no_address() {
+fn a_device_that_keeps_its_address() {
     let mut rig = Rig::new();
     let own = wire::profinet::dcp::block::IpParameter { address: [192, 168, 0, 77].into(), ..ip() };
     rig.device.ip = own;
@@ -100,7 +100,7 @@ fn a_device_that_is_given_no_address() {
     assert_eq!((result.address_set, result.partner), (None, Some(Partner { mac: DEVICE, ip: ip().address })));
     assert!(rig.device.ip.address.is_unspecified());
     let arp = |frame: &[u8]| FrameHeader::parse(frame).is_ok_and(|(header, _)| header.ether_type == EtherType::ARP);
-    assert!(!rig.sent().any(|(_, frame)| arp(frame)), "there is nothing to ask for");
+    assert!(!rig.sent().any(|(_, frame)| arp(frame)), "no address to probe");
 }
 
 #[test]
@@ -115,9 +115,9 @@ fn a_device_that_appears_late_is_found() {
     assert_eq!(rig.controller.state(), ArState::Data);
 }
 
-/// What the device does wrong, where the start-up ends, and the sentence.
+/// The error of the device, the stage in which the start-up ends, and the message.
 #[rstest]
-#[case::nobody(|d: &mut Device| d.name = b"x".to_vec(), Stage::Identify, "an answer to DCP Identify did not come within 5s")]
+#[case::no_device(|d: &mut Device| d.name = b"x".to_vec(), Stage::Identify, "an answer to DCP Identify did not come within 5s")]
 #[case::no_set(|d: &mut Device| d.set_ip_error = BlockError::LOCAL_REASONS, Stage::Address,
     "the device refused its address: local_reasons (5)")]
 #[case::no_connect(|d: &mut Device| d.hook = silent(Opnum::CONNECT), Stage::Connect,
@@ -132,7 +132,7 @@ fn a_device_that_appears_late_is_found() {
 #[case::bad_data(|d: &mut Device| d.iops = IoxS::BAD, Stage::FirstData,
     "the first good cyclic data did not come within 3s")]
 #[case::no_data(|d: &mut Device| d.cyclic = false, Stage::FirstData, "the next cyclic frame did not come within 20ms")]
-fn a_start_up_says_where_it_ended_and_which_wait_ran_out(
+fn a_failed_start_up_reports_its_stage_and_the_wait(
     #[case] spoil: fn(&mut Device),
     #[case] stage: Stage,
     #[case] why: &str,
@@ -146,19 +146,19 @@ fn a_start_up_says_where_it_ended_and_which_wait_ran_out(
     let bad_but_alive = matches!(failure.why, FailureReason::Waited(Wait { what: Waiting::FirstData, .. }));
     assert_eq!(result.standing, bad_but_alive);
     assert_eq!(rig.controller.state(), if bad_but_alive { ArState::Data } else { ArState::None });
-    assert_eq!(rig.controller.take_end(), None, "the end of a start-up is told in its outcome");
+    assert_eq!(rig.controller.take_end(), None, "the outcome of a start-up reports its end");
 }
 
 fn silent(opnum: Opnum) -> Box<dyn FnMut(&Heard) -> Reaction> {
-    Box::new(move |heard| if heard.header.opnum == opnum { Reaction::Silence } else { Reaction::Usual })
+    Box::new(move |call| if call.header.opnum == opnum { Reaction::Silence } else { Reaction::Usual })
 }
 
 fn refusing(opnum: Opnum, status: PnioStatus) -> Box<dyn FnMut(&Heard) -> Reaction> {
-    Box::new(move |heard| if heard.header.opnum == opnum { Reaction::Refuse(status) } else { Reaction::Usual })
+    Box::new(move |call| if call.header.opnum == opnum { Reaction::Refuse(status) } else { Reaction::Usual })
 }
 
 #[test]
-fn a_failed_start_up_tells_the_device() {
+fn a_failed_start_up_aborts_the_ar() {
     let mut rig = Rig::new();
     rig.device.sends_ready = false;
     rig.start(connection());
@@ -172,14 +172,14 @@ fn a_failed_start_up_tells_the_device() {
 #[rstest]
 #[case::once(1, 1, true)]
 #[case::always(99, 5, false)]
-fn out_of_ar_resources_is_tried_again_a_few_times(
+fn connect_is_repeated_when_the_device_is_out_of_ar_resources(
     #[case] refusals: usize,
     #[case] repeats: u8,
     #[case] standing: bool,
 ) {
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(move |heard| match heard.header.opnum {
-        Opnum::CONNECT if heard.before < refusals => Reaction::Refuse(OUT_OF_RESOURCES),
+    rig.device.hook = Box::new(move |call| match call.header.opnum {
+        Opnum::CONNECT if call.before < refusals => Reaction::Refuse(OUT_OF_RESOURCES),
         _ => Reaction::Usual,
     });
     let result = rig.start(connection());
@@ -189,9 +189,9 @@ fn out_of_ar_resources_is_tried_again_a_few_times(
 }
 
 #[test]
-fn a_lost_request_is_repeated_under_its_number() {
+fn a_lost_request_is_repeated_with_its_sequence_number() {
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(|heard| if heard.before == 0 { Reaction::Silence } else { Reaction::Usual });
+    rig.device.hook = Box::new(|call| if call.before == 0 { Reaction::Silence } else { Reaction::Usual });
     let result = rig.start(connection());
     assert!(result.standing, "{result:?}");
     let of = |opnum| -> Vec<_> {
@@ -205,17 +205,17 @@ fn a_lost_request_is_repeated_under_its_number() {
     }
 }
 
-/// Answers that are none: of another activity, another call, from elsewhere, or of a kind that answers nothing.
+/// Invalid answers: from another activity, another call, another source, or of a kind that answers nothing.
 #[rstest]
 #[case::other_activity(|h: &mut Header| h.activity.0[3] ^= 1)]
 #[case::other_sequence(|h: &mut Header| h.sequence += 1)]
 #[case::request(|h: &mut Header| h.packet_type = PacketType::REQUEST)]
 #[case::ack(|h: &mut Header| h.packet_type = PacketType::ACK)]
-fn what_is_no_answer_to_this_call_is_passed_over(#[case] change: fn(&mut Header)) {
+fn an_answer_to_another_call_is_ignored(#[case] change: fn(&mut Header)) {
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(move |heard| {
+    rig.device.hook = Box::new(move |call| {
         let body = NdrResponse::body(Order::Big, OUT_OF_RESOURCES, 4096, &[]);
-        let mut header = heard.header.answer(PacketType::RESPONSE, Order::Big);
+        let mut header = call.header.answer(PacketType::RESPONSE, Order::Big);
         change(&mut header);
         Reaction::Instead(vec![Pdu::new(header, &body).to_vec()])
     });
@@ -228,19 +228,19 @@ fn what_is_no_answer_to_this_call_is_passed_over(#[case] change: fn(&mut Header)
 #[case::fault(PacketType::FAULT, CallError::Faulted(RejectStatus::UNKNOWN_INTERFACE))]
 fn reject_and_fault_are_reported(#[case] kind: PacketType, #[case] error: CallError) {
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(move |heard| {
+    rig.device.hook = Box::new(move |call| {
         let mut body = Vec::new();
         RejectStatus::UNKNOWN_INTERFACE.write(&mut body, Order::Little);
-        Reaction::Instead(vec![Pdu::new(heard.header.answer(kind, Order::Little), &body).to_vec()])
+        Reaction::Instead(vec![Pdu::new(call.header.answer(kind, Order::Little), &body).to_vec()])
     });
     assert_eq!(rig.start(connection()).connect, Some(ConnectOutcome::Failed(error)));
 }
 
 #[test]
-fn a_server_that_is_working_is_pinged_and_called_again_if_it_forgot() {
+fn a_working_server_is_pinged_and_called_again_if_it_lost_the_call() {
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(|heard| match heard.before {
-        0 => Reaction::Instead(vec![Pdu::new(heard.header.answer(PacketType::WORKING, Order::Big), &[]).to_vec()]),
+    rig.device.hook = Box::new(|call| match call.before {
+        0 => Reaction::Instead(vec![Pdu::new(call.header.answer(PacketType::WORKING, Order::Big), &[]).to_vec()]),
         _ => Reaction::Usual,
     });
     rig.controller
@@ -266,8 +266,8 @@ fn a_connect_response_must_fit(
 ) {
     use wire::profinet::blocks::connect::Content;
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(move |heard| {
-        let blocks = Device::new().carry_out(Opnum::CONNECT, heard.blocks);
+    rig.device.hook = Box::new(move |call| {
+        let blocks = Device::new().carry_out(Opnum::CONNECT, call.blocks);
         let mut answer = Connect::parse(&blocks).unwrap();
         if let Content::ArRes(ar) = &mut answer.blocks[0].content {
             change(ar);
@@ -280,11 +280,11 @@ fn a_connect_response_must_fit(
     assert!(text.starts_with(why), "{text}");
 }
 
-/// A Connect request that comes back as a response has no ARBlockRes.
+/// A Connect request returned as a response has no ARBlockRes.
 #[test]
-fn a_reflection_dressed_as_a_response_is_no_answer() {
+fn a_reflected_request_is_not_a_response() {
     let mut rig = Rig::new();
-    rig.device.hook = Box::new(|heard| Reaction::Blocks(heard.blocks.to_vec()));
+    rig.device.hook = Box::new(|call| Reaction::Blocks(call.blocks.to_vec()));
     let result = rig.start(connection());
     let error = CallError::Unfit("there is no ARBlockRes".into());
     assert_eq!((result.connect, result.standing), (Some(ConnectOutcome::Failed(error)), false));
@@ -301,7 +301,7 @@ fn a_refused_record_does_not_end_the_start_up() {
 }
 
 #[test]
-fn records_go_in_one_write_if_wanted() {
+fn records_are_written_in_one_call_if_configured() {
     let mut rig = Rig::new();
     let mut connection = Connection { write_multiple: true, ..connection() };
     connection.records.push(Record { target: Target { index: 0xBF01, ..PARAMETERS }, data: vec![9] });
@@ -326,7 +326,7 @@ fn an_abort_in_the_middle_of_a_call_ends_the_start_up() {
 }
 
 #[test]
-fn two_stations_of_one_name_are_told_apart() {
+fn two_stations_with_one_name_are_reported() {
     let mut rig = Rig::new();
     rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
     rig.run(Duration::from_millis(1));
@@ -361,38 +361,38 @@ fn an_address_that_another_station_has_is_not_given() {
 #[test]
 fn device_access_opens_an_ar_without_data() {
     let mut rig = Rig::new();
-    let wanted = Connection { device_access: true, ar_type: ArType::IOSAR, submodules: vec![], ..connection() };
-    let mut seen = None;
-    let result = rig.start(wanted);
+    let connection = Connection { device_access: true, ar_type: ArType::IOSAR, submodules: vec![], ..connection() };
+    let mut response = None;
+    let result = rig.start(connection);
     for (_, frame) in rig.sent() {
         if let Ok(datagram) = wire::datagram::Datagram::parse(frame) {
             let pdu = Pdu::parse(datagram.payload).unwrap();
             let (_, blocks) = NdrRequest::parse(Order::Big, pdu.body).unwrap();
-            seen = Some(Connect::parse(blocks).unwrap());
+            response = Some(Connect::parse(blocks).unwrap());
         }
     }
     assert!(result.standing && result.first_data.is_none(), "{result:?}");
-    let connect = seen.unwrap();
+    let connect = response.unwrap();
     assert_eq!(connect.blocks.len(), 1);
     assert!(connect.ar_req().unwrap().ar_properties.has(ArProperties::DEVICE_ACCESS));
     rig.run(Duration::from_secs(1));
     assert_eq!((rig.controller.state(), rig.controller.cycles_sent()), (ArState::Data, 0));
 }
 
-/// The submodule that the device calls wrong is not waited for, be it told in Connect or in ApplicationReady.
+/// A submodule that the device reports as wrong is not awaited, whether Connect or ApplicationReady reports it.
 #[test]
-fn good_data_of_a_wrong_submodule_are_not_waited_for() {
+fn valid_data_of_a_wrong_submodule_are_not_awaited() {
     let mut rig = Rig::new();
     rig.device.iops = IoxS::BAD;
     let state = SubmoduleState::new(IdentInfo::WRONG, ArInfo::OWN, 0);
     let submodules = vec![SubmoduleDiff { subslot: 2, submodule_ident: 82, state }];
     let module = ModuleDiff { slot: 1, module_ident: 0x22, state: ModuleState::PROPER_MODULE, submodules };
     let diff = ModuleDiffBlock { apis: vec![ApiDiff { api: 0x3D00, modules: vec![module] }] };
-    let told = diff.clone();
-    rig.device.hook = Box::new(move |heard| match heard.header.opnum {
+    let reported = diff.clone();
+    rig.device.hook = Box::new(move |call| match call.header.opnum {
         Opnum::CONNECT => {
-            let mut blocks = Device::new().carry_out(Opnum::CONNECT, heard.blocks);
-            told.write(&mut blocks);
+            let mut blocks = Device::new().carry_out(Opnum::CONNECT, call.blocks);
+            reported.write(&mut blocks);
             Reaction::Blocks(blocks)
         }
         _ => Reaction::Usual,
@@ -402,7 +402,7 @@ fn good_data_of_a_wrong_submodule_are_not_waited_for() {
 }
 
 #[test]
-fn cyclic_frames_begin_with_the_connect_response_and_turn_good_with_application_ready() {
+fn cyclic_frames_begin_with_the_connect_response_and_become_valid_with_application_ready() {
     let mut rig = Rig::new();
     rig.device.sends_ready = false;
     rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
@@ -411,7 +411,7 @@ fn cyclic_frames_begin_with_the_connect_response_and_turn_good_with_application_
     let bad = IoxS::bad(Instance::Controller).0;
     let frame = rig.device.outputs.last().unwrap();
     assert_eq!(frame[..2], OUTPUT_FRAME_ID.to_be_bytes());
-    // Four octets of data, their IOPS, five IOCS; behind 40 octets of data the counter, the data status, the transfer status.
+    // Four bytes of data, their IOPS, five IOCS; after 40 bytes of data the cycle counter, the data status, the transfer status.
     assert_eq!((&frame[6..12], frame.len()), (&[bad; 6][..], 46));
     assert_eq!(frame[44..], [0x35, 0]);
     rig.let_device(|device, out| device.application_ready(out));
@@ -426,7 +426,7 @@ fn cyclic_frames_begin_with_the_connect_response_and_turn_good_with_application_
 }
 
 #[test]
-fn an_impatient_request_is_refused_until_the_first_has_ended() {
+fn a_second_request_is_refused_until_the_first_has_ended() {
     let mut rig = Rig::new();
     let connect = || Request::Connect(Box::new(connection()));
     rig.controller.request(rig.now, connect()).unwrap();

@@ -1,6 +1,6 @@
-//! Stations that are no device, damaged frames, and the frames that we damage ourselves.
+//! Stations that are not devices, damaged frames on the wire, and the damaged frames that the controller can send.
 //!
-//! None of them makes an AR stand, and nothing that comes off the wire makes the controller panic.
+//! None of them establishes an AR, and no received frame makes the controller panic.
 #![allow(clippy::unwrap_used, reason = "a test that unwraps nothing has failed")]
 
 use crate::common::*;
@@ -13,7 +13,7 @@ use wire::ethernet::FrameHeader;
 use wire::profinet::rpc::Pdu;
 use wire::profinet::status::AbortReason;
 
-/// Sends every frame back in ways of its own.
+/// Returns every frame, modified by a function.
 struct Mirror(fn(&[u8]) -> Vec<Vec<u8>>);
 
 impl Station for Mirror {
@@ -33,7 +33,7 @@ fn swapped(frame: &[u8]) -> Vec<u8> {
     back
 }
 
-/// The frame as though the device had sent it, also with the addresses of IPv4 exchanged.
+/// The frame as though the device had sent it, also with the IPv4 addresses exchanged.
 fn answered(frame: &[u8]) -> Vec<Vec<u8>> {
     let mut back = frame.to_vec();
     back[..6].copy_from_slice(&OWN.0);
@@ -53,25 +53,25 @@ fn answered(frame: &[u8]) -> Vec<Vec<u8>> {
 #[case::echo(|frame: &[u8]| vec![frame.to_vec()])]
 #[case::reflector(|frame: &[u8]| vec![frame.to_vec(), swapped(frame)])]
 #[case::in_the_name_of_the_device(answered)]
-fn nobody_makes_an_ar_stand_by_sending_our_frames_back(#[case] mirror: fn(&[u8]) -> Vec<Vec<u8>>) {
+fn reflected_frames_establish_no_ar(#[case] mirror: fn(&[u8]) -> Vec<Vec<u8>>) {
     for device in [DeviceAddress::Name(NAME.into()), DeviceAddress::Mac(DEVICE)] {
         let mut rig = Rig::with(Mirror(mirror));
-        let wanted = Connection { device, ..connection() };
-        let Outcome::StartUp(result) = rig.ask(Request::Connect(Box::new(wanted))) else { panic!() };
+        let connection = Connection { device, ..connection() };
+        let Outcome::StartUp(result) = rig.ask(Request::Connect(Box::new(connection))) else { panic!() };
         assert_eq!((result.standing, result.identify, result.connect), (false, None, None));
         let wait = Duration::from_millis(200);
         assert_eq!(rig.ask(Request::Identify { by: IdentifyBy::All, wait }), Outcome::Stations(vec![]));
         let partner = Partner { mac: DEVICE, ip: DEVICE_IP };
         let Outcome::Endpoints(Err(CallError::NoAnswer(_))) = rig.ask(Request::EndpointLookup { partner }) else {
-            panic!("our own call was taken for an answer")
+            panic!("a reflected call was accepted as an answer")
         };
         let Outcome::Dcp(DcpOutcome::NoAnswer(_)) = rig.ask(Request::DcpSignal { to: DEVICE }) else { panic!() };
     }
 }
 
-/// A device that finds and connects, and then only reflects: no ApplicationReady of its own, no data.
+/// A device that answers until Connect and then only reflects: no ApplicationReady of its own, no data.
 #[test]
-fn our_own_cyclic_frames_are_not_the_device_s() {
+fn reflected_cyclic_frames_are_not_frames_of_the_device() {
     let mut rig = Rig::new();
     rig.device.cyclic = false;
     rig.controller.request(rig.now, Request::Connect(Box::new(connection()))).unwrap();
@@ -90,7 +90,7 @@ fn our_own_cyclic_frames_are_not_the_device_s() {
     assert_eq!(rig.controller.state(), ArState::None);
 }
 
-/// The answer that a device gives is passed over when it comes from elsewhere, goes elsewhere or answers another question.
+/// An answer of the device is ignored when it has another source, another destination, or answers another request.
 #[rstest]
 #[case::control(0, |_: &mut Vec<u8>| {}, true)]
 #[case::identify_of_another_transaction(0, |frame: &mut Vec<u8>| frame[21] ^= 1, false)]
@@ -105,9 +105,13 @@ fn our_own_cyclic_frames_are_not_the_device_s() {
 #[case::rpc_from_another_mac(3, |frame: &mut Vec<u8>| frame[11] ^= 1, false)]
 #[case::rpc_from_another_address(3, |frame: &mut Vec<u8>| readdressed(frame, 26), false)]
 #[case::rpc_to_another_address(3, |frame: &mut Vec<u8>| readdressed(frame, 30), false)]
-fn an_answer_must_be_ours(#[case] at: usize, #[case] change: fn(&mut Vec<u8>), #[case] stands: bool) {
+fn an_answer_must_match_source_destination_and_request(
+    #[case] at: usize,
+    #[case] change: fn(&mut Vec<u8>),
+    #[case] stands: bool,
+) {
     let mut rig = Rig::new();
-    // Which answer it is: to Identify, to Set, to ARP, to Connect.
+    // The kind of answer: to Identify, to Set, to ARP, to Connect.
     let kinds: [fn(&[u8]) -> bool; 4] = [
         |frame| frame[14..16] == [0xFE, 0xFF],
         |frame| frame[14..16] == [0xFE, 0xFD],
@@ -122,10 +126,10 @@ fn an_answer_must_be_ours(#[case] at: usize, #[case] change: fn(&mut Vec<u8>), #
     let result = rig.start(connection());
     assert_eq!(result.standing, stands);
     let waited = |why| matches!(why, FailureReason::Waited(_) | FailureReason::Call(CallError::NoAnswer(_)));
-    assert!(result.failed.is_none_or(|failure| waited(failure.why)), "another end than a wait that ran out");
+    assert!(result.failed.is_none_or(|failure| waited(failure.why)), "expected a timeout");
 }
 
-/// Adds one to the first octet of the IPv4 address at `at` and makes the checksum of the header agree again.
+/// Adds one to the first byte of the IPv4 address at `at` and corrects the checksum of the header.
 fn readdressed(frame: &mut [u8], at: usize) {
     frame[at] += 1;
     frame[24..26].fill(0);
@@ -135,9 +139,9 @@ fn readdressed(frame: &mut [u8], at: usize) {
     frame[24..26].copy_from_slice(&(!(sum as u16)).to_be_bytes());
 }
 
-/// Our own call that comes back as though the device had made it gets no word, which could come back as its answer.
+/// A reflected call of the controller gets no answer, since that answer could be reflected too.
 #[test]
-fn our_own_call_is_not_served() {
+fn a_reflected_call_is_not_served() {
     let mut rig = Rig::standing();
     rig.device.hook = Box::new(|_| Reaction::Silence);
     rig.controller.request(rig.now, Request::Read { target: PARAMETERS, length: 9 }).unwrap();
@@ -145,14 +149,14 @@ fn our_own_call_is_not_served() {
     rig.controller.wake(rig.now, &mut out);
     let request = out.frames().find(|frame| frame[12..14] == [8, 0]).unwrap();
     let [_, mut back] = answered(request).try_into().unwrap();
-    // To the port where we serve, from the port where our calls come from.
+    // To the server port of the controller, from its client port.
     back[34..38].copy_from_slice(&request[34..38]);
     let mut answer = Outbox::new();
     rig.controller.receive(rig.now, &back, &mut answer);
     assert!(answer.is_empty());
 }
 
-/// Frames of random octets, some dressed as something the controller looks at.
+/// Frames of random bytes, some with valid headers of frames that the controller processes.
 struct Babbler {
     random: u64,
     next: Time,
@@ -195,23 +199,24 @@ impl Station for Babbler {
 }
 
 #[test]
-fn nobody_makes_an_ar_stand_by_babbling() {
+fn random_frames_establish_no_ar() {
     for seed in 0..20 {
         let mut rig = Rig::with(Babbler { random: seed, next: Time::ZERO });
-        let wanted = Connection { device: DeviceAddress::Mac(DEVICE), ..connection() };
-        let Outcome::StartUp(result) = rig.ask(Request::Connect(Box::new(wanted))) else { panic!() };
+        let connection = Connection { device: DeviceAddress::Mac(DEVICE), ..connection() };
+        let Outcome::StartUp(result) = rig.ask(Request::Connect(Box::new(connection))) else { panic!() };
         assert!(!result.standing && result.connect.is_none(), "{result:?}");
     }
 }
 
-/// A standing AR takes every frame that the device ever sent, cut at every length and with each octet damaged, and stands or ends.
+/// An established AR receives every frame that the device ever sent, cut at every length and with each byte damaged, and
+/// continues or ends.
 #[test]
 fn damaged_frames_never_panic() {
     let mut rig = Rig::standing();
     rig.ask(Request::Read { target: PARAMETERS, length: 10 });
     let frames: Vec<Vec<u8>> = rig.log.iter().filter(|(_, ours, _)| !ours).map(|(.., frame)| frame.clone()).collect();
-    let mut seen = std::collections::BTreeSet::new();
-    let kinds = frames.into_iter().filter(|frame| seen.insert((frame.len(), frame[12..16].to_vec())));
+    let mut kinds_sent = std::collections::BTreeSet::new();
+    let kinds = frames.into_iter().filter(|frame| kinds_sent.insert((frame.len(), frame[12..16].to_vec())));
     for frame in kinds {
         let mut trials: Vec<Vec<u8>> = (0..=frame.len()).map(|length| frame[..length].to_vec()).collect();
         for at in 0..frame.len() {
@@ -224,7 +229,7 @@ fn damaged_frames_never_panic() {
         for trial in &trials {
             rig.controller.receive(rig.now, trial, &mut Outbox::new());
         }
-        // The same in the middle of a start-up and of a call, where answers are awaited.
+        // The same during a start-up and a call, where answers are awaited.
         let mut starting = Rig::new();
         starting.controller.request(starting.now, Request::Connect(Box::new(connection()))).unwrap();
         for trial in &trials {
@@ -232,7 +237,7 @@ fn damaged_frames_never_panic() {
             starting.controller.receive(starting.now, trial, &mut Outbox::new());
         }
     }
-    assert!(seen.len() > 6, "{seen:?}");
+    assert!(kinds_sent.len() > 6, "{kinds_sent:?}");
 }
 
 #[rstest]
@@ -240,7 +245,7 @@ fn each_broken_frame_can_be_made_and_leaves_the_ar_alone(#[values(0, 1)] round: 
     for (broken, word, sentence) in Broken::TABLE {
         assert_eq!(Broken::by_word(word), Some(*broken));
         assert!(sentence.ends_with('.'));
-        // Round 0: no AR, only a partner, who says nothing. Round 1: a standing AR.
+        // Round 0: no AR, only a silent partner. Round 1: an established AR.
         let partner = Some(Partner { mac: DEVICE, ip: DEVICE_IP });
         let ask = Request::Broken { broken: *broken, partner };
         if round == 0 {
@@ -259,16 +264,16 @@ fn each_broken_frame_can_be_made_and_leaves_the_ar_alone(#[values(0, 1)] round: 
         rig.controller.wake(rig.now, &mut out);
         let Some(Outcome::Broken(frame)) = rig.controller.take_outcome() else { panic!("{word}") };
         assert!(out.frames().any(|sent| sent == frame), "{word}");
-        // The device of this test would stumble over it; the AR itself goes on.
+        // The scripted device does not survive the frame; the AR itself continues.
         rig.run(Duration::from_secs(1));
         assert_eq!(rig.controller.state(), ArState::Data, "{word}");
     }
     assert_eq!(broken_frames().count(), Broken::TABLE.len());
 }
 
-/// Each damage is where its sentence says it is.
+/// Each frame has the damage that its sentence describes.
 #[test]
-fn broken_frames_are_broken() {
+fn damaged_frames_have_the_damage_of_their_sentence() {
     let mut rig = Rig::standing();
     let mut make = |broken| {
         rig.controller.request(rig.now, Request::Broken { broken, partner: None }).unwrap();
@@ -296,7 +301,7 @@ fn broken_frames_are_broken() {
 }
 
 #[test]
-fn we_answer_arp_and_identify_and_announce_ourselves() {
+fn the_controller_answers_arp_and_identify_and_announces_itself() {
     use wire::datagram::arp::{Arp, Operation};
     use wire::ethernet::Mac;
     use wire::profinet::dcp::{Dcp, Value};
@@ -316,8 +321,8 @@ fn we_answer_arp_and_identify_and_announce_ourselves() {
         let request = Dcp::identify(77, 1, filters());
         let answers = ask(&|octets| request.write_frame(Mac::DCP_MULTICAST, DEVICE, octets));
         assert_eq!(answers.len(), count);
-        let told = answers.iter().map(|answer| StationSeen::of(OWN, &Dcp::parse(&answer[14..]).unwrap()));
-        assert!(told.into_iter().all(|station| station.role == Some(2) && station.ip.address == OWN_IP));
+        let stations = answers.iter().map(|answer| StationSeen::of(OWN, &Dcp::parse(&answer[14..]).unwrap()));
+        assert!(stations.into_iter().all(|station| station.role == Some(2) && station.ip.address == OWN_IP));
     }
     let mut rig = Rig::new();
     assert_eq!(rig.ask(Request::Lldp { chassis: vec![], port: b"port-001".to_vec() }), Outcome::Sent);

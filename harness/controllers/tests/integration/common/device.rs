@@ -1,7 +1,7 @@
-//! A device that does what a test tells it.
+//! A scripted device.
 //!
-//! It answers as real devices do unless the test's hook says otherwise. All its frames are built with the codecs of
-//! `wire`, which have golden bytes from outside of their own.
+//! It answers like a conforming device unless the hook of the test replaces an answer. It builds all frames with the codecs of
+//! `wire`, which are tested against golden bytes from independent sources.
 
 use super::{ALARM_REFERENCE, DEVICE, DEVICE_IP, DEVICE_PORT, NAME, OUTPUT_FRAME_ID, OWN, OWN_IP};
 use core::net::SocketAddrV4;
@@ -23,21 +23,21 @@ use wire::profinet::rpc::{
 use wire::profinet::rt::{ApduStatus, CyclicFrame, DataStatus, FrameId, IoxS};
 use wire::profinet::status::{AbortReason, PnioStatus};
 
-/// What the device does with a call.
+/// The reaction of the device to a call.
 pub enum Reaction {
-    /// What a good device does.
+    /// The answer of a conforming device.
     Usual,
-    /// Nothing.
+    /// No answer.
     Silence,
-    /// It refuses.
+    /// A negative answer with this status.
     Refuse(PnioStatus),
-    /// These PDUs in its place.
+    /// These PDUs instead of the answer.
     Instead(Vec<Vec<u8>>),
-    /// What a good device does with these blocks in the answer.
+    /// The answer of a conforming device with these blocks.
     Blocks(Vec<u8>),
 }
 
-/// A call as a hook sees it: header, blocks, and how many of this operation came before it, repetitions included.
+/// A call as a hook receives it: header, blocks, and how many calls of this operation preceded it, including repetitions.
 pub struct Heard<'a> {
     pub header: &'a Header,
     pub blocks: &'a [u8],
@@ -46,7 +46,7 @@ pub struct Heard<'a> {
 
 type Hook = Box<dyn FnMut(&Heard) -> Reaction>;
 
-/// What it knows of its AR.
+/// What the device knows of its AR.
 pub struct Opened {
     pub uuid: Uuid,
     pub session_key: u16,
@@ -54,7 +54,6 @@ pub struct Opened {
     pub input: IocrBlockReq,
 }
 
-/// The device.
 pub struct Device {
     pub name: Vec<u8>,
     pub ip: IpParameter,
@@ -69,7 +68,7 @@ pub struct Device {
     pub ready_answered: Option<PnioStatus>,
     /// Whether a request in fragments gets its facks.
     pub facks: bool,
-    /// What came back for the device's own calls and what else is no request: header and body.
+    /// Answers to the device's own calls, and other PDUs that are not requests: header and body.
     pub replies: Vec<(Header, Vec<u8>)>,
     pub parameter: Vec<u8>,
     pub outputs: Vec<Vec<u8>>,
@@ -103,7 +102,7 @@ impl Device {
     }
 
     fn dcp(&mut self, from: Mac, dcp: &Dcp, out: &mut Outbox) {
-        let told = |device: &Device| {
+        let identity = |device: &Device| {
             vec![
                 Block::tell(BlockInfo::NONE, Value::NameOfStation(device.name.clone())),
                 Block::tell(BlockInfo::IP_SET, Value::IpParameter(device.ip)),
@@ -124,9 +123,9 @@ impl Device {
                 if !fits {
                     return;
                 }
-                told(self)
+                identity(self)
             }
-            ServiceId::GET => told(self),
+            ServiceId::GET => identity(self),
             _ => {
                 let mut outcomes = Vec::new();
                 for block in dcp.blocks() {
@@ -204,7 +203,7 @@ impl Device {
         }
     }
 
-    /// What a good device does, and the blocks of its answer.
+    /// Carries out a call like a conforming device; returns the blocks of its answer.
     pub fn carry_out(&mut self, opnum: Opnum, blocks: &[u8]) -> Vec<u8> {
         let mut answer = Vec::new();
         match opnum {
@@ -276,13 +275,13 @@ impl Device {
         self.call(3, &control.to_vec(), Order::Little, out);
     }
 
-    /// A call of the device to the controller, in an activity of its own.
+    /// A call of the device to the controller with its own activity UUID.
     pub fn call(&self, sequence: u32, blocks: &[u8], order: Order, out: &mut Outbox) {
         let body = NdrRequest::body(order, 4096, blocks);
         self.send_call(&Pdu::new(call_header(sequence, order), &body).to_vec(), out);
     }
 
-    /// Sends a PDU to the controller's server, from a port of its own.
+    /// Sends a PDU to the controller's server from the device's own port.
     pub fn send_call(&self, pdu: &[u8], out: &mut Outbox) {
         let from = (DEVICE, SocketAddrV4::new(DEVICE_IP, DEVICE_PORT));
         let to = (OWN, SocketAddrV4::new(OWN_IP, PORT));
@@ -298,7 +297,7 @@ impl Device {
         });
     }
 
-    /// The device ends the AR.
+    /// Sends an ERR-RTA that ends the AR.
     pub fn abort(&self, reason: AbortReason, out: &mut Outbox) {
         let ar = self.ar.as_ref().expect("an AR");
         let header = RtaHeader::new(RtaKind::ERR, ar.controller_reference, ALARM_REFERENCE, 0xFFFF, 0xFFFE);

@@ -1,4 +1,4 @@
-//! What the tests share: a scripted device, the wire between it and the controller under test, a usual connection.
+//! Shared by the tests: a scripted device, the wire between it and the controller under test, a usual connection.
 
 mod device;
 mod rig;
@@ -39,7 +39,7 @@ pub fn settings() -> Settings {
     }
 }
 
-/// An encoder with telegram 81: a DAP with interface and port, a parameter access submodule, 12 octets in, 4 out.
+/// An encoder with telegram 81: a DAP with interface and port, a parameter access submodule, 12 bytes in, 4 out.
 pub fn connection() -> Connection {
     let dap = Submodule { module_ident: 0x11, ..Submodule::default() };
     let module = Submodule { api: 0x3D00, slot: 1, module_ident: 0x22, ..Submodule::default() };

@@ -1,4 +1,4 @@
-//! The controller under test, a station opposite, and the wire between them, on a clock that jumps.
+//! The controller under test, a station on the other side, and the wire between them, on a simulated clock.
 
 use super::{Device, connection, settings};
 use core::time::Duration;
@@ -8,10 +8,10 @@ use std::collections::VecDeque;
 use wire::datagram::Datagram;
 use wire::profinet::rpc::{Header, Pdu};
 
-/// What a frame takes to the other side.
+/// Delay of a frame on the wire.
 const TRAVEL: Duration = Duration::from_micros(10);
 
-/// What may happen to a frame on its way.
+/// A modification of a frame on the wire.
 type Forge = Box<dyn FnMut(&mut Vec<u8>)>;
 
 /// The controller under test, the device, and the wire between them.
@@ -19,9 +19,9 @@ pub struct Rig<D = Device> {
     pub controller: Controller,
     pub device: D,
     pub now: Time,
-    /// Every frame in the order of arrival: when, whether from the controller, its octets.
+    /// Every frame in the order of arrival: time, whether the controller sent it, bytes.
     pub log: Vec<(Time, bool, Vec<u8>)>,
-    /// What happens on the way to each frame of the device.
+    /// Applied to each frame of the device before it arrives.
     pub forge: Forge,
     travelling: VecDeque<(Time, bool, Vec<u8>)>,
 }
@@ -31,7 +31,7 @@ impl Rig {
         Rig::with(Device::new())
     }
 
-    /// Starts up `connection` and gives its outcome.
+    /// Starts up `connection` and returns its outcome.
     pub fn start(&mut self, connection: Connection) -> StartUp {
         match self.ask(Request::Connect(Box::new(connection))) {
             Outcome::StartUp(result) => *result,
@@ -39,7 +39,7 @@ impl Rig {
         }
     }
 
-    /// A rig whose AR stands.
+    /// A rig with an established AR.
     pub fn standing() -> Rig {
         let mut rig = Rig::new();
         let result = rig.start(connection());
@@ -47,7 +47,7 @@ impl Rig {
         rig
     }
 
-    /// Lets the device send something.
+    /// Makes the device send something.
     pub fn let_device(&mut self, act: impl FnOnce(&mut Device, &mut Outbox)) {
         let mut out = Outbox::new();
         act(&mut self.device, &mut out);
@@ -73,11 +73,13 @@ impl<D: Station> Rig<D> {
         }
     }
 
-    /// Lets the next thing happen, not later than `until`; false if there is none.
+    /// Runs the next event, not later than `until`; returns false if there is none.
     pub fn step(&mut self, until: Time) -> bool {
         let arrival = self.travelling.front().map(|(time, ..)| *time);
-        let (ours, its) = (self.controller.deadline(), self.device.deadline());
-        let Some(next) = [arrival, ours, its].into_iter().flatten().min().filter(|next| *next <= until) else {
+        let (controller_due, device_due) = (self.controller.deadline(), self.device.deadline());
+        let Some(next) =
+            [arrival, controller_due, device_due].into_iter().flatten().min().filter(|next| *next <= until)
+        else {
             self.now = until;
             return false;
         };
@@ -92,7 +94,7 @@ impl<D: Station> Rig<D> {
             }
             self.log.push((self.now, from_controller, frame));
             self.launch(!from_controller, &out);
-        } else if ours == Some(next) {
+        } else if controller_due == Some(next) {
             self.controller.wake(self.now, &mut out);
             self.launch(true, &out);
         } else {
@@ -102,13 +104,13 @@ impl<D: Station> Rig<D> {
         true
     }
 
-    /// Lets `time` go by.
+    /// Runs for `time`.
     pub fn run(&mut self, time: Duration) {
         let until = self.now + time;
         while self.step(until) {}
     }
 
-    /// Asks the controller and waits for the outcome, two minutes at most.
+    /// Sends a request to the controller and waits for the outcome, two minutes at most.
     pub fn ask(&mut self, request: Request) -> Outcome {
         self.controller.request(self.now, request).expect("the controller is not busy");
         let until = self.now + Duration::from_secs(120);
@@ -122,10 +124,13 @@ impl<D: Station> Rig<D> {
 
     /// The frames that the controller sent and that arrived.
     pub fn sent(&self) -> impl Iterator<Item = (Time, &[u8])> {
-        self.log.iter().filter(|(_, ours, _)| *ours).map(|(time, _, frame)| (*time, frame.as_slice()))
+        self.log
+            .iter()
+            .filter(|(_, from_controller, _)| *from_controller)
+            .map(|(time, _, frame)| (*time, frame.as_slice()))
     }
 
-    /// The headers of the RPC PDUs among them.
+    /// The headers of their RPC PDUs.
     pub fn sent_pdus(&self) -> Vec<(Time, Header)> {
         let pdu = |(time, frame)| {
             let datagram = Datagram::parse(frame).ok()?;

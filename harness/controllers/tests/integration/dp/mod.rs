@@ -1,4 +1,5 @@
-//! A master under test and a toy slave on a virtual bus. The slave is written from the standard and uses the codec of frames only.
+//! A master under test and a minimal slave on a virtual bus. The slave is written from the standard and uses only the frame
+//! codec.
 
 use core::time::Duration;
 use encspec_controllers::profibus_dp::{Connection, Master, Outcome, Request, Settings, StartUp};
@@ -13,27 +14,27 @@ pub const BAUD: BaudRate = BaudRate(1_500_000);
 pub const SLAVE: u8 = 3;
 pub const IDENT: [u8; 2] = [0x16, 0x55];
 
-/// What the toy slave says to a request: function and data, a short acknowledgement, or nothing.
+/// The answer of the toy slave to a request: function and data, a short acknowledgement, or nothing.
 pub enum Say {
     Short,
     Data(AnswerFunction, Vec<u8>),
     Nothing,
 }
 
-/// A slave with four octets of outputs and inputs; the inputs are the outputs plus one.
+/// A slave with four bytes of outputs and inputs; the inputs are the outputs plus one.
 pub struct Toy {
     pub address: u8,
-    /// From the end of a request to its answer.
+    /// Delay from the end of a request to its answer.
     pub delay: BitTimes,
-    /// So many requests from now on are not answered, though they are executed.
+    /// Number of further requests that are executed but not answered.
     pub deaf: usize,
-    /// Data_Exchange is answered with high priority until the diagnosis is read.
+    /// Whether Data_Exchange is answered with high priority until the diagnosis is read.
     pub is_high: bool,
     pub diagnosis: [u8; 6],
     pub is_exchanging: bool,
-    /// What is said instead, if anything: by access point and data.
+    /// Replaces the answer; receives access point and data.
     pub say: fn(&mut Toy, Option<u8>, &[u8]) -> Option<Say>,
-    /// New requests by access point (none for Data_Exchange), in order.
+    /// New requests by access point (`None` for Data_Exchange), in order.
     pub executed: Vec<(Option<u8>, Vec<u8>)>,
     /// Polls until an acyclic answer is ready.
     pub polls: usize,
@@ -139,9 +140,10 @@ impl Station for Toy {
             Say::Nothing => return,
             Say::Data(function, data) => {
                 let fc = FunctionCode::answer(function, StationType::SLAVE);
-                let (to, from) = match data.is_empty() {
-                    true => (Extension::NONE, Extension::NONE),
-                    false => (frame.source, frame.destination),
+                let (to, from) = if data.is_empty() {
+                    (Extension::NONE, Extension::NONE)
+                } else {
+                    (frame.source, frame.destination)
                 };
                 DataFrame::new((frame.sa, to), (self.address, from), fc, &data).write(&mut answer);
             }
@@ -166,7 +168,7 @@ impl Station for Toy {
     }
 }
 
-/// One frame of the log: begin and end in nanoseconds, sending port, octets.
+/// One frame of the log: begin and end in nanoseconds, sending port, bytes.
 pub type Logged = (u64, u64, usize, Vec<u8>);
 
 /// The master at port 0, the slave at port 1.
@@ -193,11 +195,11 @@ impl Rig {
         Rig::with(Toy::new())
     }
 
-    /// A rig whose connection stands.
+    /// A rig with an established connection.
     pub fn standing(connection: Connection) -> Rig {
         let mut rig = Rig::new();
-        let told = rig.start(connection);
-        assert!(told.standing && told.failed.is_none(), "{told:?}");
+        let result = rig.start(connection);
+        assert!(result.standing && result.failed.is_none(), "{result:?}");
         rig
     }
 }
@@ -212,13 +214,13 @@ impl<D: Station> Rig<D> {
     pub fn run(&mut self, time: Duration) {
         let until = self.bus.now() + time;
         let log = &mut self.log;
-        let mut tap = |seen: Seen<'_>| {
-            log.push((seen.begin.as_nanos(), seen.time.as_nanos(), seen.port, seen.frame.to_vec()));
+        let mut tap = |frame: Seen<'_>| {
+            log.push((frame.begin.as_nanos(), frame.time.as_nanos(), frame.port, frame.frame.to_vec()));
         };
         self.bus.run(&mut [&mut self.master, &mut self.slave], until, &mut tap);
     }
 
-    /// Asks for `request` and runs until its outcome is there.
+    /// Sends a request to the master and runs until its outcome is there.
     pub fn ask(&mut self, request: Request) -> Outcome {
         self.master.request(self.bus.now(), request).expect("the master has nothing else to do");
         for _ in 0..200_000 {
@@ -226,8 +228,8 @@ impl<D: Station> Rig<D> {
                 return outcome;
             }
             let log = &mut self.log;
-            let mut tap = |seen: Seen<'_>| {
-                log.push((seen.begin.as_nanos(), seen.time.as_nanos(), seen.port, seen.frame.to_vec()));
+            let mut tap = |frame: Seen<'_>| {
+                log.push((frame.begin.as_nanos(), frame.time.as_nanos(), frame.port, frame.frame.to_vec()));
             };
             self.bus.step(&mut [&mut self.master, &mut self.slave], Time::MAX, &mut tap);
         }
@@ -236,18 +238,18 @@ impl<D: Station> Rig<D> {
 
     pub fn start(&mut self, connection: Connection) -> StartUp {
         match self.ask(Request::Connect(Box::new(connection))) {
-            Outcome::StartUp(told) => *told,
+            Outcome::StartUp(result) => *result,
             other => panic!("a start-up gave {other:?}"),
         }
     }
 
-    /// The log without tokens and the search for masters.
+    /// The log without tokens and FDL status requests.
     pub fn services(&self) -> Vec<&Logged> {
         let is_search = |octets: &[u8]| octets[0] == 0xDC || (octets[0] == 0x10 && matches!(octets[3], 0x00 | 0x49));
         self.log.iter().filter(|(_, _, _, octets)| !is_search(octets)).collect()
     }
 
-    /// The requests to the slave that carry cyclic data, with their begins.
+    /// The requests to the slave that carry cyclic data, with their start times.
     pub fn exchanges(&self) -> Vec<(u64, Vec<u8>)> {
         let is_exchange = |(begin, _, port, octets): &&Logged| {
             let Ok(Frame::Data(frame)) = Frame::parse(octets) else { return None };
@@ -258,12 +260,12 @@ impl<D: Station> Rig<D> {
     }
 }
 
-/// Octets written as hexadecimal digits with spaces.
+/// Bytes as hexadecimal digits with spaces.
 pub fn hex(octets: &[u8]) -> String {
     octets.iter().map(|octet| format!("{octet:02X}")).collect::<Vec<_>>().join(" ")
 }
 
-/// `bits` at the baud rate of the tests, in nanoseconds.
+/// The duration of `bits` at the baud rate of the tests, in nanoseconds.
 pub fn bits(bits: u64) -> u64 {
     BAUD.nanoseconds(BitTimes(bits))
 }
