@@ -1,4 +1,4 @@
-//! How many packets a second are read from a capture: 64-octet frames, as cyclic exchange leaves them.
+//! Packets per second that the capture reader reads: 64-byte frames, typical for cyclic exchange.
 
 mod rate;
 

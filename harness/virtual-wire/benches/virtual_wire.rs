@@ -1,4 +1,4 @@
-//! How many steps a second a virtual wire makes with stations that exchange cyclic frames.
+//! Steps per second of a virtual wire with stations that exchange cyclic frames.
 
 mod rate;
 
@@ -28,7 +28,7 @@ impl Station for Cyclic {
 }
 
 fn steps(stations: usize) {
-    // Each frame is one step to send it and one to deliver it.
+    // Each frame is one step to send and one to deliver.
     rate(&format!("{stations} stations"), "steps", 2 * CYCLES as usize * stations, || {
         let mut all: Vec<Cyclic> = (0..stations).map(|_| Cyclic { next: Time::ZERO }).collect();
         let mut ports: Vec<&mut dyn Station> = all.iter_mut().map(|station| station as &mut dyn Station).collect();

@@ -11,16 +11,16 @@ use crate::violation::Violation;
 use crate::wakes::{Objections, Wakes};
 use crate::wire::{Seen, Step};
 
-/// How far ahead of the clock the frames that a port has queued may reach.
+/// Maximum backlog of queued frames of a port.
 const BACKLOG: Duration = Duration::from_millis(500);
 
 /// A virtual RS-485 bus, half duplex, with any number of stations and the clock they share.
 ///
-/// The stations belong to the caller and are handed in at each step; a station's port is its index in that slice. A frame
-/// that is sent at `t` has its first start bit at `t` and arrives at every other port with its last stop bit, 11 bits for each
-/// octet later. What a port sends while it is still sending follows without gap. Frames of two ports that overlap are
-/// lost: the others receive one piece of nonsense that no parser takes for a frame. Frames that no station of a bus
-/// may send when it did are transmitted all the same, and kept as violations.
+/// The caller owns the stations and passes them to each step; a station's port is its index in that slice. A frame sent at `t`
+/// has its first start bit at `t` and arrives at every other port with its last stop bit, 11 bits per byte later. Frames that a
+/// port sends while it is still sending follow without a gap. Overlapping frames of two ports are lost: the other ports receive
+/// noise that no parser accepts as a frame. Frames sent at a forbidden time are transmitted nevertheless and recorded as
+/// violations.
 #[derive(Debug)]
 pub struct VirtualBus {
     baud: BaudRate,
@@ -28,9 +28,9 @@ pub struct VirtualBus {
     now: Time,
     /// Sorted by begin, without overlap.
     bursts: VecDeque<Burst>,
-    /// Whether the others have heard that the first burst began.
+    /// Whether the other ports have been notified of the start of the first burst.
     is_heard: bool,
-    /// The last burst that ended.
+    /// The last finished burst.
     last: Option<Ended>,
     spare: Vec<Vec<u8>>,
     outbox: Outbox,
@@ -38,36 +38,36 @@ pub struct VirtualBus {
     objections: Objections,
 }
 
-/// What is sent in one go; after a collision by several ports.
+/// Contiguous bytes of one port, or of several ports after a collision.
 #[derive(Debug)]
 struct Burst {
     begin: Time,
     end: Time,
     /// The port that began it.
     port: usize,
-    /// The others that sent at the same time.
+    /// The other ports that sent at the same time.
     others: Vec<usize>,
     part: Part,
     octets: Vec<u8>,
 }
 
-/// What the timing of the next frame depends on.
+/// The data of the previous burst that determine when the next frame may begin.
 #[derive(Clone, Copy, Debug)]
 struct Ended {
     end: Time,
-    /// Whether somebody is to answer.
+    /// Whether a station must answer it.
     is_asking: bool,
 }
 
-/// Which part a frame plays in the traffic of the bus.
+/// The role of a frame on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
-    /// A request that somebody is to answer.
+    /// A request with an answer.
     Asks,
-    /// A request that nobody answers, or the token.
+    /// A request without an answer, or the token.
     Tells,
     Answers,
-    /// No frame.
+    /// Not a frame.
     Noise,
 }
 
@@ -87,7 +87,7 @@ impl Part {
 }
 
 impl VirtualBus {
-    /// A silent bus at `baud` whose masters wait for answers for the time `slot`; its clock stands at [`Time::ZERO`].
+    /// A silent bus at `baud` with the slot time `slot`; its clock starts at [`Time::ZERO`].
     pub fn new(baud: BaudRate, slot: BitTimes) -> VirtualBus {
         VirtualBus {
             baud,
@@ -103,28 +103,28 @@ impl VirtualBus {
         }
     }
 
-    /// What the clock shows.
+    /// The current time.
     pub fn now(&self) -> Time {
         self.now
     }
 
-    /// What the stations did that the bus does not allow, in order; the first thousand are kept.
+    /// Violations of the bus rules by the stations, in order; the first thousand are stored.
     pub fn violations(&self) -> &[Violation] {
         self.objections.kept()
     }
 
-    /// How many violations there were, those included that are not kept.
+    /// Number of violations, including those that are not stored.
     pub fn violations_seen(&self) -> u64 {
         self.objections.seen()
     }
 
-    /// Moves the clock to the next event, but not beyond `until`, and lets it happen.
+    /// Advances the clock to the next event, but not beyond `until`, and processes it.
     ///
-    /// An event is one burst that begins or ends at all the other ports (in port order) or one station being woken; after each
-    /// input all frames that the station sends are taken over. Of events at one instant, a burst that ends comes first,
-    /// then wakes (by port), then the burst that begins, which is no step of its own where it begins as it is sent. Deadlines are
-    /// asked for anew at every step, so that the caller may act on stations in between; one that lies in the past is due now.
-    /// `tap` sees every burst once, as it ends.
+    /// An event is a burst that begins or ends at all other ports (in port order), or the wake-up of one station. After each
+    /// event all frames that the station sends are queued. At the same instant a burst that ends comes first, then wake-ups (by
+    /// port), then a burst that begins; a burst that begins when it is sent is no separate step. Deadlines are queried again at
+    /// every step, so the caller may use the stations in between; a deadline in the past is due now. `tap` receives every burst
+    /// once, when it ends.
     pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
         let wake = self.wakes.earliest(self.now, stations).filter(|(due, _)| *due <= until);
         let burst = self.bursts.front().map(|burst| if self.is_heard { burst.end } else { burst.begin });
@@ -147,7 +147,7 @@ impl VirtualBus {
         Step::Worked
     }
 
-    /// Lets the first burst begin if it begins now and nobody is to be woken before.
+    /// Starts the first burst if it begins now and no wake-up is due before it.
     fn begin_at_once(&mut self, stations: &mut [&mut dyn Station]) {
         let begins = !self.is_heard && self.bursts.front().is_some_and(|burst| burst.begin <= self.now);
         if begins && self.wakes.earliest(self.now, stations).is_none_or(|(due, _)| due > self.now) {
@@ -155,14 +155,14 @@ impl VirtualBus {
         }
     }
 
-    /// Steps until nothing is left to do up to `until`; the clock then stands there.
+    /// Steps until nothing is left to do before `until`; the clock then stands at `until`.
     pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) {
         while self.step(stations, until, tap) == Step::Worked {}
     }
 
-    /// Sends `octets` now as though the station at `port` had sent them; a `port` without station is an extra one.
+    /// Sends `octets` now as if the station at `port` had sent them; a `port` without a station is allowed.
     ///
-    /// Returns what the bus objects to, which is also kept among the [`violations`](Self::violations).
+    /// Returns the violation, if any; it is also stored in [`violations`](Self::violations).
     pub fn inject(&mut self, port: usize, octets: &[u8]) -> Result<(), Violation> {
         self.transmit(port, octets)
     }
@@ -187,7 +187,7 @@ impl VirtualBus {
         self.spare.push(burst.octets);
     }
 
-    /// Lets the others hear that the first burst begins.
+    /// Notifies the other ports that the first burst begins.
     fn begin(&mut self, stations: &mut [&mut dyn Station]) {
         self.is_heard = true;
         let Some(burst) = self.bursts.front() else { return };
@@ -208,11 +208,11 @@ impl VirtualBus {
         }
     }
 
-    /// Takes over what the station at `port` has put into the outbox.
+    /// Queues the frames in the outbox of the station at `port`.
     fn drain(&mut self, port: usize) {
         let mut sent = std::mem::take(&mut self.outbox);
         for frame in sent.frames() {
-            // The violation is on record; the sender learns no more of it than on a real bus.
+            // The violation is stored; as on a real bus, the sender is not notified.
             let _ = self.transmit(port, frame);
         }
         sent.clear();
@@ -246,7 +246,7 @@ impl VirtualBus {
         }
     }
 
-    /// What is wrong with the silence before `burst`, which overlaps no other.
+    /// The timing violation of `burst`, which overlaps no other.
     fn timing(&self, burst: &Burst) -> Option<Violation> {
         let before = self.bursts.iter().filter(|other| other.end <= burst.begin).max_by_key(|other| other.end);
         let last = match before {
@@ -267,12 +267,12 @@ impl VirtualBus {
         }
     }
 
-    /// Whole bits in so many `nanoseconds`; one that rounding up has cut by a nanosecond counts as whole.
+    /// Whole bits in `nanoseconds`; a bit that rounding shortened by 1 ns counts as whole.
     fn bits(&self, nanoseconds: u64) -> u64 {
         self.baud.bits(nanoseconds.saturating_add(1)).0
     }
 
-    /// Puts `burst` into its place, as one with all that it overlaps.
+    /// Inserts `burst` in order of time, merged with all bursts that it overlaps.
     fn insert(&mut self, mut burst: Burst) {
         if self.bursts.is_empty() {
             self.is_heard = false;
@@ -286,7 +286,7 @@ impl VirtualBus {
                 burst = other.collide(burst, octet);
             }
         }
-        // Who has heard the beginning of the first goes on hearing it.
+        // Ports already notified of the first burst are not notified again.
         self.is_heard = is_sending
             .is_some_and(|begin| self.bursts.front().is_some_and(|first| first.begin == begin) || burst.begin == begin);
         let at = self.bursts.iter().take_while(|other| other.begin <= burst.begin).count();
@@ -299,7 +299,7 @@ impl Burst {
         self.port == port || self.others.contains(&port)
     }
 
-    /// What becomes of two bursts that overlap: zeros win where both send, and the whole is no frame.
+    /// The result of two overlapping bursts: 0 bits are dominant, and the whole is not a frame.
     fn collide(self, later: Burst, octet: u64) -> Burst {
         let (mut first, second) = if self.begin <= later.begin { (self, later) } else { (later, self) };
         let at = (second.begin.since(first.begin).as_nanos() / u128::from(octet)) as usize;

@@ -1,15 +1,13 @@
-//! Ways to damage octets, for the tests of everything that parses them.
+//! Ways to damage bytes, to test parsers.
 
-/// Calls `check` with every prefix of `octets`, from none of them up to all but the last.
+/// Calls `check` with every prefix of `octets`, from the empty one to all but the last byte.
 pub fn every_prefix(octets: &[u8], mut check: impl FnMut(&[u8])) {
     for end in 0..octets.len() {
         check(&octets[..end]);
     }
 }
 
-/// Calls `check` with `octets` in which one bit is flipped, for each bit in turn.
-///
-/// `check` is also given the index of the octet that differs.
+/// Calls `check` with `octets` with one bit flipped, for each bit in turn. `check` also receives the index of the changed byte.
 pub fn every_flipped_bit(octets: &[u8], mut check: impl FnMut(usize, &[u8])) {
     let mut damaged = octets.to_vec();
     for index in 0..damaged.len() {
@@ -21,9 +19,9 @@ pub fn every_flipped_bit(octets: &[u8], mut check: impl FnMut(usize, &[u8])) {
     }
 }
 
-/// Calls `check` `rounds` times with `octets` in which `bits` bits are flipped, some perhaps twice.
+/// Calls `check` `rounds` times with `octets` with `bits` bits flipped, possibly the same bit twice.
 ///
-/// Which bits is random, but the same for the same `seed`. Empty `octets` stay as they are.
+/// The bits are random, but the same for the same `seed`. Empty `octets` stay unchanged.
 pub fn random_flips(octets: &[u8], seed: u64, rounds: usize, bits: usize, mut check: impl FnMut(&[u8])) {
     let mut random = Random::new(seed);
     for _ in 0..rounds {
@@ -36,7 +34,7 @@ pub fn random_flips(octets: &[u8], seed: u64, rounds: usize, bits: usize, mut ch
     }
 }
 
-/// Numbers that look random and are the same for the same seed (xorshift by Marsaglia).
+/// Pseudo-random numbers, the same for the same seed (xorshift by Marsaglia).
 #[derive(Clone, Debug)]
 pub(crate) struct Random(u64);
 
@@ -46,12 +44,12 @@ impl Random {
         Random(seed.wrapping_add(0x9E37_79B9_7F4A_7C15).max(1))
     }
 
-    /// A number below `end`, which is not 0.
+    /// A number below `end`, which must not be 0.
     pub fn below(&mut self, end: u64) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        // The low bits are the weaker ones.
+        // The low bits are less random.
         (self.0 >> 16) % end
     }
 

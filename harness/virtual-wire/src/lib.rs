@@ -1,11 +1,12 @@
-//! What connects stations: the virtual wires with their clock, traces, damage, capture files.
+//! Virtual wires with a simulated clock, traces, byte damage for tests, and capture files.
 //!
-//! The same frames travel here whichever wire they came from: [`VirtualWire`] and [`VirtualBus`] move them between stations
-//! of one process on a clock that jumps, [`CaptureReader`] takes them out of a capture file, [`Trace`] keeps them.
+//! Frames have the same types whatever their source: [`VirtualWire`] and [`VirtualBus`] move them between stations of one process
+//! on a simulated clock, [`CaptureReader`] reads them from a capture file, [`Trace`] stores them.
 //!
-//! This room must not know what a frame means and opens nothing itself: no socket, no serial line, and a capture is
-//! whatever `std::io::Read` the caller hands in. The one codec it has is that of the frames of PROFIBUS, whose
-//! timing depends on which of them is a request.
+//! This crate must not know what a frame means and opens nothing itself: no socket, no serial line, and a capture is any
+//! `std::io::Read` of the caller. Its only codec is that of PROFIBUS frames, because their timing depends on which of them is a
+//! request.
+#![allow(missing_docs, reason = "used inside this workspace only")]
 
 mod bus;
 pub mod capture;

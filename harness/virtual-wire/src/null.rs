@@ -1,13 +1,13 @@
-//! Devices that are none: what a tester must not mistake for a device that works.
+//! Stations that are not devices: a tester must not mistake them for a working device.
 //!
-//! Each is a [`Station`]. A run against any of them yields no pass.
+//! A run against any of them yields no pass.
 
 use station::{Duration, Outbox, Station, Time};
 use wire::profibus::fdl::{AnswerFunction, DataFrame, Extension, Frame, FunctionCode, StationType};
 
 use crate::damage::Random;
 
-/// The plug is in and nobody is there.
+/// The cable is plugged in, but no station answers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
@@ -21,7 +21,7 @@ impl Station for Silent {
     }
 }
 
-/// Sends every frame back twice: as it came, and with the two addresses exchanged.
+/// Returns every frame twice: unchanged, and with the two addresses exchanged.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reflector;
 
@@ -46,9 +46,9 @@ impl Station for Reflector {
     }
 }
 
-/// Sends nonsense at a steady rate, some of it dressed up as cyclic frames, DCP answers, RPC and ARP for its victim.
+/// Sends random frames at a steady rate, some with the headers of cyclic frames, DCP answers, RPC and ARP for its victim.
 ///
-/// The same seed gives the same nonsense.
+/// The same seed gives the same frames.
 #[derive(Clone, Debug)]
 pub struct Babbler {
     random: Random,
@@ -59,9 +59,9 @@ pub struct Babbler {
 }
 
 impl Babbler {
-    /// A babbler at the address `own` that sends to `victim` one frame each `interval`, from the start of the run.
+    /// A babbler with the address `own` that sends one frame per `interval` to `victim`, from the start of the run.
     ///
-    /// An interval of zero is taken as one nanosecond; the wire then drops what it cannot carry.
+    /// An interval of zero means one nanosecond; the wire then drops what it cannot carry.
     pub fn new(seed: u64, interval: Duration, own: [u8; 6], victim: [u8; 6]) -> Babbler {
         let interval = interval.max(Duration::from_nanos(1));
         Babbler { random: Random::new(seed), interval, next: Time::ZERO, own, victim }
@@ -71,12 +71,12 @@ impl Babbler {
         let random = &mut self.random;
         octets.extend_from_slice(&self.victim);
         octets.extend_from_slice(&self.own);
-        // What the payload pretends to be, then how many random octets follow.
+        // The imitated header, then the number of random bytes.
         let (head, rest): (&[u8], u64) = match random.below(6) {
-            // RT_CLASS_1 with a frame id of an input or output frame; the APDU status is random too.
+            // RT_CLASS_1 with the frame ID of an input or output frame; the APDU status is random too.
             0 => (&[0x88, 0x92, 0x80 + random.below(0x40) as u8, random.octet()], 44 + random.below(60)),
             1 => (&[0x81, 0x00, 0xC0, 0x00, 0x88, 0x92, 0xC0, random.below(4) as u8], 44 + random.below(60)),
-            // DCP: Identify response, then Get/Set response, each with 26 octets that claim to be blocks.
+            // DCP: Identify response, then Get/Set response, each with 26 bytes that claim to be blocks.
             2 => (&[0x88, 0x92, 0xFE, 0xFF, 0x05, 0x01], 40),
             3 => (&[0x88, 0x92, 0xFE, 0xFD, 0x03 + random.below(2) as u8, 0x01], 40),
             4 => (&[0x08, 0x06, 0x00, 0x01, 0x08, 0x00, 0x06, 0x04, 0x00, 0x02], 20),
@@ -106,7 +106,7 @@ impl Station for Babbler {
     }
 }
 
-/// Sends every frame of a bus back twice: as it came, and with the two addresses exchanged, each after the least delay.
+/// Returns every frame of a bus twice: unchanged, and with the two addresses exchanged, each after the minimum delay.
 #[derive(Clone, Debug)]
 pub struct BusReflector {
     delay: Duration,
@@ -136,7 +136,7 @@ impl Station for BusReflector {
 
     fn wake(&mut self, now: Time, out: &mut Outbox) {
         if self.due.is_some_and(|due| now >= due) {
-            // The answer with the exchanged addresses first, the frame itself at the next delay.
+            // The answer with the exchanged addresses first, the unchanged frame after the next delay.
             if let Some(frame) = self.frames.pop() {
                 out.push(&frame);
             }
@@ -149,9 +149,9 @@ impl Station for BusReflector {
     }
 }
 
-/// Sends nonsense on a bus at a steady rate, some of it dressed up as answers to its victim, tokens and acknowledgements.
+/// Sends random bytes on a bus at a steady rate, some in the form of answers to its victim, tokens and acknowledgements.
 ///
-/// The same seed gives the same nonsense.
+/// The same seed gives the same bytes.
 #[derive(Clone, Debug)]
 pub struct BusBabbler {
     random: Random,
@@ -162,9 +162,9 @@ pub struct BusBabbler {
 }
 
 impl BusBabbler {
-    /// A babbler at the address `own` that sends to `victim` one frame each `interval`, from the start of the run.
+    /// A babbler with the address `own` that sends one frame per `interval` to `victim`, from the start of the run.
     ///
-    /// An interval of zero is taken as one nanosecond; the bus then drops what it cannot carry.
+    /// An interval of zero means one nanosecond; the bus then drops what it cannot carry.
     pub fn new(seed: u64, interval: Duration, own: u8, victim: u8) -> BusBabbler {
         let interval = interval.max(Duration::from_nanos(1));
         BusBabbler { random: Random::new(seed), interval, next: Time::ZERO, own, victim }
@@ -184,7 +184,7 @@ impl BusBabbler {
             _ => AnswerFunction::DATA_LOW,
         };
         let fc = FunctionCode::answer(function, StationType::SLAVE);
-        // What answers Slave_Diag comes from access point 60 to 62; cyclic data come without any.
+        // Answers to Slave_Diag come from access points 60 to 62; cyclic data have none.
         let (to, from) = match kind {
             1 => (Extension::sap(62), Extension::sap(60)),
             _ => (Extension::NONE, Extension::NONE),
@@ -213,7 +213,7 @@ impl Station for BusBabbler {
     }
 }
 
-/// A station that stops for good once it has sent a number of frames, as though its supply had failed.
+/// A station that stops forever after a number of frames, as after a power failure.
 #[derive(Debug)]
 pub struct DiesAfter<S> {
     station: S,
@@ -222,12 +222,12 @@ pub struct DiesAfter<S> {
 }
 
 impl<S> DiesAfter<S> {
-    /// Lets `station` send `frames` frames, then no more; with 0 it is dead from the start.
+    /// Lets `station` send `frames` frames, then no more; with 0 it never sends.
     pub fn new(station: S, frames: usize) -> DiesAfter<S> {
         DiesAfter { station, left: frames, sent: Outbox::new() }
     }
 
-    /// The station inside, for the hands of a stand.
+    /// The inner station, for a stand.
     pub fn station_mut(&mut self) -> &mut S {
         &mut self.station
     }

@@ -1,17 +1,16 @@
-//! A compact store of the frames that were seen on a wire.
+//! A compact store of the frames on a wire.
 
 use station::Time;
 
 use crate::wire::Seen;
 
-/// The frames of one trial in the order in which they arrived, all octets in one growing buffer.
-///
-/// Frames are numbered from 1, as in Wireshark, so that a number in a report is the number in the saved capture.
+/// The frames of one trial in order of arrival, with all bytes in one growing buffer. Frames are numbered from 1, as in
+/// Wireshark, so that a number in a report is the number in the saved capture.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     octets: Vec<u8>,
     entries: Vec<Entry>,
-    /// What was noted, by the number of the frame, ascending.
+    /// Comments by frame number, ascending.
     comments: Vec<(usize, String)>,
 }
 
@@ -20,13 +19,13 @@ pub struct Trace {
 pub struct Frame<'a> {
     /// Its number in the trace, from 1.
     pub number: usize,
-    /// When it arrived.
+    /// Arrival time.
     pub time: Time,
     /// The port that sent it.
     pub port: usize,
-    /// Its octets from the destination address, without checksum sequence.
+    /// Its bytes from the destination address, without frame check sequence.
     pub octets: &'a [u8],
-    /// What was noted beside it.
+    /// The comment on the frame.
     pub comment: Option<&'a str>,
 }
 
@@ -43,7 +42,7 @@ impl Trace {
         Trace::default()
     }
 
-    /// An empty trace with room for so many frames of `octets` octets in all.
+    /// An empty trace with capacity for `frames` frames of `octets` bytes in total.
     pub fn with_room(frames: usize, octets: usize) -> Trace {
         let (octets, entries) = (Vec::with_capacity(octets), Vec::with_capacity(frames));
         Trace { octets, entries, comments: Vec::new() }
@@ -57,15 +56,14 @@ impl Trace {
         self.entries.len()
     }
 
-    /// Stores what a wire's tap has seen and returns its number.
+    /// Stores a frame from the tap of a wire and returns its number.
     #[inline]
     pub fn see(&mut self, seen: Seen<'_>) -> usize {
         self.push(seen.time, seen.port, seen.frame)
     }
 
-    /// Notes `text` beside frame `number`, under what is noted there already.
-    ///
-    /// The frame may be one that is yet to come: `trace.len() + 1` marks where a step begins.
+    /// Adds a comment to frame `number`, after existing comments. The frame may be a future one: `trace.len() + 1` marks where a
+    /// step begins.
     pub fn comment(&mut self, number: usize, text: &str) {
         match self.comments.binary_search_by_key(&number, |(of, _)| *of) {
             Ok(at) => {
@@ -79,7 +77,7 @@ impl Trace {
         }
     }
 
-    /// The frame with this number, or `None` for 0 and for numbers beyond the end.
+    /// The frame with this number; `None` for 0 and for numbers beyond the end.
     #[inline]
     pub fn get(&self, number: usize) -> Option<Frame<'_>> {
         let index = number.checked_sub(1)?;
@@ -94,7 +92,7 @@ impl Trace {
         })
     }
 
-    /// The number of the last frame that has a comment; nearly all frames are asked for as they come, behind it.
+    /// The number of the last frame with a comment; most lookups are for later frames.
     #[inline]
     fn last_comment(&self) -> usize {
         self.comments.last().map_or(0, |(number, _)| *number)
@@ -110,18 +108,18 @@ impl Trace {
         (1..=self.len()).filter_map(|number| self.get(number))
     }
 
-    /// How many frames there are, which is also the number of the last one.
+    /// Number of frames, which is also the number of the last one.
     #[inline]
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Whether no frame was seen.
+    /// Whether there are no frames.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Forgets all frames and comments and keeps the memory.
+    /// Removes all frames and comments and retains the memory.
     pub fn clear(&mut self) {
         self.octets.clear();
         self.entries.clear();
@@ -134,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_come_back_whole_under_their_numbers() {
+    fn frames_are_returned_complete_by_number() {
         let mut trace = Trace::new();
         trace.comment(2, "step 1");
         assert_eq!(trace.push(Time::from_nanos(5), 0, &[1, 2, 3]), 1);

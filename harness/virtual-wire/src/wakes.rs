@@ -1,15 +1,15 @@
-//! Who is to be woken next, and what stations did that no wire carries: the same on every virtual wire.
+//! The next station to wake, and the recorded violations: shared by all virtual wires.
 
 use station::{Station, Time};
 
 use crate::violation::Violation;
 
-/// How often a station may be woken at one instant.
+/// Number of wake-ups of a station allowed at one instant.
 const WAKES_AT_ONE_INSTANT: u32 = 1_000;
-/// How many violations are kept; what comes after is only counted.
+/// Number of violations stored; later ones are only counted.
 const VIOLATIONS_KEPT: usize = 1_000;
 
-/// How often each port was woken at the present instant.
+/// Number of wake-ups of each port at the current instant.
 #[derive(Debug, Default)]
 pub(crate) struct Wakes {
     ports: Vec<Port>,
@@ -23,7 +23,7 @@ struct Port {
 }
 
 impl Port {
-    /// Whether the station was woken so often at the instant `due` that it would never end.
+    /// Whether the station was woken so often at the instant `due` that it would never stop.
     #[inline]
     fn is_spinning(&self, due: Time) -> bool {
         self.count >= WAKES_AT_ONE_INSTANT && self.at == due
@@ -31,7 +31,7 @@ impl Port {
 }
 
 impl Wakes {
-    /// When which port is to be woken next; of several at one instant, the lowest.
+    /// The next wake-up and its port; of several at one instant, the lowest port.
     #[inline]
     pub fn earliest(&mut self, now: Time, stations: &[&mut dyn Station]) -> Option<(Time, usize)> {
         if self.ports.len() < stations.len() {
@@ -48,7 +48,7 @@ impl Wakes {
         first
     }
 
-    /// Counts that `port` was woken; the violation, once, if it never goes to sleep.
+    /// Counts a wake-up of `port`; returns the violation, once, if the station never stops.
     #[inline]
     pub fn woken(&mut self, now: Time, port: usize) -> Option<Violation> {
         let state = self.ports.get_mut(port)?;
@@ -60,7 +60,7 @@ impl Wakes {
     }
 }
 
-/// The violations that a wire has seen.
+/// The violations on a wire.
 #[derive(Debug, Default)]
 pub(crate) struct Objections {
     kept: Vec<Violation>,
@@ -68,17 +68,17 @@ pub(crate) struct Objections {
 }
 
 impl Objections {
-    /// Those that are kept, in order.
+    /// The stored violations, in order.
     pub fn kept(&self) -> &[Violation] {
         &self.kept
     }
 
-    /// How many there were.
+    /// The number of violations.
     pub fn seen(&self) -> u64 {
         self.seen
     }
 
-    /// Adds one and hands it back.
+    /// Records a violation and returns it.
     pub fn raise(&mut self, violation: Violation) -> Violation {
         self.seen += 1;
         if self.kept.len() < VIOLATIONS_KEPT {

@@ -9,33 +9,32 @@ use station::{Duration, Outbox, Station, Time};
 use crate::violation::Violation;
 use crate::wakes::{Objections, Wakes};
 
-/// One octet at 100 Mbit/s, in nanoseconds.
+/// One byte at 100 Mbit/s, in nanoseconds.
 const OCTET: u64 = 80;
-/// Preamble and start-of-frame delimiter, in octets (IEEE 802.3, 3.1.1).
+/// Preamble and start-of-frame delimiter, in bytes (IEEE 802.3, 3.1.1).
 const PREAMBLE: usize = 8;
-/// Frame check sequence, in octets.
+/// Frame check sequence, in bytes.
 const CHECK_SEQUENCE: usize = 4;
-/// Silence between two frames of one sender, in octets' worth of time.
+/// Interpacket gap between two frames of one sender, in byte times.
 const GAP: usize = 12;
-/// A switch of an installation hands a frame on after some microseconds; in nanoseconds.
+/// Latency of a switch, typically some microseconds; in nanoseconds.
 const SWITCH_LATENCY: u64 = 3_000;
-/// Two addresses and an EtherType.
+/// Length of two addresses and an EtherType.
 const SHORTEST: usize = 14;
-/// What a network interface fills a shorter frame up to, in octets without check sequence.
+/// The length to which a network interface pads a shorter frame, in bytes without check sequence.
 const PADDED: usize = 60;
-/// Longest untagged frame in octets, without check sequence.
+/// Longest untagged frame in bytes, without check sequence.
 const LONGEST: usize = 1514;
-/// What an 802.1Q tag adds, in octets.
+/// Length of an 802.1Q tag, in bytes.
 const TAG: usize = 4;
-/// How far ahead of the clock the frames that a port has queued may reach.
+/// Maximum backlog of queued frames of a port.
 const BACKLOG: Duration = Duration::from_millis(100);
 
 /// A virtual switched segment at 100 Mbit/s full duplex, with any number of stations and the clock they share.
 ///
-/// The stations belong to the caller and are handed in at each step; a station's port is its index in that slice.
-/// A frame sent at `t` arrives at every other port once its last bit is through: preamble, frame, check sequence at
-/// 80 ns an octet, then 3 µs of switch. The frames of one sender queue behind each other. Frames shorter than 60
-/// octets arrive padded with zeros, as network interfaces send them.
+/// The caller owns the stations and passes them to each step; a station's port is its index in that slice. A frame sent at `t`
+/// arrives at every other port after its last bit: preamble, frame and check sequence at 80 ns per byte, plus 3 µs for the
+/// switch. Frames of one sender queue. Frames shorter than 60 bytes arrive padded with zeros, as network interfaces send them.
 #[derive(Debug, Default)]
 pub struct VirtualWire {
     now: Time,
@@ -49,25 +48,25 @@ pub struct VirtualWire {
     objections: Objections,
 }
 
-/// What one [`VirtualWire::step`] did.
+/// The result of one [`VirtualWire::step`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Nothing was left to do up to the time given, and the clock stands there.
+    /// Nothing was left to do before the given time, and the clock stands there.
     Idle,
     /// A frame was delivered or a station was woken.
     Worked,
 }
 
-/// A frame as a tap in the middle of the segment sees it.
+/// A frame as recorded by a tap in the middle of the segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seen<'a> {
     /// When its first bit is sent.
     pub begin: Time,
-    /// When it has arrived at the other ports.
+    /// When it arrives at the other ports.
     pub time: Time,
     /// The port that sent it.
     pub port: usize,
-    /// Its octets: on Ethernet from the destination address, padded to 60, without check sequence; on PROFIBUS all.
+    /// Its bytes: on Ethernet from the destination address, padded to 60, without check sequence; on PROFIBUS all.
     pub frame: &'a [u8],
 }
 
@@ -80,32 +79,32 @@ struct Flight {
 }
 
 impl VirtualWire {
-    /// A silent segment whose clock stands at [`Time::ZERO`].
+    /// A silent segment; its clock starts at [`Time::ZERO`].
     pub fn new() -> VirtualWire {
         VirtualWire::default()
     }
 
-    /// What the clock shows.
+    /// The current time.
     pub fn now(&self) -> Time {
         self.now
     }
 
-    /// What the stations did that no wire carries, in order; the first thousand are kept.
+    /// Violations of the wire rules by the stations, in order; the first thousand are stored.
     pub fn violations(&self) -> &[Violation] {
         self.objections.kept()
     }
 
-    /// How many violations there were, those included that are not kept.
+    /// Number of violations, including those that are not stored.
     pub fn violations_seen(&self) -> u64 {
         self.objections.seen()
     }
 
-    /// Moves the clock to the next event, but not beyond `until`, and lets it happen.
+    /// Advances the clock to the next event, but not beyond `until`, and processes it.
     ///
-    /// An event is one frame reaching all the other ports (in port order) or one station being woken; after each
-    /// input all frames that the station sends are taken over. Of events at one instant, arrivals come first (by
-    /// order of sending), then wakes (by port). Deadlines are asked for anew at every step, so that the caller may
-    /// act on stations in between; one that lies in the past is due now. `tap` sees every frame once, as it arrives.
+    /// An event is one frame that arrives at all other ports (in port order), or the wake-up of one station. After each event all
+    /// frames that the station sends are queued. At the same instant arrivals come first (by order of sending), then wake-ups (by
+    /// port). Deadlines are queried again at every step, so the caller may use the stations in between; a deadline in the past is
+    /// due now. `tap` receives every frame once, when it arrives.
     pub fn step(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) -> Step {
         if self.lines.len() < stations.len() {
             self.lines.resize(stations.len(), Time::ZERO);
@@ -129,14 +128,14 @@ impl VirtualWire {
         Step::Worked
     }
 
-    /// Steps until nothing is left to do up to `until`; the clock then stands there.
+    /// Steps until nothing is left to do before `until`; the clock then stands at `until`.
     pub fn run(&mut self, stations: &mut [&mut dyn Station], until: Time, tap: &mut dyn FnMut(Seen<'_>)) {
         while self.step(stations, until, tap) == Step::Worked {}
     }
 
-    /// Sends `frame` now as though the station at `port` had sent it; a `port` without station is an extra one.
+    /// Sends `frame` now as if the station at `port` had sent it; a `port` without a station is allowed.
     ///
-    /// Returns what the wire objects to, which is also kept among the [`violations`](Self::violations).
+    /// Returns the violation, if any; it is also stored in [`violations`](Self::violations).
     pub fn inject(&mut self, port: usize, frame: &[u8]) -> Result<(), Violation> {
         if self.lines.len() <= port {
             self.lines.resize(port + 1, Time::ZERO);
@@ -166,11 +165,11 @@ impl VirtualWire {
         }
     }
 
-    /// Takes over what the station at `port` has put into the outbox.
+    /// Queues the frames in the outbox of the station at `port`.
     fn drain(&mut self, port: usize) {
         let mut sent = std::mem::take(&mut self.outbox);
         for frame in sent.frames() {
-            // The violation is on record; the sender learns no more of it than on a real wire.
+            // The violation is stored; as on a real wire, the sender is not notified.
             let _ = self.transmit(port, frame);
         }
         sent.clear();
@@ -209,7 +208,7 @@ impl VirtualWire {
     }
 }
 
-/// How many nanoseconds `count` octets take at 100 Mbit/s.
+/// The duration of `count` bytes at 100 Mbit/s, in nanoseconds.
 fn octets(count: usize) -> u64 {
     count as u64 * OCTET
 }

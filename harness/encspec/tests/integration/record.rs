@@ -118,8 +118,8 @@ fn noise_is_kept_as_damage() {
 }
 
 #[rstest]
-#[case::stamp("0.5 E5\n68 05\n", "log.txt:2: `68 05` begins with no timestamp; write 12.345678")]
-#[case::octet("0.5 E5\n\n# x\n0.6 6G 05\n", "log.txt:4: `6G` is no octet; octets are two hexadecimal digits each")]
+#[case::stamp("0.5 E5\n68 05\n", "log.txt:2: `68 05` does not begin with a timestamp; write 12.345678")]
+#[case::octet("0.5 E5\n\n# x\n0.6 6G 05\n", "log.txt:4: `6G` is not a byte; bytes are two hexadecimal digits each")]
 #[case::kinds("0.5 E5\n10:00:00 E5\n", "log.txt:2: the timestamp is a time of day and that of line 1 seconds; import")]
 #[case::no_octets("# nothing\n", "log.txt: no line has octets")]
 #[case::no_frames("0.5 01 02 03\n", "log.txt: none of its octets make a PROFIBUS frame")]

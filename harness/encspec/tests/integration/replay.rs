@@ -340,7 +340,7 @@ fn the_json_contract_holds() {
 
 #[rstest]
 #[case::empty(&[], "is empty, a capture begins with a header")]
-#[case::packed(&[0x1F, 0x8B, 8, 0], "cannot be read: the packed file is damaged at or before its octet 4: it ends too soon")]
+#[case::packed(&[0x1F, 0x8B, 8, 0], "cannot be read: the compressed file is damaged at or before byte 4: it ends too soon")]
 #[case::text(b"hello", "is neither pcap nor pcapng: it begins with 68 65 6C 6C")]
 fn what_is_no_capture_is_refused_in_one_sentence(#[case] octets: &[u8], #[case] why: &str) {
     assert_eq!(capture("a file", octets, &[]).unwrap_err().to_string(), why);

@@ -1,10 +1,10 @@
-//! The best rate of some rounds, as the benches print it.
+//! The best rate of several rounds, as the benches print it.
 
 use std::time::Instant;
 
 const ROUNDS: usize = 10;
 
-/// Does the work some times and prints how many `items` it does in a second at best.
+/// Runs the work several times and prints the best rate in `items` per second.
 pub fn rate(name: &str, items: &str, count: usize, mut work: impl FnMut()) {
     let mut best = f64::MAX;
     for _ in 0..ROUNDS {

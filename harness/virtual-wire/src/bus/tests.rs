@@ -11,7 +11,7 @@ const REQUEST: [u8; 11] = [0x68, 0x05, 0x05, 0x68, 0x83, 0x82, 0x6D, 0x3C, 0x3E,
 const ANSWER: [u8; 1] = [0xE5];
 const TOKEN: [u8; 3] = [0xDC, 0x02, 0x02];
 
-/// Sends octets at given times, and remembers what it heard begin and what it received.
+/// Sends bytes at given times, and records when bursts began and what it received.
 #[derive(Default)]
 struct Script {
     frames: VecDeque<(u64, Vec<u8>)>,
@@ -51,10 +51,10 @@ fn bits(count: u64) -> u64 {
     BAUD.nanoseconds(BitTimes(count))
 }
 
-/// What the tap saw of a frame: begin and end in nanoseconds, port, octets.
+/// A frame recorded by the tap: begin and end in nanoseconds, port, bytes.
 type Tapped = (u64, u64, usize, Vec<u8>);
 
-/// Lets two scripts and a listener share a bus; gives the bus, the listener, and what the tap saw.
+/// Runs two scripts and a listener on a bus; returns the bus, the listener, and the recorded frames.
 fn run(a: &[(u64, &[u8])], b: &[(u64, &[u8])]) -> (VirtualBus, Script, Vec<Tapped>) {
     let (mut a, mut b, mut listener) = (Script::new(a), Script::new(b), Script::default());
     let mut bus = VirtualBus::new(BAUD, SLOT);
@@ -69,10 +69,10 @@ fn run(a: &[(u64, &[u8])], b: &[(u64, &[u8])]) -> (VirtualBus, Script, Vec<Tappe
 #[case::one_octet(BaudRate(12_000_000), 1, 917)]
 #[case::a_token(BaudRate(1_500_000), 3, 22_000)]
 #[case::the_longest(BaudRate(9_600), 255, 292_187_500)]
-fn a_frame_lasts_eleven_bits_for_each_octet(#[case] baud: BaudRate, #[case] octets: usize, #[case] nanoseconds: u64) {
+fn a_frame_lasts_eleven_bits_per_byte(#[case] baud: BaudRate, #[case] octets: usize, #[case] nanoseconds: u64) {
     let mut listener = Script::default();
     let mut bus = VirtualBus::new(baud, SLOT);
-    bus.inject(4, &vec![0; octets]).expect("nobody else is sending");
+    bus.inject(4, &vec![0; octets]).expect("no other port is sending");
     bus.run(&mut [&mut listener], Time::from_nanos(1_000_000_000), &mut |_| {});
     assert_eq!(listener.heard, [0]);
     assert_eq!(listener.received, [(nanoseconds, vec![0; octets])]);
@@ -97,7 +97,7 @@ fn an_answer_at_the_wrong_time_is_a_violation(#[case] delay: u64, #[case] object
     let (bus, listener, _) = run(&[(0, &REQUEST)], &[(bits(11 * 11) + bits(delay), &ANSWER)]);
     let told: Vec<_> = bus.violations().iter().map(ToString::to_string).collect();
     assert_eq!(told.first().map(String::as_str), objection);
-    assert_eq!(listener.received.len(), 2, "it is transmitted all the same");
+    assert_eq!(listener.received.len(), 2, "it is transmitted nevertheless");
 }
 
 #[rstest]
@@ -134,7 +134,7 @@ fn frames_that_overlap_are_lost() {
 }
 
 #[test]
-fn two_alike_that_begin_at_once_are_lost_too() {
+fn two_equal_frames_that_begin_at_once_are_lost_too() {
     let (bus, listener, seen) = run(&[(0, &ANSWER)], &[(0, &ANSWER)]);
     assert_eq!(bus.violations_seen(), 1);
     assert_eq!((seen.len(), listener.received.len()), (1, 1));
@@ -146,14 +146,14 @@ fn a_collision_lasts_as_long_as_both() {
     let (_, listener, seen) = run(&[(0, &TOKEN)], &[(bits(20), &REQUEST)]);
     assert_eq!((seen[0].0, seen[0].1), (0, bits(20) + bits(11 * 11)));
     assert_eq!(listener.received.len(), 1);
-    // A third frame behind both begins a burst of its own.
+    // A third frame after both begins a burst of its own.
     let later = bits(200);
     let (bus, listener, _) = run(&[(0, &TOKEN), (later, &TOKEN)], &[(bits(20), &REQUEST)]);
     assert_eq!((bus.violations_seen(), listener.received.len()), (1, 2));
 }
 
 #[test]
-fn who_sends_hears_nothing() {
+fn a_sender_does_not_receive_its_own_frames() {
     let (mut a, mut b) = (Script::new(&[(0, &REQUEST)]), Script::new(&[(bits(60), &ANSWER)]));
     let mut bus = VirtualBus::new(BAUD, SLOT);
     bus.run(&mut [&mut a, &mut b], Time::from_nanos(1_000_000), &mut |_| {});
@@ -164,22 +164,22 @@ fn who_sends_hears_nothing() {
 #[rstest]
 #[case::nothing(0)]
 #[case::too_long(256)]
-fn no_frame_is_refused(#[case] length: usize) {
+fn a_frame_of_impossible_length_is_refused(#[case] length: usize) {
     let mut bus = VirtualBus::new(BAUD, SLOT);
     assert_eq!(bus.inject(3, &vec![0; length]), Err(Violation::NoFrame { port: 3, time: Time::ZERO, length }));
 }
 
 #[test]
-fn a_bus_carries_half_a_second_and_drops_the_rest() {
+fn a_bus_queues_half_a_second_and_drops_the_rest() {
     let mut bus = VirtualBus::new(BaudRate(9_600), SLOT);
     let dropped = (0..4).filter(|_| matches!(bus.inject(0, &[0; 255]), Err(Violation::Congested { .. }))).count();
-    // One of them lasts 292 ms: two lie within 500 ms, the third begins there.
+    // Each frame lasts 292 ms: two lie within 500 ms, the third begins there.
     assert_eq!(dropped, 2);
 }
 
 #[test]
 fn events_at_one_instant_have_an_order() {
-    // The second frame begins when the first has ended, and the listener sees the end before the begin.
+    // The second frame begins when the first has ended, and the listener receives the end before the begin.
     let end = bits(33);
     let (_, listener, _) = run(&[(0, &TOKEN)], &[(end, &[0x00])]);
     assert_eq!(listener.heard, [0, end]);
@@ -187,7 +187,7 @@ fn events_at_one_instant_have_an_order() {
 }
 
 #[test]
-fn a_reflector_answers_with_what_it_was_asked() {
+fn a_reflector_answers_with_the_request() {
     let mut reflector = BusReflector::new(Duration::from_nanos(bits(11)));
     let mut asker = Script::new(&[(0, &REQUEST)]);
     let mut bus = VirtualBus::new(BAUD, SLOT);
@@ -201,7 +201,7 @@ fn a_reflector_answers_with_what_it_was_asked() {
 }
 
 #[test]
-fn a_babbler_says_the_same_nonsense_for_the_same_seed() {
+fn a_babbler_sends_the_same_bytes_for_the_same_seed() {
     let babble = |seed| {
         let mut babbler = BusBabbler::new(seed, Duration::from_micros(500), 3, 2);
         let mut seen = Vec::new();

@@ -1,15 +1,15 @@
-//! What a capture file says of an interface, and what its clock counts.
+//! Interfaces of a capture file and the resolution of their clocks.
 
 use pcap_parser::{InterfaceDescriptionBlock, OptionCode};
 use station::Time;
 
 use super::LinkType;
 
-/// Clock of a pcapng interface that says nothing else: microseconds (pcapng, option `if_tsresol`).
+/// Default resolution of a pcapng interface: microseconds (pcapng, option `if_tsresol`).
 const MICROSECONDS: u8 = 6;
 const SECOND: i128 = 1_000_000_000;
 
-/// Which end of a number comes first in a file or a section.
+/// Byte order of a file or a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
     Little,
@@ -26,7 +26,7 @@ impl Order {
         })
     }
 
-    /// `word` as octets.
+    /// `word` in this byte order.
     pub fn octets(self, word: u32) -> [u8; 4] {
         match self {
             Order::Little => word.to_le_bytes(),
@@ -39,19 +39,19 @@ impl Order {
 #[derive(Clone, Debug)]
 pub(super) struct Interface {
     pub link_type: LinkType,
-    /// Most octets that are kept of a packet; 0 stands for no limit.
+    /// Snap length in bytes; 0: no limit.
     pub longest_captured: u32,
     tick: Tick,
-    /// What is added to each time, in seconds.
+    /// Offset added to each time, in seconds.
     offset: i64,
 }
 
-/// How long a tick of an interface's clock lasts.
+/// The duration of a tick of an interface's clock.
 #[derive(Clone, Copy, Debug)]
 enum Tick {
     Nanoseconds(u64),
     PerNanosecond(u64),
-    /// The binary logarithm of the ticks in a second.
+    /// The binary logarithm of the ticks per second.
     BinaryFraction(u8),
 }
 
@@ -59,7 +59,7 @@ impl Interface {
     pub fn read(block: &InterfaceDescriptionBlock<'_>, order: Order) -> Interface {
         let mut resolution = MICROSECONDS;
         let mut offset = 0;
-        // pcap-parser reads these two itself, but knows no binary resolution and no big-endian offset.
+        // pcap-parser reads these two options itself, but supports no binary resolution and no big-endian offset.
         for option in block.options.iter().take_while(|option| option.code != OptionCode::EndOfOpt) {
             match (option.code, option.as_bytes()) {
                 (OptionCode::IfTsresol, Ok([value])) => resolution = *value,
@@ -82,7 +82,7 @@ impl Interface {
         }
     }
 
-    /// The nanoseconds since 1970 of a time in `ticks`; what lies outside the range of [`Time`] is its nearest end.
+    /// The time of `ticks` in nanoseconds since 1970, limited to the range of [`Time`].
     pub fn time(&self, ticks: u64) -> Time {
         if let (Tick::Nanoseconds(each), 0) = (self.tick, self.offset) {
             return Time::from_nanos(ticks.saturating_mul(each));
@@ -98,7 +98,7 @@ impl Interface {
 }
 
 impl Tick {
-    /// Reads the octet of `if_tsresol`: bit 7 chooses powers of 2 instead of 10, the rest is the negative exponent.
+    /// Reads the byte of `if_tsresol`: bit 7 selects powers of 2 instead of 10, the rest is the negative exponent.
     fn new(resolution: u8) -> Tick {
         let exponent = resolution & 0x7F;
         if resolution & 0x80 != 0 {
@@ -106,7 +106,7 @@ impl Tick {
         } else if exponent <= 9 {
             Tick::Nanoseconds(10u64.pow(u32::from(9 - exponent)))
         } else {
-            // Beyond 10 to the 19th no time of 64 bits reaches a nanosecond.
+            // Finer than 10^-19 s no 64-bit time reaches a nanosecond.
             Tick::PerNanosecond(10u64.checked_pow(u32::from(exponent - 9)).unwrap_or(u64::MAX))
         }
     }

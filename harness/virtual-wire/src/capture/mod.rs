@@ -1,7 +1,7 @@
-//! Capture files: reading pcap and pcapng, packed or not, in one pass with flat memory, writing pcapng.
+//! Capture files: reads pcap and pcapng, compressed or not, in one pass with constant memory; writes pcapng.
 //!
-//! What can be read is read: damage is an item in the stream of packets, never the end of the program. Nothing here
-//! knows what the frames mean; a packet carries its link type and the rest is for others.
+//! Readers recover as much as possible: damage is an item in the stream of packets, not an error that ends it. This module must
+//! not know what the frames mean; a packet carries its link type.
 
 mod interface;
 mod packet;

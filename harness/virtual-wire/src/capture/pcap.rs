@@ -1,4 +1,4 @@
-//! The older format: one header, then records without any mark between them.
+//! The pcap format: one header, then records without markers between them.
 
 use std::io::Read;
 
@@ -10,20 +10,20 @@ use super::interface::Order;
 use super::reader::{Found, Place};
 use super::window::Window;
 
-/// Length of the file header in octets.
+/// Length of the file header in bytes.
 const FILE_HEADER: usize = 24;
-/// Most octets that a packet is believed to have; Wireshark draws the line at the same place.
+/// Maximum plausible length of a packet in bytes; Wireshark uses the same limit.
 const LONGEST: u32 = 262_144;
-/// How many records must follow each other for a place to be believed after damage.
+/// Number of consecutive plausible records needed to resume after damage.
 const CHAIN: usize = 3;
-/// Octets that a chain of records may span.
+/// Maximum length of such a chain of records in bytes.
 const CHAIN_SPAN: usize = CHAIN * (LONGEST as usize + 24);
-/// How many places are tried before the window slides on.
+/// Number of positions tried before the window moves on.
 const STRIDE: usize = 64 * 1024;
-/// A lone last record is believed if it has a time, and one this near to the last one read, in seconds.
+/// A single last record is plausible if it has a time, and one within this many seconds of the last record read.
 const NEAR: u32 = 86_400;
 
-/// A pcap file from its header on.
+/// A pcap file after its header.
 #[derive(Debug)]
 pub(super) struct Pcap {
     shape: Option<Shape>,
@@ -31,14 +31,14 @@ pub(super) struct Pcap {
     seconds: u32,
 }
 
-/// What the file header says of the records.
+/// The format of the records, from the file header.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     order: Order,
-    /// Nanoseconds in one unit of a record's fraction of a second.
+    /// Nanoseconds per unit of a record's fraction of a second.
     unit: u32,
     link_type: LinkType,
-    /// Length of a record's header in octets: 16, or 24 in the variant of Kuznetzov's libpcap.
+    /// Length of a record header in bytes: 16, or 24 in Kuznetzov's variant of libpcap.
     header: usize,
 }
 
@@ -56,7 +56,7 @@ impl Pcap {
         Pcap { shape: None, number: 0, seconds: 0 }
     }
 
-    /// Whether a file that begins with `octets` is of this format.
+    /// Whether a file that begins with `octets` has this format.
     pub fn begins(octets: &[u8]) -> bool {
         matches!(
             octets,
@@ -82,7 +82,7 @@ impl Pcap {
             return None;
         }
         let Some(header) = shape.header_at(window.octets(), 0) else {
-            let what = format!("the file ends within a record's header: {available} of {} octets", shape.header);
+            let what = format!("the file ends within a record's header: {available} of {} bytes", shape.header);
             return Some(Found::rest(window, what));
         };
         if !header.is_possible() {
@@ -94,17 +94,17 @@ impl Pcap {
         if available < length {
             return Some(match self.find(window, shape, 1, available) {
                 Some(next) => {
-                    let claim = format!("a record claims {} octets, beyond the end of the file", header.captured);
+                    let claim = format!("a record claims {} bytes, beyond the end of the file", header.captured);
                     skip(window, next, &claim)
                 }
-                None => Found::rest(window, format!("the file ends within a record: {available} of {length} octets")),
+                None => Found::rest(window, format!("the file ends within a record: {available} of {length} bytes")),
             });
         }
         let next = shape.header_at(window.octets(), length);
         if next.is_some_and(|next| !next.is_possible())
             && let Some(next) = self.find(window, shape, shape.header, length)
         {
-            let claim = format!("a record claims {} octets and reaches into the next ones", header.captured);
+            let claim = format!("a record claims {} bytes and reaches into the next ones", header.captured);
             return Some(skip(window, next, &claim));
         }
         Some(self.packet(shape, header))
@@ -129,12 +129,12 @@ impl Pcap {
         Found::Packet { length, place }
     }
 
-    /// Goes on behind a record whose header cannot be true.
+    /// Resumes after a record with an impossible header.
     fn recover<R: Read>(&self, window: &mut Window<R>, shape: Shape, header: Header) -> Found {
         let at = window.offset();
-        let claim = format!("a record claims {} octets", header.captured);
+        let claim = format!("a record claims {} bytes", header.captured);
 
-        // Where the other length leads to a record or to the end of the file, only the captured length was damaged.
+        // If the original length leads to a record or to the end of the file, only the captured length was damaged.
         let length = shape.header + header.original.min(LONGEST) as usize;
         if (1..=LONGEST).contains(&header.original)
             && (window.want(length + 1) == length || self.find(window, shape, length, length + 1).is_some())
@@ -156,10 +156,10 @@ impl Pcap {
             from = 0;
         }
         let skipped = window.offset() - at;
-        Found::damage(at, format!("{claim}; {skipped} octets skipped"))
+        Found::damage(at, format!("{claim}; {skipped} bytes skipped"))
     }
 
-    /// The first place in `from..to` at which believable records follow each other.
+    /// The first position in `from..to` with a chain of plausible records.
     fn find<R: Read>(&self, window: &mut Window<R>, shape: Shape, from: usize, to: usize) -> Option<usize> {
         let available = window.want(to + CHAIN_SPAN);
         (from..to.min(available)).find(|&at| self.is_chain(window.octets(), shape, at))
@@ -169,7 +169,7 @@ impl Pcap {
         let mut at = start;
         for seen in 0..CHAIN {
             let Some(header) = shape.header_at(octets, at) else {
-                // Less than CHAIN_SPAN octets: the file ends here.
+                // Less than CHAIN_SPAN bytes: the file ends here.
                 return match seen {
                     0 => false,
                     1 => at == octets.len() && self.is_near(octets, shape, start),
@@ -207,12 +207,12 @@ impl Shape {
 }
 
 impl Header {
-    /// Whether a record may have this header; one without any octet is what zeros look like.
+    /// Whether a record may have this header; a record without bytes would match a run of zeros.
     fn is_possible(self) -> bool {
         self.captured <= LONGEST && (self.captured, self.original) != (0, 0)
     }
 
-    /// Whether it looks like a header and like little else.
+    /// Whether it is likely a header and unlikely anything else.
     fn is_believable(self, shape: Shape) -> bool {
         (1..=LONGEST).contains(&self.captured)
             && (self.captured..=LONGEST).contains(&self.original)
@@ -220,14 +220,14 @@ impl Header {
     }
 }
 
-/// Reads the file header; without one there is nothing to read but, perhaps, damage to report.
+/// Reads the file header; without one only damage can be reported.
 fn read_file_header<R: Read>(window: &mut Window<R>) -> Result<Shape, Option<Found>> {
     let available = window.want(FILE_HEADER + 1);
     if available == 0 {
         return Err(None);
     }
     let Ok((_, header)) = parse_pcap_header(window.octets()) else {
-        let what = format!("the file ends within its header: {available} of {FILE_HEADER} octets");
+        let what = format!("the file ends within its header: {available} of {FILE_HEADER} bytes");
         return Err(Some(Found::rest(window, what)));
     };
     if available == FILE_HEADER {
@@ -237,15 +237,15 @@ fn read_file_header<R: Read>(window: &mut Window<R>) -> Result<Shape, Option<Fou
     Ok(Shape {
         order: if header.is_bigendian() { Order::Big } else { Order::Little },
         unit: if header.is_nanosecond_precision() { 1 } else { 1_000 },
-        // The upper half tells the length of a check sequence.
+        // The upper half holds the length of the frame check sequence.
         link_type: LinkType(header.network.0 as u16),
         header: if header.is_modified_format() { 24 } else { 16 },
     })
 }
 
-/// Damage in the next `count` octets.
+/// Damage in the next `count` bytes.
 fn skip<R: Read>(window: &mut Window<R>, count: usize, claim: &str) -> Found {
     let at = window.offset();
     window.consume(count);
-    Found::damage(at, format!("{claim}; {count} octets skipped"))
+    Found::damage(at, format!("{claim}; {count} bytes skipped"))
 }

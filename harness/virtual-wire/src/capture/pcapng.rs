@@ -1,4 +1,4 @@
-//! The newer format: blocks that tell their length at both ends, in sections of their own byte order.
+//! The pcapng format: blocks with their length at both ends, in sections with their own byte order.
 
 use std::io::Read;
 use std::ops::Range;
@@ -14,30 +14,30 @@ use super::interface::{Interface, Order};
 use super::reader::{Found, Place};
 use super::window::Window;
 
-/// Block type of the packet block that the enhanced packet block replaced.
+/// Type of the obsolete packet block, replaced by the enhanced packet block.
 const OLD_PACKET: u32 = 2;
-/// Type, length and the length once more.
+/// Type, length and trailing length.
 const SHORTEST: usize = 12;
-/// Most octets that a block is believed to have; Wireshark draws the line at the same place.
+/// Maximum plausible length of a block in bytes; Wireshark uses the same limit.
 const LONGEST: usize = 16 * 1024 * 1024;
-/// Where the packet of an enhanced (or old) packet block begins.
+/// Offset of the packet in an enhanced (or obsolete) packet block.
 const PACKET: usize = 28;
-/// Where the packet of a simple packet block begins.
+/// Offset of the packet in a simple packet block.
 const SIMPLE_PACKET: usize = 12;
 
 /// A pcapng file from its first section header on.
 #[derive(Debug)]
 pub(super) struct Pcapng {
     order: Order,
-    /// Sections begun so far.
+    /// Number of sections so far.
     sections: u32,
     interfaces: Vec<Interface>,
-    /// The interface without description that was reported last.
+    /// The undescribed interface that was reported last.
     unknown: Option<u32>,
     number: usize,
 }
 
-/// What a block of a readable length turned out to be.
+/// The content of a block with a plausible length.
 enum Content {
     Packet(Place),
     Nothing,
@@ -57,7 +57,7 @@ impl Pcapng {
                 return None;
             }
             if available < SHORTEST {
-                let what = format!("the file ends within the header of a block: {available} of {SHORTEST} octets");
+                let what = format!("the file ends within the header of a block: {available} of {SHORTEST} bytes");
                 return Some(Found::rest(window, what));
             }
             let (order, length) = match self.head(window.octets()) {
@@ -89,9 +89,8 @@ impl Pcapng {
         }
     }
 
-    /// Byte order and length of the block at the start of `octets`, at least [`SHORTEST`] of them.
-    ///
-    /// Only a section header brings a byte order of its own.
+    /// Byte order and length of the block at the start of `octets`, which has at least [`SHORTEST`] bytes. Only a section header
+    /// defines a byte order.
     fn head(&self, octets: &[u8]) -> Result<(Order, usize), String> {
         let order = match octets.first_chunk::<4>().map(|magic| u32::from_le_bytes(*magic)) {
             Some(SHB_MAGIC) => [Order::Little, Order::Big]
@@ -103,7 +102,7 @@ impl Pcapng {
         let length = order.word(octets, 4).unwrap_or_default();
         match usize::try_from(length) {
             Ok(length) if (SHORTEST..=LONGEST).contains(&length) => Ok((order, length)),
-            _ => Err(format!("a block claims {length} octets")),
+            _ => Err(format!("a block claims {length} bytes")),
         }
     }
 
@@ -126,7 +125,7 @@ impl Pcapng {
                         self.interfaces.push(Interface::read(&description, order));
                         Content::Nothing
                     }
-                    Err(_) => Content::Unusable(format!("an interface description of {} octets", block.len())),
+                    Err(_) => Content::Unusable(format!("an interface description of {} bytes", block.len())),
                 }
             }
             EPB_MAGIC => self.enhanced_packet(block, order),
@@ -153,7 +152,7 @@ impl Pcapng {
         self.packet(packet.if_id, Some(ticks), captured, packet.origlen, options, order)
     }
 
-    /// The old packet block differs in that half of the interface's word counts lost packets.
+    /// The obsolete packet block uses half of the interface word as a drop counter.
     fn old_packet(&mut self, block: &[u8], order: Order) -> Content {
         let fields = [8, 12, 16, 20, 24].map(|at| order.word(block, at).unwrap_or_default());
         let [word, high, low, captured, original] = fields;
@@ -170,7 +169,7 @@ impl Pcapng {
         self.packet(interface, Some(ticks), PACKET..end, original, options..block.len() - 4, order)
     }
 
-    /// A simple packet comes from the first interface, at a time that nobody noted, cut to the interface's limit.
+    /// A simple packet belongs to the first interface, has no time, and is cut to the snap length of the interface.
     fn simple_packet(&mut self, block: &[u8], order: Order) -> Content {
         let parsed = match order {
             Order::Little => parse_simplepacketblock_le(block),
@@ -216,11 +215,11 @@ impl Pcapng {
         })
     }
 
-    /// The two lengths of a block differ; if its first leads to another block, only the second was damaged.
+    /// Handles a block whose two lengths differ; if the first one leads to another block, only the second was damaged.
     fn mend_trailer<R: Read>(&mut self, window: &mut Window<R>, order: Order, length: usize) -> Found {
         let at = window.offset();
         let trailer = order.word(window.octets(), length - 4).unwrap_or_default();
-        let what = format!("a block claims {length} octets at its start and {trailer} at its end");
+        let what = format!("a block claims {length} bytes at its start and {trailer} at its end");
         if window.want(length + 1) == length || self.is_block(window, length) {
             let right = order.octets(length as u32);
             window.octets_mut()[length - 4..length].copy_from_slice(&right);
@@ -231,17 +230,17 @@ impl Pcapng {
 
     fn run_over_the_end<R: Read>(&mut self, window: &mut Window<R>, available: usize, length: usize) -> Found {
         if (1..available).any(|at| self.is_block(window, at)) {
-            return self.resynchronise(window, format!("a block claims {length} octets, beyond the end of the file"));
+            return self.resynchronise(window, format!("a block claims {length} bytes, beyond the end of the file"));
         }
-        Found::rest(window, format!("the file ends within a block: {available} of {length} octets"))
+        Found::rest(window, format!("the file ends within a block: {available} of {length} bytes"))
     }
 
-    /// Goes on at the next place where a whole block of a known type stands.
+    /// Resumes at the next position with a complete block of a known type.
     fn resynchronise<R: Read>(&mut self, window: &mut Window<R>, what: String) -> Found {
         let at = window.offset();
         window.consume(1);
         while window.want(SHORTEST) >= SHORTEST {
-            // The window slides to each place that is worth a look, so that memory does not grow with what is skipped.
+            // The window moves to each candidate, so that memory does not grow with the skipped bytes.
             let last = window.octets().len() - SHORTEST;
             match (0..=last).find(|&start| self.is_head(&window.octets()[start..])) {
                 None => window.consume(last + 1),
@@ -258,7 +257,7 @@ impl Pcapng {
             window.consume(usize::MAX);
         }
         let skipped = window.offset() - at;
-        Found::damage(at, format!("{what}; {skipped} octets skipped"))
+        Found::damage(at, format!("{what}; {skipped} bytes skipped"))
     }
 
     /// Whether a block of a known type and a possible length may begin here.
@@ -283,7 +282,7 @@ impl Pcapng {
         known && self.head(octets).is_ok_and(|(_, length)| length % 4 == 0)
     }
 
-    /// Whether a whole block of a known type stands `start` octets into the window.
+    /// Whether a complete block of a known type is `start` bytes into the window.
     fn is_block<R: Read>(&self, window: &mut Window<R>, start: usize) -> bool {
         if window.want(start + SHORTEST) < start + SHORTEST || !self.is_head(&window.octets()[start..]) {
             return false;
@@ -294,8 +293,8 @@ impl Pcapng {
     }
 }
 
-/// A packet block whose captured length, a word at `at`, does not fit into it.
+/// A packet block whose captured length, a word at `at`, exceeds the block.
 fn too_short(block: &[u8], order: Order, at: usize) -> Content {
     let claim = order.word(block, at).unwrap_or_default();
-    Content::Unusable(format!("a packet claims {claim} octets in a block of {}", block.len()))
+    Content::Unusable(format!("a packet claims {claim} bytes in a block of {}", block.len()))
 }

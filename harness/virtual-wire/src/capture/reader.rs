@@ -1,4 +1,4 @@
-//! The reader of both formats: what a packet is once it was found.
+//! The reader of both formats, and the conversion of a record to a packet.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -15,15 +15,15 @@ use super::unpack::{PackingDamage, Unpacked};
 use super::window::Window;
 use super::{Damage, Effect, Item, LinkType, NotACapture, Packet};
 
-/// Reads a pcap or pcapng file packet by packet, in one pass, with memory that does not grow with the file; packed by gzip or
-/// zstd as it is.
+/// Reads a pcap or pcapng file packet by packet, in one pass, with memory independent of the file size; also compressed with gzip
+/// or zstd.
 ///
-/// Both byte orders, microseconds and nanoseconds, several sections and interfaces; blocks that hold no packet are
-/// passed over. Damage is reported where it begins; reading goes on where the next record or block is beyond doubt.
+/// Supports both byte orders, microseconds and nanoseconds, several sections and interfaces; blocks without a packet are skipped.
+/// Damage is reported at its position; reading resumes at the next certain record or block.
 pub struct CaptureReader<R: Read> {
     window: Window<Unpacked<R>>,
     format: Format,
-    /// Octets of the record that was handed out last.
+    /// Length in bytes of the record returned last.
     taken: usize,
 }
 
@@ -35,19 +35,19 @@ enum Format {
 
 /// What a format found at the start of the window.
 pub(super) enum Found {
-    /// A packet whose record has `length` octets.
+    /// A packet in a record of `length` bytes.
     Packet { length: usize, place: Place },
-    /// Damage; the window stands behind it.
+    /// Damage; the window is after it.
     Damage(Damage),
 }
 
 impl Found {
-    /// Damage that begins `at` octets into the file.
+    /// Damage at the offset `at` of the file.
     pub fn damage(at: u64, what: String) -> Found {
         Found::Damage(Damage { at, what, effect: Effect::Missing })
     }
 
-    /// The same, put right without a packet being lost.
+    /// Corrected damage: no packet is missing.
     pub fn mended(at: u64, what: String) -> Found {
         Found::Damage(Damage { at, what, effect: Effect::Mended })
     }
@@ -60,7 +60,7 @@ impl Found {
     }
 }
 
-/// Where in the window the parts of a packet are, and what is known of it.
+/// The offsets of a packet's parts in the window, and its other fields.
 pub(super) struct Place {
     pub number: usize,
     pub time: Time,
@@ -74,10 +74,10 @@ pub(super) struct Place {
 }
 
 impl<R: Read> CaptureReader<R> {
-    /// Looks at the first octets of `input` and decides by them, whatever the file is called, how to read on.
+    /// Detects the format from the first bytes of `input`, regardless of the file name.
     ///
     /// `input` needs no buffer of its own. A file that begins like a capture and ends within its header is accepted;
-    /// the damage then comes out of [`next`](Self::next).
+    /// [`next`](Self::next) then returns the damage.
     pub fn new(input: R) -> Result<CaptureReader<R>, NotACapture> {
         let mut window = Window::new(Unpacked::new(input)?);
         if window.want(4) < 4
@@ -94,7 +94,7 @@ impl<R: Read> CaptureReader<R> {
         Ok(CaptureReader { window, format, taken: 0 })
     }
 
-    /// The next packet or the next damage, or `None` at the end of the file.
+    /// The next packet or damage, or `None` at the end of the file.
     #[allow(clippy::should_implement_trait, reason = "the packet borrows from the reader, which no Iterator can say")]
     pub fn next(&mut self) -> Option<Item<'_>> {
         self.window.consume(self.taken);
@@ -145,7 +145,7 @@ impl Place {
     }
 }
 
-/// The comments among the options of a packet block.
+/// The comments in the options of a packet block.
 fn comment(mut options: &[u8], order: Order) -> Option<Cow<'_, str>> {
     let mut comment: Option<Cow<'_, str>> = None;
     loop {

@@ -1,4 +1,4 @@
-//! Small files written here octet by octet, after the two formats' own descriptions.
+//! Small files built byte by byte from the descriptions of the two formats.
 
 use std::io::{self, Read};
 
@@ -19,7 +19,7 @@ struct Kept {
     comment: Option<String>,
 }
 
-/// The packets before the first damage, those behind it, and all damage.
+/// The packets before the first damage, those after it, and all damage.
 #[derive(Debug, Default)]
 struct Content {
     before: Vec<Kept>,
@@ -33,7 +33,7 @@ fn read(file: &[u8]) -> Content {
     let mut items = 0;
     while let Some(item) = reader.next() {
         items += 1;
-        assert!(items <= file.len(), "more items than octets");
+        assert!(items <= file.len(), "more items than bytes");
         match item {
             Item::Damage(damage) => content.damage.push((damage.at, damage.what)),
             Item::Packet(packet) => {
@@ -53,7 +53,7 @@ fn read(file: &[u8]) -> Content {
     content
 }
 
-/// Whole numbers in the byte order of a file under construction.
+/// Integers in the byte order of a file under construction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum End {
     Little,
@@ -184,7 +184,7 @@ fn pcapng_is_read_with_all_its_kinds_of_packets(#[values(End::Little, End::Big)]
 #[case::pcap_big_endian(End::Big.pcap(0xA1B2_3C4D))]
 #[case::pcapng(End::Little.pcapng())]
 #[case::pcapng_big_endian(End::Big.pcapng())]
-fn a_prefix_yields_its_whole_packets_and_says_where_it_was_cut(#[case] parts: Vec<Vec<u8>>) {
+fn a_prefix_yields_its_complete_packets_and_reports_the_cut(#[case] parts: Vec<Vec<u8>>) {
     let file = parts.concat();
     let whole = read(&file).before;
     every_prefix(&file, |prefix| {
@@ -196,7 +196,7 @@ fn a_prefix_yields_its_whole_packets_and_says_where_it_was_cut(#[case] parts: Ve
             (start, rest) = (start + part.len(), behind);
         }
         let read_whole = parts.len() - rest.len();
-        assert!(whole.starts_with(&content.before) && content.behind.is_empty(), "{} octets", prefix.len());
+        assert!(whole.starts_with(&content.before) && content.behind.is_empty(), "{} bytes", prefix.len());
         let damage: Vec<u64> = content.damage.iter().map(|(at, _)| *at).collect();
         if prefix.len() < 4 {
             assert!(CaptureReader::new(prefix).is_err());
@@ -222,26 +222,26 @@ fn a_flipped_bit_leaves_the_packets_before_it_alone(#[case] parts: Vec<Vec<u8>>)
         let start = starts.iter().rfind(|start| **start <= index).expect("the first part starts at 0");
         let undamaged = read(&file[..*start]).before;
         let content = read(damaged);
-        assert!(content.before.starts_with(&undamaged), "octet {index}: {:?}", content.damage);
+        assert!(content.before.starts_with(&undamaged), "byte {index}: {:?}", content.damage);
     });
 }
 
-/// The octets captured of each packet, damage or not, by their first octet.
+/// The first byte of each packet, with or without damage.
 fn firsts(content: &Content) -> Vec<u8> {
     content.before.iter().chain(&content.behind).map(|packet| packet.captured[0]).collect()
 }
 
 #[rstest]
-// The other length tells how long the record is: nothing is lost.
-#[case::captured_length_huge(3, 8, &[0xFF, 0xFF, 0xFF, 0x7F], &[9, 1, 2, 3, 4, 5], "2147483647 octets, taken as 20")]
+// The other length gives the length of the record: no packet is lost.
+#[case::captured_length_huge(3, 8, &[0xFF, 0xFF, 0xFF, 0x7F], &[9, 1, 2, 3, 4, 5], "2147483647 bytes, taken as 20")]
 #[case::captured_length_huge_at_the_end(6, 8, &[0xFF, 0xFF, 0xFF, 0x7F], &[9, 1, 2, 3, 4, 5], "taken as 20")]
-#[case::both_lengths_huge(3, 8, &[0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF], &[9, 1, 3, 4, 5], "; 36 octets skipped")]
-#[case::zeros(3, 0, &[0; 36], &[9, 1, 3, 4, 5], "0 octets; 36 octets skipped")]
-#[case::reaches_into_the_next(3, 8, &[30], &[9, 1, 3, 4, 5], "reaches into the next ones; 36 octets skipped")]
-#[case::reaches_beyond_the_end(3, 9, &[0xFF], &[9, 1, 3, 4, 5], "beyond the end of the file; 36 octets skipped")]
-// The short record is taken for a sliced one; what is left of it is skipped.
-#[case::too_short(3, 8, &[11], &[9, 1, 2, 3, 4, 5], "; 9 octets skipped")]
-fn pcap_goes_on_behind_a_damaged_record(
+#[case::both_lengths_huge(3, 8, &[0xFF, 0xFF, 0xFF, 0x7F, 0xFF, 0xFF], &[9, 1, 3, 4, 5], "; 36 bytes skipped")]
+#[case::zeros(3, 0, &[0; 36], &[9, 1, 3, 4, 5], "0 bytes; 36 bytes skipped")]
+#[case::reaches_into_the_next(3, 8, &[30], &[9, 1, 3, 4, 5], "reaches into the next ones; 36 bytes skipped")]
+#[case::reaches_beyond_the_end(3, 9, &[0xFF], &[9, 1, 3, 4, 5], "beyond the end of the file; 36 bytes skipped")]
+// The short record is read as a sliced one; its remaining bytes are skipped.
+#[case::too_short(3, 8, &[11], &[9, 1, 2, 3, 4, 5], "; 9 bytes skipped")]
+fn pcap_resumes_after_a_damaged_record(
     #[case] record: usize,
     #[case] at: usize,
     #[case] octets: &[u8],
@@ -261,14 +261,14 @@ fn pcap_goes_on_behind_a_damaged_record(
 #[rstest]
 #[case::trailer(3, -4, &[99], &[1, 2, 3, 4, 5], "and 99 at its end, taken as 96")]
 #[case::trailer_of_the_last(12, -4, &[99], &[1, 2, 3, 4, 5], "and 99 at its end, taken as 36")]
-#[case::length(3, 4, &[99], &[2, 3, 4, 5], "; 96 octets skipped")]
-#[case::length_beyond_the_end(3, 5, &[9], &[2, 3, 4, 5], "beyond the end of the file; 96 octets skipped")]
-#[case::length_of_nothing(3, 4, &[0], &[2, 3, 4, 5], "claims 0 octets; 96 octets skipped")]
-#[case::captured_length(3, 20, &[99], &[2, 3, 4, 5], "a packet claims 99 octets in a block of 96")]
-#[case::captured_length_of_an_old_packet(9, 20, &[99], &[1, 2, 3, 5], "a packet claims 99 octets in a block of 36")]
+#[case::length(3, 4, &[99], &[2, 3, 4, 5], "; 96 bytes skipped")]
+#[case::length_beyond_the_end(3, 5, &[9], &[2, 3, 4, 5], "beyond the end of the file; 96 bytes skipped")]
+#[case::length_of_nothing(3, 4, &[0], &[2, 3, 4, 5], "claims 0 bytes; 96 bytes skipped")]
+#[case::captured_length(3, 20, &[99], &[2, 3, 4, 5], "a packet claims 99 bytes in a block of 96")]
+#[case::captured_length_of_an_old_packet(9, 20, &[99], &[1, 2, 3, 5], "a packet claims 99 bytes in a block of 36")]
 #[case::interface(3, 8, &[2], &[2, 3, 4, 5], "packets of interface 2 are left out: no block of the section describes it")]
 #[case::byte_order_mark(0, 8, &[0], &[1, 2, 3, 4, 5], "")]
-fn pcapng_goes_on_behind_a_damaged_block(
+fn pcapng_resumes_after_a_damaged_block(
     #[case] block: usize,
     #[case] at: isize,
     #[case] octets: &[u8],
@@ -299,14 +299,14 @@ fn an_interface_without_description_is_reported_once_in_each_section() {
 
 #[rstest]
 #[case::empty(&[], "is empty, a capture begins with a header")]
-#[case::gzip(&[0x1F, 0x8B, 8, 0], "cannot be read: the packed file is damaged at or before its octet 4: it ends too soon")]
+#[case::gzip(&[0x1F, 0x8B, 8, 0], "cannot be read: the compressed file is damaged at or before byte 4: it ends too soon")]
 #[case::text(b"device: xac77", "is neither pcap nor pcapng: it begins with 64 65 76 69")]
-fn what_is_no_capture_is_said_in_one_sentence(#[case] file: &[u8], #[case] sentence: &str) {
+fn a_file_that_is_not_a_capture_is_refused_in_one_sentence(#[case] file: &[u8], #[case] sentence: &str) {
     let refused = CaptureReader::new(file).expect_err("no capture");
     assert_eq!(refused.to_string(), sentence);
 }
 
-/// Gives the octets one by one and then an error.
+/// Returns the bytes one by one and then an error.
 struct Dripping<'a>(&'a [u8]);
 
 impl Read for Dripping<'_> {
@@ -323,7 +323,7 @@ impl Read for Dripping<'_> {
 }
 
 #[test]
-fn a_reading_error_is_damage_at_the_end_of_what_could_be_read() {
+fn a_read_error_is_damage_after_the_readable_part() {
     let file = End::Little.pcapng().concat();
     let mut reader = CaptureReader::new(Dripping(&file)).expect("a section header");
     let mut packets = 0;
@@ -341,7 +341,7 @@ fn a_reading_error_is_damage_at_the_end_of_what_could_be_read() {
 }
 
 #[test]
-fn what_is_written_is_octet_by_octet_as_the_format_says() {
+fn written_files_match_the_format_byte_by_byte() {
     let mut writer = PcapngWriter::new(Vec::new(), "encspec").expect("memory");
     let wire = writer.interface("virtual", LinkType::ETHERNET).expect("memory");
     writer.packet(wire, Time::from_nanos(0x1_0000_0007), &[1; 5], Some("first")).expect("memory");

@@ -1,7 +1,6 @@
-//! Packed capture files: recognised by their first octets, unpacked as they are read, in flat memory.
+//! Compressed capture files: detected by their first bytes and decompressed while reading, with constant memory.
 //!
-//! What is wrong with the packing is told with the octet of the packed file at which it showed. This file must not know what a
-//! capture is.
+//! Errors of the compression name the offset in the compressed file. This module must not know the capture formats.
 
 use std::fmt;
 use std::io::{self, BufRead, BufReader, Chain, Cursor, ErrorKind, Read};
@@ -10,47 +9,47 @@ use flate2::bufread::MultiGzDecoder;
 use ruzstd::decoding::errors::{FrameDecoderError, ReadFrameHeaderError};
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
-/// Most octets that a packed file may refer back to; `zstd` asks for so much only from level 20 on or with `--long`.
+/// Maximum window of a compressed file in bytes; `zstd` uses larger ones only from level 20 on or with `--long`.
 const LONGEST_WINDOW: u64 = 16 * 1024 * 1024;
-/// What is read of a packed file at a time, in octets.
+/// Bytes read from a compressed file at a time.
 const AT_A_TIME: usize = 64 * 1024;
 
-/// A file whose first octets were looked at.
+/// A file whose first bytes were read to detect the format.
 type Begun<R> = Chain<Cursor<Vec<u8>>, R>;
 
-/// The octets of a file as they were before it was packed.
+/// The uncompressed bytes of a file.
 pub(super) enum Unpacked<R: Read> {
     Plain(Begun<R>),
     Gzip(Box<MultiGzDecoder<Counted<R>>>),
     Zstd(Box<Zstd<R>>),
 }
 
-/// How a packed file is damaged; it travels as the cause of an [`io::Error`].
+/// Damage of the compression; it is the source of an [`io::Error`].
 #[derive(Debug)]
 pub(super) struct PackingDamage {
-    /// How many octets of the packed file were taken when it showed.
+    /// Number of bytes of the compressed file read when the damage was detected.
     pub packed_at: u64,
     /// What is wrong.
     pub what: String,
-    /// Whether all octets were there and only their check sum does not agree, so that nobody knows which are wrong.
+    /// Whether all bytes are present and only their checksum does not match, so that any of them may be wrong.
     pub untrusted: bool,
 }
 
 impl fmt::Display for PackingDamage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "the packed file is damaged at or before its octet {}: {}", self.packed_at, self.what)
+        write!(f, "the compressed file is damaged at or before byte {}: {}", self.packed_at, self.what)
     }
 }
 
 impl std::error::Error for PackingDamage {}
 
 impl<R: Read> Unpacked<R> {
-    /// Looks at the first octets of `input`, whatever the file is called.
+    /// Detects the compression from the first bytes of `input`, regardless of the file name.
     pub fn new(mut input: R) -> io::Result<Unpacked<R>> {
         let mut begin = Vec::new();
         input.by_ref().take(4).read_to_end(&mut begin)?;
         let is_zstd = match begin.first_chunk::<4>().map(|magic| u32::from_le_bytes(*magic)) {
-            // A frame, or one that is to be skipped (RFC 8878, 3.1).
+            // A frame, or a skippable frame (RFC 8878, 3.1).
             Some(magic) => magic == 0xFD2F_B528 || magic & 0xFFFF_FFF0 == 0x184D_2A50,
             None => false,
         };
@@ -60,9 +59,10 @@ impl<R: Read> Unpacked<R> {
             return Ok(Unpacked::Plain(begun));
         }
         let counted = Counted { input: BufReader::with_capacity(AT_A_TIME, begun), taken: 0 };
-        Ok(match is_gzip {
-            true => Unpacked::Gzip(Box::new(MultiGzDecoder::new(counted))),
-            false => Unpacked::Zstd(Box::new(Zstd::new(counted))),
+        Ok(if is_gzip {
+            Unpacked::Gzip(Box::new(MultiGzDecoder::new(counted)))
+        } else {
+            Unpacked::Zstd(Box::new(Zstd::new(counted)))
         })
     }
 }
@@ -95,7 +95,7 @@ fn damaged(packed_at: u64, what: String, untrusted: bool) -> io::Error {
     io::Error::new(ErrorKind::InvalidData, PackingDamage { packed_at, what, untrusted })
 }
 
-/// Counts the octets that were taken out of the packed file.
+/// Counts the bytes read from the compressed file.
 pub(super) struct Counted<R: Read> {
     input: BufReader<Begun<R>>,
     taken: u64,
@@ -120,17 +120,17 @@ impl<R: Read> BufRead for Counted<R> {
     }
 }
 
-/// The frames of a zstd file, one after the other.
+/// The frames of a zstd file in sequence.
 pub(super) struct Zstd<R: Read> {
     input: Counted<R>,
     decoder: FrameDecoder,
     in_frame: bool,
-    /// What is wrong, to be told behind what could be unpacked.
+    /// The pending error, returned after the bytes that could be decompressed.
     failure: Option<io::Error>,
 }
 
-/// An empty raw block that is the last one (RFC 8878, 3.1.1.2), and room for a check sum: it makes the decoder hand out what it
-/// keeps to refer back to.
+/// An empty raw block marked as the last one (RFC 8878, 3.1.1.2), and space for a checksum: it makes the decoder return the bytes
+/// that it retains as history.
 const LAST_BLOCK: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 impl<R: Read> Zstd<R> {
@@ -140,7 +140,7 @@ impl<R: Read> Zstd<R> {
         Zstd { input, decoder, in_frame: false, failure: None }
     }
 
-    /// Begins the next frame, passing over what is to be skipped; false at the end of the file.
+    /// Begins the next frame and skips skippable ones; returns false at the end of the file.
     fn begin(&mut self) -> io::Result<bool> {
         while !self.input.fill_buf()?.is_empty() {
             match self.decoder.init(&mut self.input) {
@@ -162,7 +162,9 @@ impl<R: Read> Zstd<R> {
         match error {
             FrameDecoderError::WindowSizeTooBig { requested, .. } => {
                 let megabytes = requested.div_ceil(1024 * 1024);
-                let what = format!("it is packed with a window of {megabytes} MB: unpack it first (zstd -d --long=31)");
+                let what = format!(
+                    "it is compressed with a window of {megabytes} MB: decompress it first (zstd -d --long=31)"
+                );
                 damaged(self.input.taken, what, false)
             }
             _ if at_end => ends_too_soon(self.input.taken),
@@ -170,11 +172,11 @@ impl<R: Read> Zstd<R> {
         }
     }
 
-    /// Whether the check sum of the frame, where it has one, agrees.
+    /// Whether the checksum of the frame matches, if it has one.
     fn check(&self) -> io::Result<()> {
         match (self.decoder.get_checksum_from_data(), self.decoder.get_calculated_checksum()) {
             (Some(told), Some(is)) if told != is => {
-                Err(damaged(self.input.taken, "its check sum does not agree".to_owned(), true))
+                Err(damaged(self.input.taken, "its checksum does not match".to_owned(), true))
             }
             _ => Ok(()),
         }
@@ -204,7 +206,7 @@ impl<R: Read> Read for Zstd<R> {
             let strategy = BlockDecodingStrategy::UptoBlocks(1);
             if let Err(error) = self.decoder.decode_blocks(&mut self.input, strategy) {
                 self.failure = Some(self.wrong(&error));
-                // It fails where the last block was there already, and then nothing is kept back.
+                // This fails if the last block was already read; then the decoder retains nothing.
                 let _ = self.decoder.decode_blocks(&LAST_BLOCK[..], BlockDecodingStrategy::All);
             }
         }
@@ -217,7 +219,7 @@ mod tests {
     use crate::damage::{every_flipped_bit, every_prefix};
     use rstest::rstest;
 
-    /// Two packets in a pcap file, packed by gzip 1.12 -9n.
+    /// Two packets in a pcap file, compressed by gzip 1.12 -9n.
     const GZIP: &str =
         "1f8b0800000000000203bb7278d3422606160618f8ff9f81819101824140048a19b101a83a981a262c0000c6aa56cc60000000";
     /// The same by zstd 1.5.4.
@@ -229,7 +231,7 @@ mod tests {
         (0..hex.len()).step_by(2).map(pair).collect()
     }
 
-    /// The packets, and what of the damage is told.
+    /// The packets and the damage.
     type Told = (Vec<Vec<u8>>, Vec<(u64, Effect, String)>);
 
     fn read(file: &[u8]) -> Told {
@@ -243,7 +245,7 @@ mod tests {
                 Item::Packet(packet) => packets.push(packet.captured.to_vec()),
                 Item::Damage(found) => damage.push((found.at, found.effect, found.what)),
             }
-            assert!(packets.len() + damage.len() < 100, "a small file without an end");
+            assert!(packets.len() + damage.len() < 100, "endless output from a small file");
         }
         (packets, damage)
     }
@@ -253,17 +255,17 @@ mod tests {
     }
 
     #[rstest]
-    fn packed_files_are_read_whatever_they_are_called(#[values(GZIP, ZSTD)] packed: &str) {
+    fn compressed_files_are_read_regardless_of_their_name(#[values(GZIP, ZSTD)] packed: &str) {
         assert_eq!(read(&octets(packed)), (both(), vec![]));
     }
 
-    /// Both formats allow files one behind the other; zstd allows more between them that nobody has to read.
+    /// Both formats allow concatenated files; zstd also allows skippable frames between them.
     #[test]
-    fn packed_parts_follow_each_other() {
+    fn concatenated_compressed_files_are_read() {
         let mut gzip = octets(GZIP);
         gzip.extend(octets(GZIP));
         let (packets, damage) = read(&gzip);
-        // The second file header is no record.
+        // The second file header is not a record.
         assert_eq!((packets.len(), damage.len()), (4, 1), "{damage:?}");
         let mut zstd = vec![0x5A, 0x2A, 0x4D, 0x18, 2, 0, 0, 0, 7, 7];
         zstd.extend(octets(ZSTD));
@@ -272,38 +274,41 @@ mod tests {
     }
 
     #[rstest]
-    fn what_ends_too_soon_says_so_with_the_octet(#[values(GZIP, ZSTD)] packed: &str) {
+    fn a_truncated_file_is_reported_with_its_offset(#[values(GZIP, ZSTD)] packed: &str) {
         every_prefix(&octets(packed), |prefix| {
             let (packets, damage) = read(prefix);
             assert!(both().starts_with(&packets));
-            assert!(!damage.is_empty() || prefix.len() + 8 >= packed.len() / 2, "{} octets are whole", prefix.len());
+            assert!(!damage.is_empty() || prefix.len() + 8 >= packed.len() / 2, "{} bytes are complete", prefix.len());
         });
         let packed = octets(packed);
         let (packets, damage) = read(&packed[..packed.len() - 1]);
         assert_eq!(packets, both());
         let (at, effect, what) = &damage[0];
         assert_eq!((*at, *effect), (96, Effect::Missing));
-        assert!(what.contains("octet") && what.ends_with("it ends too soon"), "{what}");
+        assert!(what.contains("byte") && what.ends_with("it ends too soon"), "{what}");
     }
 
-    /// A flipped bit of the packed octets is never taken for what was captured, except where nobody can tell.
+    /// A flipped bit in the compressed bytes never goes unnoticed, except where no checksum can detect it.
     #[rstest]
     fn a_flipped_bit_is_found(#[values(GZIP, ZSTD)] packed: &str) {
         let mut untrusted = 0;
         every_flipped_bit(&octets(packed), |index, flipped| {
             let (packets, damage) = read(flipped);
-            assert!(packets == both() || !damage.is_empty(), "octet {index}: {packets:?}");
+            assert!(packets == both() || !damage.is_empty(), "byte {index}: {packets:?}");
             untrusted += usize::from(damage.iter().any(|(_, effect, _)| *effect == Effect::Untrusted));
         });
-        assert!(untrusted > 0, "no check sum was looked at");
+        assert!(untrusted > 0, "no checksum was verified");
     }
 
     #[test]
-    fn a_window_that_would_not_fit_is_refused_with_what_to_do() {
-        // A frame header with the window descriptor 0x88: 2 to the power of 27, 128 MB.
+    fn a_window_that_is_too_large_is_refused_with_advice() {
+        // A frame header with the window descriptor 0x88: 2^27 bytes, 128 MB.
         let file = [0x28, 0xB5, 0x2F, 0xFD, 0x00, 0x88, 1, 0, 0];
         let refused = CaptureReader::new(&file[..]).expect_err("too large");
         assert!(matches!(refused, NotACapture::Unreadable(_)));
-        assert!(refused.to_string().ends_with("a window of 128 MB: unpack it first (zstd -d --long=31)"), "{refused}");
+        assert!(
+            refused.to_string().ends_with("a window of 128 MB: decompress it first (zstd -d --long=31)"),
+            "{refused}"
+        );
     }
 }

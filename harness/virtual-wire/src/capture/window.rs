@@ -1,13 +1,12 @@
-//! A window that slides over the octets of a file.
+//! A window that moves over the bytes of a file.
 
 use std::io::{self, ErrorKind, Read};
 
-/// What is read at a time, in octets, as long as no record asks for more.
+/// Bytes read at a time, unless a record needs more.
 const USUAL: usize = 256 * 1024;
 
-/// The octets of `input` that are in memory, and where in the file they are.
-///
-/// Memory is twice the most that was ever asked for at once, whatever the length of the file.
+/// The bytes of `input` in memory and their offset in the file. Memory is at most twice the largest amount requested at once,
+/// whatever the length of the file.
 #[derive(Debug)]
 pub(super) struct Window<R> {
     input: R,
@@ -24,22 +23,22 @@ impl<R: Read> Window<R> {
         Window { input, memory: Vec::new(), start: 0, end: 0, offset: 0, ended: false, failure: None }
     }
 
-    /// The octets in memory.
+    /// The bytes in memory.
     pub fn octets(&self) -> &[u8] {
         &self.memory[self.start..self.end]
     }
 
-    /// The same, to put right what is known to be wrong.
+    /// The bytes in memory, to correct known damage.
     pub fn octets_mut(&mut self) -> &mut [u8] {
         &mut self.memory[self.start..self.end]
     }
 
-    /// Where in the file the first of them is.
+    /// Offset of the first of them in the file.
     pub fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// Reads on until `count` octets are in memory or the file ends; says how many there are.
+    /// Reads until `count` bytes are in memory or the file ends; returns the number of bytes in memory.
     pub fn want(&mut self, count: usize) -> usize {
         if self.end - self.start < count && !self.ended {
             self.fill(count);
@@ -47,14 +46,14 @@ impl<R: Read> Window<R> {
         self.end - self.start
     }
 
-    /// Slides on by `count` octets, or to the end of what is in memory.
+    /// Moves on by `count` bytes, or to the end of the bytes in memory.
     pub fn consume(&mut self, count: usize) {
         let count = count.min(self.end - self.start);
         self.start += count;
         self.offset += count as u64;
     }
 
-    /// What stopped the reading before the end of the file; told once.
+    /// The error that stopped the reading before the end of the file; returned once.
     pub fn failure(&mut self) -> Option<io::Error> {
         self.failure.take()
     }
@@ -63,7 +62,7 @@ impl<R: Read> Window<R> {
         self.memory.copy_within(self.start..self.end, 0);
         self.end -= self.start;
         self.start = 0;
-        // Twice as much, so that octets are moved once however small the steps are in which the window slides.
+        // Twice as much, so that each byte is moved only once even if the window moves in small steps.
         let room = USUAL.max(count.saturating_mul(2));
         if self.memory.len() < room {
             self.memory.resize(room, 0);
@@ -87,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_does_not_grow_with_the_file_but_with_what_is_asked_for() {
+    fn memory_grows_with_the_requested_bytes_and_not_with_the_file() {
         let length = 50 * 1024 * 1024 + 3;
         let mut window = Window::new(io::repeat(7).take(length));
         while window.want(1_000) > 0 {

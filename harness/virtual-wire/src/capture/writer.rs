@@ -1,4 +1,4 @@
-//! Writing pcapng.
+//! Writes pcapng.
 
 use std::io::{self, Write};
 
@@ -28,12 +28,12 @@ pub struct PcapngWriter<W> {
 }
 
 impl<W: Write> PcapngWriter<W> {
-    /// Writes the section header; `application` is named in it as the program that wrote the file.
+    /// Writes the section header; `application` is the name of the writing program in it.
     pub fn new(output: W, application: &str) -> io::Result<PcapngWriter<W>> {
         let mut writer = PcapngWriter { output, block: Vec::new(), interfaces: 0 };
         writer.begin(0x0A0D_0D0A);
         writer.word(0x1A2B_3C4D);
-        // Version 1.0, and a section length of -1: not known beforehand.
+        // Version 1.0, and a section length of -1: unknown.
         writer.word(1);
         writer.block.extend_from_slice(&(-1i64).to_le_bytes());
         writer.option(USER_APPLICATION, application.as_bytes());
@@ -56,10 +56,10 @@ impl<W: Write> PcapngWriter<W> {
         Ok(self.interfaces - 1)
     }
 
-    /// Writes a whole packet that `interface` saw at `time` (nanoseconds since 1970), with a comment if there is one.
+    /// Writes a complete packet that `interface` received at `time` (nanoseconds since 1970), with an optional comment.
     ///
-    /// A comment beyond 65,535 octets is cut at the last character that fits. An interface that was not described
-    /// and a packet beyond 4 GiB are refused with [`io::ErrorKind::InvalidInput`].
+    /// A comment beyond 65,535 bytes is cut at the last character that fits. An undescribed interface and a packet beyond 4 GiB
+    /// are refused with [`io::ErrorKind::InvalidInput`].
     pub fn packet(&mut self, interface: u32, time: Time, octets: &[u8], comment: Option<&str>) -> io::Result<()> {
         let Ok(length) = u32::try_from(octets.len()) else { return Err(io::ErrorKind::InvalidInput.into()) };
         if interface >= self.interfaces {
@@ -80,7 +80,7 @@ impl<W: Write> PcapngWriter<W> {
         self.end()
     }
 
-    /// Writes out what is still buffered and hands the output back.
+    /// Flushes the buffer and returns the output.
     pub fn finish(mut self) -> io::Result<W> {
         self.output.flush()?;
         Ok(self.output)
@@ -103,7 +103,7 @@ impl<W: Write> PcapngWriter<W> {
         self.block.extend_from_slice(&value.to_le_bytes());
     }
 
-    /// An option that holds text, cut at the last character that fits.
+    /// A text option, cut at the last character that fits.
     fn text(&mut self, code: u16, text: &str) {
         let end = (0..=text.len().min(LONGEST_OPTION)).rev().find(|end| text.is_char_boundary(*end));
         self.option(code, &text.as_bytes()[..end.unwrap_or(0)]);

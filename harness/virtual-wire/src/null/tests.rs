@@ -9,7 +9,7 @@ fn frames(out: &Outbox) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn the_reflector_sends_the_frame_back_as_it_came_and_turned_round() {
+fn the_reflector_returns_the_frame_unchanged_and_with_exchanged_addresses() {
     let mut out = Outbox::new();
     Reflector.receive(Time::ZERO, &[1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 0x88, 0x92, 5], &mut out);
     let sent = frames(&out);
@@ -40,7 +40,7 @@ fn the_babbler_sends_valid_ethernet_of_every_kind_to_its_victim_at_its_rate() {
 }
 
 #[test]
-fn a_dying_station_sends_its_last_frame_and_then_does_nothing() {
+fn a_station_that_dies_sends_its_last_frame_and_then_nothing() {
     let mut dying = DiesAfter::new(Reflector, 3);
     let mut out = Outbox::new();
     dying.receive(Time::ZERO, &[0; 60], &mut out);

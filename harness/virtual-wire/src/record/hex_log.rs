@@ -1,4 +1,4 @@
-//! Lines of hex logs: a timestamp, octets, and what is passed over.
+//! Lines of hex logs: a timestamp, bytes, and text that is ignored.
 //!
 //! ```text
 //! # a comment
@@ -8,43 +8,42 @@
 //! 12345ms;RX;0x68,0x05,0x05,0x68
 //! ```
 //!
-//! Octets are two hexadecimal digits each, with or without something between them. What looks like an octet is one, what is
-//! known as a mark of a direction or stands in round brackets is passed over, and nothing else is: a word that is neither is a
-//! mistake, since it might be an octet that was mistyped.
+//! A byte is two hexadecimal digits, with or without separators. Direction marks and text in round brackets are ignored. Any
+//! other word is an error, since it might be a mistyped byte.
 
 use super::stamp::{Kind, stamp};
 use station::{Duration, Time};
 
-/// A time of day that goes back by more than this is one of the next day.
+/// A time of day that goes back by more than this belongs to the next day.
 const HALF_A_DAY: Duration = Duration::from_secs(43_200);
 const DAY: Duration = Duration::from_secs(86_400);
-/// Words that say who sent: they are passed over.
+/// Direction marks, which are ignored.
 const MARKS: &[&str] = &[
     "rx", "tx", "r", "t", "s", "w", "m", "i", "o", "in", "out", "recv", "received", "receive", "send", "sent", "read",
     "write", "written", "master", "slave", "host", "device", "request", "response", "req", "res", "rsp", "ind", "con",
 ];
 
-/// Octets that came in one go.
+/// Contiguous bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chunk {
-    /// When the first of them began.
+    /// Start time of the first byte.
     pub begin: Time,
-    /// The octets.
+    /// The bytes.
     pub octets: Vec<u8>,
 }
 
-/// Reads a log line by line; it remembers what its timestamps count from.
+/// Reads a log line by line; it stores what its timestamps count from.
 #[derive(Clone, Debug, Default)]
 pub struct HexLog {
-    /// What the first timestamp counts from, and its line.
+    /// What the first timestamp counts from, and its line number.
     kind: Option<(Kind, usize)>,
-    /// How often midnight went by.
+    /// Number of midnights passed.
     days: u32,
     last: Time,
 }
 
 impl HexLog {
-    /// The octets of a line, `number` from 1; none where it has none. An error says what is wrong and what to do.
+    /// The bytes of line `number`, from 1; `None` if it has none. The error says what is wrong and what to do.
     pub fn line(&mut self, number: usize, text: &str) -> Result<Option<Chunk>, String> {
         let text = text.trim_start_matches('\u{feff}').trim();
         if text.is_empty() || text.starts_with(';') || is_comment(text) {
@@ -53,14 +52,14 @@ impl HexLog {
         let Some((kind, time, rest)) = stamp(text) else {
             let begin: String = text.chars().take(24).collect();
             return Err(format!(
-                "`{begin}` begins with no timestamp; write 12.345678, 10:00:00.123456 or 2026-11-22 10:00:00.123456 \
-                 in front of the octets, or # in front of a comment"
+                "`{begin}` does not begin with a timestamp; write 12.345678, 10:00:00.123456 or 2026-11-22 10:00:00.123456 \
+                 before the bytes, or # before a comment"
             ));
         };
         let (first, line) = *self.kind.get_or_insert((kind, number));
         if first != kind {
             return Err(format!(
-                "the timestamp is {} and that of line {line} {}; import them one by one",
+                "the timestamp is {} and that of line {line} {}; import them separately",
                 kind.word(),
                 first.word()
             ));
@@ -70,7 +69,7 @@ impl HexLog {
         Ok((!octets.is_empty()).then_some(Chunk { begin, octets }))
     }
 
-    /// A time of day behind all midnights that went by.
+    /// A time of day plus all midnights passed.
     fn unrolled(&mut self, time: Time) -> Time {
         if self.last.since(time + DAY * self.days) > HALF_A_DAY {
             self.days += 1;
@@ -84,7 +83,7 @@ fn is_comment(text: &str) -> bool {
     text.starts_with('#') || text.starts_with("//")
 }
 
-/// The octets behind a timestamp.
+/// The bytes after a timestamp.
 fn octets(text: &str) -> Result<Vec<u8>, String> {
     let mut octets = Vec::new();
     let mut rest = text;
@@ -93,30 +92,30 @@ fn octets(text: &str) -> Result<Vec<u8>, String> {
         match rest.chars().next() {
             None => return Ok(octets),
             _ if is_comment(rest) => return Ok(octets),
-            // The same octets as text.
+            // The same bytes as text.
             Some('|') if !octets.is_empty() => return Ok(octets),
             Some('|') => rest = &rest[1..],
             Some('(') => {
-                let Some((_, behind)) = rest.split_once(')') else {
-                    return Err("a round bracket is open; close it behind what is to be passed over".to_owned());
+                let Some((_, after)) = rest.split_once(')') else {
+                    return Err("a round bracket is open; close it after the text to ignore".to_owned());
                 };
-                rest = behind;
+                rest = after;
             }
             Some(_) => {
                 let is_end = |c: char| c.is_whitespace() || ",;:[]<>-=→←|()".contains(c);
-                // A closing bracket of its own is a word, so that something is taken each time.
+                // A lone closing bracket is a word, so that the loop always advances.
                 let end = rest.char_indices().skip(1).find(|(_, c)| is_end(*c)).map_or(rest.len(), |(at, _)| at);
-                let (word, behind) = rest.split_at(end);
+                let (word, after) = rest.split_at(end);
                 if !MARKS.iter().any(|mark| mark.eq_ignore_ascii_case(word)) {
                     of_word(word, &mut octets)?;
                 }
-                rest = behind;
+                rest = after;
             }
         }
     }
 }
 
-/// Appends the octets of a word.
+/// Appends the bytes of a word.
 fn of_word(word: &str, octets: &mut Vec<u8>) -> Result<(), String> {
     let bare = ["0x", "0X", "\\x"].into_iter().find_map(|prefix| word.strip_prefix(prefix)).unwrap_or(word);
     let digits = bare.strip_suffix(['h', 'H']).unwrap_or(bare).as_bytes();
@@ -133,8 +132,8 @@ fn of_word(word: &str, octets: &mut Vec<u8>) -> Result<(), String> {
     }
     if digits.is_empty() || octets.len() - before < digits.len().div_ceil(2) {
         return Err(format!(
-            "`{word}` is no octet; octets are two hexadecimal digits each, and what is to be passed over stands behind # \
-             or in (round brackets)"
+            "`{word}` is not a byte; bytes are two hexadecimal digits each; write text to ignore after # or in (round \
+             brackets)"
         ));
     }
     Ok(())
@@ -178,24 +177,24 @@ mod tests {
     #[case("; 12.345 68")]
     #[case("12.345678")]
     #[case("12.345678 RX # nothing")]
-    fn lines_without_octets_are_passed_over(#[case] line: &str) {
+    fn lines_without_bytes_are_skipped(#[case] line: &str) {
         assert_eq!(HexLog::default().line(1, line), Ok(None));
     }
 
     #[rstest]
-    #[case("68 05 05 68", "`68 05 05 68` begins with no timestamp; write 12.345678")]
-    #[case("=== log of PuTTY ===", "or # in front of a comment")]
-    #[case("12.3 6", "`6` is no octet; octets are two hexadecimal digits each")]
-    #[case("12.3 68 055", "`055` is no octet")]
-    #[case("12.3 68 O5", "`O5` is no octet")]
-    #[case("12.3 68 05 diagnosis", "`diagnosis` is no octet")]
-    #[case("12.3 68 0x", "`0x` is no octet")]
+    #[case("68 05 05 68", "`68 05 05 68` does not begin with a timestamp; write 12.345678")]
+    #[case("=== log of PuTTY ===", "or # before a comment")]
+    #[case("12.3 6", "`6` is not a byte; bytes are two hexadecimal digits each")]
+    #[case("12.3 68 055", "`055` is not a byte")]
+    #[case("12.3 68 O5", "`O5` is not a byte")]
+    #[case("12.3 68 05 diagnosis", "`diagnosis` is not a byte")]
+    #[case("12.3 68 0x", "`0x` is not a byte")]
     #[case("12.3 68 05 (8", "a round bracket is open; close it")]
-    #[case("12.3 68 )", "`)` is no octet")]
-    #[case("12.3 68 +5", "`+5` is no octet")]
-    fn wrong_lines_say_what_to_do(#[case] line: &str, #[case] told: &str) {
+    #[case("12.3 68 )", "`)` is not a byte")]
+    #[case("12.3 68 +5", "`+5` is not a byte")]
+    fn wrong_lines_say_what_to_do(#[case] line: &str, #[case] message: &str) {
         let error = HexLog::default().line(1, line).expect_err("a wrong line");
-        assert!(error.contains(told), "{error}");
+        assert!(error.contains(message), "{error}");
     }
 
     #[test]
@@ -203,23 +202,23 @@ mod tests {
         let mut log = HexLog::default();
         log.line(1, "12.5 E5").expect("a line");
         let error = log.line(4, "10:00:00 E5").expect_err("another kind");
-        assert_eq!(error, "the timestamp is a time of day and that of line 1 seconds; import them one by one");
+        assert_eq!(error, "the timestamp is a time of day and that of line 1 seconds; import them separately");
     }
 
     #[test]
-    fn midnight_goes_by() {
+    fn times_of_day_continue_after_midnight() {
         let mut log = HexLog::default();
         let mut seconds =
-            |line: &str| log.line(1, line).expect("a line").expect("octets").begin.as_nanos() / 1_000_000_000;
+            |line: &str| log.line(1, line).expect("a line").expect("bytes").begin.as_nanos() / 1_000_000_000;
         assert_eq!(seconds("23:59:59 E5"), 86_399);
         assert_eq!(seconds("00:00:01 E5"), 86_401);
-        // A little disorder is none of the days.
+        // A small step back is not a new day.
         assert_eq!(seconds("00:00:00 E5"), 86_400);
         assert_eq!(seconds("23:59:59 E5"), 2 * 86_400 - 1);
         assert_eq!(seconds("00:00:00 E5"), 2 * 86_400);
     }
 
-    /// Nothing stops the reader, wherever a line is cut and whichever bit of it flips.
+    /// The reader does not panic, wherever a line is cut and whichever bit flips.
     #[test]
     fn every_prefix_and_every_flipped_bit_is_survived() {
         let lines = [
@@ -230,8 +229,8 @@ mod tests {
         for line in lines {
             for (end, _) in line.char_indices() {
                 let octets = HexLog::default().line(1, &line[..end]).ok().flatten().map(|chunk| chunk.octets);
-                let whole = HexLog::default().line(1, line).expect("a line").expect("octets").octets;
-                // A prefix never has other octets than the whole line.
+                let whole = HexLog::default().line(1, line).expect("a line").expect("bytes").octets;
+                // A prefix never has other bytes than the whole line.
                 assert!(octets.is_none_or(|octets| whole.starts_with(&octets)), "{}", &line[..end]);
             }
             for bit in 0..line.len() * 8 {

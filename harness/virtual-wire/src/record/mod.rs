@@ -1,7 +1,7 @@
-//! Captures of PROFIBUS from what was heard or logged: octets with times in, pcapng with link type 257 out.
+//! Captures of PROFIBUS from a serial line or a log: reads bytes with times, writes pcapng with link type 257.
 //!
-//! Each frame is a packet with the time of its first start bit. Octets that are no frame are packets of their own, with a comment
-//! that says what is wrong with them. This room must not know lines, nor what the frames mean.
+//! Each frame is a packet with the time of its first start bit. Bytes that are not a frame are packets of their own, with a
+//! comment that says what is wrong. This module must not know serial lines, nor what the frames mean.
 
 mod hex_log;
 mod join;
@@ -15,23 +15,23 @@ use station::Time;
 use std::io::{self, BufRead, Read, Write};
 use wire::profibus::fdl::BaudRate;
 
-/// Mistakes of a log that are told one by one.
+/// Number of errors of a log that are listed individually.
 const MOST_MISTAKES: usize = 20;
-/// A longer line is none of a log.
+/// Maximum length of a line of a log in bytes.
 const LONGEST_LINE: u64 = 1 << 20;
 
 /// What was recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Frames.
+    /// Number of frames.
     pub frames: u64,
-    /// Packets of octets that are no frame.
+    /// Number of packets of bytes that are not a frame.
     pub damaged: u64,
-    /// From the first packet to the last.
+    /// Time of the first packet and of the last.
     pub span: Option<(Time, Time)>,
 }
 
-/// Writes what is heard on a PROFIBUS.
+/// Writes what is received on a PROFIBUS.
 #[derive(Debug)]
 pub struct Recorder<W> {
     writer: PcapngWriter<W>,
@@ -41,16 +41,15 @@ pub struct Recorder<W> {
 }
 
 impl<W: Write> Recorder<W> {
-    /// Begins the capture; `place` is where it is heard, `baud` the rate of the bus where that is known.
-    ///
-    /// Each packet is handed to `output` in one go, so that a recording that breaks off has all that was heard before.
+    /// Begins the capture; `place` is the name of the line, `baud` the rate of the bus if known. Each packet is written to
+    /// `output` at once, so that an interrupted recording has everything received before.
     pub fn new(output: W, place: &str, baud: Option<BaudRate>) -> io::Result<Recorder<W>> {
         let mut writer = PcapngWriter::new(output, concat!("encspec ", env!("CARGO_PKG_VERSION")))?;
         let interface = writer.interface(place, LinkType::PROFIBUS)?;
         Ok(Recorder { writer, interface, joiner: Joiner::new(baud), counts: Counts::default() })
     }
 
-    /// Takes octets, the first of which began at `begin`, in nanoseconds since 1970.
+    /// Processes bytes, the first of which began at `begin`, in nanoseconds since 1970.
     pub fn heard(&mut self, begin: Time, octets: &[u8]) -> io::Result<()> {
         let Recorder { writer, interface, joiner, counts } = self;
         let mut result = Ok(());
@@ -58,12 +57,12 @@ impl<W: Write> Recorder<W> {
         result
     }
 
-    /// When octets that wait for others are over; none if nothing waits.
+    /// When incomplete bytes end; `None` if there are none.
     pub fn silent_at(&self) -> Option<Time> {
         self.joiner.silent_at()
     }
 
-    /// Says that the wire was silent, or that the log is at its end.
+    /// Reports silence on the wire or the end of the log.
     pub fn silence(&mut self) -> io::Result<()> {
         let Recorder { writer, interface, joiner, counts } = self;
         let mut result = Ok(());
@@ -71,12 +70,12 @@ impl<W: Write> Recorder<W> {
         result
     }
 
-    /// What was recorded so far.
+    /// The counts so far.
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// Writes out what waits and hands the output back.
+    /// Writes the incomplete bytes and returns the output.
     pub fn finish(mut self) -> io::Result<(W, Counts)> {
         self.silence()?;
         Ok((self.writer.finish()?, self.counts))
@@ -112,12 +111,12 @@ pub enum CannotImport {
     /// The capture cannot be written.
     #[error("{0}")]
     Unwritable(io::Error),
-    /// Lines are wrong: their numbers from 1 and what is wrong with them, and how many more there are.
+    /// Lines are wrong: their numbers from 1 and what is wrong with them, and the number of further wrong lines.
     #[error("lines of the log are wrong")]
     Wrong(Vec<(usize, String)>, usize),
 }
 
-/// Writes the octets of a hex log as a capture; the lines of all mistakes are told, and then what was written is of no use.
+/// Writes the bytes of a hex log as a capture. The error lists wrong lines; the output is then useless.
 pub fn import<W: Write>(
     mut log: impl BufRead,
     output: W,

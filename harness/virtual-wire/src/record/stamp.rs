@@ -1,13 +1,13 @@
-//! The timestamps of logs: seconds, a time of day, or a date with a time of day.
+//! Timestamps of logs: seconds, a time of day, or a date with a time of day.
 //!
-//! | written | meant |
+//! | written | meaning |
 //! | --- | --- |
 //! | `12.345678`, `12,345678`, `12.3s`, `12345ms`, `12345678us` | time since a beginning, or since 1970 |
-//! | `10:00:00.123456` | time of day; behind midnight the next day begins |
+//! | `10:00:00.123456` | time of day; after midnight the next day begins |
 //! | `2026-11-22 10:00:00.123456`, `2026/11/22T10:00:00,5`, `22.11.2026 10:00:00` | date and time of day |
 //!
-//! Behind a date and a time of day a zone may stand, `Z` or `+01:00`; without one it is taken for UTC. Brackets around a
-//! timestamp are passed over. A whole number without a unit is no timestamp: it might as well be an octet.
+//! A date and time of day may have a zone, `Z` or `+01:00`; without one it is UTC. Brackets around a timestamp are ignored. A
+//! whole number without a unit is not a timestamp: it might be a byte.
 
 use station::Time;
 
@@ -17,7 +17,7 @@ const DAY: u64 = 86_400 * SECOND;
 /// What a timestamp counts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// From a beginning that only the program knows which wrote the log.
+    /// From a start that only the logging program knows.
     Seconds,
     /// From midnight.
     TimeOfDay,
@@ -26,7 +26,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// In words.
+    /// The kind as text.
     pub fn word(self) -> &'static str {
         match self {
             Kind::Seconds => "seconds",
@@ -36,7 +36,7 @@ impl Kind {
     }
 }
 
-/// Reads the timestamp at the beginning of a line; gives what stands behind it, too.
+/// Reads the timestamp at the beginning of a line; also returns the rest of the line.
 pub fn stamp(line: &str) -> Option<(Kind, Time, &str)> {
     let line = line.trim_start();
     let (bracket, inside) = match line.as_bytes().first() {
@@ -50,7 +50,7 @@ pub fn stamp(line: &str) -> Option<(Kind, Time, &str)> {
     if let Some(bracket) = bracket {
         rest = rest.trim_start().strip_prefix(bracket)?;
     }
-    // Octets with colons between them are no time of day.
+    // Bytes separated by colons are not a time of day.
     let mut behind = rest.chars();
     let is_over = match behind.next() {
         None => true,
@@ -133,7 +133,7 @@ impl<'a> Cursor<'a> {
         Some((Kind::Date, nanos?))
     }
 
-    /// `10:00:00` with or without a fraction, as nanoseconds.
+    /// `10:00:00` with or without a fraction, in nanoseconds.
     fn clock(&mut self) -> Option<u64> {
         let hours = self.number().filter(|hours| *hours < 24)?;
         self.accept(':').then_some(())?;
@@ -145,7 +145,7 @@ impl<'a> Cursor<'a> {
         Some(((hours * 60 + minutes) * 60 + seconds) * SECOND + fraction)
     }
 
-    /// `12.345` or `12345ms`, as nanoseconds.
+    /// `12.345` or `12345ms`, in nanoseconds.
     fn seconds(&mut self) -> Option<u64> {
         let whole = self.number()?;
         let fraction = self.fraction();
@@ -163,7 +163,7 @@ impl<'a> Cursor<'a> {
         u64::try_from(u128::from(whole) * u128::from(unit) + part).ok()
     }
 
-    /// What stands behind a point or a comma, as billionths; finer ones are left out.
+    /// The digits after a point or a comma, as billionths; finer digits are ignored.
     fn fraction(&mut self) -> Option<u64> {
         let before = self.rest;
         if !(self.accept('.') || self.accept(',')) {
@@ -192,12 +192,12 @@ impl<'a> Cursor<'a> {
         self.rest.chars().next()
     }
 
-    fn accept(&mut self, wanted: char) -> bool {
-        self.rest.strip_prefix(wanted).map(|rest| self.rest = rest).is_some()
+    fn accept(&mut self, expected: char) -> bool {
+        self.rest.strip_prefix(expected).map(|rest| self.rest = rest).is_some()
     }
 }
 
-/// Days from 1970 to a day of the calendar; none for a day that there is not, or before 1970.
+/// Days from 1970 to a calendar date; `None` for an invalid date, or before 1970.
 fn days(year: u64, month: u64, day: u64) -> Option<u64> {
     let is_leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let lengths = [31, if is_leap(year) { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
     use rstest::rstest;
 
-    /// The seconds of dates are what `date -u -d ... +%s` of GNU coreutils 9.1 prints.
+    /// The seconds of dates are the output of `date -u -d ... +%s` of GNU coreutils 9.1.
     #[rstest]
     #[case("12.345678 68", Kind::Seconds, 12_345_678_000, " 68")]
     #[case("  0.0000000019 E5", Kind::Seconds, 1, " E5")]
@@ -236,9 +236,9 @@ mod tests {
     }
 
     #[rstest]
-    #[case::octets("68 05 05 68")]
-    #[case::octets_with_colons("10:02:05:49:50:16")]
-    #[case::octets_with_dashes("10-02-05-49-50-16")]
+    #[case::bytes("68 05 05 68")]
+    #[case::bytes_with_colons("10:02:05:49:50:16")]
+    #[case::bytes_with_dashes("10-02-05-49-50-16")]
     #[case::whole_number("1234 68 05")]
     #[case::no_seconds("10:00 68")]
     #[case::no_such_hour("24:00:00 68")]
@@ -252,7 +252,7 @@ mod tests {
     #[case::far_future("99999999999.5 68")]
     #[case::words("hello")]
     #[case::nothing("")]
-    fn other_things_are_no_timestamps(#[case] line: &str) {
+    fn other_text_is_not_a_timestamp(#[case] line: &str) {
         assert_eq!(stamp(line), None);
     }
 }

@@ -2,7 +2,7 @@ use rstest::rstest;
 
 use super::*;
 
-/// Sends frames of the given lengths at the given times, and remembers what it received and when it was woken.
+/// Sends frames of given lengths at given times, and records what it received and when it was woken.
 #[derive(Default)]
 struct Script {
     frames: VecDeque<(u64, usize)>,
@@ -40,7 +40,7 @@ impl Station for Script {
 
 fn ignore(_: Seen<'_>) {}
 
-/// 8 + 64 octets at 80 ns are 5,760 ns (IEEE 802.3: preamble and shortest frame), plus 3,000 ns of switch.
+/// 8 + 64 bytes at 80 ns are 5,760 ns (IEEE 802.3: preamble and shortest frame), plus 3,000 ns for the switch.
 const SHORT: u64 = 8_760;
 
 #[rstest]
@@ -72,7 +72,7 @@ fn frames_of_one_sender_queue_and_frames_of_two_do_not() {
     VirtualWire::new().run(&mut [&mut a, &mut b], Time::from_nanos(1_000_000), &mut |frame| {
         seen.push((frame.time.as_nanos(), frame.port, frame.frame.len()));
     });
-    // The line is busy for 8 + 1514 + 4 + 12 octets, then for 8 + 60 + 4 + 12.
+    // The line is busy for 8 + 1514 + 4 + 12 bytes, then for 8 + 60 + 4 + 12.
     let (long, short) = (1_538 * 80, 84 * 80);
     assert_eq!(
         seen,
@@ -82,7 +82,7 @@ fn frames_of_one_sender_queue_and_frames_of_two_do_not() {
 
 #[test]
 fn events_at_one_instant_have_an_order() {
-    // Both frames arrive at the same time as the third station wants to be woken.
+    // Both frames arrive at the time at which the third station requests its wake-up.
     let mut a = Script::new(&[(0, 60)]);
     let mut b = Script::new(&[(0, 61), (SHORT, 60)]);
     let mut c = Script::new(&[(SHORT, 14)]);
@@ -109,7 +109,7 @@ fn events_at_one_instant_have_an_order() {
 }
 
 #[test]
-fn frames_that_arrive_together_arrive_as_they_were_sent() {
+fn frames_that_arrive_together_arrive_in_the_order_of_sending() {
     let (mut a, mut b) = (Script::default(), Script::default());
     let mut wire = VirtualWire::new();
     for port in [3, 2, 4] {
@@ -121,7 +121,7 @@ fn frames_that_arrive_together_arrive_as_they_were_sent() {
 }
 
 #[test]
-fn the_clock_stops_where_it_is_told_and_never_turns_back() {
+fn the_clock_stops_at_the_given_time_and_never_goes_back() {
     let mut a = Script::new(&[(500, 60)]);
     let mut wire = VirtualWire::new();
     assert_eq!(wire.step(&mut [&mut a], Time::from_nanos(499), &mut ignore), Step::Idle);
@@ -147,7 +147,7 @@ fn a_deadline_in_the_past_is_due_now() {
 #[case::no_ethertype(13, &[])]
 #[case::too_long(1515, &[])]
 #[case::tagged_too_long(1519, &[0x81, 0x00])]
-fn the_wire_refuses_what_no_wire_carries(#[case] length: usize, #[case] ethertype: &[u8]) {
+fn the_wire_refuses_frames_of_impossible_length(#[case] length: usize, #[case] ethertype: &[u8]) {
     let mut frame = vec![0; length];
     frame.iter_mut().skip(12).zip(ethertype).for_each(|(octet, wanted)| *octet = *wanted);
     let mut b = Script::default();
@@ -155,7 +155,7 @@ fn the_wire_refuses_what_no_wire_carries(#[case] length: usize, #[case] ethertyp
     let refused = wire.inject(5, &frame).expect_err("a frame of this length does not exist");
     wire.run(&mut [&mut b], Time::from_nanos(1_000_000), &mut ignore);
     assert_eq!(wire.violations(), [refused]);
-    assert!(refused.to_string().contains(&format!("port 5 sent a frame of {length} octets at 0.000000")), "{refused}");
+    assert!(refused.to_string().contains(&format!("port 5 sent a frame of {length} bytes at 0.000000")), "{refused}");
     assert_eq!(b.received, []);
 }
 
@@ -173,19 +173,19 @@ fn an_injected_frame_reaches_all_stations_and_a_forged_one_all_but_its_sender() 
 }
 
 #[test]
-fn a_line_carries_a_tenth_of_a_second_and_drops_the_rest() {
+fn a_line_queues_a_tenth_of_a_second_and_drops_the_rest() {
     let mut flood = Script::new(&[(0, 1514); 2_000]);
     let mut b = Script::default();
     let mut wire = VirtualWire::new();
     wire.run(&mut [&mut flood, &mut b], Time::from_nanos(1_000_000_000), &mut ignore);
-    // 100 ms hold 812 frames of 123,040 ns; one more begins before they are over.
+    // 100 ms hold 812 frames of 123,040 ns; one more begins before they end.
     assert_eq!(b.received.len(), 813);
     assert_eq!(wire.violations_seen(), 2_000 - 813);
     assert_eq!(wire.violations().len(), 1_000);
     assert_eq!(wire.violations()[0], Violation::Congested { port: 0, time: Time::ZERO });
 }
 
-/// Wants to be woken at the same instant for ever.
+/// Requests its wake-up at the same instant forever.
 struct Insomniac;
 
 impl Station for Insomniac {

@@ -1,3 +1,3 @@
-//! Captures of strangers, and a stranger that reads ours.
+//! Captures of independent tools, and an independent tool that reads captures of encspec.
 
 mod strangers;

@@ -1,6 +1,6 @@
-//! The captures of strangers, read as tshark 4.0.17 and capinfos read them.
+//! Captures of independent tools, compared with what tshark 4.0.17 and capinfos read from them.
 //!
-//! The expected numbers are theirs. Where the captures are absent, each test says so and is skipped.
+//! The expected numbers come from those tools. Without the captures each test is skipped and says so.
 
 use encspec_virtual_wire::capture::{Item, LinkType, Packet};
 use encspec_virtual_wire::damage::{every_flipped_bit, every_prefix, random_flips};
@@ -10,7 +10,7 @@ use station::Time;
 use std::fs::{self, File};
 use std::process::Command;
 
-/// What is compared of a packet: number, nanoseconds, section, interface, link type, captured and original length.
+/// The compared fields of a packet: number, nanoseconds, section, interface, link type, captured and original length.
 type Row = (usize, u64, u32, u32, u16, usize, u32);
 
 #[derive(Debug, Default, PartialEq)]
@@ -18,7 +18,7 @@ struct Content {
     rows: Vec<Row>,
     octets: Vec<Vec<u8>>,
     damage: Vec<(u64, String)>,
-    /// How many packets came before the first damage.
+    /// Number of packets before the first damage.
     before: usize,
 }
 
@@ -40,7 +40,7 @@ fn read(file: &[u8]) -> Content {
                 content.before += usize::from(content.damage.is_empty());
             }
         }
-        assert!(content.rows.len() + content.damage.len() <= file.len(), "more items than octets");
+        assert!(content.rows.len() + content.damage.len() <= file.len(), "more items than bytes");
     }
     content
 }
@@ -170,12 +170,12 @@ fn a_time_of_zero_stays_zero() {
     assert_eq!(zeros, [(2, 37), (4, 34), (6, 42)]);
 }
 
-/// tshark stops at the damage; what it reads up to there is `before`. The undamaged twin tells what else there is.
+/// tshark stops at the damage; `before` is the number of packets it reads. The undamaged twin shows the rest.
 #[rstest]
 #[case::captured_length("captured-length-huge.pcap", "dcp-name-ip-reset.pcap", 7, 28, 688, "taken as 60")]
 #[case::trailer("block-trailer-mismatch.pcapng", "record-reads.pcapng", 3, 18, 1_028, "taken as 464")]
-// Packet 901 has 166 octets, so its record has 182.
-#[case::cut("cut-mid-record.pcap", "office-noise-versamax.pcap", 900, 900, 115_864, "36 of 182 octets")]
+// Packet 901 has 166 bytes, so its record has 182.
+#[case::cut("cut-mid-record.pcap", "office-noise-versamax.pcap", 900, 900, 115_864, "36 of 182 bytes")]
 #[case::header_only(
     "header-only.pcap",
     "office-noise-versamax.pcap",
@@ -216,9 +216,9 @@ fn every_prefix_of_a_real_file_is_read_up_to_the_cut(#[case] name: &str) {
     let mut before = 0;
     every_prefix(&file, |prefix| {
         let content = read(prefix);
-        assert_eq!(content.rows, whole.rows[..content.rows.len()], "{} octets", prefix.len());
-        assert_eq!(content.before, content.rows.len(), "packets behind a cut at {}", prefix.len());
-        assert!(content.rows.len() >= before && content.damage.len() <= 1, "{} octets", prefix.len());
+        assert_eq!(content.rows, whole.rows[..content.rows.len()], "{} bytes", prefix.len());
+        assert_eq!(content.before, content.rows.len(), "packets after a cut at {}", prefix.len());
+        assert!(content.rows.len() >= before && content.damage.len() <= 1, "{} bytes", prefix.len());
         before = content.rows.len();
     });
     assert!(before + 1 >= whole.rows.len());
@@ -232,11 +232,11 @@ fn every_prefix_of_a_real_file_is_read_up_to_the_cut(#[case] name: &str) {
 fn every_flipped_bit_in_a_real_file_leaves_the_packets_before_it_alone(#[case] name: &str) {
     let Some(file) = shared(name) else { return };
     every_flipped_bit(&file, |index, damaged| {
-        // What a file cut before the damage yields must come out of the damaged file too.
+        // A damaged file must yield at least what a file cut before the damage yields.
         let sound = read(&file[..index]);
         let content = read(damaged);
         let kept = &content.rows[..content.before.min(sound.before)];
-        assert_eq!(kept, &sound.rows[..sound.before], "octet {index}: {:?}", content.damage);
+        assert_eq!(kept, &sound.rows[..sound.before], "byte {index}: {:?}", content.damage);
     });
 }
 
@@ -248,7 +248,7 @@ fn many_flipped_bits_end_in_damage_and_never_in_a_panic(#[case] name: &str) {
     let Some(file) = shared(name) else { return };
     let mut damaged = 0;
     random_flips(&file, 42, 100, file.len() / 50, |octets| damaged += usize::from(!read(octets).damage.is_empty()));
-    assert!(damaged > 50, "only {damaged} of 100 were noticed");
+    assert!(damaged > 50, "only {damaged} of 100 were detected");
 }
 
 #[test]
